@@ -1,0 +1,123 @@
+"""The records that leave the engine: spokes, alone, in blocks and as whole scans, and the truth behind them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Spoke:
+    """One azimuth's output. All SI and radians; azimuth is the boresight, clockwise from true north, at `time`."""
+
+    number: int  # since the start of the simulation; number = scan x azimuths + index
+    scan: int
+    index: int  # within the scan, 0 looks north
+    time: float
+    azimuth: float
+    heading: float  # of own ship
+    position: tuple[float, float]  # of own ship, east, north
+    course: float
+    speed: float
+    range: Floats  # (N,) where the samples stand
+    field: NDArray[np.complex64]  # (N,) sqrt(W), compressed, before detection
+    power: NDArray[np.float32]  # (N,) W
+
+
+@dataclass(frozen=True)
+class SpokeBlock:
+    """K consecutive spokes of one scan as arrays, K >= 1: the unit the engine hands over and the stream cuts up."""
+
+    first: int  # number of the first spoke
+    scan: int
+    index: int  # index of the first spoke within its scan
+    time: Floats  # (K,)
+    azimuth: Floats  # (K,)
+    heading: Floats  # (K,)
+    position: Floats  # (K, 2)
+    course: Floats  # (K,)
+    speed: Floats  # (K,)
+    range: Floats  # (N,)
+    range_step: float
+    field: NDArray[np.complex64]  # (K, N)
+    power: NDArray[np.float32]  # (K, N)
+
+    def __post_init__(self) -> None:
+        k, n = self.field.shape
+        assert self.power.shape == (k, n) and self.range.shape == (n,) and self.position.shape == (k, 2)
+        assert all(a.shape == (k,) for a in (self.time, self.azimuth, self.heading, self.course, self.speed))
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def part(self, start: int, stop: int) -> "SpokeBlock":
+        """Spokes start to stop (exclusive) of this block, sharing its memory."""
+        cut = slice(start, stop)
+        return SpokeBlock(
+            self.first + start, self.scan, self.index + start, self.time[cut], self.azimuth[cut], self.heading[cut],
+            self.position[cut], self.course[cut], self.speed[cut], self.range, self.range_step, self.field[cut],
+            self.power[cut],
+        )  # fmt: skip
+
+    def spokes(self) -> Iterator[Spoke]:
+        """The spokes one by one."""
+        for k in range(len(self)):
+            yield Spoke(
+                self.first + k, self.scan, self.index + k, float(self.time[k]), float(self.azimuth[k]),
+                float(self.heading[k]), (float(self.position[k, 0]), float(self.position[k, 1])),
+                float(self.course[k]), float(self.speed[k]), self.range, self.field[k], self.power[k],
+            )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One revolution. azimuth (A,) [rad], time (A,) [s], range (N,) [m], field (A, N) [sqrt(W)], power (A, N) [W]."""
+
+    number: int
+    time: Floats
+    azimuth: Floats
+    heading: Floats
+    position: Floats  # (A, 2)
+    range: Floats
+    range_step: float
+    field: NDArray[np.complex64]
+    power: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class BodyTruth:
+    """A body's state. position: east, north, up [m]; range, azimuth, elevation as the antenna sees its origin."""
+
+    name: str
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    heading: float
+    course: float
+    speed: float
+    range: float
+    azimuth: float  # rad from true north
+    elevation: float
+    visible: bool
+    reason: str  # why not: "", "beyond range", "below horizon", "blind sector", "shadowed"
+    latitude_deg: float | None
+    longitude_deg: float | None
+    mmsi: int | None
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Own ship and every body at `time` [s]."""
+
+    time: float
+    own_ship: BodyTruth
+    bodies: tuple[BodyTruth, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data, as REST and the feed send it: SI and radians, the names of the fields."""
+        from dataclasses import asdict
+
+        return asdict(self)

@@ -1,0 +1,200 @@
+"""The world in SI: what the engine is given. Places are east, north, up [m] on the map; angles in radians.
+
+`load` builds these records from a scene file; nothing here reads files. All records are frozen.
+"""
+
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.constants import SPEED_OF_LIGHT
+
+Floats = NDArray[np.float64]
+Scattering = Literal["rcs", "diffuse", "optics"]
+
+
+@dataclass(frozen=True)
+class Radar:
+    """The radar of a scene; see RadarModel for meanings and allowed ranges."""
+
+    frequency: float
+    bandwidth: float
+    pulse: float
+    sample_rate: float
+    window: str
+    azimuths: int
+    rotation_period: float  # s per scan
+    bins: int
+    range_max: float
+    range_min: float
+    beamwidth: float  # rad, one-way half power, horizontal
+    beamwidth_el: float
+    tilt: float
+    pattern: str | tuple[tuple[float, float], ...]  # a name, or rows of (offset rad, one-way power gain)
+    height: float
+    power: float
+    gain: float  # power ratio
+    loss: float  # power ratio >= 1
+    noise_factor: float  # power ratio >= 1
+    polarization: str
+    eclipsing: bool
+    rays: int
+    blind_sectors: tuple[tuple[float, float], ...]  # rad, clockwise from the bow
+
+    @property
+    def wavelength(self) -> float:
+        """Free-space wavelength [m] (seed eq. 1)."""
+        return SPEED_OF_LIGHT / self.frequency
+
+    @property
+    def range_step(self) -> float:
+        """Length of a range bin [m]: c / (2 fs)."""
+        return SPEED_OF_LIGHT / (2.0 * self.sample_rate)
+
+    @property
+    def azimuth_step(self) -> float:
+        """Angle from one spoke to the next [rad]."""
+        return 2.0 * np.pi / self.azimuths
+
+    @property
+    def spoke_period(self) -> float:
+        """Time from one spoke to the next [s]."""
+        return self.rotation_period / self.azimuths
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What lies between the radar and the bodies."""
+
+    earth_factor: float  # effective earth radius over the earth's radius; inf is flat
+    noise: bool
+    multipath: bool
+    gas_db_per_km: float  # one way, already resolved where the scene says "itu"
+    rain_mm_h: float
+    sea_state: int
+    wind_from: float
+    ground_plane: bool
+
+
+class Pose(NamedTuple):
+    """State at K instants: position (K, 3) [m], velocity (K, 3) [m/s], heading (K,) [rad]."""
+
+    position: Floats
+    velocity: Floats
+    heading: Floats
+
+    @property
+    def course(self) -> Floats:
+        """Course over ground [rad, 0 to 2 pi]; the heading where there is no way on."""
+        moving = np.hypot(self.velocity[:, 0], self.velocity[:, 1]) > 0
+        return np.where(moving, np.arctan2(self.velocity[:, 0], self.velocity[:, 1]), self.heading) % (2.0 * np.pi)
+
+    @property
+    def speed(self) -> Floats:
+        """Speed over ground [m/s]."""
+        return np.hypot(self.velocity[:, 0], self.velocity[:, 1])
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Piecewise linear motion through knots; beyond the last knot it goes on with `final_velocity`.
+
+    time: (M,) rising [s], first knot at or before which the body stands; position: (M, 3) [m]; heading: (M,) [rad], the
+    heading on the leg that begins at that knot (or, with `turning`, at that knot, interpolated the short way round).
+    period: after which a closed track starts again [s], or None.
+    """
+
+    time: Floats
+    position: Floats
+    heading: Floats
+    final_velocity: Floats = field(default_factory=lambda: np.zeros(3))
+    turning: bool = False
+    period: float | None = None
+
+    def __post_init__(self) -> None:
+        assert (
+            self.time.ndim == 1 and self.position.shape == (self.time.size, 3) and self.heading.shape == self.time.shape
+        )
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether position and heading never change."""
+        still = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any())
+        return still and bool(np.all(self.heading == self.heading[0]))
+
+    def pose(self, time: Floats | float) -> Pose:
+        """The state at each `time` (K,) [s]."""
+        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        if self.period is not None:
+            t = t % self.period
+        leg = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, self.time.size - 1)
+        after = np.minimum(leg + 1, self.time.size - 1)
+        span = self.time[after] - self.time[leg]
+        steps = self.position[after] - self.position[leg]
+        velocity = np.divide(steps, span[:, None], out=np.zeros_like(steps), where=span[:, None] > 0)
+        velocity[leg == self.time.size - 1] = self.final_velocity
+        velocity[t < self.time[0]] = 0.0
+        since = np.maximum(t - self.time[leg], 0.0)
+        heading = self.heading[leg]
+        if self.turning:
+            turn = (self.heading[after] - heading + np.pi) % (2 * np.pi) - np.pi
+            share = np.divide(since, span, out=np.zeros_like(since), where=span > 0)
+            heading = heading + turn * share
+        return Pose(self.position[leg] + velocity * since[:, None], velocity, heading % (2 * np.pi))
+
+
+@dataclass(frozen=True)
+class Material:
+    """How a surface scatters at X band."""
+
+    name: str
+    gamma: float  # sigma0 = gamma cos(incidence), power ratio
+    scattering: Scattering  # the default for bodies made of it
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles in a body's own frame: vertices (V, 3) float64 [m], faces (F, 3) int64, every index in range."""
+
+    vertices: Floats
+    faces: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        assert self.vertices.ndim == 2 and self.vertices.shape[1] == 3 and self.faces.shape[1:] == (3,)
+
+
+@dataclass(frozen=True)
+class Body:
+    """Anything the radar can see. mesh is None for a point. rcs: declared cross-section [m^2], or None."""
+
+    name: str
+    mesh: Mesh | None
+    motion: Motion
+    material: Material
+    scattering: Scattering
+    rcs: float | None
+    swerling: int
+    mmsi: int | None
+    length: float  # m, horizontal extents of the body in its own frame, 0 for a point
+    beam: float
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A loaded scene. warnings: what was found odd but usable, a sentence each, in order."""
+
+    name: str
+    origin: tuple[float, float] | None  # latitude, longitude [degrees], WGS 84: only edges use it
+    radar: Radar
+    environment: Environment
+    own_ship: Motion  # position is the foot of the antenna; the antenna stands radar.height above the sea there
+    bodies: tuple[Body, ...]
+    warnings: tuple[str, ...] = ()
+
+    def antenna(self, time: Floats | float) -> Floats:
+        """Antenna places (K, 3) east, north, height above the sea [m] at each time (K,)."""
+        place = self.own_ship.pose(time).position
+        place[:, 2] = self.radar.height
+        return place

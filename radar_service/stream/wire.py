@@ -1,0 +1,72 @@
+"""The native feed, bytes only: every websocket message is one msgpack map with a `type` and an `epoch`. No I/O here.
+
+Angles on the wire are whole numbers of 1/65536 turn, clockwise (`azimuth`, `heading`, `course`: from true north, so that
+azimuth - heading modulo 65536 is the angle from the bow). Everything else is SI, or carries its unit in its name.
+
+hello   first message, and again whenever the epoch changes:
+        protocol 1, epoch, radar {id, name, azimuths, rpm, bins, range_step_m, range_max_m, beamwidth_deg,
+        beamwidth_el_deg, frequency_hz, height_m, blind_sectors_deg}, scene {name, origin {latitude_deg, longitude_deg} or
+        nil, bodies, warnings}, seed, fidelity, plan, encoding {name, bins, range_step_m, range_first_m, range_m, dtype,
+        db_per_step, offset_db, ...}, controls {...}, clocks {simulated_s, utc, pace}, mode, truth (whether it may be had)
+spokes  first (sequence number of the first one), count, scan, index (of the first one within the scan),
+        time [s of simulation, one each], azimuth [one each], heading [one each], position [[east, north] m, one each],
+        course [one each], speed [m/s, one each], bins, range_step_m, range_first_m (where sample 0 stands), range (far
+        edge of the last cell, m), encoding, data (spokes x bins, row-major, little-endian), blind (bool each; absent: none)
+truth   time, own_ship {...}, bodies [{...}]: see records.BodyTruth, SI and radians
+gap     first, count, reason: exactly the spokes this client lost
+bye     reason; the server closes after it
+
+Encodings. With P the power of a cell in watts:
+u8      the video a display shows: 0 nothing, else (dBW after gain, STC, FTC - offset_db) / db_per_step
+u8-log  untouched: byte b > 0 means 10 log10 P = offset_db + b x db_per_step (b = 255: or more); 0: below the scale
+f16     10 log10 P as float16 (-inf where P = 0);  f32: P as float32;  c64: the complex field, sqrt(W), as complex64
+Fewer bins than there are cells are made by keeping the strongest cell of each group.
+"""
+
+from typing import Any
+
+import msgpack
+import numpy as np
+from numpy.typing import NDArray
+
+PROTOCOL = 1
+TURN = 65_536  # wire units per revolution
+DTYPES = {"u8": "|u1", "u8-log": "|u1", "f16": "<f2", "f32": "<f4", "c64": "<c8"}
+MAX_MESSAGE = 64 * 2**20  # bytes a decoder accepts
+
+
+def turn_from_radians(angle: NDArray[np.float64]) -> list[int]:
+    """Angles [rad] as whole 1/65536 turns in [0, 65536)."""
+    counts: list[int] = (np.rint(angle * (TURN / (2.0 * np.pi))).astype(np.int64) % TURN).tolist()
+    return counts
+
+
+def radians_from_turn(counts: NDArray[np.integer[Any]] | list[int]) -> NDArray[np.float64]:
+    """Angles [rad, 0 to 2 pi) from whole 1/65536 turns."""
+    return np.asarray(counts, dtype=np.float64) * (2.0 * np.pi / TURN)
+
+
+def pack(message: dict[str, Any]) -> bytes:
+    """A message as bytes."""
+    packed: bytes = msgpack.packb(message, use_bin_type=True)
+    return packed
+
+
+def unpack(data: bytes) -> dict[str, Any]:
+    """The message in `data`. Raises ValueError where it is not a map with a `type`."""
+    try:
+        message = msgpack.unpackb(data, raw=False, max_bin_len=MAX_MESSAGE, max_buffer_size=MAX_MESSAGE)
+    except Exception as fault:
+        raise ValueError(f"not a msgpack message of at most {MAX_MESSAGE} bytes: {fault}") from fault
+    if not isinstance(message, dict) or not isinstance(message.get("type"), str):
+        raise ValueError("a message is a msgpack map with a string under `type`")
+    return message
+
+
+def samples(message: dict[str, Any]) -> NDArray[Any]:
+    """The samples (spokes, bins) of a `spokes` message, as sent. Raises ValueError where size and shape disagree."""
+    dtype = np.dtype(DTYPES[message["encoding"]])
+    shape = (len(message["azimuth"]), int(message["bins"]))
+    if len(message["data"]) != shape[0] * shape[1] * dtype.itemsize:
+        raise ValueError(f"data: {len(message['data'])} bytes are not {shape[0]} x {shape[1]} samples of {dtype}")
+    return np.frombuffer(message["data"], dtype=dtype).reshape(shape)
