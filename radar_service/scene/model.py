@@ -166,9 +166,7 @@ class EnvironmentModel(Section):
     rain_mm_h: float = Field(0.0, ge=0, le=300)
     sea_state: int = Field(0, ge=0, le=9, description="Douglas scale")
     wind_from_deg: Bearing = 0.0
-    ground_plane: bool = Field(
-        False, description="a flat reflecting plane at height 0, for the documented fidelity only"
-    )
+    ground_plane: bool = Field(False, description="a flat reflecting plane at height 0, for the documented fidelity only")
 
 
 SHAPE_SIZES: dict[str, tuple[str, ...]] = {
@@ -202,9 +200,7 @@ class BodyModel(MovingSection):
     up: Literal["z", "y"] = Field("z", description='the mesh axis that points up; "y" maps (x, y, z) to (x, -z, y)')
     low_m: Height | None = Field(None, description="height of the darkest grey")
     high_m: Height | None = Field(None, description="height of the brightest grey")
-    extent_m: tuple[Size, Size] | None = Field(
-        None, description="east-west and north-south size, centred on position_m"
-    )
+    extent_m: tuple[Size, Size] | None = Field(None, description="east-west and north-south size, centred on position_m")
     south_west_deg: tuple[Latitude, Longitude] | None = Field(None, description="latitude, longitude of that corner")
     north_east_deg: tuple[Latitude, Longitude] | None = Field(None, description="latitude, longitude of that corner")
     position_m: EastNorthUp | None = Field(None, description="east, north, height above the sea; default the origin")
@@ -256,9 +252,7 @@ class BodyModel(MovingSection):
         if any(geographic) and self.position_m is not None:
             raise ValueError("give position_m or latitude_deg/longitude_deg, not both")
         if self.up_m is not None and not any(geographic):
-            raise ValueError(
-                "up_m goes with latitude_deg and longitude_deg; with position_m the height is its third number"
-            )
+            raise ValueError("up_m goes with latitude_deg and longitude_deg; with position_m the height is its third number")
         if self.heightmap is None:
             return
         if (self.south_west_deg is None) != (self.north_east_deg is None):

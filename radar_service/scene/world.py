@@ -114,9 +114,7 @@ class Motion:
     period: float | None = None
 
     def __post_init__(self) -> None:
-        assert (
-            self.time.ndim == 1 and self.position.shape == (self.time.size, 3) and self.heading.shape == self.time.shape
-        )
+        assert self.time.ndim == 1 and self.position.shape == (self.time.size, 3) and self.heading.shape == self.time.shape
 
     @property
     def at_rest(self) -> bool:
