@@ -1,0 +1,200 @@
+"""From power to what a display shows: sea control, gain, rain control, quantising; and fewer bins without losing a peak.
+
+The order is that of a logarithmic receiver: log detector, swept gain (STC), gain, differentiation (FTC), quantiser. Gain,
+sea and rain act on `u8` alone; the other encodings carry what the receiver measured. Functions of arrays; no state.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Power = NDArray[np.float32]
+Field = NDArray[np.complex64]
+Bytes = NDArray[np.uint8]
+
+DB_PER_STEP = 0.5  # 255 steps then span 127 dB: from the noise to a ship alongside
+PFA = 1e-4  # false alarms per cell at gain 50: a fleck or two per spoke, as a well-set display has
+SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so that noise keeps its shape
+SEA_REACH_DB = 60.0  # attenuation of full sea control at SEA_RANGE
+SEA_RANGE = 50.0  # m; nearer in, the swept gain stays where it is
+SEA_SLOPE_DB = 30.0  # per decade: sea clutter falls as R^-3, its cell growing as R (Skolnik 2001, section 7.2)
+RAIN_LENGTH = 50.0  # m over which rain control averages: long against a buoy, short against a shower
+
+
+@dataclass(frozen=True)
+class Controls:
+    """The knobs of a display, 0 to 100 percent each; sea and rain 0 are off, gain is 1 dB per percent about 50."""
+
+    gain: float = 50.0
+    sea: float = 0.0
+    rain: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("gain", "sea", "rain"):
+            value = getattr(self, name)
+            if not 0.0 <= value <= 100.0:
+                raise ValueError(f"{name}: {value:g} is not from 0 to 100 percent")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the first `samples` native cells become `bins`: bin of cell n is floor((n + 1/2) bins / samples).
+
+    first: where bin 0 stands [m]; step: from bin to bin [m]; native_first, native_step: the same of the cells.
+    """
+
+    samples: int
+    bins: int
+    native_first: float
+    native_step: float
+
+    @property
+    def step(self) -> float:
+        """Length of a bin [m]."""
+        return self.native_step * self.samples / self.bins
+
+    @property
+    def first(self) -> float:
+        """Where bin 0 stands [m]: the middle of the cells that it holds."""
+        return self.native_first + 0.5 * (self.step - self.native_step)
+
+    @property
+    def range(self) -> float:
+        """Far edge of the last bin [m]."""
+        return self.native_first + (self.samples - 0.5) * self.native_step
+
+    @property
+    def starts(self) -> NDArray[np.intp]:
+        """First cell of each bin (bins,): the least n with (n + 1/2) bins >= b samples, in whole numbers."""
+        b = np.arange(self.bins, dtype=np.intp)
+        return -((self.bins - 2 * b * self.samples) // (2 * self.bins))
+
+
+def layout(cells: int, first: float, step: float, bins: int | None = None, range_max: float | None = None) -> Layout:
+    """The layout of `bins` bins (all cells where None or more than there are) out to range_max [m].
+
+    first: where cell 0 stands [m]; step: from cell to cell [m]. Cells that begin beyond range_max are left out, but
+    never the first. Raises ValueError for fewer than one bin or a range that is not positive.
+    """
+    if bins is not None and bins < 1:
+        raise ValueError(f"bins: {bins} is not a whole number from 1 up")
+    if range_max is not None and not range_max > 0:
+        raise ValueError(f"range: {range_max:g} m is not above 0")
+    samples = cells
+    if range_max is not None:
+        near_edge = first - 0.5 * step
+        samples = min(cells, max(1, math.ceil((range_max - near_edge) / step - 1e-9)))
+    return Layout(samples, samples if bins is None else min(bins, samples), first, step)
+
+
+def peaks(values: NDArray[np.floating], to: Layout) -> NDArray[np.floating]:
+    """The largest of the cells (K, N) in each bin (K, bins)."""
+    kept = values[:, : to.samples]
+    return kept if to.bins == to.samples else np.maximum.reduceat(kept, to.starts, axis=1)
+
+
+def strongest(field: Field, to: Layout) -> Field:
+    """The sample of greatest magnitude (of the first, where equal) in each bin (K, bins) of a field (K, N)."""
+    kept = field[:, : to.samples]
+    if to.bins == to.samples:
+        return kept
+    edges = np.append(to.starts, to.samples)
+    longest = int(np.diff(edges).max())
+    cells = np.minimum(edges[:-1, None] + np.arange(longest), edges[1:, None] - 1)
+    groups = kept[:, cells]
+    pick = np.argmax(groups.real**2 + groups.imag**2, axis=2)
+    return np.take_along_axis(groups, pick[..., None], axis=2)[..., 0]
+
+
+def decibels(power: Power) -> Power:
+    """10 log10 of power [W], -inf where it is 0; float32 [dBW]."""
+    with np.errstate(divide="ignore"):
+        return np.float32(10.0) * np.log10(power)
+
+
+def noise_threshold_db(noise_power: float) -> float:
+    """Level [dBW] that noise of mean power [W] exceeds with probability PFA: ln(1/PFA) times the mean, exponential law."""
+    return 10.0 * math.log10(noise_power * math.log(1.0 / PFA))
+
+
+def sea_attenuation_db(distance: Floats, sea: float) -> Floats:
+    """Swept gain [dB] taken off at slant ranges [m]: 0.6 dB per percent within SEA_RANGE, 30 dB less per decade beyond."""
+    decades = np.log10(np.maximum(distance, SEA_RANGE) / SEA_RANGE)
+    return np.maximum(SEA_REACH_DB * sea / 100.0 - SEA_SLOPE_DB * decades, 0.0)
+
+
+def rain_level_db(video_db: Power, step: float, rain: float) -> Power:
+    """What rain control takes off: a share of the mean log video [dB above threshold] of the cells before each.
+
+    video_db: (K, N) [dB above the threshold; below counts as 0]; step: range step [m]. Cell 0 has none before it.
+    """
+    reach = max(1, round(RAIN_LENGTH / step))
+    total = np.cumsum(np.maximum(video_db, 0.0), axis=1, dtype=np.float64)
+    before = np.concatenate([np.zeros_like(total[:, :1]), total[:, :-1]], axis=1)
+    ends = np.arange(video_db.shape[1])
+    begins = np.maximum(ends - reach, 0)
+    window = before - before[:, begins]
+    level: Power = (rain / 100.0 * window / np.maximum(ends - begins, 1)).astype(np.float32)
+    return level
+
+
+def display_video(power: Power, to: Layout, controls: Controls, noise_power: float) -> Bytes:
+    """The bytes (K, bins) that a display shows of cells (K, N) [W]: 0 nothing, b > 0: b DB_PER_STEP above the threshold.
+
+    The threshold before the controls is noise_threshold_db(noise_power), which is the scale's offset: gain lifts the
+    video by 1 dB per percent over 50, sea and rain lower it; whatever stays under half a step shows nothing.
+    """
+    cells = power[:, : to.samples]
+    lift = (controls.gain - 50.0) - noise_threshold_db(noise_power)
+    video = decibels(cells) + np.float32(lift)
+    if controls.sea > 0:
+        distance: Floats = to.native_first + to.native_step * np.arange(to.samples, dtype=np.float64)
+        video -= sea_attenuation_db(distance, controls.sea).astype(np.float32)
+    if controls.rain > 0:
+        video -= rain_level_db(video, to.native_step, controls.rain)
+    return quantise(peaks(video, to), 0.0)
+
+
+def quantise(level_db: NDArray[np.floating], offset_db: float) -> Bytes:
+    """Bytes b = (level - offset) / DB_PER_STEP, rounded to the nearest and held within 0 to 255."""
+    steps = (level_db - np.float32(offset_db)) * np.float32(1.0 / DB_PER_STEP)
+    held: Bytes = np.rint(np.clip(steps, 0.0, 255.0)).astype(np.uint8)
+    return held
+
+
+def log_offset_db(noise_power: float) -> float:
+    """Level [dBW] of byte 0 of u8-log, a whole number of dB."""
+    return math.floor(10.0 * math.log10(noise_power) - SCALE_BELOW_NOISE_DB)
+
+
+def scale(encoding: str, noise_power: float) -> dict[str, float]:
+    """`db_per_step` and `offset_db` [dBW] of the encodings in steps, nothing for the others."""
+    if encoding == "u8":
+        return {"db_per_step": DB_PER_STEP, "offset_db": noise_threshold_db(noise_power)}
+    if encoding == "u8-log":
+        return {"db_per_step": DB_PER_STEP, "offset_db": log_offset_db(noise_power)}
+    return {}
+
+
+def encode(
+    encoding: str, power: Power, field: Field, to: Layout, controls: Controls, noise_power: float
+) -> NDArray[np.generic]:
+    """Cells (K, N) as samples (K, bins) in one of the wire's encodings (see stream.wire).
+
+    power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the level that the byte scales hang on.
+    """
+    if encoding == "u8":
+        return display_video(power, to, controls, noise_power)
+    if encoding == "c64":
+        return strongest(field, to).astype("<c8")
+    top = peaks(power, to)
+    if encoding == "u8-log":
+        return quantise(decibels(top), log_offset_db(noise_power))
+    if encoding == "f16":
+        return decibels(top).astype("<f2")
+    if encoding == "f32":
+        return top.astype("<f4")
+    raise ValueError(f'encoding: "{encoding}" is not one of u8, u8-log, f16, f32, c64')

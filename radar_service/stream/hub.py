@@ -1,0 +1,305 @@
+"""One producer, many clients: a bounded mailbox for each, every view encoded once, a bounded history to resume from.
+
+The rules, all of them testable without a socket:
+1. A view is an encoding and a number of bins. A batch is encoded once per view, whoever asks; clients share the bytes.
+2. A `live` client that falls behind loses whole batches, oldest first, and finds a gap in their place.
+3. A `lossless` client makes the producer wait, at most PATIENCE; then it is told `bye` and let go.
+4. Sequence numbers count spokes within an epoch. A gap names exactly the numbers that this client will not see.
+Everything here runs on the event loop, except `views`, an immutable tuple that the producer reads.
+"""
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from radar_service.stream import wire
+from radar_service.stream.messages import last_spokes
+
+Mode = Literal["live", "lossless"]
+
+MAILBOX_MESSAGES = 64  # about a second of batches at 15 ms
+MAILBOX_BYTES = 4 * 2**20
+MAILBOX_NOTICES = 256  # hellos, gaps and the like, which cannot be dropped: more means a client that does not read
+PATIENCE = 10.0  # s that a lossless client may hold up the simulation
+HISTORY_BYTES = 16 * 2**20  # per view: about a minute of 1 KiB spokes at 24 rpm and 720 azimuths
+MAX_VIEWS = 16  # each costs the producer an encoding
+MAX_CLIENTS = 500
+LINGER = 30.0  # s that a view without clients is still encoded, so that whoever reconnects finds no hole
+
+
+@dataclass(frozen=True)
+class View:
+    """What a client wants to see; bins None is one for every cell."""
+
+    encoding: str
+    bins: int | None = None
+
+
+@dataclass(frozen=True)
+class Item:
+    """A message for a client. count > 0: spokes first to first + count; droppable: a slow client may miss it."""
+
+    data: bytes
+    epoch: str
+    first: int = 0
+    count: int = 0
+    droppable: bool = False
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Some consecutive spokes of an epoch, encoded for each view; truth, if any, goes ahead of them to who may have it."""
+
+    epoch: str
+    first: int
+    count: int
+    data: Mapping[View, bytes]
+    truth: bytes | None = None
+
+
+class Refused(Exception):
+    """A client that cannot be served. Its text says why and what to do."""
+
+
+def gap(epoch: str, first: int, count: int, reason: str) -> Item:
+    """The message that announces spokes which this client will not get."""
+    message = {"type": "gap", "epoch": epoch, "first": first, "count": count, "reason": reason}
+    return Item(wire.pack(message), epoch, first, count)
+
+
+class Client:
+    """One listener's mailbox. `counts`: spokes put in, spokes lost."""
+
+    def __init__(
+        self, view: View, mode: Mode = "live", truth: bool = False, messages: int = MAILBOX_MESSAGES,
+        size: int = MAILBOX_BYTES,
+    ) -> None:  # fmt: skip
+        self.view, self.mode, self.truth = view, mode, truth
+        self.delivered = self.lost = 0  # spokes
+        self.closed = False  # nothing more comes after what is queued
+        self._messages, self._size = messages, size
+        self._queue: deque[Item] = deque()
+        self._droppable = self._bytes = 0
+        self._changed = asyncio.Event()
+        self._room = asyncio.Event()
+        self._backlog: deque[Item] = deque()  # hello and history, ahead of the queue and outside its bounds
+        self.started = False  # whether it has been given a number, so that a jump would be a loss
+
+    @property
+    def full(self) -> bool:
+        """Whether one more batch would exceed a bound; a single batch always fits."""
+        return self._droppable >= self._messages or (self._droppable > 0 and self._bytes >= self._size)
+
+    def put(self, item: Item) -> None:
+        """Queue a message; where the bounds are exceeded the oldest batches make room."""
+        if self.closed:
+            return
+        while item.droppable and self.full:
+            self._drop_oldest()
+        self._append(item)
+        if len(self._queue) - self._droppable > MAILBOX_NOTICES:
+            self.end(wire.pack({"type": "bye", "epoch": item.epoch, "reason": "this client does not read"}))
+
+    def end(self, last: bytes) -> None:
+        """Forget what is queued, say `last`, and take no more."""
+        if self.closed:
+            return
+        self._queue.clear()
+        self._backlog.clear()
+        self._droppable = self._bytes = 0
+        self._append(Item(last, ""))
+        self.closed = True
+        self._room.set()
+
+    def begin(self, items: Iterable[Item]) -> None:
+        """What comes before everything else: the hello, and history to catch up with (shared bytes, so not bounded here)."""
+        self._backlog.extend(items)
+        self.started = any(item.count for item in self._backlog)
+        self._changed.set()
+
+    async def get(self) -> Item | None:
+        """The next message, or None after the last one."""
+        while not self._queue and not self._backlog:
+            if self.closed:
+                return None
+            self._changed.clear()
+            await self._changed.wait()
+        if self._backlog:
+            return self._backlog.popleft()
+        item = self._queue.popleft()
+        if item.droppable:
+            self._droppable -= 1
+            self._bytes -= len(item.data)
+            self.delivered += item.count
+        self._room.set()
+        return item
+
+    async def room(self) -> None:
+        """Wait until a batch fits without loss, or the client is gone."""
+        while self.full and not self.closed:
+            self._room.clear()
+            await self._room.wait()
+
+    def _append(self, item: Item) -> None:
+        self._queue.append(item)
+        self.started = self.started or item.count > 0
+        if item.droppable:
+            self._droppable += 1
+            self._bytes += len(item.data)
+        self._changed.set()
+
+    def _drop_oldest(self) -> None:
+        at = next(i for i, item in enumerate(self._queue) if item.droppable)
+        item = self._queue[at]
+        self._droppable -= 1
+        self._bytes -= len(item.data)
+        self.lost += item.count
+        if not item.count:
+            del self._queue[at]
+            return
+        before = self._queue[at - 1] if at else None
+        if before and before.count and before.epoch == item.epoch and before.first + before.count == item.first:
+            del self._queue[at]
+            at, first = at - 1, before.first
+        else:
+            first = item.first
+        self._queue[at] = gap(item.epoch, first, item.first + item.count - first, "this client is too slow")
+
+
+@dataclass
+class _Kept:
+    """What the hub remembers of a view: encoded batches of the running epoch, and when a client last had it."""
+
+    history: deque[Item] = field(default_factory=deque)
+    size: int = 0
+    idle_since: float | None = None
+
+    def keep(self, item: Item) -> None:
+        self.history.append(item)
+        self.size += len(item.data)
+        while self.size > HISTORY_BYTES and len(self.history) > 1:
+            self.size -= len(self.history.popleft().data)
+
+
+class Hub:
+    """The clients of one radar. `hello(view)` gives the running epoch's first message for a view, packed."""
+
+    def __init__(self, clock: Callable[[], float], patience: float = PATIENCE, max_clients: int = MAX_CLIENTS) -> None:
+        self.clients: set[Client] = set()
+        self.views: tuple[View, ...] = ()  # what the producer encodes; replaced whole
+        self.epoch = ""
+        self.next = 0  # sequence number of the next spoke
+        self.lost = 0  # spokes that clients now gone had lost
+        self._hello: Callable[[View], bytes] | None = None
+        self._kept: dict[View, _Kept] = {}
+        self._clock, self._patience, self._max_clients = clock, patience, max_clients
+
+    def open_epoch(self, epoch: str, hello: Callable[[View], bytes]) -> None:
+        """Begin an epoch: history is forgotten, every client gets its hello, numbers start at 0."""
+        self.epoch, self.next, self._hello = epoch, 0, hello
+        for kept in self._kept.values():
+            kept.history.clear()
+            kept.size = 0
+        greetings = {view: hello(view) for view in {client.view for client in self.clients}}
+        for client in self.clients:
+            client.put(Item(greetings[client.view], epoch))
+
+    def renew_hello(self, hello: Callable[[View], bytes]) -> None:
+        """What clients that join from now on are told (controls may have changed within an epoch)."""
+        self._hello = hello
+
+    def join(self, client: Client, since: tuple[str, int] | None = None) -> None:
+        """Add a client: hello, then what it missed since (epoch, next number wanted) or a gap, then what comes.
+
+        `since` from another epoch means all of this one. Raises Refused when the radar has not begun or is full.
+        """
+        if self._hello is None:
+            raise Refused("the radar is starting; try again in a moment")
+        if len(self.clients) >= self._max_clients:
+            raise Refused(f"the radar has its {self._max_clients} clients; try again later")
+        self._want(client.view)
+        client.begin([Item(self._hello(client.view), self.epoch), *self._missed(client.view, since)])
+        self.clients.add(client)
+
+    def leave(self, client: Client) -> None:
+        """Remove a client; its view lingers for whoever reconnects."""
+        self.clients.discard(client)
+        self.lost += client.lost
+        client.closed = True
+        client._room.set()
+        if all(other.view != client.view for other in self.clients) and client.view in self._kept:
+            self._kept[client.view].idle_since = self._clock()
+
+    async def publish(self, batch: Batch) -> None:
+        """Hand a batch to every client, waiting for the lossless ones. Batches of an epoch that is over are ignored."""
+        await self._wait_for_lossless()
+        if batch.epoch != self.epoch:
+            return
+        for view, data in batch.data.items():
+            if view in self._kept:
+                self._kept[view].keep(Item(data, batch.epoch, batch.first, batch.count, True))
+        for client in self.clients:
+            if batch.truth is not None and client.truth:
+                client.put(Item(batch.truth, batch.epoch, droppable=True))
+            self._deliver(client, batch)
+        self.next = batch.first + batch.count
+        self._forget_idle_views()
+
+    def close(self, reason: str) -> None:
+        """Say bye to every client."""
+        for client in list(self.clients):
+            client.end(wire.pack({"type": "bye", "epoch": self.epoch, "reason": reason}))
+
+    def _deliver(self, client: Client, batch: Batch) -> None:
+        data = batch.data.get(client.view)
+        if data is not None:
+            client.put(Item(data, batch.epoch, batch.first, batch.count, True))
+        elif client.started:  # it came back while this batch was being encoded without its view
+            client.put(gap(batch.epoch, batch.first, batch.count, "sent before this view was asked for"))
+
+    async def _wait_for_lossless(self) -> None:
+        full = [client for client in self.clients if client.mode == "lossless" and client.full]
+        if not full:
+            return
+        waits = {asyncio.ensure_future(client.room()): client for client in full}
+        _, late = await asyncio.wait(waits, timeout=self._patience)
+        for task in late:
+            task.cancel()
+            reason = f"lossless: nothing was read for {self._patience:g} s; read faster, or resume with since"
+            waits[task].end(wire.pack({"type": "bye", "epoch": self.epoch, "reason": reason}))
+            self.clients.discard(waits[task])
+
+    def _want(self, view: View) -> None:
+        if view not in self._kept and len(self._kept) >= MAX_VIEWS:
+            self._make_room_for_view()
+        self._kept.setdefault(view, _Kept()).idle_since = None
+        self.views = tuple(self._kept)
+
+    def _make_room_for_view(self) -> None:
+        idle = [(kept.idle_since, view) for view, kept in self._kept.items() if kept.idle_since is not None]
+        if not idle:
+            raise Refused(f"{MAX_VIEWS} different views are being served; ask for an encoding and bins that others have")
+        del self._kept[min(idle, key=lambda pair: pair[0])[1]]
+
+    def _forget_idle_views(self) -> None:
+        now = self._clock()
+        old = [v for v, kept in self._kept.items() if kept.idle_since is not None and now - kept.idle_since > LINGER]
+        for view in old:
+            del self._kept[view]
+        if old:
+            self.views = tuple(self._kept)
+
+    def _missed(self, view: View, since: tuple[str, int] | None) -> list[Item]:
+        if since is None:
+            return []
+        wanted = min(since[1], self.next) if since[0] == self.epoch else 0
+        held = [item for item in self._kept[view].history if item.first + item.count > wanted]
+        start = held[0].first if held else self.next
+        if start > wanted:
+            return [gap(self.epoch, wanted, start - wanted, "no longer held"), *held]
+        if held and start < wanted:
+            rest = held[0].first + held[0].count - wanted
+            held[0] = Item(last_spokes(held[0].data, rest), self.epoch, wanted, rest, True)
+        return held
