@@ -17,13 +17,18 @@ MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
 MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
 MAX_BODIES = 10_000
 
-Coordinate = Annotated[float, Field(ge=-2e6, le=2e6)]  # m from the origin; the flat map is meaningless farther out
-Height = Annotated[float, Field(ge=-11_000, le=20_000)]  # m above mean sea level
-Size = Annotated[float, Field(gt=0, le=100_000)]  # m
-Bearing = Annotated[float, Field(ge=-360, le=360)]  # degrees clockwise from north
-Speed = Annotated[float, Field(ge=0, le=2000)]  # knots
-Latitude = Annotated[float, Field(ge=-90, le=90)]
-Longitude = Annotated[float, Field(ge=-180, le=180)]
+Number = Annotated[float, Field(strict=True)]  # strict: neither true nor "12" is a number
+Whole = Annotated[int, Field(strict=True)]
+Flag = Annotated[bool, Field(strict=True)]
+Coordinate = Annotated[
+    float, Field(strict=True, ge=-2e6, le=2e6)
+]  # m from the origin; the flat map is meaningless farther out
+Height = Annotated[float, Field(strict=True, ge=-11_000, le=20_000)]  # m above mean sea level
+Size = Annotated[float, Field(strict=True, gt=0, le=100_000)]  # m
+Bearing = Annotated[float, Field(strict=True, ge=-360, le=360)]  # degrees clockwise from north
+Speed = Annotated[float, Field(strict=True, ge=0, le=2000)]  # knots
+Latitude = Annotated[float, Field(strict=True, ge=-90, le=90)]
+Longitude = Annotated[float, Field(strict=True, ge=-180, le=180)]
 EastNorth = tuple[Coordinate, Coordinate]
 EastNorthUp = tuple[Coordinate, Coordinate, Height]
 
@@ -44,30 +49,30 @@ class OriginModel(Section):
 class RadarModel(Section):
     """The radar: waveform, scan, antenna, receiver."""
 
-    frequency_hz: float = Field(9.41e9, ge=1e9, le=100e9)
-    bandwidth_hz: float = Field(50e6, ge=1e5, le=2e9)
-    pulse_s: float = Field(10e-6, ge=1e-8, le=1e-3)
-    sample_rate_hz: float | None = Field(None, ge=1e5, le=4e9, description="complex; default 1.5 x bandwidth")
+    frequency_hz: Number = Field(9.41e9, ge=1e9, le=100e9)
+    bandwidth_hz: Number = Field(50e6, ge=1e5, le=2e9)
+    pulse_s: Number = Field(10e-6, ge=1e-8, le=1e-3)
+    sample_rate_hz: Number | None = Field(None, ge=1e5, le=4e9, description="complex; default 1.5 x bandwidth")
     window: Literal["none", "hamming", "hann", "blackman", "taylor"] = "hamming"
-    azimuths: int = Field(720, ge=4, le=MAX_AZIMUTHS, description="spokes per scan")
-    rpm: float = Field(24.0, ge=0.01, le=600)
-    range_max_m: float = Field(5000.0, ge=10, le=200_000)
-    range_min_m: float = Field(1.0, gt=0, le=1000, description="1/R^2 stops growing inside this range")
-    beamwidth_deg: float = Field(3.9, ge=0.05, le=90, description="horizontal, one-way, half power")
-    beamwidth_el_deg: float = Field(25.0, ge=0.05, le=180, description="vertical, one-way, half power")
-    tilt_deg: float = Field(0.0, ge=-45, le=45)
-    pattern: Literal["sinc2", "printed", "gaussian", "taylor"] | tuple[tuple[float, float], ...] = Field(
+    azimuths: Whole = Field(720, ge=4, le=MAX_AZIMUTHS, description="spokes per scan")
+    rpm: Number = Field(24.0, ge=0.01, le=600)
+    range_max_m: Number = Field(5000.0, ge=10, le=200_000)
+    range_min_m: Number = Field(1.0, gt=0, le=1000, description="1/R^2 stops growing inside this range")
+    beamwidth_deg: Number = Field(3.9, ge=0.05, le=90, description="horizontal, one-way, half power")
+    beamwidth_el_deg: Number = Field(25.0, ge=0.05, le=180, description="vertical, one-way, half power")
+    tilt_deg: Number = Field(0.0, ge=-45, le=45)
+    pattern: Literal["sinc2", "printed", "gaussian", "taylor"] | tuple[tuple[Number, Number], ...] = Field(
         "sinc2",
         description="or a table of (offset in degrees, one-way gain in dB), symmetric about 0, for the horizontal",
     )
-    height_m: float = Field(15.0, gt=0, le=5000, description="antenna above the sea")
-    power_w: float = Field(25e3, gt=0, le=1e9)
-    gain_dbi: float = Field(30.0, ge=-20, le=80)
-    loss_db: float = Field(0.0, ge=0, le=60)
-    noise_figure_db: float = Field(4.0, ge=0, le=40)
+    height_m: Number = Field(15.0, gt=0, le=5000, description="antenna above the sea")
+    power_w: Number = Field(25e3, gt=0, le=1e9)
+    gain_dbi: Number = Field(30.0, ge=-20, le=80)
+    loss_db: Number = Field(0.0, ge=0, le=60)
+    noise_figure_db: Number = Field(4.0, ge=0, le=40)
     polarization: Literal["h", "v"] = "h"
-    eclipsing: bool = Field(False, description="a one-antenna radar is blind while it transmits")
-    rays: int = Field(2000, ge=1, le=1_000_000, description="per azimuth, for the documented sampler only")
+    eclipsing: Flag = Field(False, description="a one-antenna radar is blind while it transmits")
+    rays: Whole = Field(2000, ge=1, le=1_000_000, description="per azimuth, for the documented sampler only")
     blind_sectors_deg: tuple[tuple[Bearing, Bearing], ...] = Field(
         (), max_length=16, description="no transmission between these angles, clockwise from the bow"
     )
@@ -123,7 +128,7 @@ class WaypointModel(Section):
     """A place to go to, and the speed of the leg that leads there."""
 
     position_m: EastNorth
-    speed_kn: float = Field(gt=0, le=2000)
+    speed_kn: Number = Field(gt=0, le=2000)
 
 
 class MovingSection(Section):
@@ -133,7 +138,7 @@ class MovingSection(Section):
     course_deg: Bearing | None = Field(None, description="default: the heading")
     speed_kn: Speed = 0.0
     waypoints: tuple[WaypointModel, ...] = Field((), max_length=1000)
-    loop: bool = Field(False, description="after the last waypoint back to the start, for ever")
+    loop: Flag = Field(False, description="after the last waypoint back to the start, for ever")
     track: str | None = Field(
         None, description="CSV with time_s and east_m, north_m (or latitude_deg, longitude_deg), optional heading_deg"
     )
@@ -157,16 +162,16 @@ class OwnShipModel(MovingSection):
 class EnvironmentModel(Section):
     """Everything here is off unless asked for."""
 
-    earth: Literal["4/3", "flat"] | Annotated[float, Field(gt=0, le=1e6)] = Field(
+    earth: Literal["4/3", "flat"] | Annotated[float, Field(strict=True, gt=0, le=1e6)] = Field(
         "4/3", description="effective earth radius over the earth's radius"
     )
-    noise: bool = False
-    multipath: bool = False
-    gas_db_per_km: Literal["itu"] | Annotated[float, Field(ge=0, le=10)] = Field(0.0, description="one way")
-    rain_mm_h: float = Field(0.0, ge=0, le=300)
-    sea_state: int = Field(0, ge=0, le=9, description="Douglas scale")
+    noise: Flag = False
+    multipath: Flag = False
+    gas_db_per_km: Literal["itu"] | Annotated[float, Field(strict=True, ge=0, le=10)] = Field(0.0, description="one way")
+    rain_mm_h: Number = Field(0.0, ge=0, le=300)
+    sea_state: Whole = Field(0, ge=0, le=9, description="Douglas scale")
     wind_from_deg: Bearing = 0.0
-    ground_plane: bool = Field(False, description="a flat reflecting plane at height 0, for the documented fidelity only")
+    ground_plane: Flag = Field(False, description="a flat reflecting plane at height 0, for the documented fidelity only")
 
 
 SHAPE_SIZES: dict[str, tuple[str, ...]] = {
@@ -196,7 +201,7 @@ class BodyModel(MovingSection):
     length_m: Size | None = None
     beam_m: Size | None = None
     edge_m: Size | None = None
-    scale: float = Field(1.0, gt=0, le=1e6, description="metres per unit of the mesh file")
+    scale: Number = Field(1.0, gt=0, le=1e6, description="metres per unit of the mesh file")
     up: Literal["z", "y"] = Field("z", description='the mesh axis that points up; "y" maps (x, y, z) to (x, -z, y)')
     low_m: Height | None = Field(None, description="height of the darkest grey")
     high_m: Height | None = Field(None, description="height of the brightest grey")
@@ -209,9 +214,9 @@ class BodyModel(MovingSection):
     up_m: Height | None = Field(None, description="height above the sea, with latitude_deg and longitude_deg")
     material: str = "steel"
     scattering: Literal["rcs", "diffuse", "optics"] | None = Field(None, description="default by material")
-    rcs_dbsm: float | None = Field(None, ge=-100, le=100)
+    rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
     swerling: Literal[0, 1, 2, 3, 4] = 0
-    mmsi: int | None = Field(None, ge=1, le=999_999_999)
+    mmsi: Whole | None = Field(None, ge=1, le=999_999_999)
 
     @model_validator(mode="after")
     def _whole(self) -> Self:

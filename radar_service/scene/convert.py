@@ -1,0 +1,55 @@
+"""The radar and the environment of the scene model in SI and radians."""
+
+import math
+
+from radar_service.scene.atmosphere import gas_attenuation_db_per_km
+from radar_service.scene.model import EnvironmentModel, RadarModel
+from radar_service.scene.world import Environment, Radar
+
+
+def radar_from_model(model: RadarModel) -> Radar:
+    """The radar in SI: angles in radians, gains and losses as power ratios."""
+    pattern = model.pattern
+    if not isinstance(pattern, str):
+        pattern = tuple((math.radians(offset_deg), 10.0 ** (gain_db / 10.0)) for offset_deg, gain_db in pattern)
+    return Radar(
+        frequency=model.frequency_hz,
+        bandwidth=model.bandwidth_hz,
+        pulse=model.pulse_s,
+        sample_rate=model.sampling_hz,
+        window=model.window,
+        azimuths=model.azimuths,
+        rotation_period=60.0 / model.rpm,
+        bins=model.bins,
+        range_max=model.range_max_m,
+        range_min=model.range_min_m,
+        beamwidth=math.radians(model.beamwidth_deg),
+        beamwidth_el=math.radians(model.beamwidth_el_deg),
+        tilt=math.radians(model.tilt_deg),
+        pattern=pattern,
+        height=model.height_m,
+        power=model.power_w,
+        gain=10.0 ** (model.gain_dbi / 10.0),
+        loss=10.0 ** (model.loss_db / 10.0),
+        noise_factor=10.0 ** (model.noise_figure_db / 10.0),
+        polarization=model.polarization,
+        eclipsing=model.eclipsing,
+        rays=model.rays,
+        blind_sectors=tuple((math.radians(start), math.radians(end)) for start, end in model.blind_sectors_deg),
+    )
+
+
+def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment:
+    """The environment in SI; "itu" gas becomes its attenuation at the radar's frequency. Raises SceneError beyond its range."""
+    factors = {"4/3": 4.0 / 3.0, "flat": math.inf}
+    gas = model.gas_db_per_km
+    return Environment(
+        earth_factor=factors[model.earth] if isinstance(model.earth, str) else model.earth,
+        noise=model.noise,
+        multipath=model.multipath,
+        gas_db_per_km=gas_attenuation_db_per_km(radar.frequency) if isinstance(gas, str) else gas,
+        rain_mm_h=model.rain_mm_h,
+        sea_state=model.sea_state,
+        wind_from=math.radians(model.wind_from_deg),
+        ground_plane=model.ground_plane,
+    )

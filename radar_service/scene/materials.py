@@ -1,0 +1,39 @@
+"""What surfaces are made of, and how they scatter at X band: sigma0 = gamma cos(incidence) from normal, gamma as a power ratio.
+
+The constant-gamma law and its land values: Barton, Radar System Analysis and Modeling (2005), section 9: gamma -20 dB for flat
+or desert ground, -15 dB for farmland, -10 dB for wooded hills and towns, about -5 dB for cliffs and city blocks. It is
+within some 5 dB of the means that Ulaby and Dobson (1989) tabulate for X band. For the small parts of built things
+(rails, frames, joints) there is no table: those values are set from that scale and say so.
+"""
+
+from radar_service.scene.error import SceneError
+from radar_service.scene.world import Material, Scattering
+
+_GAMMA_DB: dict[str, tuple[float, Scattering]] = {
+    "steel": (0.0, "optics"),  # a ship's side: fittings and plate joints return about what falls on them (perfect diffuser)
+    "aluminium": (0.0, "optics"),  # reflects as steel does at X band; nothing depends on the kind of metal
+    "wood": (-10.0, "diffuse"),  # |Gamma|^2 about -10 dB for permittivity 3, spread over all angles
+    "fibreglass": (-10.0, "diffuse"),  # permittivity about 4 in thin sheet: half goes through, as wood in effect
+    "concrete": (-6.0, "diffuse"),  # |Gamma|^2 -6 dB at normal incidence for permittivity 6 (ITU-R P.2040: 5.24)
+    "brick": (-8.0, "diffuse"),  # |Gamma|^2 -9 dB for permittivity 3.9 (ITU-R P.2040), rougher than concrete
+    "glass": (-8.0, "diffuse"),  # |Gamma|^2 -7 dB for permittivity 6.3 (ITU-R P.2040); frames make it scatter
+    "building": (-5.0, "diffuse"),  # Barton: towns, city blocks
+    "rock": (-5.0, "diffuse"),  # Barton: cliffs, mountains
+    "land": (-13.0, "diffuse"),  # Barton: between farmland and wooded hills
+    "urban": (-10.0, "diffuse"),  # Barton: towns, seen as terrain
+    "sand": (-20.0, "diffuse"),  # Barton: flat, desert
+    "vegetation": (-13.0, "diffuse"),  # Barton: woods
+    "ice": (-15.0, "diffuse"),  # permittivity 3.2, rough at the wavelength: as farmland
+    "rubber": (-15.0, "diffuse"),  # inflatable boats: thin, lossy, smooth
+}
+
+MATERIALS: dict[str, Material] = {
+    name: Material(name, 10.0 ** (gamma_db / 10.0), scattering) for name, (gamma_db, scattering) in _GAMMA_DB.items()
+}
+
+
+def material_from_name(name: str, place: str) -> Material:
+    """The material of that name. Raises SceneError naming `place` and all materials."""
+    if name not in MATERIALS:
+        raise SceneError(f'{place}: "{name:.60}" is not a known material; one of {", ".join(MATERIALS)}; choose the nearest')
+    return MATERIALS[name]

@@ -1,0 +1,172 @@
+"""Built-in shapes as triangle meshes in their own frame: heading 0, x east, y north (ahead), z up; windings face outward.
+
+Position is the centre of sphere and plate, the apex of the trihedral, the middle of the dihedral's fold, and the foot of
+box, cylinder and hull (DESIGN section 6). A plate faces +y; dihedral and trihedral open toward +y, axis of symmetry level.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.scene.world import Mesh
+
+Floats = NDArray[np.float64]
+
+# A chord e sags by e^2 / (8 r) from a curve of radius r. An X-band wavelength of 0.032 m over 16 is the usual optical
+# limit for a smooth surface, so e = sqrt(r x 0.032 / 2).
+_SAG_LENGTH = 0.016  # m
+_MAX_SPLITS = 6  # 81 920 triangles; a sphere beyond 60 m radius is coarser than a sixteenth of a wavelength
+
+
+def shape_mesh(shape: str, sizes: dict[str, float]) -> Mesh:
+    """The mesh of a built-in shape; sizes in metres under the names of the scene file (`radius_m`, ...)."""
+    return SHAPES[shape](**{key.removesuffix("_m"): value for key, value in sizes.items()})
+
+
+def sphere(radius: float) -> Mesh:
+    """An icosphere about the origin; its vertices lie on the sphere, its facets within lambda/16 of it at X band."""
+    edge = 1.05 * radius  # of the icosahedron
+    splits = math.ceil(math.log2(edge / math.sqrt(radius * _SAG_LENGTH)))
+    vertices, faces = _icosahedron()
+    for _ in range(min(max(splits, 2), _MAX_SPLITS)):
+        vertices, faces = _split(vertices, faces)
+    return Mesh(radius * vertices, faces)
+
+
+def _icosahedron() -> tuple[Floats, NDArray[np.int64]]:
+    g = (1.0 + math.sqrt(5.0)) / 2.0
+    corners = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g),
+               (0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]  # fmt: skip
+    faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6),
+             (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10),
+             (8, 6, 7), (9, 8, 1)]  # fmt: skip
+    return np.array(corners, dtype=np.float64) / math.hypot(1.0, g), np.array(faces, dtype=np.int64)
+
+
+def _split(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
+    """Every face into four, new vertices pushed out to the unit sphere."""
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    unique, middle = np.unique(edges, axis=0, return_inverse=True)
+    points = vertices[unique].sum(axis=1)
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    ab, bc, ca = (middle.reshape(-1, 3) + len(vertices)).T
+    a, b, c = faces.T
+    parts = [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+    return np.concatenate([vertices, points]), np.concatenate([np.stack(part, axis=1) for part in parts])
+
+
+def plate(width: float, height: float) -> Mesh:
+    """One upright sheet about the origin whose normal is +y: width along x, height along z."""
+    w, h = width / 2.0, height / 2.0
+    return _mesh([(w, 0, -h), (-w, 0, -h), (-w, 0, h), (w, 0, h)], [(0, 1, 2), (0, 2, 3)])
+
+
+def box(length: float, width: float, height: float) -> Mesh:
+    """A closed box, length along y, width along x, standing on the origin."""
+    x, y = width / 2.0, length / 2.0
+    ring = [(-x, -y), (x, -y), (x, y), (-x, y)]
+    return _prism(np.array(ring), height)
+
+
+def cylinder(radius: float, height: float) -> Mesh:
+    """A closed upright cylinder standing on the origin; the sides are flat within lambda/16 at X band."""
+    sides = 4 * math.ceil(min(max(2.0 * math.pi * math.sqrt(radius / _SAG_LENGTH), 16.0), 1024.0) / 4.0)
+    turn = np.arange(sides) * (2.0 * np.pi / sides)
+    return _prism(radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), height)
+
+
+def _prism(ring: Floats, height: float) -> Mesh:
+    """An upright prism over a convex counter-clockwise ring (n, 2), with the middle of each end as a vertex."""
+    n = len(ring)
+    middle = ring.mean(axis=0)
+    foot = np.column_stack([ring, np.zeros(n)])
+    vertices = np.concatenate([foot, foot + (0, 0, height), [[*middle, 0.0], [*middle, height]]])
+    i = np.arange(n)
+    j = (i + 1) % n
+    parts = [(i, j, j + n), (i, j + n, i + n), (j, i, np.full(n, 2 * n)), (i + n, j + n, np.full(n, 2 * n + 1))]
+    return Mesh(vertices, np.concatenate([np.stack(part, axis=1) for part in parts]).astype(np.int64))
+
+
+def dihedral(width: float, height: float) -> Mesh:
+    """Two upright plates at a right angle, each width x height, that open toward +y; the middle of the fold is the origin."""
+    s, h = width / math.sqrt(2.0), height / 2.0
+    corners = [(0, 0, -h), (0, 0, h), (s, s, -h), (s, s, h), (-s, s, -h), (-s, s, h)]
+    return _mesh(corners, [(2, 0, 1), (2, 1, 3), (0, 4, 5), (0, 5, 1)])
+
+
+def trihedral(edge: float) -> Mesh:
+    """Three right triangles with legs `edge`, mutually perpendicular, apex in the origin, axis of symmetry along +y."""
+    y, up, side = 1.0 / math.sqrt(3.0), 1.0 / math.sqrt(6.0), 1.0 / math.sqrt(2.0)
+    legs = [(0.0, y, 2.0 * up), (side, y, -up), (-side, y, -up)]  # right-handed: each normal is the third leg
+    corners = [(0.0, 0.0, 0.0), *(tuple(edge * c for c in leg) for leg in legs)]
+    return _mesh(corners, [(0, 1, 2), (0, 2, 3), (0, 3, 1)])
+
+
+# Half breadth of the deck and of the bottom, as shares of half the beam, along the ship from transom (-1) to bow (1); from
+# the drawing of no particular ship: a full stern, a parallel middle body, a flared bow with a raked stem.
+_STATIONS = ((-1.0, 0.86, 0.70), (-0.8, 0.95, 0.84), (-0.5, 1.0, 0.92), (-0.45, 1.0, 0.93), (0.2, 1.0, 0.92),
+             (0.45, 0.95, 0.80), (0.65, 0.80, 0.56), (0.80, 0.58, 0.32), (0.92, 0.30, 0.12), (1.0, 0.0, 0.0))  # fmt: skip
+_HOUSE = (1, 2)  # the deckhouse stands between these stations
+_HOUSE_BREADTH = 0.8  # of the beam
+_DECK = 0.45  # height of the deck, of the whole height
+_RAKE = 0.08  # the foot of the stem lies this share of half the length abaft the bow
+
+
+def hull(length: float, beam: float, height: float) -> Mesh:
+    """A ship's hull with a deckhouse aft, closed all round: length along y (bow ahead), height from foot to house top."""
+    rings = []
+    first, last = _HOUSE
+    for k, (_, deck, _) in enumerate(_STATIONS):
+        low, high = min(_HOUSE_BREADTH, deck), height
+        if k == first:
+            rings.append(_section(k, low, _DECK * height, length, beam, height))
+        rings.append(_section(k, low, high if first <= k <= last else _DECK * height, length, beam, height))
+        if k == last:
+            rings.append(_section(k, low, _DECK * height, length, beam, height))
+    return _loft(np.array(rings))
+
+
+def _section(k: int, house: float, top: float, length: float, beam: float, height: float) -> Floats:
+    """One ring (8, 3) of the hull: bottom, deck edge, foot and top of the house, to starboard, then back to port."""
+    along, deck, bottom = _STATIONS[k]
+    y, foot = along * length / 2.0, ((along + 1.0) * (1.0 - _RAKE / 2.0) - 1.0) * length / 2.0
+    b, d, h, z = bottom * beam / 2.0, deck * beam / 2.0, house * beam / 2.0, _DECK * height
+    starboard = [(b, foot, 0.0), (d, y, z), (h, y, z), (h, y, top)]
+    return np.array(starboard + [(-p[0], p[1], p[2]) for p in reversed(starboard)])
+
+
+def _loft(rings: Floats) -> Mesh:
+    """The closed skin over rings (s, n, 3) counter-clockwise as seen from ahead, capped at both ends."""
+    s, n, _ = rings.shape
+    k, i = np.meshgrid(np.arange(s - 1) * n, np.arange(n), indexing="ij")
+    a, b = (k + i).ravel(), (k + (i + 1) % n).ravel()
+    skin = np.concatenate([np.stack([a, b + n, b], axis=1), np.stack([a, a + n, b + n], axis=1)])
+    fan = np.stack([np.zeros(n - 2, dtype=np.int64), np.arange(1, n - 1), np.arange(2, n)], axis=1)
+    bow = (s - 1) * n + fan[:, ::-1]
+    return _merged(rings.reshape(-1, 3), np.concatenate([skin, fan, bow]))
+
+
+def _merged(vertices: Floats, faces: NDArray[np.int64]) -> Mesh:
+    """Coinciding vertices made one, faces without area dropped."""
+    unique, where = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are one place
+    faces = where.reshape(-1)[faces]
+    a, b, c = unique[faces].transpose(1, 0, 2)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return Mesh(unique, faces[area > 0.0].astype(np.int64))
+
+
+def _mesh(vertices: list[tuple[float, ...]], faces: list[tuple[int, int, int]]) -> Mesh:
+    return Mesh(np.array(vertices, dtype=np.float64), np.array(faces, dtype=np.int64))
+
+
+SHAPES: dict[str, Callable[..., Mesh]] = {
+    "sphere": sphere,
+    "plate": plate,
+    "box": box,
+    "cylinder": cylinder,
+    "dihedral": dihedral,
+    "trihedral": trihedral,
+    "hull": hull,
+}
