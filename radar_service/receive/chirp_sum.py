@@ -1,0 +1,118 @@
+"""The documented receiver: every echo is a whole chirp added at its delay, and a matched filter compresses the sum.
+
+Sampled at the complex rate fs; sample n of the received signal, and of the compressed one, stands at the range n c / (2 fs).
+A unit echo compresses to a unit peak.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import fft, ifft, next_fast_len
+
+from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.receive.waveform import window_coefficients
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+def chirp(time: Floats, bandwidth: float, pulse: float) -> Complexes:
+    """LFM chirp exp(j pi K t^2) with K = B/T, 0 outside -T/2 <= t <= T/2, so it sweeps -B/2 to B/2. Source: seed eq. 7.
+
+    time: any shape [s]; bandwidth: [Hz]; pulse: [s].
+    """
+    slope = bandwidth / pulse
+    inside = np.abs(time) <= pulse / 2.0 * (1.0 + 1e-12)  # rounding must not cost the samples on the edge
+    wave: Complexes = np.where(inside, np.exp(1j * np.pi * slope * time**2), 0.0)  # eq. 7
+    return wave
+
+
+def pulse_times(pulse: float, sample_rate: float) -> Floats:
+    """Times (N,) of the samples of the pulse, N = T fs rounded, symmetric about 0 [s]."""
+    count = max(1, round(pulse * sample_rate))
+    return (np.arange(count, dtype=np.float64) - (count - 1) / 2.0) / sample_rate
+
+
+def printed_phase(range: Floats | float, wavelength: float) -> Floats:
+    """Phase 4 pi R / lambda [rad] of an echo, with the sign as printed (DESIGN row 5). range: any shape [m]. Seed eq. 11."""
+    return 4.0 * np.pi * np.asarray(range, dtype=np.float64) / wavelength  # eq. 11
+
+
+def echo(amplitude: float, phase: float, transmitted: Complexes) -> Complexes:
+    """One echo (N,) before its delay: A exp(j phi) s_TX(t). Source: seed eq. 13."""
+    one: Complexes = amplitude * np.exp(1j * phase) * transmitted  # eq. 13
+    return one
+
+
+def sample_delay(range: Floats, sample_rate: float) -> NDArray[np.int64]:
+    """Two-way delay of each range [m] in whole samples, rounded (DESIGN row 6)."""
+    return np.rint(2.0 * np.asarray(range) / SPEED_OF_LIGHT * sample_rate).astype(np.int64)
+
+
+def chirp_sum(delay: NDArray[np.int64], amplitude: Floats, phase: Floats, transmitted: Complexes, bins: int) -> Complexes:
+    """Received signal (bins + N - 1,): chirp after chirp added at its delay. Source: seed eq. 14.
+
+    delay (H,) in samples, those outside 0 to bins - 1 are not heard; amplitude (H,); phase (H,) [rad]; transmitted (N,).
+    """
+    received = np.zeros(bins + transmitted.size - 1, dtype=np.complex128)
+    for k in np.flatnonzero((delay >= 0) & (delay < bins)):
+        start = int(delay[k])
+        received[start : start + transmitted.size] += echo(float(amplitude[k]), float(phase[k]), transmitted)  # eq. 14
+    return received
+
+
+def impulse_sum(delay: NDArray[np.int64], amplitude: Floats, phase: Floats, transmitted: Complexes, bins: int) -> Complexes:
+    """`chirp_sum` by the convolution theorem: impulses at the delays, then one chirp over all of them. Same arguments."""
+    heard = (delay >= 0) & (delay < bins)
+    impulses = np.zeros(bins, dtype=np.complex128)
+    np.add.at(impulses, delay[heard], amplitude[heard] * np.exp(1j * phase[heard]))
+    size = next_fast_len(bins + transmitted.size - 1)
+    convolved: Complexes = ifft(fft(impulses, size) * fft(transmitted, size))
+    return convolved[: bins + transmitted.size - 1]
+
+
+def exact_chirp_sum(
+    range: Floats, amplitude: Floats, phase: Floats, bandwidth: float, pulse: float, sample_rate: float, bins: int
+) -> Complexes:
+    """`chirp_sum` with every delay exact: the chirp is evaluated at t - 2R/c for each echo (corrects DESIGN row 6).
+
+    range (H,) [m], amplitude (H,), phase (H,) [rad]. The slow twin of the corrected engine.
+    """
+    first = pulse_times(pulse, sample_rate)
+    time = first[0] + np.arange(bins + first.size - 1) / sample_rate
+    received = np.zeros(time.size, dtype=np.complex128)
+    for r, a, p in zip(range, amplitude, phase, strict=True):
+        if 0.0 <= 2.0 * r / SPEED_OF_LIGHT * sample_rate <= bins - 1:
+            received += echo(float(a), float(p), chirp(time - 2.0 * r / SPEED_OF_LIGHT, bandwidth, pulse))
+    return received
+
+
+def printed_hamming(count: int) -> Floats:
+    """Hamming window (count,), 0.54 - 0.46 cos(2 pi n / (N - 1)). Source: seed eq. 17."""
+    return 0.54 - 0.46 * np.cos(2.0 * np.pi * np.arange(count) / max(count - 1, 1))  # eq. 17
+
+
+def window(name: str, count: int) -> Floats:
+    """Window (count,) of that name over the reference, in the n / (N - 1) form of eq. 17; ValueError lists them."""
+    if name == "hamming":
+        return printed_hamming(count)
+    turn = np.arange(count) / max(count - 1, 1) - 0.5
+    total = np.zeros(count)
+    for m, coefficient in enumerate(window_coefficients(name)):
+        total += coefficient * np.cos(2.0 * np.pi * m * turn)
+    return total
+
+
+def compress(received: Complexes, transmitted: Complexes, weights: Floats, bins: int) -> Complexes:
+    """Matched filter (bins,) by FFT: correlation with the windowed chirp, a unit echo to a unit peak. Source: seed eq. 15.
+
+    received (bins + N - 1,); transmitted (N,); weights (N,), the window on the reference.
+    """
+    size = next_fast_len(received.size)
+    reference = fft(weights * transmitted, size)
+    compressed: Complexes = ifft(fft(received, size) * np.conj(reference))  # eq. 15
+    return compressed[:bins] / np.sum(weights)
+
+
+def printed_response(delay: Floats, bandwidth: float) -> Floats:
+    """Predicted |compressed| of an unweighted chirp, |sinc(B tau)|, 1 at delay 0 [s]; holds for B T >> 1. Seed eq. 16."""
+    return np.abs(np.sinc(bandwidth * np.asarray(delay)))  # eq. 16
