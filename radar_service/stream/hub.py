@@ -5,7 +5,7 @@ The rules, all of them testable without a socket:
 2. A `live` client that falls behind loses whole batches, oldest first, and finds a gap in their place.
 3. A `lossless` client makes the producer wait, at most PATIENCE; then it is told `bye` and let go.
 4. Sequence numbers count spokes within an epoch. A gap names exactly the numbers that this client will not see.
-Everything here runs on the event loop, except `views`, an immutable tuple that the producer reads.
+Everything here runs on the event loop; the producer's thread only reads `views`, an immutable tuple, and `truth_wanted`.
 """
 
 import asyncio
@@ -56,7 +56,7 @@ class Batch:
     first: int
     count: int
     data: Mapping[View, bytes]
-    truth: bytes | None = None
+    truth: tuple[bytes, ...] = ()
 
 
 class Refused(Exception):
@@ -184,7 +184,7 @@ class _Kept:
 
 
 class Hub:
-    """The clients of one radar. `hello(view)` gives the running epoch's first message for a view, packed."""
+    """The clients of one radar. `hello(view, mode)` gives the running epoch's first message for a client, packed."""
 
     def __init__(self, clock: Callable[[], float], patience: float = PATIENCE, max_clients: int = MAX_CLIENTS) -> None:
         self.clients: set[Client] = set()
@@ -192,23 +192,20 @@ class Hub:
         self.epoch = ""
         self.next = 0  # sequence number of the next spoke
         self.lost = 0  # spokes that clients now gone had lost
-        self._hello: Callable[[View], bytes] | None = None
+        self.truth_wanted = False  # by some client; read by the producer
+        self._hello: Callable[[View, Mode], bytes] | None = None
         self._kept: dict[View, _Kept] = {}
         self._clock, self._patience, self._max_clients = clock, patience, max_clients
 
-    def open_epoch(self, epoch: str, hello: Callable[[View], bytes]) -> None:
+    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes]) -> None:
         """Begin an epoch: history is forgotten, every client gets its hello, numbers start at 0."""
         self.epoch, self.next, self._hello = epoch, 0, hello
         for kept in self._kept.values():
             kept.history.clear()
             kept.size = 0
-        greetings = {view: hello(view) for view in {client.view for client in self.clients}}
         for client in self.clients:
-            client.put(Item(greetings[client.view], epoch))
-
-    def renew_hello(self, hello: Callable[[View], bytes]) -> None:
-        """What clients that join from now on are told (controls may have changed within an epoch)."""
-        self._hello = hello
+            client.put(Item(hello(client.view, client.mode), epoch))
+            client.started = True  # from here on it has a right to every number
 
     def join(self, client: Client, since: tuple[str, int] | None = None) -> None:
         """Add a client: hello, then what it missed since (epoch, next number wanted) or a gap, then what comes.
@@ -220,12 +217,14 @@ class Hub:
         if len(self.clients) >= self._max_clients:
             raise Refused(f"the radar has its {self._max_clients} clients; try again later")
         self._want(client.view)
-        client.begin([Item(self._hello(client.view), self.epoch), *self._missed(client.view, since)])
+        client.begin([Item(self._hello(client.view, client.mode), self.epoch), *self._missed(client.view, since)])
         self.clients.add(client)
+        self.truth_wanted = self.truth_wanted or client.truth
 
     def leave(self, client: Client) -> None:
         """Remove a client; its view lingers for whoever reconnects."""
         self.clients.discard(client)
+        self.truth_wanted = any(other.truth for other in self.clients)
         self.lost += client.lost
         client.closed = True
         client._room.set()
@@ -241,8 +240,8 @@ class Hub:
             if view in self._kept:
                 self._kept[view].keep(Item(data, batch.epoch, batch.first, batch.count, True))
         for client in self.clients:
-            if batch.truth is not None and client.truth:
-                client.put(Item(batch.truth, batch.epoch, droppable=True))
+            for state in batch.truth if client.truth else ():
+                client.put(Item(state, batch.epoch, droppable=True))
             self._deliver(client, batch)
         self.next = batch.first + batch.count
         self._forget_idle_views()

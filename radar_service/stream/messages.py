@@ -15,6 +15,7 @@ from radar_service.scene.world import Radar, Scene
 from radar_service.stream import wire
 
 TURN = 2.0 * math.pi
+ROUNDING = 1e-9  # rad; azimuth - heading of a spoke at the very edge of a sector errs by some 1e-15
 
 
 class Planned(Protocol):
@@ -100,7 +101,7 @@ def scene_fields(scene: Scene) -> dict[str, Any]:
 
 def hello(
     epoch: str, identity: str, name: str, engine: Engine, encoding: str, to: Layout, simulated: float,
-    controls: Mapping[str, Any], truth: bool,
+    controls: Mapping[str, Any], mode: str, truth: bool,
 ) -> dict[str, Any]:  # fmt: skip
     """The first message of an epoch. simulated: time of the next spoke [s]."""
     return {
@@ -115,16 +116,21 @@ def hello(
         "encoding": encoding_fields(encoding, to, engine.noise_power),
         "controls": dict(controls),
         "clocks": {"simulated_s": simulated, "utc": datetime.now(UTC).isoformat(), "pace": controls["pace"]},
+        "mode": mode,
         "truth": truth,
     }
 
 
 def blind(azimuth: NDArray[np.float64], heading: NDArray[np.float64], radar: Radar) -> NDArray[np.bool_]:
-    """Which spokes (K,) look into a blind sector; sectors run clockwise from the bow [rad], both ends included."""
-    bow = np.mod(azimuth - heading, TURN)
+    """Which spokes (K,) look into a blind sector; sectors run clockwise from the bow [rad], both ends included.
+
+    A sector whose ends differ by whole turns is the full circle.
+    """
+    bow = azimuth - heading
     inside = np.zeros(azimuth.shape, dtype=bool)
     for start, stop in radar.blind_sectors:
-        inside |= np.mod(bow - start, TURN) <= (stop - start) % TURN
+        width = (stop - start) % TURN or (TURN if stop != start else 0.0)
+        inside |= np.mod(bow - start + ROUNDING, TURN) <= width + 2.0 * ROUNDING
     return inside
 
 

@@ -1,0 +1,189 @@
+"""One radar on the air: a transmitter in its own threads, a hub on the event loop, and what REST asks of both."""
+
+import asyncio
+import time
+from collections.abc import Callable, Coroutine
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from radar_service.records import Truth
+from radar_service.scene.world import Scene
+from radar_service.stream import messages, wire
+from radar_service.stream.ahead import Ahead, EngineFault
+from radar_service.stream.hub import Batch, Client, Hub, Mode, Refused, View
+from radar_service.stream.messages import Engine
+from radar_service.stream.pace import KEEPING_UP
+from radar_service.stream.transmitter import Epoch, Settings, Transmitter
+
+Factory = Callable[[Scene], Engine]
+PREPARE_TIMEOUT = 120.0  # s that a new scene may take to its first spokes
+STOP_TIMEOUT = 3.0  # s to wait for each thread
+
+
+class Station:
+    """One radar. All methods are for the event loop, except the four that the transmitter calls."""
+
+    def __init__(
+        self,
+        identity: str,
+        engine: Engine,
+        factory: Factory,
+        *,
+        name: str | None = None,
+        settings: Settings | None = None,
+        allow_truth: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
+        self.hub = Hub(clock)
+        self.transmitter = Transmitter(engine, settings or Settings(), self, clock)
+        self._factory = factory
+        self._swapping = asyncio.Lock()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that runs."""
+        return self.transmitter.epoch.engine
+
+    @property
+    def settings(self) -> Settings:
+        """What REST has set."""
+        return self.transmitter.settings
+
+    async def start(self) -> None:
+        """Begin to compute and to send; clients are taken from here on."""
+        self._loop = asyncio.get_running_loop()
+        self._open_epoch(self.transmitter.epoch)
+        self.transmitter.start()
+
+    async def stop(self, reason: str = "the server is stopping") -> None:
+        """Say bye to every client and end the threads."""
+        self.hub.close(reason)
+        await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
+
+    def join(self, client: Client, since: tuple[str, int] | None = None) -> None:
+        """Add a client to the feed. Raises Refused with the reason, also when the engine has died."""
+        if client.truth and not self.allow_truth:
+            raise Refused("truth: this server does not give it; it must be started with --truth")
+        if self.transmitter.fault:
+            raise Refused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
+        self.hub.join(client, since)
+
+    async def swap(self, scene: Scene) -> tuple[str, Engine]:
+        """Prepare another scene beside the running one and let it take over; gives its epoch and engine.
+
+        Whatever the factory raises comes out and the running scene goes on.
+        """
+        async with self._swapping:
+            ahead = await asyncio.to_thread(self._prepare, scene)
+            return self.transmitter.follow_with(ahead), ahead.engine
+
+    async def turn(self, rpm: float) -> tuple[str, Engine]:
+        """The same scene at another rate of rotation, as another scene.
+
+        Simulated time starts again at 0, so that the spokes are those of a scene written with that rpm.
+        """
+        scene = self.transmitter.coming.scene
+        return await self.swap(replace(scene, radar=replace(scene.radar, rotation_period=60.0 / rpm)))
+
+    def truth(self, at: float | None = None) -> Truth:
+        """The state of everything at `at` [s of simulation], by default now."""
+        return self.engine.truth(self.transmitter.simulated if at is None else at)
+
+    def controls(self) -> dict[str, Any]:
+        """The settings as REST and the feed say them."""
+        radar, settings = self.engine.scene.radar, self.settings
+        return {
+            "transmit": settings.transmit,
+            "range_m": min(settings.range or radar.range_max, radar.range_max),
+            "gain": settings.video.gain,
+            "sea": settings.video.sea,
+            "rain": settings.video.rain,
+            "rpm": 60.0 / radar.rotation_period,
+            "pace": settings.pace.as_dict(),
+        }
+
+    def state(self) -> str:
+        """failed, paused, behind, standby or running."""
+        if self.transmitter.fault:
+            return "failed"
+        if self.settings.pace.state == "pause":
+            return "paused"
+        factor, reached = self.settings.pace.factor, self.transmitter.reached()
+        if np.isfinite(factor) and reached is not None and reached < KEEPING_UP * factor:
+            return "behind"
+        return "running" if self.settings.transmit else "standby"
+
+    def health(self) -> dict[str, Any]:
+        """How the radar does, in plain data."""
+        clients = self.hub.clients
+        return {
+            "id": self.identity,
+            "state": self.state(),
+            "fault": self.transmitter.fault,
+            "pace": self.settings.pace.as_dict(),
+            "factor_reached": self.transmitter.reached(),
+            "slips": self.transmitter.schedule.slips,
+            "simulated_s": self.transmitter.simulated,
+            "epoch": self.hub.epoch,
+            "next": self.hub.next,
+            "spokes_sent": self.transmitter.sent,
+            "spokes_lost": self.hub.lost + sum(client.lost for client in clients),
+            "clients": len(clients),
+            "views": len(self.hub.views),
+        }
+
+    # The transmitter's outlet, called from its thread.
+
+    def open_epoch(self, epoch: Epoch) -> None:
+        """Tell the clients of a new epoch."""
+        self._on_loop(self._open_epoch_soon(epoch))
+
+    def views(self) -> tuple[View, ...]:
+        """What clients look at."""
+        return self.hub.views
+
+    def wants_truth(self) -> bool:
+        """Whether a client has asked for it."""
+        return self.hub.truth_wanted
+
+    def publish(self, batch: Batch) -> None:
+        """Hand spokes to the clients; returns when they are queued, lossless ones included."""
+        self._on_loop(self.hub.publish(batch))
+
+    def died(self, reason: str) -> None:
+        """Tell the clients that no more spokes come."""
+        self._on_loop(self._close_soon(f"the radar has stopped: {reason}"))
+
+    def _on_loop(self, call: Coroutine[Any, Any, None]) -> None:
+        assert self._loop is not None, "start() comes first"
+        asyncio.run_coroutine_threadsafe(call, self._loop).result()
+
+    async def _open_epoch_soon(self, epoch: Epoch) -> None:
+        self._open_epoch(epoch)
+
+    async def _close_soon(self, reason: str) -> None:
+        self.hub.close(reason)
+
+    def _open_epoch(self, epoch: Epoch) -> None:
+        def hello(view: View, mode: Mode) -> bytes:
+            to, now = epoch.layout(view.bins), self.transmitter.simulated
+            return wire.pack(
+                messages.hello(
+                    epoch.name, self.identity, self.name, epoch.engine, view.encoding, to, now, self.controls(), mode,
+                    self.allow_truth,
+                )
+            )  # fmt: skip
+
+        self.hub.open_epoch(epoch.name, hello)
+
+    def _prepare(self, scene: Scene) -> Ahead:
+        ahead = Ahead(self._factory(scene))
+        ahead.start()
+        if not ahead.ready(PREPARE_TIMEOUT):
+            ahead.stop()
+            raise EngineFault(f"no spokes after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine")
+        return ahead

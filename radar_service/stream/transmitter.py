@@ -1,0 +1,281 @@
+"""The thread that sends: takes blocks from the engine ahead, waits until they are due, encodes them, hands them out.
+
+What happens when:
+- gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
+- range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed.
+- the engine dies: the outlet is told the reason once; the next scene revives the radar.
+"""
+
+import secrets
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.display.video import Controls, Layout
+from radar_service.records import SpokeBlock
+from radar_service.stream import messages, wire
+from radar_service.stream.ahead import Ahead, EngineFault
+from radar_service.stream.hub import Batch, View
+from radar_service.stream.messages import Engine
+from radar_service.stream.pace import Pace, Schedule, batch_spokes
+
+TRUTHS_PER_SCAN = 8  # enough to draw a track; their cost stays unseen
+WAIT_FOR_BLOCK = 0.25  # s between looks at whether there is something else to do
+
+Rows = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What REST sets on a radar. range [m]: of the display, None as far as it goes."""
+
+    transmit: bool = True
+    range: float | None = None
+    video: Controls = field(default_factory=Controls)
+    pace: Pace = field(default_factory=Pace)
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """A stretch of the feed over which sequence numbers count and the cells stay the same."""
+
+    name: str
+    engine: Engine
+    range: float | None
+
+    def layout(self, bins: int | None) -> Layout:
+        """How a spoke of this epoch becomes that many bins."""
+        return messages.engine_layout(self.engine, bins, self.range)
+
+
+class Outlet(Protocol):
+    """Where spokes go. Called from the transmitter's thread; each call returns when it has been heeded."""
+
+    def open_epoch(self, epoch: Epoch) -> None:
+        """Another epoch begins; numbers start at 0."""
+
+    def views(self) -> tuple[View, ...]:
+        """What to encode."""
+
+    def wants_truth(self) -> bool:
+        """Whether anybody listens to the truth."""
+
+    def publish(self, batch: Batch) -> None:
+        """The next spokes."""
+
+    def died(self, reason: str) -> None:
+        """No more spokes come until another epoch begins."""
+
+
+def new_epoch_name() -> str:
+    """A name that no other epoch has had, in this process or an earlier one."""
+    return secrets.token_hex(4)
+
+
+class Transmitter:
+    """The sending half of a radar. Commands may come from any thread."""
+
+    def __init__(self, engine: Engine, settings: Settings, outlet: Outlet, clock: Callable[[], float]) -> None:
+        self.settings = settings
+        self.epoch = Epoch(new_epoch_name(), engine, settings.range)
+        self.fault: str | None = None
+        self.sent = 0  # spokes since the start
+        self.simulated = 0.0  # time of the next spoke, s
+        self.schedule = Schedule()
+        self._outlet, self._clock = outlet, clock
+        self._ahead = Ahead(engine)
+        self._next: tuple[str, Ahead] | None = None  # epoch to come
+        self._steps = 0  # spokes still to send while paused
+        self._number = 0  # of the next spoke in this epoch
+        self._sweep: deque[tuple[Rows, NDArray[np.float32]]] = deque()
+        self._changed = threading.Condition()
+        self._version = 0  # of settings, steps and the epoch to come
+        self._stopping = False
+        self._thread = threading.Thread(target=self._run, name="radar transmitter", daemon=True)
+
+    def start(self) -> None:
+        """Begin to compute and to send."""
+        self._ahead.start()
+        self._thread.start()
+
+    def stop(self, timeout: float) -> None:
+        """End both threads and wait that long for each [s]."""
+        with self._changed:
+            self._stopping = True
+            self._changed.notify_all()
+        self._ahead.stop()
+        if self._next:
+            self._next[1].stop()
+        if self._thread.ident is not None:
+            self._thread.join(timeout)
+        self._ahead.stop(timeout)
+
+    def set(self, settings: Settings) -> None:
+        """Replace the settings; see the top of this file for when they take hold."""
+        with self._changed:
+            if settings.pace != self.settings.pace:
+                self._steps = 0
+                self.schedule.restart()
+            self.settings = settings
+            self._touch()
+
+    def step(self, spokes: int) -> None:
+        """Pause, having sent that many spokes more."""
+        with self._changed:
+            self.settings = replace(self.settings, pace=replace(self.settings.pace, state="pause"))
+            self.schedule.restart()
+            self._steps = spokes
+            self._touch()
+
+    def follow_with(self, ahead: Ahead) -> str:
+        """Let a prepared engine take over; gives the name of its epoch. Of several the last one wins."""
+        with self._changed:
+            replaced, self._next = self._next, (new_epoch_name(), ahead)
+            self._touch()
+            name = self._next[0]
+        if replaced:
+            replaced[1].stop()
+        return name
+
+    @property
+    def coming(self) -> Engine:
+        """The engine that will run next, or runs."""
+        following = self._next
+        return following[1].engine if following else self.epoch.engine
+
+    def reached(self) -> float | None:
+        """Simulated seconds per second, measured; None before there is enough to measure."""
+        with self._changed:
+            return self.schedule.reached(self._clock())
+
+    def sweep(self) -> tuple[Engine, list[tuple[Rows, NDArray[np.float32]]]]:
+        """The engine, and rows and power [W] of the spokes of its last revolution, oldest first."""
+        with self._changed:
+            return self.epoch.engine, list(self._sweep)
+
+    def _touch(self) -> None:
+        self._version += 1
+        self._changed.notify_all()
+
+    @property
+    def _idle(self) -> bool:
+        return self.settings.pace.state == "pause" and not self._steps
+
+    def _run(self) -> None:
+        while not self._stopping:
+            try:
+                self._transmit()
+            except Exception as fault:  # whatever it is, the listeners must be told
+                if not self._stopping:
+                    self._die(str(fault) if isinstance(fault, EngineFault) else f"{type(fault).__name__}: {fault}")
+
+    def _transmit(self) -> None:
+        while not self._stopping:
+            self._attend()
+            block = self._ahead.take(WAIT_FOR_BLOCK)
+            if block is None:
+                continue
+            self._send(block)
+            if self._next and block.index + len(block) == self.epoch.engine.scene.radar.azimuths:
+                self._take_over()
+
+    def _die(self, reason: str) -> None:
+        self.fault = reason
+        self._ahead.stop()
+        self._outlet.died(reason)
+        with self._changed:
+            self._changed.wait_for(lambda: self._next or self._stopping)
+        if self._next:
+            self._take_over()
+
+    def _attend(self) -> bool:
+        """Do what cannot wait for the end of the scan; whether that has made the block at hand obsolete."""
+        if self._next and self._idle:
+            self._take_over()
+            return True
+        if self.settings.range != self.epoch.range:
+            self._open(replace(self.epoch, name=new_epoch_name(), range=self.settings.range))
+        return False
+
+    def _take_over(self) -> None:
+        with self._changed:
+            assert self._next is not None
+            (name, ahead), self._next = self._next, None
+            old, self._ahead = self._ahead, ahead
+            self._sweep.clear()
+            self.schedule.restart()
+            self.simulated = 0.0
+        old.stop()
+        self._open(Epoch(name, ahead.engine, self.settings.range))
+        self.fault = None
+
+    def _open(self, epoch: Epoch) -> None:
+        self.epoch, self._number = epoch, 0
+        self._outlet.open_epoch(epoch)
+
+    def _send(self, block: SpokeBlock) -> None:
+        at = 0
+        while at < len(block) and not self._stopping:
+            if self._attend():
+                return
+            with self._changed:
+                version, settings, steps = self._version, self.settings, self._steps
+            size = batch_spokes(settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
+            part = block.part(at, min(len(block), at + min(size, steps or size)))
+            if self._wait(part, settings, version):
+                self._emit(part, settings)
+                at += len(part)
+
+    def _wait(self, part: SpokeBlock, settings: Settings, version: int) -> bool:
+        """Wait until the batch is due: True; or until something has changed: False."""
+        with self._changed:
+            while version == self._version and not self._stopping:
+                if self._steps:
+                    return True
+                if settings.pace.state == "pause":
+                    self._changed.wait()
+                    continue
+                delay = self.schedule.delay(self._clock(), float(part.time[-1]), settings.pace.factor)
+                if delay <= 0:
+                    return True
+                self._changed.wait(delay)
+        return False
+
+    def _emit(self, part: SpokeBlock, settings: Settings) -> None:
+        if settings.transmit:
+            self._outlet.publish(self._batch(part, settings.video))
+            self._number += len(part)
+            self.sent += len(part)
+        with self._changed:
+            self._steps = max(0, self._steps - len(part))
+            self.simulated = float(part.time[-1]) + self.epoch.engine.scene.radar.spoke_period
+            self.schedule.sent(self._clock(), float(part.time[-1]))
+            if settings.transmit:
+                self._remember(part)
+
+    def _batch(self, part: SpokeBlock, controls: Controls) -> Batch:
+        epoch, data = self.epoch, {}
+        for view in self._outlet.views():
+            message = messages.spokes(
+                epoch.name, self._number, part, view.encoding, epoch.layout(view.bins), controls, epoch.engine
+            )
+            data[view] = wire.pack(message)
+        return Batch(epoch.name, self._number, len(part), data, self._truths(part))
+
+    def _truths(self, part: SpokeBlock) -> tuple[bytes, ...]:
+        if not self._outlet.wants_truth():
+            return ()
+        every = max(1, self.epoch.engine.scene.radar.azimuths // TRUTHS_PER_SCAN)
+        due = [float(t) for k, t in enumerate(part.time) if (part.index + k) % every == 0]
+        return tuple(wire.pack(messages.truth(self.epoch.name, self.epoch.engine.truth(t))) for t in due)
+
+    def _remember(self, part: SpokeBlock) -> None:
+        self._sweep.append((np.arange(part.index, part.index + len(part)), part.power))
+        held = sum(len(rows) for rows, _ in self._sweep)
+        while held - len(self._sweep[0][0]) >= self.epoch.engine.scene.radar.azimuths:
+            held -= len(self._sweep.popleft()[0])
