@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 Floats = NDArray[np.float64]
+Reals = NDArray[np.floating[Any]] | float
 Integers = NDArray[np.integer[Any]] | list[int] | int
 Up = Literal["north"] | float
 Interpolation = Literal["bilinear", "peak"]
@@ -63,7 +64,7 @@ class Ppi:
         if len(rows) and not 0 <= rows.min() <= rows.max() < azimuths:
             raise ValueError(f"index: {rows.min()} to {rows.max()}; this picture has rows 0 to {azimuths - 1}")
         news = np.zeros(len(rows), dtype=np.bool_)
-        for k in np.argsort(numbers, kind="stable"):
+        for k in range(len(rows)):
             if numbers[k] > self.number[rows[k]]:
                 self.polar[rows[k]], self.number[rows[k]], news[k] = samples[k], numbers[k], True
         return news
@@ -116,9 +117,7 @@ def scan_convert(
     return _CONVERSIONS[interpolation](polar, geometry)
 
 
-def image_place(
-    distance: Floats | float, azimuth: Floats | float, size: int, range_max: float, up: Up = "north"
-) -> tuple[Floats, Floats]:
+def image_place(distance: Reals, azimuth: Reals, size: int, range_max: float, up: Up = "north") -> tuple[Floats, Floats]:
     """Row and column, in pixels with whole numbers at pixel centres, of a range [m] and azimuth [rad] (seed eqs. 21, 22)."""
     angle = np.asarray(azimuth, np.float64) - (0.0 if isinstance(up, str) else up)
     pixels = np.asarray(distance, np.float64) * (size / (2.0 * range_max))
@@ -160,7 +159,7 @@ def _weights(geometry: _Geometry) -> "csr_array[np.float32]":
     """The sparse matrix (size^2, azimuths x bins) image_from_polar of bilinear interpolation."""
     azimuths, bins, first, step, size, _, top, reach = geometry
     offset = (np.arange(size) + 0.5 - size / 2.0) * geometry.pixel
-    x, y = offset[None, :], -offset[:, None]
+    x, y = offset[None, :], 0.0 - offset[:, None]  # so that the middle is +0, whose bearing is 0
     distance, azimuth = np.hypot(x, y).ravel(), (np.arctan2(x, y).ravel() + top) % (2.0 * np.pi)
     seen = (distance >= first - step / 2.0) & (distance <= reach)
     n = np.clip((distance[seen] - first) / step, 0.0, bins - 1.0)
