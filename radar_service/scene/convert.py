@@ -40,7 +40,7 @@ def radar_from_model(model: RadarModel) -> Radar:
 
 
 def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment:
-    """The environment in SI; "itu" gas becomes its attenuation at the radar's frequency. Raises SceneError beyond its range."""
+    """The environment in SI; "itu" gas becomes its attenuation at the radar's frequency. SceneError above 54 GHz."""
     factors = {"4/3": 4.0 / 3.0, "flat": math.inf}
     gas = model.gas_db_per_km
     return Environment(

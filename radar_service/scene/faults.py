@@ -24,7 +24,7 @@ Schema = dict[str, Any]
 
 
 def plain_data(source: Any) -> Any:
-    """`source` as dicts, tuples and plain scalars; numpy values become Python's. Raises SceneError on absurd nesting or size."""
+    """`source` as dicts, tuples and plain scalars; numpy values become Python's. SceneError where too deep or large."""
     left = [MAX_VALUES]
 
     def plain(value: Any, depth: int) -> Any:

@@ -13,23 +13,19 @@ class SceneFolder:
     path: Path | None
 
     def find(self, name: str, place: str) -> Path:
-        """The file `name` (relative, forward slashes). Raises SceneError naming `place` where it may not or cannot be read."""
+        """The file `name` (relative, forward slashes). SceneError naming `place` where it cannot be had."""
         if self.path is None:
-            raise SceneError(
-                f'{place}: "{name:.200}" is a file, but this scene came without a folder; pass folder= or load the scene from a file'
-            )
+            raise SceneError(f'{place}: "{name:.200}" is a file, but this scene came without a folder; pass folder=')
         if Path(name).is_absolute() or "\\" in name or ":" in name or ".." in Path(name).parts:
             raise SceneError(
-                f'{place}: "{name:.200}" leaves the scene\'s folder; only relative paths below {self.path} are allowed: '
+                f'{place}: "{name:.200}" leaves the scene\'s folder; only paths below {self.path} are allowed: '
                 "copy the file there"
             )
         try:
             root = self.path.resolve()
             found = (root / name).resolve()
             if not found.is_relative_to(root):
-                raise SceneError(
-                    f'{place}: "{name:.200}" leads out of the scene\'s folder {self.path} through a link; copy the file there'
-                )
+                raise SceneError(f'{place}: "{name:.200}" leads out of {self.path} through a link; copy the file there')
             if found.is_dir():
                 raise SceneError(f'{place}: "{name:.200}" is a folder; name a file in it')
             if not found.is_file():

@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.scene import raster
 from radar_service.scene.convert import environment_from_model, radar_from_model
 from radar_service.scene.error import SceneError
 from radar_service.scene.faults import limited
 from radar_service.scene.files import SceneFolder
 from radar_service.scene.geo import Origin, map_from_geographic
+from radar_service.scene.heightmap import Sight, Terrain, heightmap_terrain
 from radar_service.scene.materials import material_from_name
 from radar_service.scene.mesh import MAX_FILE_BYTES, LoadedMesh, mesh_from_bytes
 from radar_service.scene.model import SHAPE_SIZES, BodyModel, SceneModel
@@ -30,7 +32,7 @@ MAX_TRIANGLES = 40_000_000  # of all bodies together: some 2 GB as vertices, fac
 def load_scene(source: Source, *, folder: Path | None = None) -> Scene:
     """The scene in a TOML or JSON file, or in a mapping of the same form (then its files are looked for in `folder`).
 
-    A name that is no file on disk is looked for among the packaged scenes: "harbour" and "scenes/harbour.toml" work anywhere.
+    A name that is no file on disk is looked for among the packaged ones: "harbour" and "scenes/harbour.toml" work anywhere.
     Raises SceneError, and nothing else, for whatever cannot be run.
     """
     return scene_from_model(*model_and_folder(source, folder))
@@ -90,7 +92,13 @@ class _Loader:
         material = material_from_name(body.material, f"{place}.material")
         scattering: Scattering = "rcs" if body.rcs_dbsm is not None else body.scattering or material.scattering
         start = self._start(body)
-        mesh = self._mesh(body, place)
+        if body.heightmap is not None:
+            terrain = self._terrain(body, start, place)
+            mesh: Mesh | None = terrain.loaded.mesh
+            start = terrain.position
+            self._warn(f"{place}.heightmap", body.heightmap, terrain.loaded)
+        else:
+            mesh = self._mesh(body, place)
         self._count(mesh, place)
         motion = motion_from_model(body, start, place, self._read_track, self.origin)
         rcs = None if body.rcs_dbsm is None else 10.0 ** (body.rcs_dbsm / 10.0)
@@ -104,11 +112,27 @@ class _Loader:
             return np.array([east, north, body.up_m or 0.0])
         return np.array(body.position_m or (0.0, 0.0, 0.0))
 
+    def _warn(self, place: str, name: str, loaded: LoadedMesh) -> None:
+        if loaded.findings:
+            self.warnings.append(f"{place}: {name}: {', '.join(loaded.findings)}")
+
+    def _terrain(self, body: BodyModel, start: Floats, place: str) -> Terrain:
+        name = str(body.heightmap)
+        content = self.folder.read(name, f"{place}.heightmap", raster.MAX_FILE_BYTES)
+        samples = raster.raster_from_bytes(content, name, f"{place}.heightmap: {name}")
+        return heightmap_terrain(body, samples, start, self.origin, self._sight(), place)
+
+    def _sight(self) -> Sight:
+        """What own ship can see from anywhere on her way; everything, where she goes on for ever."""
+        way = np.zeros((1, 3)) if self.own_ship is None else self.own_ship.position
+        for_ever = self.own_ship is not None and bool(self.own_ship.final_velocity.any())
+        strayed = np.inf if for_ever else float(np.hypot(*(way - way[0])[:, :2].T).max())
+        return Sight(float(way[0, 0]), float(way[0, 1]), self.radar.range_max + strayed)
+
     def _mesh(self, body: BodyModel, place: str) -> Mesh | None:
         if body.mesh is not None:
             loaded = self._mesh_file(body, f"{place}.mesh")
-            if loaded.findings:
-                self.warnings.append(f"{place}.mesh: {body.mesh}: {', '.join(loaded.findings)}")
+            self._warn(f"{place}.mesh", body.mesh, loaded)
             return loaded.mesh
         if body.shape is None or body.shape == "point":
             return None
@@ -140,7 +164,7 @@ class _Loader:
         self.triangles += 0 if mesh is None else len(mesh.faces)
         if self.triangles > MAX_TRIANGLES:
             raise SceneError(
-                f"{place}: brings the scene to {self.triangles} triangles; at most {MAX_TRIANGLES} of all bodies: simplify or remove some"
+                f"{place}: brings the scene to {self.triangles} triangles; at most {MAX_TRIANGLES}: simplify or remove some"
             )
 
     def _read_track(self, name: str, place: str) -> bytes:

@@ -1,9 +1,9 @@
-"""What surfaces are made of, and how they scatter at X band: sigma0 = gamma cos(incidence) from normal, gamma as a power ratio.
+"""What surfaces are made of, and how they scatter at X band: sigma0 = gamma cos(incidence), gamma as a power ratio.
 
-The constant-gamma law and its land values: Barton, Radar System Analysis and Modeling (2005), section 9: gamma -20 dB for flat
-or desert ground, -15 dB for farmland, -10 dB for wooded hills and towns, about -5 dB for cliffs and city blocks. It is
-within some 5 dB of the means that Ulaby and Dobson (1989) tabulate for X band. For the small parts of built things
-(rails, frames, joints) there is no table: those values are set from that scale and say so.
+The constant-gamma law and its ladder for land: Barton, Land clutter models for radar design and analysis (1985): -20 dB for
+flat ground, -15 dB for farmland and desert, -12 dB for rolling hills, -10 dB for wooded hills, -5 dB for mountains and towns; the
+spread about such means is some 5 dB. No table covers the small parts of built things (rails, frames, joints): those values are
+reasoned from how much a smooth slab would reflect at normal incidence, all of it spread evenly.
 """
 
 from radar_service.scene.error import SceneError
@@ -17,12 +17,12 @@ _GAMMA_DB: dict[str, tuple[float, Scattering]] = {
     "concrete": (-6.0, "diffuse"),  # |Gamma|^2 -6 dB at normal incidence for permittivity 6 (ITU-R P.2040: 5.24)
     "brick": (-8.0, "diffuse"),  # |Gamma|^2 -9 dB for permittivity 3.9 (ITU-R P.2040), rougher than concrete
     "glass": (-8.0, "diffuse"),  # |Gamma|^2 -7 dB for permittivity 6.3 (ITU-R P.2040); frames make it scatter
-    "building": (-5.0, "diffuse"),  # Barton: towns, city blocks
-    "rock": (-5.0, "diffuse"),  # Barton: cliffs, mountains
-    "land": (-13.0, "diffuse"),  # Barton: between farmland and wooded hills
-    "urban": (-10.0, "diffuse"),  # Barton: towns, seen as terrain
-    "sand": (-20.0, "diffuse"),  # Barton: flat, desert
-    "vegetation": (-13.0, "diffuse"),  # Barton: woods
+    "building": (-5.0, "diffuse"),  # Barton: towns
+    "rock": (-5.0, "diffuse"),  # Barton: mountains
+    "land": (-12.0, "diffuse"),  # Barton: rolling hills
+    "urban": (-10.0, "diffuse"),  # low houses and gardens: below Barton's towns
+    "sand": (-20.0, "diffuse"),  # Barton: flat ground
+    "vegetation": (-12.0, "diffuse"),  # Barton: between farmland and wooded hills
     "ice": (-15.0, "diffuse"),  # permittivity 3.2, rough at the wavelength: as farmland
     "rubber": (-15.0, "diffuse"),  # inflatable boats: thin, lossy, smooth
 }

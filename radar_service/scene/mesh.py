@@ -1,7 +1,7 @@
-"""Mesh files to triangles: OBJ, STL, PLY, GLB. The only module that imports trimesh.
+"""Mesh files to triangles: OBJ (by `obj`), STL, PLY and GLB (by trimesh, which nothing else imports).
 
-trimesh is given bytes, never a path, so that nothing a file refers to (materials, buffers, textures) is ever opened; what a file
-declares is checked before (`mesh_file`), what came out is checked after.
+trimesh is given bytes, never a path, so that nothing a file refers to (materials, buffers, textures) is ever opened.
+What a file declares is checked before (`mesh_file`), what came out of it is checked after.
 """
 
 import io
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from radar_service.scene.error import SceneError
 from radar_service.scene.mesh_file import check_content
+from radar_service.scene.obj import obj_triangles
 from radar_service.scene.world import Mesh
 
 Floats = NDArray[np.float64]
@@ -38,7 +39,8 @@ def mesh_from_bytes(content: bytes, name: str, place: str, scale: float = 1.0, u
     up: "y" maps (x, y, z) to (x, -z, y). Raises SceneError where the file is not a mesh that can be used.
     """
     kind = check_content(content, name, place)
-    vertices, faces = _parse(content, kind, place)
+    vertices, faces = obj_triangles(content, place) if kind == "obj" else _parse(content, kind, place)
+    _check_range(vertices, faces, place)
     if not np.isfinite(vertices).all():
         count = int((~np.isfinite(vertices).all(axis=1)).sum())
         raise SceneError(f"{place}: {count} vertices are not finite numbers; correct the file")
@@ -47,7 +49,7 @@ def mesh_from_bytes(content: bytes, name: str, place: str, scale: float = 1.0, u
         vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
     if len(vertices) and np.abs(vertices).max() > REACH:
         raise SceneError(
-            f"{place}: a vertex lies {np.abs(vertices).max():g} m from the mesh's origin; at most {REACH:g} m: set scale or correct the file"
+            f"{place}: a vertex lies {np.abs(vertices).max():g} m from the mesh's origin; at most {REACH:g}: set scale"
         )
     return _tidied(vertices, faces, place)
 
@@ -79,7 +81,8 @@ def _check_range(vertices: Floats, faces: Faces, place: str) -> None:
         raise SceneError(f"{place}: its vertices are not points in space; export it again")
     if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
         raise SceneError(
-            f"{place}: faces refer to vertices {int(faces.min())} to {int(faces.max())}, but there are {len(vertices)}; export it again"
+            f"{place}: faces refer to vertices {int(faces.min())} to {int(faces.max())}, but there are only "
+            f"{len(vertices)} (counted from 0); export it again"
         )
 
 

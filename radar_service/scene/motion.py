@@ -96,20 +96,20 @@ def motion_from_track(content: bytes, place: str, heading_deg: float | None, ori
     Before the first and after the last row the body stands still. With a heading column it turns evenly from row to row,
     else it heads along each leg. Raises SceneError naming the line.
     """
-    columns = _columns(content, place)
+    columns, lines = _columns(content, place)
     time = columns["time_s"]
     falling = np.flatnonzero(np.diff(time) <= 0.0)
     if falling.size:
         k = int(falling[0])
         raise SceneError(
-            f"{place}, row {k + 2}: time_s {time[k + 1]:g} does not rise above {time[k]:g} of the row before; "
+            f"{place}, line {lines[k + 1]}: time_s {time[k + 1]:g} does not rise above {time[k]:g} of the row before; "
             "times rise strictly: sort the rows and remove doubles"
         )
-    position = np.column_stack([_places(columns, place, origin), columns.get("up_m", np.zeros(len(time)))])
+    position = np.column_stack([_places(columns, lines, place, origin), columns.get("up_m", np.zeros(len(time)))])
     far = np.flatnonzero(~(np.abs(position).max(axis=1) <= REACH))
     if far.size:
         raise SceneError(
-            f"{place}, row {int(far[0]) + 1}: {position[far[0]].tolist()} m is farther than {REACH:g} m from the origin; "
+            f"{place}, line {lines[int(far[0])]}: {position[far[0]].tolist()} m is farther than {REACH:g} m from the origin; "
             "the flat map ends there: move the origin or cut the track"
         )
     if "heading_deg" in columns:
@@ -117,18 +117,19 @@ def motion_from_track(content: bytes, place: str, heading_deg: float | None, ori
     return Motion(time, position, _leg_headings(position, heading_deg))
 
 
-def _columns(content: bytes, place: str) -> dict[str, Floats]:
-    """The columns of the CSV by name, all finite."""
+def _columns(content: bytes, place: str) -> tuple[dict[str, Floats], list[int]]:
+    """The columns of the CSV by name, all finite, and the line that each row ends on."""
     try:
-        rows = [row for row in csv.reader(io.StringIO(content.decode("utf-8-sig"), newline="")) if any(map(str.strip, row))]
+        reader = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""))
+        rows = [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
     except (UnicodeDecodeError, csv.Error) as fault:
         raise SceneError(f"{place}: not a CSV file in UTF-8 ({fault}); save it as comma-separated text") from None
-    names = [name.strip() for name in rows[0]] if rows else []
+    names = [name.strip() for name in rows[0][1]] if rows else []
     _check_names(names, place)
     if not 1 <= len(rows) - 1 <= MAX_TRACK_ROWS:
         raise SceneError(f"{place}: {max(len(rows) - 1, 0)} rows of data; a track has 1 to {MAX_TRACK_ROWS}")
-    table = np.array([_numbers(row, names, k, place) for k, row in enumerate(rows[1:], start=1)])
-    return {name: table[:, k] for k, name in enumerate(names)}
+    table = np.array([_numbers(row, names, f"{place}, line {line}") for line, row in rows[1:]])
+    return {name: table[:, k] for k, name in enumerate(names)}, [line for line, _ in rows[1:]]
 
 
 def _check_names(names: list[str], place: str) -> None:
@@ -138,14 +139,14 @@ def _check_names(names: list[str], place: str) -> None:
     right = "time_s" in names and len(pairs) == 1 and all(name in names for name in pairs[0])
     if not right or set(names) - known or len(set(names)) != len(names):
         raise SceneError(
-            f"{place}: the first line names the columns {', '.join(names)[:200] or '(none)'}; needed are time_s and either east_m, "
-            "north_m or latitude_deg, longitude_deg, and allowed are up_m, heading_deg: name the columns in the first line"
+            f"{place}: the first line names the columns {', '.join(names)[:200] or '(none)'}; needed are time_s and "
+            "either east_m, north_m or latitude_deg, longitude_deg; allowed are up_m, heading_deg: name the columns there"
         )
 
 
-def _numbers(row: list[str], names: list[str], number: int, place: str) -> list[float]:
+def _numbers(row: list[str], names: list[str], place: str) -> list[float]:
     if len(row) != len(names):
-        raise SceneError(f"{place}, row {number}: {len(row)} values for {len(names)} columns; give one for each")
+        raise SceneError(f"{place}: {len(row)} values for {len(names)} columns; give one for each")
     values = []
     for text, name in zip(row, names, strict=True):
         try:
@@ -153,14 +154,12 @@ def _numbers(row: list[str], names: list[str], number: int, place: str) -> list[
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise SceneError(
-                f'{place}, row {number}: {name} is "{text:.40}"; a finite number is needed: correct or remove the row'
-            )
+            raise SceneError(f'{place}: {name} is "{text:.40}"; a finite number is needed: correct the row')
         values.append(value)
     return values
 
 
-def _places(columns: dict[str, Floats], place: str, origin: Origin | None) -> Floats:
+def _places(columns: dict[str, Floats], lines: list[int], place: str, origin: Origin | None) -> Floats:
     """(M, 2) east and north [m]."""
     if "east_m" in columns:
         return np.column_stack([columns["east_m"], columns["north_m"]])
@@ -171,7 +170,7 @@ def _places(columns: dict[str, Floats], place: str, origin: Origin | None) -> Fl
     if wild.size:
         k = int(wild[0])
         raise SceneError(
-            f"{place}, row {k + 1}: latitude {latitude[k]:g}, longitude {longitude[k]:g}; latitudes run from -90 to 90, "
+            f"{place}, line {lines[k]}: latitude {latitude[k]:g}, longitude {longitude[k]:g}; latitudes run from -90 to 90, "
             "longitudes from -180 to 180 degrees: correct the row"
         )
     return map_from_geographic(latitude, longitude, origin)

@@ -5,7 +5,7 @@ box, cylinder and hull (DESIGN section 6). A plate faces +y; dihedral and trihed
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +90,7 @@ def _prism(ring: Floats, height: float) -> Mesh:
 
 
 def dihedral(width: float, height: float) -> Mesh:
-    """Two upright plates at a right angle, each width x height, that open toward +y; the middle of the fold is the origin."""
+    """Two upright plates at a right angle, each width x height, open toward +y; the fold's middle is the origin."""
     s, h = width / math.sqrt(2.0), height / 2.0
     corners = [(0, 0, -h), (0, 0, h), (s, s, -h), (s, s, h), (-s, s, -h), (-s, s, h)]
     return _mesh(corners, [(2, 0, 1), (2, 1, 3), (0, 4, 5), (0, 5, 1)])
@@ -157,7 +157,7 @@ def _merged(vertices: Floats, faces: NDArray[np.int64]) -> Mesh:
     return Mesh(unique, faces[area > 0.0].astype(np.int64))
 
 
-def _mesh(vertices: list[tuple[float, ...]], faces: list[tuple[int, int, int]]) -> Mesh:
+def _mesh(vertices: Sequence[tuple[float, ...]], faces: list[tuple[int, int, int]]) -> Mesh:
     return Mesh(np.array(vertices, dtype=np.float64), np.array(faces, dtype=np.int64))
 
 

@@ -196,3 +196,13 @@ class Scene:
         place = self.own_ship.pose(time).position
         place[:, 2] = self.radar.height
         return place
+
+    def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
+        """Whether the radar is silent (K,): boresights (K,) [rad from north] in a blind sector of the ship's at time (K,)."""
+        silent = np.zeros(len(time), dtype=np.bool_)
+        if not self.radar.blind_sectors:
+            return silent
+        from_bow = (boresight - self.own_ship.pose(time).heading) % (2.0 * np.pi)
+        for start, stop in self.radar.blind_sectors:
+            silent |= (from_bow - start) % (2.0 * np.pi) <= (stop - start) % (2.0 * np.pi)
+        return silent
