@@ -1,0 +1,40 @@
+// What this viewer prefers: from the address (?orientation=head-up), else as left last time, else the default.
+
+const CHOICES = {
+  orientation: ["north-up", "head-up", "course-up"],
+  unit: ["nm", "m"],
+  palette: ["dusk", "day", "night"],
+  afterglow: ["1", "0", "0.25", "0.5", "2", "4"], // half-life in scans; 0: none
+  rings: ["on", "off"],
+  headline: ["on", "off"],
+  sweep: ["on", "off"],
+};
+
+/** The settings: the first choice of each is the default. */
+export function loadSettings() {
+  const address = new URLSearchParams(location.search);
+  const settings = { sweep: matchMedia("(prefers-reduced-motion: reduce)").matches ? "off" : "on" };
+  for (const [name, allowed] of Object.entries(CHOICES)) {
+    const wanted = [address.get(name), stored(name), settings[name]];
+    settings[name] = wanted.find((value) => allowed.includes(value)) ?? allowed[0];
+  }
+  return settings;
+}
+
+/** Sets one and remembers it. */
+export function keep(settings, name, value) {
+  settings[name] = value;
+  try {
+    localStorage.setItem(`radar.${name}`, value);
+  } catch {
+    // a browser that refuses storage only forgets
+  }
+}
+
+function stored(name) {
+  try {
+    return localStorage.getItem(`radar.${name}`);
+  } catch {
+    return null;
+  }
+}

@@ -1,0 +1,41 @@
+// Metres and radians as a mariner reads them.
+
+import { wrap } from "./view.js";
+
+const NAUTICAL_MILE = 1852; // m, exact
+const NAUTICAL = [0.125, 0.25, 0.5, 0.75, 1.5, 3, 6, 12, 24, 48, 96]; // NM; 0.25 to 24 are mandatory (IMO MSC.192(79))
+const METRIC = [200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000, 200_000]; // m
+
+const UNITS = {
+  nm: { metres: NAUTICAL_MILE, scales: NAUTICAL.map((nm) => nm * NAUTICAL_MILE), text: (m) => `${trim(m / NAUTICAL_MILE, 3)} NM` },
+  m: { metres: 1, scales: METRIC, text: (m) => (m >= 10_000 ? `${trim(m / 1000, 2)} km` : `${trim(m, m < 100 ? 1 : 0)} m`) },
+};
+
+function trim(value, digits) {
+  return String(Number(value.toFixed(digits)));
+}
+
+/** A range [m] with its unit, "nm" or "m". */
+export const rangeText = (metres, unit) => UNITS[unit].text(metres);
+
+/** A bearing [rad] as three figures and a tenth of a degree: 007.5. */
+export function bearingText(angle) {
+  const tenths = Math.round((wrap(angle) * 1800) / Math.PI) % 3600;
+  return `${(tenths / 10).toFixed(1).padStart(5, "0")}°`;
+}
+
+const SLACK = 1 - 1e-3; // the last cell ends up to a cell off the round figure: 4999.3 m is a picture of 5 km
+
+/** Distance [m] between range rings: a round figure that gives three to six rings out to `range` [m]. */
+export function ringStep(range, unit) {
+  const { metres } = UNITS[unit];
+  const least = (range / metres / 6) * SLACK;
+  if (unit === "nm") return 2 ** Math.ceil(Math.log2(least)) * metres; // miles halve and double: 1/4, 1/2, 1, 2
+  const decade = 10 ** Math.floor(Math.log10(least));
+  return [1, 2, 5, 10].find((step) => step * decade >= least) * decade * metres;
+}
+
+/** The range scales [m] up to `longest`, which is the last one. */
+export function rangeScales(longest, unit) {
+  return [...UNITS[unit].scales.filter((scale) => scale < longest * SLACK), longest];
+}

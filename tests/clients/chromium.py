@@ -1,0 +1,148 @@
+"""Drives a headless Chromium by its DevTools protocol: just enough to open a page, ask it things and look at it."""
+
+import base64
+import io
+import itertools
+import json
+import subprocess
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from websockets.sync.client import ClientConnection, connect
+
+CHROMIUM = Path("/usr/bin/chromium")
+PATIENCE = 20.0  # s for any one answer; two busy cores draw WebGL in software
+FLAGS = [
+    "--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",
+    "--force-color-profile=srgb", "--remote-debugging-port=0",
+]  # fmt: skip
+
+
+class Browser:
+    """One Chromium with a profile of its own under `folder`."""
+
+    def __init__(self, folder: Path) -> None:
+        command = [str(CHROMIUM), *FLAGS, f"--user-data-dir={folder}", "about:blank"]
+        self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        assert self._process.stderr is not None
+        marker = "DevTools listening on "
+        line = next(line for line in self._process.stderr if marker in line)
+        self._log = self._process.stderr
+        self._line = ExitStack()
+        address = line.split(marker)[1].strip()
+        self._socket: ClientConnection = self._line.enter_context(connect(address, max_size=None, compression=None))
+        self._numbers = itertools.count(1)
+        self.events: list[dict[str, Any]] = []
+
+    def call(self, method: str, session: str | None = None, **params: Any) -> dict[str, Any]:
+        """The result of a protocol method; events that come in between are kept."""
+        number = next(self._numbers)
+        message = {"id": number, "method": method, "params": params}
+        self._socket.send(json.dumps(message | ({"sessionId": session} if session else {})))
+        while True:
+            answer = json.loads(self._socket.recv(timeout=PATIENCE))
+            if answer.get("id") == number:
+                assert "error" not in answer, f"{method}: {answer['error']}"
+                result: dict[str, Any] = answer["result"]
+                return result
+            self.events.append(answer)
+
+    def open(self, url: str, width: int = 900, height: int = 700, mobile: bool = False) -> "Page":
+        """A new tab at `url`, width x height CSS pixels, one device pixel each."""
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        page = Page(self, target, session)
+        for domain in ("Runtime", "Log", "Page"):
+            page.call(f"{domain}.enable")
+        page.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=mobile)
+        page.call("Page.navigate", url=url)
+        return page
+
+    def close(self) -> None:
+        """End the browser and wait for it."""
+        self.call("Browser.close")
+        self._line.close()
+        self._process.wait(PATIENCE)
+        self._log.close()
+
+
+class Page:
+    """A tab."""
+
+    def __init__(self, browser: Browser, target: str, session: str) -> None:
+        self._browser, self._target, self._session = browser, target, session
+
+    def call(self, method: str, **params: Any) -> dict[str, Any]:
+        """The result of a protocol method on this tab."""
+        return self._browser.call(method, self._session, **params)
+
+    def ask(self, script: str) -> Any:
+        """The value of an expression, or of the promise it gives."""
+        answer = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in answer, answer["exceptionDetails"]
+        return answer["result"].get("value")
+
+    def wait(self, condition: str) -> None:
+        """Until the expression is true in the page; fails with the page's status when it does not become so."""
+        script = f"""new Promise((done) => {{
+          const end = performance.now() + {PATIENCE * 750};
+          const look = () => {{
+            let met = false;
+            try {{ met = {condition}; }} catch {{ /* not there yet */ }}
+            if (met) done("");
+            else if (performance.now() > end) done(document.body.innerText);
+            else setTimeout(look, 15);
+          }};
+          look();
+        }})"""
+        seen = self.ask(script)
+        assert seen == "", f"never true: {condition}\n{seen}\n{self.faults()}"
+
+    def text(self, selector: str) -> str:
+        """The text of an element."""
+        return str(self.ask(f"document.querySelector({json.dumps(selector)}).textContent"))
+
+    def press(self, key: str) -> None:
+        """Press and release a key, as a keyboard would."""
+        named = {"Enter": "\r", "Escape": "", "ArrowRight": "", "ArrowLeft": "", "ArrowUp": "", "ArrowDown": "", "Tab": ""}
+        written = named.get(key, key)
+        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, **({"text": written} if written else {}))
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=key)
+
+    def click(self, x: float, y: float) -> None:
+        """A click of the left button at CSS pixels."""
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            button = {} if kind == "mouseMoved" else {"button": "left", "clickCount": 1}
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **button)
+
+    def look(self, selector: str = "html", keep: Path | None = None) -> NDArray[np.int16]:
+        """What an element shows (height, width, 3); `keep`: a PNG file to leave it in too."""
+        box = f"(({{x, y, width, height}}) => ({{x, y, width, height}}))(document.querySelector('{selector}').getBoundingClientRect())"
+        clip = self.ask(box) | {"scale": 1}
+        data = base64.b64decode(self.call("Page.captureScreenshot", format="png", clip=clip)["data"])
+        if keep is not None:
+            keep.write_bytes(data)
+        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(np.int16)
+
+    def faults(self) -> list[str]:
+        """Uncaught exceptions, errors on the console and everything the content security policy blocked."""
+        found = []
+        for event in self._browser.events:
+            if event.get("sessionId") != self._session:
+                continue
+            if event["method"] == "Runtime.exceptionThrown":
+                found.append(str(event["params"]["exceptionDetails"]))
+            if event["method"] == "Runtime.consoleAPICalled" and event["params"]["type"] == "error":
+                found.append(str(event["params"]["args"]))
+            if event["method"] == "Log.entryAdded" and event["params"]["entry"]["level"] == "error":
+                found.append(f"{event['params']['entry']['text']} {event['params']['entry'].get('url', '')}")
+        return found
+
+    def close(self) -> None:
+        """Shut the tab."""
+        self._browser.call("Target.closeTarget", targetId=self._target)

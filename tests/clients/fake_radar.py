@@ -1,0 +1,194 @@
+"""A service that sends a picture known beforehand: the page, the REST side and the feed of a radar that stands still."""
+
+import asyncio
+import socket
+import threading
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import uvicorn
+from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
+from fastapi.responses import JSONResponse
+from fastapi.staticfiles import StaticFiles
+from numpy.typing import NDArray
+
+from radar_service.stream import wire
+
+WEB = Path(__file__).parents[2] / "clients" / "web"
+POLICY = "default-src 'self'"
+
+
+class Picture:
+    """A u8 picture of `azimuths` spokes with spots of full strength and, if asked for, a full ring in its last cells."""
+
+    def __init__(self, azimuths: int = 720, bins: int = 512, step: float = 4.0, rim: bool = True) -> None:
+        self.azimuths, self.bins, self.step = azimuths, bins, step
+        self.video: NDArray[np.uint8] = np.zeros((azimuths, bins), dtype=np.uint8)
+        if rim:
+            self.video[:, -4:] = 255
+
+    @property
+    def range(self) -> float:
+        """Far edge of the last cell [m]."""
+        return self.bins * self.step
+
+    def spot(
+        self, bearing_deg: float, distance: float, halfwidth_deg: float = 2.0, cells: int = 5, level: int = 255
+    ) -> None:
+        """An echo centred on the azimuth and the cell nearest to a place [m]."""
+        row = round(bearing_deg / 360 * self.azimuths)
+        half = round(halfwidth_deg / 360 * self.azimuths)
+        cell = int(distance / self.step)
+        rows = np.arange(row - half, row + half + 1) % self.azimuths
+        self.video[rows, cell - cells // 2 : cell + cells // 2 + 1] = level
+
+
+class FakeRadar:
+    """Serves `picture` at `heading_deg` to every client that connects, one whole scan; more can be sent by hand."""
+
+    def __init__(self) -> None:
+        self.picture = Picture()
+        self.heading_deg = 0.0
+        self.epoch = "one"
+        self.radars = [{"id": "0", "name": "test radar"}]
+        self.scenes = [{"name": "known"}, {"name": "other"}]
+        self.scene = "known"
+        self.warnings: list[str] = []
+        self.blind_sectors_deg: list[list[float]] = []
+        pace = {"state": "run", "factor": 1.0}
+        self.controls: dict[str, Any] = {
+            "transmit": True, "range_m": None, "gain": 50, "sea": 0, "rain": 0, "rpm": 24.0, "pace": pace,
+        }  # fmt: skip
+        self.patched: list[dict[str, Any]] = []
+        self.joined: list[dict[str, str]] = []  # the query of each connection
+        self.next = 0
+        self.sockets: list[WebSocket] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def hello(self) -> dict[str, Any]:
+        """The first message."""
+        picture = self.picture
+        radar = {"id": "0", "name": "test radar", "azimuths": picture.azimuths, "rpm": 24.0, "bins": picture.bins}
+        radar |= {"range_step_m": picture.step, "range_max_m": picture.range, "blind_sectors_deg": self.blind_sectors_deg}
+        encoding = {"name": "u8", "bins": picture.bins, "range_step_m": picture.step, "range_first_m": picture.step / 2}
+        encoding |= {"range_m": picture.range, "dtype": "|u1", "db_per_step": 0.5, "offset_db": -140.0}
+        return {
+            "type": "hello", "protocol": 1, "epoch": self.epoch, "radar": radar, "encoding": encoding,
+            "scene": {"name": self.scene, "origin": None, "bodies": 3, "warnings": self.warnings},
+            "seed": 0, "fidelity": "balanced", "plan": {}, "controls": self.controls, "truth": False,
+            "clocks": {"simulated_s": 0.0, "utc": "2026-01-01T00:00:00+00:00", "pace": self.controls["pace"]},
+        }  # fmt: skip
+
+    def spokes(self, first: int, count: int) -> dict[str, Any]:
+        """Spokes `first` and on; they must not cross a scan's end."""
+        picture = self.picture
+        scan, index = divmod(first, picture.azimuths)
+        number = first + np.arange(count)
+        azimuth = wire.turn_from_radians((number % picture.azimuths) * (2 * np.pi / picture.azimuths))
+        turn = wire.turn_from_radians(np.full(count, np.deg2rad(self.heading_deg)))
+        return {
+            "type": "spokes", "epoch": self.epoch, "first": first, "count": count, "scan": scan, "index": index,
+            "time": (number * (2.5 / picture.azimuths)).tolist(), "azimuth": azimuth, "heading": turn, "course": turn,
+            "position": [[0.0, 0.0]] * count, "speed": [5.0] * count, "bins": picture.bins, "range_step_m": picture.step,
+            "range_first_m": picture.step / 2, "range": picture.range, "encoding": "u8",
+            "data": picture.video[index : index + count].tobytes(),
+        }  # fmt: skip
+
+    async def _scan(self, send: Callable[[bytes], Awaitable[None]]) -> None:
+        for start in range(self.next, self.next + self.picture.azimuths, 60):
+            await send(wire.pack(self.spokes(start, 60)))
+
+    async def feed(self, client: WebSocket) -> None:
+        """One client."""
+        await client.accept()
+        self._loop = asyncio.get_running_loop()
+        self.joined.append(dict(client.query_params))
+        await client.send_bytes(wire.pack(self.hello()))
+        self.sockets.append(client)
+        await self._scan(client.send_bytes)
+        try:
+            while True:
+                await client.receive_bytes()
+        except WebSocketDisconnect:
+            if client in self.sockets:
+                self.sockets.remove(client)
+
+    def send(self, *messages: dict[str, Any]) -> None:
+        """Send messages to every client, from the test's thread."""
+        self._run(lambda client: [client.send_bytes(wire.pack(message)) for message in messages])
+
+    def drop(self) -> None:
+        """Close every connection."""
+        self._run(lambda client: [client.close(1012)])
+
+    def _run(self, what: Callable[[WebSocket], list[Awaitable[None]]]) -> None:
+        async def all_of() -> None:
+            for client in list(self.sockets):
+                for step in what(client):
+                    await step
+
+        assert self._loop is not None
+        asyncio.run_coroutine_threadsafe(all_of(), self._loop).result(10)
+
+
+def fake_app(radar: FakeRadar) -> FastAPI:
+    """The service around a radar, under the content security policy of the real one."""
+    app = FastAPI()
+
+    @app.middleware("http")
+    async def policy(request: Request, go_on: Callable[[Request], Awaitable[Response]]) -> Response:
+        answer = await go_on(request)
+        answer.headers["Content-Security-Policy"] = POLICY
+        return answer
+
+    @app.get("/api/radars")
+    def radars() -> list[dict[str, str]]:
+        return radar.radars
+
+    @app.get("/api/scenes")
+    def scenes() -> list[dict[str, str]]:
+        return radar.scenes
+
+    @app.get("/api/radars/{name}/controls")
+    def controls(name: str) -> dict[str, Any]:
+        return radar.controls
+
+    @app.patch("/api/radars/{name}/controls")
+    async def patch(name: str, request: Request) -> Response:
+        change = await request.json()
+        radar.patched.append(change)
+        if change.get("rpm") == 13:
+            return JSONResponse({"detail": ["rpm: 13 is unlucky; choose another"]}, 422)
+        pace = radar.controls["pace"] | change.pop("pace", {})
+        radar.controls |= change | {"pace": pace}
+        return JSONResponse(radar.controls)
+
+    @app.put("/api/radars/{name}/scene")
+    async def scene(name: str, request: Request) -> dict[str, str]:
+        radar.scene = (await request.json())["scene"]
+        return {"name": radar.scene}
+
+    app.add_api_websocket_route("/api/radars/{name}/feed", radar.feed)
+    app.mount("/", StaticFiles(directory=WEB, html=True))
+    return app
+
+
+class Served:
+    """A service on a free port of loopback, in a thread of its own."""
+
+    def __init__(self, app: FastAPI) -> None:
+        self._socket = socket.create_server(("127.0.0.1", 0))
+        self.url = f"http://127.0.0.1:{self._socket.getsockname()[1]}/"
+        self._server = uvicorn.Server(
+            uvicorn.Config(app, log_level="warning", ws_max_size=65536, timeout_graceful_shutdown=1)
+        )
+        self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [self._socket]})
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop and wait."""
+        self._server.should_exit = True
+        self._thread.join(10)
+        self._socket.close()
