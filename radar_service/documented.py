@@ -5,6 +5,7 @@ only what the print leaves open: bearings run as everywhere else in the project 
 where they are at the time of each spoke, own ship carries the ground plane along, and `point` bodies exist.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from radar_service.echo.propagation import printed_atmosphere, printed_two_ray_f
 from radar_service.echo.sea_surface import rms_wave_height
 from radar_service.fidelity import Fidelity
 from radar_service.frames import body_rotation, direction, effective_earth_radius, polar_from_map, wrap_angle
-from radar_service.random import generator
+from radar_service.random import RAYS, generator
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_phase, pulse_times, sample_delay, window
 from radar_service.scene.world import Motion, Scene
 from radar_service.trace.embree import TriangleScene
@@ -25,7 +26,6 @@ from radar_service.trace.rays import REACH, azimuth_offsets, elevation_offsets
 
 Floats = NDArray[np.float64]
 
-RAYS = 1  # the purpose in the key of the rays' random generator
 TRACERS: dict[str, type[TriangleScene] | type[TriangleList]] = {"embree": TriangleScene, "moller_trumbore": TriangleList}
 SAME_PLACE = 1e-9  # of the range: a point that lies on a surface is not hidden by it
 
@@ -73,8 +73,10 @@ class DocumentedChain:
     def __init__(self, scene: Scene, fidelity: Fidelity, seed: int) -> None:
         """Prepares every body for tracing, in its own frame, once. Raises KeyError for an unknown fidelity.tracer."""
         tracer = TRACERS[fidelity.tracer]
-        self._scene, self._seed = scene, seed
         radar = scene.radar
+        self._scene, self._seed = scene, seed
+        # As printed: sample n stands at n c / (2 fs), where all else in the project has the middle of its cell.
+        self.range: Floats = np.arange(radar.bins, dtype=np.float64) * radar.range_step
         meshes = [(body.mesh.vertices, body.mesh.faces, body.motion) for body in scene.bodies if body.mesh is not None]
         if scene.environment.ground_plane:
             meshes.append((*ground_plane(2.0 * radar.range_max), scene.own_ship))
@@ -84,9 +86,9 @@ class DocumentedChain:
         self._transmitted = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
         self._window = window(radar.window, self._transmitted.size)
 
-    def range(self) -> Floats:
-        """Where the samples stand, (N,) [m]: sample n at n c / (2 fs), as printed."""
-        return np.arange(self._scene.radar.bins, dtype=np.float64) * self._scene.radar.range_step
+    def parts(self, scan: int) -> Iterator[tuple[int, NDArray[np.complex64], NDArray[np.float32]]]:
+        """One revolution in one piece, as eq. 19 needs all of it: index 0 of its first azimuth, field and power."""
+        yield 0, *self.scan(scan)
 
     def scan(self, number: int) -> tuple[NDArray[np.complex64], NDArray[np.float32]]:
         """Field (A, N) before detection and power (A, N) after eqs. 18 and 19 of the scan of that number, 0 the first."""
@@ -102,9 +104,9 @@ class DocumentedChain:
         radar = self._scene.radar
         time = (scan * radar.azimuths + index) * radar.spoke_period
         boresight = index * radar.azimuth_step
-        if self._blind(boresight, time):
+        if self._scene.blind(np.array([time]), np.array([boresight]))[0]:
             return np.zeros(radar.bins, dtype=np.complex64)
-        hits = self._hits(boresight, time, generator(self._seed, scan, index, RAYS))
+        hits = self._hits(boresight, time, generator(self._seed, RAYS, scan, index))
         delay = sample_delay(hits.range, radar.sample_rate)
         phase = printed_phase(hits.range, radar.wavelength)
         received = chirp_sum(delay, self.amplitude(hits), phase, self._transmitted, radar.bins)
@@ -179,13 +181,6 @@ class DocumentedChain:
         in_front = nearest(solids, antenna, direction(polar.azimuth[chosen], polar.elevation[chosen]))
         seen = chosen[in_front >= polar.range[chosen] * (1.0 - SAME_PLACE)]
         return Hits(polar.range[seen], azimuth[seen], elevation[seen], places[seen, 2])
-
-    def _blind(self, boresight: float, time: float) -> bool:
-        """Whether the radar does not transmit in that direction; sectors run clockwise from the bow, both ends included."""
-        from_bow = boresight - float(self._scene.own_ship.pose(time).heading[0])
-        sectors = self._scene.radar.blind_sectors
-        turn = 2.0 * np.pi
-        return any((from_bow - start) % turn <= (stop - start) % turn for start, stop in sectors)
 
 
 def ground_plane(reach: float) -> tuple[Floats, NDArray[np.int64]]:

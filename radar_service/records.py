@@ -1,7 +1,7 @@
 """The records that leave the engine: spokes, alone, in blocks and as whole scans, and the truth behind them."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -73,6 +73,31 @@ class SpokeBlock:
             )  # fmt: skip
 
 
+def regrouped(blocks: Iterable[SpokeBlock], size: int) -> Iterator[SpokeBlock]:
+    """The spokes of one scan in blocks of `size`, the last one maybe shorter. Raises ValueError for a size below 1."""
+    if size < 1:
+        raise ValueError(f"size: {size} is not allowed; at least 1 spoke per block")
+    waiting: list[SpokeBlock] = []
+    for block in blocks:
+        waiting.append(block)
+        while sum(map(len, waiting)) >= size:
+            whole = _joined(waiting)
+            yield whole.part(0, size)
+            waiting = [whole.part(size, len(whole))] if len(whole) > size else []
+    if waiting:
+        yield _joined(waiting)
+
+
+def _joined(blocks: list[SpokeBlock]) -> SpokeBlock:
+    if len(blocks) == 1:
+        return blocks[0]
+    columns = {
+        name: np.concatenate([getattr(block, name) for block in blocks])
+        for name in ("time", "azimuth", "heading", "position", "course", "speed", "field", "power")
+    }
+    return replace(blocks[0], **columns)
+
+
 @dataclass(frozen=True)
 class Scan:
     """One revolution. azimuth (A,) [rad], time (A,) [s], range (N,) [m], field (A, N) [sqrt(W)], power (A, N) [W]."""
@@ -118,6 +143,4 @@ class Truth:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as REST and the feed send it: SI and radians, the names of the fields."""
-        from dataclasses import asdict
-
         return asdict(self)

@@ -187,7 +187,7 @@ class Scene:
     origin: tuple[float, float] | None  # latitude, longitude [degrees], WGS 84: only edges use it
     radar: Radar
     environment: Environment
-    own_ship: Motion  # position is the foot of the antenna; the antenna stands radar.height above the sea there
+    own_ship: Motion  # the antenna stands radar.height above the sea at this place
     bodies: tuple[Body, ...]
     warnings: tuple[str, ...] = ()
 

@@ -1,0 +1,147 @@
+"""The corrected engine: scatterers, visible echoes, azimuth/range grid, beam, compression (DESIGN section 4).
+
+What rests relative to the antenna is laid once for the whole turn and kept as finished profiles. What moves, what
+fluctuates, and what a mover shadows, is laid azimuth by azimuth with its exact range, phase and beam weight. Arithmetic
+runs in tiles of TILE azimuths that are the same however spokes are grouped afterwards, so bytes do not depend on it.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.echo.antenna import one_way_gain
+from radar_service.echo.echoes import Echoes, SweptEchoes
+from radar_service.echo.ensemble import Ensemble, ensemble_of
+from radar_service.echo.moving import Instants, MovingEchoes
+from radar_service.echo.resting import resting_echoes
+from radar_service.echo.sight import Landscape
+from radar_service.fidelity import Fidelity
+from radar_service.frames import effective_earth_radius, wrap_angle
+from radar_service.random import NOISE, generator
+from radar_service.receive.beam import Pattern, azimuth_kernel, grid_rows, sweep
+from radar_service.receive.compression import compression_for
+from radar_service.receive.grid import lay, lay_rows
+from radar_service.receive.waveform import eclipsing_amplitude
+from radar_service.scene.world import Scene
+
+Floats = NDArray[np.float64]
+Profiles = NDArray[np.complex64]
+
+TILE = 16  # azimuths per arithmetic tile: FFTs of 16 rows stay in the L2 cache
+
+
+class CorrectedChain:
+    """The engine for one scene: `tile` gives the profiles of consecutive azimuths of any scan."""
+
+    def __init__(self, scene: Scene, fidelity: Fidelity, seed: int) -> None:
+        self.scene, self.radar, self.fidelity, self.seed = scene, scene.radar, fidelity, seed
+        self.range: Floats = (np.arange(scene.radar.bins, dtype=np.float64) + 0.5) * scene.radar.range_step
+        self.compression = compression_for(scene.radar, fidelity.kernel_width)
+        self._table = self.compression.kernel.table()
+        reach = scene.radar.range_max + SPEED_OF_LIGHT * scene.radar.pulse / 2.0  # sidelobes of farther echoes fall short
+        self.landscape = Landscape(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
+        still, moving = self._ensembles()
+        extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
+        self.moving = MovingEchoes(scene, moving, self.landscape, reach, extent, seed)
+        self.resting = resting_echoes(scene, still, self.landscape, reach)
+        self._profiles = self._resting_profiles()
+        self._shadows: tuple[int, Echoes] | None = None
+
+    def _ensembles(self) -> tuple[Ensemble, Ensemble]:
+        """The scatterers of what rests relative to the antenna and does not fluctuate, and of everything else."""
+        bodies, antenna = self.scene.bodies, self.scene.antenna(0.0)[0]
+        anchored = self.scene.own_ship.at_rest
+        still = [anchored and body.motion.at_rest and body.swerling == 0 for body in bodies]
+        per_cell = self.fidelity.scatterers_per_cell
+
+        def gathered(flag: bool) -> Ensemble:
+            keys = [i for i, rests in enumerate(still) if rests == flag]
+            return ensemble_of([bodies[i] for i in keys], self.radar, antenna, per_cell, self.seed, keys)
+
+        return gathered(True), gathered(False)
+
+    def _resting_profiles(self) -> Profiles | None:
+        """Profiles (A, bins) of everything at rest, None where nothing is."""
+        if not len(self.resting):
+            return None
+        echoes, radar = self.resting.echoes, self.radar
+        rows = grid_rows(radar.azimuths, radar.beamwidth)
+        kernel = azimuth_kernel(radar.beamwidth, rows)
+        row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
+        amplitude = echoes.amplitude * self._heard(echoes.range)
+        grid = lay(
+            (rows, self.compression.size), row, self._column(echoes.range), amplitude, kernel, self.compression.kernel
+        )
+        swept = sweep(grid, self._pattern, kernel, radar.azimuths)
+        profiles = np.empty((radar.azimuths, radar.bins), dtype=np.complex64)
+        for start in range(0, radar.azimuths, TILE):
+            profiles[start : start + TILE] = self.compression.profiles(swept[start : start + TILE])
+        return profiles
+
+    def parts(self, scan: int) -> Iterator[tuple[int, Profiles, NDArray[np.float32]]]:
+        """One revolution piece by piece: index of the first azimuth, field (K, bins) [sqrt(W)], power (K, bins) [W]."""
+        for start in range(0, self.radar.azimuths, TILE):
+            field = self.tile(scan, start)
+            yield start, field, field.real**2 + field.imag**2
+
+    def tile(self, scan: int, start: int) -> Profiles:
+        """Profiles (K, bins) [sqrt(W)] of azimuths `start` to `start` + K of a scan; start is a multiple of TILE."""
+        index = np.arange(start, min(start + TILE, self.radar.azimuths))
+        number = scan * self.radar.azimuths + index
+        at = Instants(number, index * self.radar.azimuth_step, number * self.radar.spoke_period)
+        transmitting = ~self.scene.blind(at.time, at.boresight)[:, None]
+        spectrum = np.zeros((len(index), self.compression.size), dtype=np.complex64)
+        laid = self._laid_moving(at)
+        if laid is not None:
+            spectrum += self.compression.spectrum(laid * transmitting)
+        if self.scene.environment.noise:
+            rng = generator(self.seed, NOISE, scan, start // TILE)
+            spectrum += self.compression.noise_spectrum(len(index), rng)
+        field = self.compression.from_spectrum(spectrum)
+        if self._profiles is not None:
+            field += self._profiles[index] * transmitting
+        return field
+
+    def _laid_moving(self, at: Instants) -> Profiles | None:
+        """Rows (K, size) with every moving echo, and every passing shadow, where it is at its instant."""
+        parts = []
+        if len(self.moving):
+            parts.append(self.moving.swept(at, self._pattern))
+        shadows = self._shadows_at(at.middle)
+        if len(shadows.range):
+            parts.append(_swept_at_rest(shadows, at.boresight, self._pattern))
+        if not parts:
+            return None
+        row, distance, amplitude = (
+            np.concatenate([getattr(part, name) for part in parts]) for name in ("row", "range", "amplitude")
+        )
+        shape = (len(at.time), self.compression.size)
+        return lay_rows(shape, row, self._column(distance), amplitude * self._heard(distance), self._table)
+
+    def _shadows_at(self, time: float) -> Echoes:
+        glance = int(time // self.moving.interval)
+        if self._shadows is None or self._shadows[0] != glance:
+            middle = (glance + 0.5) * self.moving.interval
+            self._shadows = (glance, self.resting.shadows(self.landscape, middle))
+        return self._shadows[1]
+
+    def _column(self, distance: Floats) -> Floats:
+        return distance / self.radar.range_step - 0.5
+
+    def _pattern(self, offset: Floats) -> Floats:
+        return one_way_gain(offset, self.radar.beamwidth, self.radar.pattern)
+
+    def _heard(self, distance: Floats) -> Floats | float:
+        """Share of the echo's amplitude that a one-antenna radar hears after its own pulse."""
+        if not self.radar.eclipsing:
+            return 1.0
+        return eclipsing_amplitude(2.0 * distance / SPEED_OF_LIGHT, self.radar.pulse, self.radar.window)
+
+
+def _swept_at_rest(echoes: Echoes, boresight: Floats, pattern: Pattern) -> SweptEchoes:
+    """Echoes at rest (E,) as single azimuths see them, for boresights (K,) [rad]."""
+    weight = pattern(wrap_angle(boresight[:, None] - echoes.azimuth))
+    row = np.repeat(np.arange(len(boresight)), len(echoes.range))
+    return SweptEchoes(row, np.tile(echoes.range, len(boresight)), (weight * echoes.amplitude).ravel())

@@ -1,0 +1,108 @@
+"""The ensemble: the scatterers of all bodies in one set of arrays, and what the antenna makes of them at an instant."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.echo.scatterers import Scatterers, cell_density, point_scatterer, scatter_over, triangle_frames
+from radar_service.frames import body_rotation, map_from_body
+from radar_service.random import SCATTER, generator
+from radar_service.scene.world import Body, Radar
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Scatterers (E,) of B bodies, ordered by body; `start` (B + 1,) says where each body's begin."""
+
+    bodies: tuple[Body, ...]
+    key: Indices  # (B,) index of each body in the scene
+    start: Indices
+    position: Floats  # (E, 3) m, each in its own body's frame
+    normal: Floats  # (E, 3)
+    area: Floats  # (E,) m^2
+    triangle: Indices  # (E,) within the body's mesh, -1 for a point
+    phasor: NDArray[np.complex128]  # (E,)
+    body: Indices  # (E,) which body
+    gamma: Floats  # (B,)
+    rcs: Floats  # (B,) m^2, nan where not declared
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+    def span(self, body: int) -> slice:
+        """Where a body's scatterers are."""
+        return slice(int(self.start[body]), int(self.start[body + 1]))
+
+    def placed(self, positions: Floats, headings: Floats) -> tuple[Floats, Floats]:
+        """Places [m] and normals (E, 3) on the map, with bodies at positions (B, 3) [m] and headings (B,) [rad]."""
+        place, normal = self.position.copy(), self.normal.copy()
+        for b in np.flatnonzero(headings % (2.0 * np.pi)):
+            part = self.span(int(b))
+            turn = body_rotation(float(headings[b])).T
+            place[part], normal[part] = self.position[part] @ turn, self.normal[part] @ turn
+        place += positions[self.body]
+        return place, normal
+
+    def amplitude(
+        self, place: Floats, normal: Floats, visible: NDArray[np.bool_], antenna: Floats
+    ) -> NDArray[np.complex128]:
+        """Root of the cross-section [m] with its phase, (E,): declared ones shared by visible projected area, the others
+        diffuse (constant gamma). Zero where not visible. place, normal: (E, 3) on the map; antenna (3,) [m].
+        """
+        sight = antenna - place
+        sight /= np.maximum(np.linalg.norm(sight, axis=1), 1e-9)[:, None]
+        cosine = np.abs(np.einsum("ij,ij->i", sight, normal))  # real meshes are wound either way
+        cosine[self.triangle < 0] = 1.0
+        facing = cosine * self.area * visible
+        total = np.bincount(self.body, facing, minlength=len(self.bodies))
+        per_area = np.where(np.isnan(self.rcs), self.gamma, self.rcs / np.where(total > 0, total, 1.0))
+        return np.asarray(np.sqrt(per_area[self.body] * facing) * self.phasor)
+
+
+def ensemble_of(
+    bodies: Sequence[Body], radar: Radar, antenna: Floats, per_cell: float, seed: int, keys: Sequence[int]
+) -> Ensemble:
+    """Scatterers over `bodies`, as dense as the resolution cell at their distance from `antenna` (3,) at time 0 asks for.
+
+    keys: (B,) the index of each body in the scene.
+    """
+    parts = [_scatterers(body, radar, antenna, per_cell, seed, key) for body, key in zip(bodies, keys, strict=True)]
+    counts = np.array([len(part) for part in parts], dtype=np.int64)
+
+    def joined(name: str, empty: tuple[int, ...], dtype: type) -> NDArray[np.generic]:
+        return np.concatenate([np.zeros(empty, dtype), *(getattr(part, name) for part in parts)])
+
+    return Ensemble(
+        tuple(bodies),
+        np.array(keys, dtype=np.int64),
+        np.concatenate([[0], np.cumsum(counts)]),
+        np.asarray(joined("position", (0, 3), np.float64), np.float64),
+        np.asarray(joined("normal", (0, 3), np.float64), np.float64),
+        np.asarray(joined("area", (0,), np.float64), np.float64),
+        np.asarray(joined("triangle", (0,), np.int64), np.int64),
+        np.asarray(joined("phasor", (0,), np.complex128), np.complex128),
+        np.repeat(np.arange(len(parts)), counts),
+        np.array([body.material.gamma for body in bodies], dtype=np.float64),
+        np.array([np.nan if body.rcs is None else body.rcs for body in bodies], dtype=np.float64),
+    )
+
+
+def _scatterers(body: Body, radar: Radar, antenna: Floats, per_cell: float, seed: int, key: int) -> Scatterers:
+    """The scatterers of one body. A declared cross-section on a body within one resolution cell is a point."""
+    if body.mesh is None:
+        return point_scatterer(np.zeros(3))
+    if body.rcs is not None and np.hypot(body.length, body.beam) < SPEED_OF_LIGHT / (2.0 * radar.bandwidth):
+        corners = body.mesh.vertices[np.unique(body.mesh.faces)]
+        return point_scatterer((corners.min(axis=0) + corners.max(axis=0)) / 2.0)
+    pose = body.motion.pose(0.0)
+    centroid, _, _ = triangle_frames(body.mesh)
+    place = map_from_body(centroid, pose.position[0], float(pose.heading[0]))
+    distance = np.hypot(place[:, 0] - antenna[0], place[:, 1] - antenna[1])
+    density = cell_density(distance, radar.range_step, radar.beamwidth, per_cell)
+    return scatter_over(body.mesh, density, generator(seed, SCATTER, key))

@@ -1,0 +1,113 @@
+"""Which scatterers the antenna sees: past the horizon, the range, the body itself, all that rests, all that moves."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.echo.ensemble import Ensemble
+from radar_service.frames import map_from_body, polar_from_map
+from radar_service.scene.world import Body, Mesh
+from radar_service.trace.visibility import Occluder, Stand, beyond_horizon
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Indices = NDArray[np.int64]
+STILL = Stand(np.zeros(3), 0.0)
+
+
+class Landscape:
+    """What can hide things: one occluder for all bodies at rest on the map, and one for each mesh that moves."""
+
+    def __init__(self, bodies: Sequence[Body], earth_radius: float) -> None:
+        self.earth_radius = earth_radius
+        resting = np.array([body.motion.at_rest for body in bodies], dtype=np.bool_)
+        self._faces = np.array([0 if body.mesh is None else len(body.mesh.faces) for body in bodies], dtype=np.int64)
+        still_faces = np.where(resting, self._faces, 0)
+        self._still_first = np.cumsum(still_faces) - still_faces  # first triangle of each body in the joined mesh
+        self._resting = resting
+        joined = _joined_mesh([body for body in bodies if body.motion.at_rest])
+        self._still = Occluder(joined, earth_radius) if joined is not None else None
+        self._movers = {
+            i: (Occluder(body.mesh, earth_radius), body.motion)
+            for i, body in enumerate(bodies)
+            if body.mesh is not None and not body.motion.at_rest
+        }
+
+    def visible(
+        self, ensemble: Ensemble, place: Floats, antenna: Floats, time: float, reach: float, movers: bool = True
+    ) -> Flags:
+        """Which scatterers (E,) of an ensemble, at places (E, 3) on the map, the antenna (3,) sees at `time` [s].
+
+        reach: range [m] beyond which nothing counts as seen; movers: whether what moves may stand in between.
+        """
+        polar = polar_from_map(place, antenna, self.earth_radius)
+        over = beyond_horizon(polar.distance, place[:, 2], float(antenna[2]), self.earth_radius)
+        seen = np.flatnonzero(~over & (polar.range < reach))
+        if self._still is not None:
+            mine = self._resting[ensemble.key[ensemble.body[seen]]]
+            seen = seen[~self._hidden(self._still, STILL, ensemble, place, antenna, seen, mine)]
+        for key, stand in self._stands(time).items() if movers else ():
+            mine = ensemble.key[ensemble.body[seen]] == key
+            seen = seen[~self._hidden(self._movers[key][0], stand, ensemble, place, antenna, seen, mine)]
+        visible = np.zeros(len(place), dtype=np.bool_)
+        visible[seen] = True
+        return visible
+
+    def hides(self, places: Floats, antenna: Floats, time: float) -> Flags:
+        """Which places (W, 3) on the map anything, at rest or moving, hides from the antenna (3,) at `time` [s]."""
+        hidden = np.zeros(len(places), dtype=np.bool_)
+        hidden[self.shadowed(places, antenna, time)] = True
+        return hidden if self._still is None else hidden | self._still.hides(STILL, antenna, places)
+
+    def shadowed(self, place: Floats, antenna: Floats, time: float) -> Indices:
+        """Which of these places at rest (E, 3), seen past all that rests, a mover hides at `time` [s]: their indices."""
+        shadowed = np.zeros(len(place), dtype=np.bool_)
+        for key, stand in self._stands(time).items():
+            shadowed |= self._movers[key][0].hides(stand, antenna, place)
+        return np.flatnonzero(shadowed)
+
+    def _stands(self, time: float) -> dict[int, Stand]:
+        poses = {key: motion.pose(time) for key, (_, motion) in self._movers.items()}
+        return {key: Stand(pose.position[0], float(pose.heading[0])) for key, pose in poses.items()}
+
+    def _hidden(
+        self,
+        occluder: Occluder,
+        stand: Stand,
+        ensemble: Ensemble,
+        place: Floats,
+        antenna: Floats,
+        which: Indices,
+        mine: Flags,
+    ) -> Flags:
+        """Of scatterers `which`, those hidden by this occluder, on which those flagged `mine` lie themselves."""
+        hidden = np.zeros(len(which), dtype=np.bool_)
+        own = self._own_triangles(ensemble, which[mine])
+        hidden[mine] = occluder.hides_own(stand, antenna, place[which[mine]], own)
+        hidden[~mine] = occluder.hides(stand, antenna, place[which[~mine]])
+        return hidden
+
+    def _own_triangles(self, ensemble: Ensemble, which: Indices) -> tuple[Indices, Indices]:
+        """The triangles, first to last (exclusive), that cannot hide a scatterer: its own one, or all of a body that
+        counts as a point."""
+        key, triangle = ensemble.key[ensemble.body[which]], ensemble.triangle[which]
+        first = np.where(self._resting, self._still_first, 0)[key]
+        surface = triangle >= 0
+        last = np.where(surface, first + triangle + 1, first + self._faces[key])
+        return first + np.where(surface, triangle, 0), last
+
+
+def _joined_mesh(bodies: Sequence[Body]) -> Mesh | None:
+    """The meshes of bodies at rest as one, on the map; None where there is none."""
+    vertices: list[Floats] = []
+    faces: list[Indices] = []
+    count = 0
+    for body in bodies:
+        if body.mesh is None:
+            continue
+        pose = body.motion.pose(0.0)
+        vertices.append(map_from_body(body.mesh.vertices, pose.position[0], float(pose.heading[0])))
+        faces.append(body.mesh.faces + count)
+        count += len(body.mesh.vertices)
+    return Mesh(np.concatenate(vertices), np.concatenate(faces)) if vertices else None

@@ -1,0 +1,102 @@
+"""The transmitted pulse and what compression makes of it, as spectra: no sampling, so delays are exact.
+
+Convention (DESIGN section 2): chirp on t in [-T/2, T/2], window on the reference, unit echo compresses to a unit peak.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fresnel
+
+from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
+
+Floats = NDArray[np.float64]
+TAYLOR_SIDELOBE_DB, TAYLOR_NBAR = 35.0, 5  # the usual choice; -35.19 dB peak sidelobe as a plain window
+
+
+def window_coefficients(name: str) -> Floats:
+    """Coefficients a_m of w(t) = sum a_m cos(2 pi m t / T), |t| <= T/2, peak at t = 0.
+
+    name: none, hamming, hann, blackman (Harris 1978) or taylor (Taylor 1955, sidelobes -35 dB, nbar 5).
+    Raises ValueError for any other name.
+    """
+    plain = {"none": [1.0], "hamming": [0.54, 0.46], "hann": [0.5, 0.5], "blackman": [0.42, 0.5, 0.08]}
+    if name == "taylor":
+        return taylor_coefficients(TAYLOR_SIDELOBE_DB, TAYLOR_NBAR)
+    if name not in plain:
+        raise ValueError(f'window: "{name}" is not one of {", ".join(plain)}, taylor')
+    return np.array(plain[name])
+
+
+def taylor_coefficients(sidelobe_db: float, nbar: int) -> Floats:
+    """Cosine coefficients of the Taylor window with `nbar` - 1 equal sidelobes `sidelobe_db` below the peak.
+
+    Source: T. T. Taylor 1955; Carrara, Goodman and Majewski 1995, appendix D.
+    """
+    a = np.arccosh(10.0 ** (sidelobe_db / 20.0)) / np.pi
+    scale = nbar**2 / (a**2 + (nbar - 0.5) ** 2)
+    m = np.arange(1, nbar)
+    terms = []
+    for k in m:
+        top = (-1.0) ** (k + 1) * np.prod(1.0 - k**2 / (scale * (a**2 + (m - 0.5) ** 2)))
+        below = 2.0 * np.prod(1.0 - k**2 / m[m != k] ** 2)
+        terms.append(2.0 * top / below)
+    return np.array([1.0, *terms])
+
+
+def chirp_spectrum(frequency: Floats, bandwidth: float, pulse: float) -> NDArray[np.complex128]:
+    """Fourier transform [s] of exp(j pi K t^2), |t| <= T/2, K = B/T (seed eq. 7), at `frequency` [Hz] of any shape.
+
+    The exact Fresnel-integral form (Klauder, Price, Darlington and Albersheim 1960).
+    """
+    slope = bandwidth / pulse
+    root = np.sqrt(2.0 * slope)
+    upper_s, upper_c = fresnel(root * (pulse / 2.0 - frequency / slope))
+    lower_s, lower_c = fresnel(root * (-pulse / 2.0 - frequency / slope))
+    arc = (upper_c - lower_c) + 1j * (upper_s - lower_s)
+    spectrum: NDArray[np.complex128] = np.exp(-1j * np.pi * frequency**2 / slope) * arc / root
+    return spectrum
+
+
+def reference_spectrum(frequency: Floats, bandwidth: float, pulse: float, window: str) -> NDArray[np.complex128]:
+    """Fourier transform [s] of the windowed chirp: each cosine of the window shifts the chirp by +-m/T."""
+    total = np.zeros(np.shape(frequency), dtype=np.complex128)
+    for m, a in enumerate(window_coefficients(window)):
+        for sign in (-1.0, 1.0):
+            total += 0.5 * a * chirp_spectrum(frequency + sign * m / pulse, bandwidth, pulse)
+    return total
+
+
+def matched_filter(frequency: Floats, bandwidth: float, pulse: float, window: str) -> NDArray[np.complex128]:
+    """Transfer function [1] of the compression filter (seed eq. 15), scaled so that a unit echo has a unit peak."""
+    gain = pulse * window_coefficients(window)[0]  # integral of the window over the pulse
+    filtered: NDArray[np.complex128] = np.conj(reference_spectrum(frequency, bandwidth, pulse, window)) / gain
+    return filtered
+
+
+def compressed_spectrum(frequency: Floats, bandwidth: float, pulse: float, window: str) -> NDArray[np.complex128]:
+    """Fourier transform [s] of the compressed pulse of a unit echo at delay 0."""
+    transmitted = chirp_spectrum(frequency, bandwidth, pulse)
+    compressed: NDArray[np.complex128] = transmitted * matched_filter(frequency, bandwidth, pulse, window)
+    return compressed
+
+
+def noise_power(pulse: float, window: str, noise_factor: float) -> float:
+    """Power [W] of compressed white receiver noise in a sample: k T0 F (mean w^2 / (mean w)^2) / T (DESIGN section 2)."""
+    a = window_coefficients(window)
+    mean_square = a[0] ** 2 + np.sum(a[1:] ** 2) / 2.0
+    return float(BOLTZMANN * REFERENCE_TEMPERATURE * noise_factor * mean_square / a[0] ** 2 / pulse)
+
+
+def eclipsing_amplitude(delay: Floats, pulse: float, window: str) -> Floats:
+    """Share (E,) of the compressed peak left when a one-antenna radar hears only what comes after its own pulse.
+
+    delay: two-way delays [s]. Of an echo with delay below T only the last `delay` seconds are heard; the peak is the
+    window's integral over them. The widening of the pulse that goes with it is not modelled.
+    """
+    start = np.clip(pulse / 2.0 - delay, -pulse / 2.0, pulse / 2.0)
+    a = window_coefficients(window)
+    area = a[0] * (pulse / 2.0 - start)
+    for m, coefficient in enumerate(a[1:], start=1):
+        turn = 2.0 * np.pi * m / pulse
+        area = area + coefficient * (np.sin(turn * pulse / 2.0) - np.sin(turn * start)) / turn
+    return area / (a[0] * pulse)

@@ -1,0 +1,99 @@
+"""The simulator: a scene, a fidelity and a seed in; spokes, scans and the truth out. The only clock is simulated time."""
+
+import itertools
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.corrected import CorrectedChain
+from radar_service.documented import DocumentedChain
+from radar_service.fidelity import Fidelity, fidelity_from_name
+from radar_service.plan import Plan, plan_for
+from radar_service.receive.waveform import noise_power
+from radar_service.records import Scan, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.scene.world import Scene
+from radar_service.truth import TruthTeller
+
+Profiles = NDArray[np.complex64]
+Powers = NDArray[np.float32]
+
+
+class Chain(Protocol):
+    """What turns a scene into profiles. range: (N,) where samples stand [m]; parts: see either chain."""
+
+    @property
+    def range(self) -> NDArray[np.float64]: ...
+
+    def parts(self, scan: int) -> Iterator[tuple[int, Profiles, Powers]]: ...
+
+
+_CHAINS: dict[str, Callable[[Scene, Fidelity, int], Chain]] = {
+    "corrected": CorrectedChain,
+    "documented": DocumentedChain,
+}
+
+
+class Simulator:
+    """One radar turning in one scene.
+
+    The first scan starts at t = 0 looking north and is whole (the beam wraps). Same scene, fidelity and seed on one
+    machine: the same bytes. Not thread-safe, except `truth`.
+    """
+
+    def __init__(self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0) -> None:
+        """fidelity: a preset's name or a Fidelity. Raises ValueError for an unknown name or a negative seed."""
+        if not 0 <= seed < 2**64:
+            raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
+        self.scene, self.seed = scene, seed
+        self.fidelity = fidelity_from_name(fidelity) if isinstance(fidelity, str) else fidelity
+        self.plan: Plan = plan_for(scene, self.fidelity)
+        self._chain = _CHAINS[self.fidelity.chain](scene, self.fidelity, seed)
+        self.range, self.range_step = self._chain.range, scene.radar.range_step
+        self.noise_power = noise_power(scene.radar.pulse, scene.radar.window, scene.radar.noise_factor)
+        self._truth = TruthTeller(scene)
+        self._next_scan = 0
+
+    def scan(self) -> Scan:
+        """The next revolution."""
+        blocks = list(self.blocks(scans=1))
+        first = blocks[0]
+
+        def whole(name: str) -> Any:
+            return np.concatenate([getattr(block, name) for block in blocks])
+
+        return Scan(
+            first.scan, whole("time"), whole("azimuth"), whole("heading"), whole("position"), first.range,
+            first.range_step, whole("field"), whole("power"),
+        )  # fmt: skip
+
+    def spokes(self, scans: int | None = None) -> Iterator[Spoke]:
+        """The spokes of the next `scans` revolutions one by one, in order; None for ever."""
+        for block in self.blocks(scans):
+            yield from block.spokes()
+
+    def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
+        """Consecutive spokes from the next scan on, in blocks that never span two scans.
+
+        scans: how many revolutions, None for ever; a scan counts as taken when its first block is. size: spokes per block
+        (the last of a scan may be shorter); it changes no byte.
+        """
+        for _ in itertools.count() if scans is None else range(scans):
+            number, self._next_scan = self._next_scan, self._next_scan + 1
+            yield from regrouped((self._block(number, *part) for part in self._chain.parts(number)), size)
+
+    def truth(self, t: float) -> Truth:
+        """State of own ship and of every body at time t [s]. Safe to call from another thread."""
+        return self._truth.at(t)
+
+    def _block(self, scan: int, start: int, field: Profiles, power: Powers) -> SpokeBlock:
+        radar = self.scene.radar
+        index = np.arange(start, start + len(field))
+        number = scan * radar.azimuths + index
+        time = number * radar.spoke_period
+        own = self.scene.own_ship.pose(time)
+        return SpokeBlock(
+            int(number[0]), scan, start, time, index * radar.azimuth_step, own.heading, own.position[:, :2], own.course,
+            own.speed, self.range, self.range_step, field, power,
+        )  # fmt: skip
