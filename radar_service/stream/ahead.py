@@ -7,6 +7,7 @@ from radar_service.records import SpokeBlock
 from radar_service.stream.messages import Engine
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: hides a slow block, and a new scene is not late
+BLOCK = 32  # spokes; the most that one message can hold
 
 
 class EngineFault(Exception):
@@ -56,7 +57,7 @@ class Ahead:
 
     def _run(self) -> None:
         try:
-            for block in self.engine.blocks():
+            for block in self.engine.blocks(size=BLOCK):
                 if not self._hand_over(block):
                     return
             self._fail("the engine ended its stream of spokes")

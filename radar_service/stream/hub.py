@@ -24,6 +24,7 @@ MAILBOX_BYTES = 4 * 2**20
 MAILBOX_NOTICES = 256  # hellos, gaps and the like, which cannot be dropped: more means a client that does not read
 PATIENCE = 10.0  # s that a lossless client may hold up the simulation
 HISTORY_BYTES = 16 * 2**20  # per view: about a minute of 1 KiB spokes at 24 rpm and 720 azimuths
+GOING_AWAY, TOO_SLOW = 1001, 4408  # websocket close codes
 MAX_VIEWS = 16  # each costs the producer an encoding
 MAX_CLIENTS = 500
 LINGER = 30.0  # s that a view without clients is still encoded, so that whoever reconnects finds no hole
@@ -79,6 +80,8 @@ class Client:
         self.view, self.mode, self.truth = view, mode, truth
         self.delivered = self.lost = 0  # spokes
         self.closed = False  # nothing more comes after what is queued
+        self.code = GOING_AWAY  # websocket close code, once closed
+        self._over = asyncio.Event()
         self._messages, self._size = messages, size
         self._queue: deque[Item] = deque()
         self._droppable = self._bytes = 0
@@ -100,9 +103,9 @@ class Client:
             self._drop_oldest()
         self._append(item)
         if len(self._queue) - self._droppable > MAILBOX_NOTICES:
-            self.end(wire.pack({"type": "bye", "epoch": item.epoch, "reason": "this client does not read"}))
+            self.end(wire.pack({"type": "bye", "epoch": item.epoch, "reason": "this client does not read"}), TOO_SLOW)
 
-    def end(self, last: bytes) -> None:
+    def end(self, last: bytes, code: int = GOING_AWAY) -> None:
         """Forget what is queued, say `last`, and take no more."""
         if self.closed:
             return
@@ -110,8 +113,13 @@ class Client:
         self._backlog.clear()
         self._droppable = self._bytes = 0
         self._append(Item(last, ""))
-        self.closed = True
+        self.closed, self.code = True, code
         self._room.set()
+        self._over.set()
+
+    async def over(self) -> None:
+        """Wait until the client has been ended."""
+        await self._over.wait()
 
     def begin(self, items: Iterable[Item]) -> None:
         """What comes before everything else: the hello, and history to catch up with (shared bytes, so not bounded here)."""
@@ -267,7 +275,7 @@ class Hub:
         for task in late:
             task.cancel()
             reason = f"lossless: nothing was read for {self._patience:g} s; read faster, or resume with since"
-            waits[task].end(wire.pack({"type": "bye", "epoch": self.epoch, "reason": reason}))
+            waits[task].end(wire.pack({"type": "bye", "epoch": self.epoch, "reason": reason}), TOO_SLOW)
             self.clients.discard(waits[task])
 
     def _want(self, view: View) -> None:

@@ -56,8 +56,8 @@ class Engine(Protocol):
     def range_step(self) -> float:
         """From sample to sample [m]."""
 
-    def blocks(self, scans: int | None = None) -> Iterator[SpokeBlock]:
-        """Consecutive blocks, none of which spans two scans; for ever when scans is None."""
+    def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
+        """Consecutive blocks of at most `size` spokes, none of which spans two scans; for ever when scans is None."""
 
     def truth(self, t: float) -> Truth:
         """State of everything at time t [s]."""

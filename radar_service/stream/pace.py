@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 BATCH_SECONDS = 0.015  # of wall-clock time per message: eight to ten times the capacity of single spokes, unseen by the eye
-BATCH_SPOKES = 256  # however fast it goes
+BATCH_SPOKES = 32  # however fast it goes: beyond it a message gains little (reference/streaming.md, section 2)
 LATE_LIMIT = 0.25  # s behind after which the schedule starts afresh: catching up would be a burst
 WINDOW = 5.0  # s over which the factor reached is measured
 WINDOW_LEAST = 0.5  # s; over less a single batch weighs too much

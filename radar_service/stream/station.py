@@ -41,6 +41,7 @@ class Station:
         self.transmitter = Transmitter(engine, settings or Settings(), self, clock)
         self._factory = factory
         self._swapping = asyncio.Lock()
+        self._stopping = False
         self._loop: asyncio.AbstractEventLoop | None = None
 
     @property
@@ -61,6 +62,7 @@ class Station:
 
     async def stop(self, reason: str = "the server is stopping") -> None:
         """Say bye to every client and end the threads."""
+        self._stopping = True
         self.hub.close(reason)
         await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
 
@@ -68,6 +70,8 @@ class Station:
         """Add a client to the feed. Raises Refused with the reason, also when the engine has died."""
         if client.truth and not self.allow_truth:
             raise Refused("truth: this server does not give it; it must be started with --truth")
+        if self._stopping:
+            raise Refused("the server is stopping")
         if self.transmitter.fault:
             raise Refused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
         self.hub.join(client, since)

@@ -1,0 +1,125 @@
+"""The web server: REST, the native feed, the page; and what guards them. The only place that knows FastAPI's application."""
+
+from collections.abc import AsyncIterator, Iterable, Sequence
+from contextlib import asynccontextmanager
+from importlib import metadata, resources
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from radar_service.scene.error import SceneError
+from radar_service.stream.ahead import EngineFault
+from radar_service.stream.api import api, problem_lines
+from radar_service.stream.scenes import MAX_UPLOAD_BYTES, Conflict, SceneShelf
+from radar_service.stream.station import Station
+
+SECURITY_HEADERS = {
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'self'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+}
+SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
+
+
+def create_app(stations: Sequence[Station], *, scene_folders: Iterable[Path] = ()) -> FastAPI:
+    """The application that puts these radars on the air when it starts and takes them off when it stops.
+
+    scene_folders: whose scenes are offered besides the packaged ones.
+    """
+    shelf = SceneShelf(scene_folders)
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        for station in stations:
+            await station.start()
+        yield
+        for station in stations:
+            await station.stop()
+        shelf.close()
+
+    app = FastAPI(
+        title="radar-service",
+        version=metadata.version("radar-service"),
+        description="A simulated marine radar: scenes in, the live feed of a rotating radar out.",
+        lifespan=lifespan,
+        openapi_url="/api/openapi.json",
+        docs_url=None,  # the usual pages load scripts from elsewhere, which this server's policy forbids
+        redoc_url=None,
+        max_body_size=MAX_UPLOAD_BYTES,
+    )
+    app.include_router(api({station.identity: station for station in stations}, shelf))
+    app.mount("/", StaticFiles(directory=str(resources.files("clients.web")), html=True, check_dir=False))
+    _answer_faults(app)
+    app.add_middleware(Guard)
+    return app
+
+
+def _answer_faults(app: FastAPI) -> None:
+    def refuse(status: int, lines: Sequence[str]) -> JSONResponse:
+        return JSONResponse({"detail": list(lines)}, status)
+
+    @app.exception_handler(SceneError)
+    async def scene_error(_: Request, fault: SceneError) -> JSONResponse:
+        return refuse(422, fault.problems)
+
+    @app.exception_handler(EngineFault)
+    async def engine_fault(_: Request, fault: EngineFault) -> JSONResponse:
+        return refuse(422, [f"scene: {fault}"])
+
+    @app.exception_handler(Conflict)
+    async def conflict(_: Request, fault: Conflict) -> JSONResponse:
+        return refuse(409, [str(fault)])
+
+    @app.exception_handler(RequestValidationError)
+    async def invalid(_: Request, fault: RequestValidationError) -> JSONResponse:
+        return refuse(422, problem_lines(fault.errors()))
+
+    @app.exception_handler(HTTPException)
+    async def refused(_: Request, fault: HTTPException) -> JSONResponse:
+        detail: object = fault.detail  # our own are lists of lines, the framework's are words
+        lines = detail if isinstance(detail, list) else [str(detail)]
+        return JSONResponse({"detail": lines}, fault.status_code, fault.headers)
+
+
+class Guard:
+    """Pages of other sites may neither listen nor command; every answer carries the security headers.
+
+    A browser names the page's origin; programs name none and pass. Plain requests that change nothing pass too: without
+    leave by CORS, which is never given, a foreign page cannot read the answers.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "websocket" and _foreign(scope):
+            await receive()
+            await send({"type": "websocket.close", "code": 1008, "reason": "cross-origin"})  # before accept: HTTP 403
+        elif scope["type"] == "http" and scope["method"] not in SAFE_METHODS and _foreign(scope):
+            answer = JSONResponse({"detail": ["origin: this page belongs to another site"]}, 403)
+            await answer(scope, receive, send)
+        else:
+            await self._app(scope, receive, _adding_headers(send) if scope["type"] == "http" else send)
+
+
+def _adding_headers(send: Send) -> Send:
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message).update(SECURITY_HEADERS)
+        await send(message)
+
+    return sending
+
+
+def _foreign(scope: Scope) -> bool:
+    headers = Headers(scope=scope)
+    origin = headers.get("origin")
+    return origin is not None and urlsplit(origin).netloc.lower() != headers.get("host", "").lower()

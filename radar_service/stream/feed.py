@@ -1,0 +1,122 @@
+"""The native feed on a websocket: who asks for what, and a mailbox emptied into a socket."""
+
+import asyncio
+import contextlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import cast
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from radar_service.scene.model import MAX_BINS
+from radar_service.stream import wire
+from radar_service.stream.hub import Client, Mode, Refused, View
+from radar_service.stream.station import Station
+
+BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503
+GRACE = 2.0  # s to take the last message before the line is cut
+PARAMETERS = ("encoding", "bins", "truth", "mode", "since")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a client asks of a feed. since: epoch, and number of the first spoke that it has not had."""
+
+    view: View = View("u8")
+    mode: Mode = "live"
+    truth: bool = False
+    since: tuple[str, int] | None = None
+
+
+def request_from_query(query: Mapping[str, str]) -> Request:
+    """The request that a query string means. Raises ValueError naming the parameter, its value and what is allowed."""
+    for key in query:
+        if key not in PARAMETERS:
+            raise ValueError(f"{key[:40]}: the feed has no such parameter; it takes {', '.join(PARAMETERS)}")
+    encoding = query.get("encoding", "u8")
+    if encoding not in wire.DTYPES:
+        raise ValueError(f'encoding: "{encoding[:40]}" is not one of {", ".join(wire.DTYPES)}')
+    mode = query.get("mode", "live")
+    if mode not in ("live", "lossless"):
+        raise ValueError(f'mode: "{mode[:40]}" is not one of live, lossless')
+    truth = query.get("truth", "0")
+    if truth not in ("0", "1"):
+        raise ValueError(f'truth: "{truth[:40]}" is not 0 or 1')
+    view = View(encoding, _bins(query.get("bins", "")))
+    return Request(view, cast(Mode, mode), truth == "1", _since(query.get("since", "")))
+
+
+def _bins(text: str) -> int | None:
+    if not text:
+        return None
+    if not re.fullmatch(r"[0-9]{1,6}", text) or not 1 <= int(text) <= MAX_BINS:
+        raise ValueError(f'bins: "{text[:40]}" is not a whole number from 1 to {MAX_BINS}; leave it out for every cell')
+    return int(text)
+
+
+def _since(text: str) -> tuple[str, int] | None:
+    if not text:
+        return None
+    found = re.fullmatch(r"([^:]{1,64}):([0-9]{1,18})", text)
+    if not found:
+        raise ValueError(f'since: "{text[:80]}" is not EPOCH:SEQ, the epoch and the first spoke not yet had')
+    return found[1], int(found[2])
+
+
+async def serve(socket: WebSocket, station: Station | None) -> None:
+    """Serve one client until it goes, is let go, or the server stops. A refusal is a `bye` and a close code from 4400."""
+    await socket.accept()
+    if station is None:
+        return await _refuse(socket, NOT_FOUND, f'radar: there is no "{socket.path_params["radar"][:40]}"; see /api/radars')
+    try:
+        request = request_from_query(socket.query_params)
+    except ValueError as fault:
+        return await _refuse(socket, BAD_REQUEST, str(fault))
+    if request.truth and not station.allow_truth:
+        return await _refuse(socket, FORBIDDEN, "truth: this server does not give it; start it with --truth")
+    client = Client(request.view, request.mode, request.truth)
+    try:
+        station.join(client, request.since)
+    except Refused as fault:
+        return await _refuse(socket, UNAVAILABLE, str(fault))
+    try:
+        await _converse(socket, client)
+    finally:
+        station.hub.leave(client)
+
+
+async def _refuse(socket: WebSocket, code: int, reason: str) -> None:
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it may be gone before it is told
+        await socket.send_bytes(wire.pack({"type": "bye", "epoch": "", "reason": reason}))
+        await socket.close(code, reason.encode()[:120].decode(errors="ignore"))  # a close frame holds 123 bytes
+
+
+async def _converse(socket: WebSocket, client: Client) -> None:
+    tasks = [asyncio.create_task(act) for act in (_send(socket, client), _listen(socket), _cut(client))]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    if client.closed:
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
+            await asyncio.wait_for(socket.close(client.code), GRACE)
+
+
+async def _send(socket: WebSocket, client: Client) -> None:
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket is gone, and _listen knows
+        while (item := await client.get()) is not None:
+            await socket.send_bytes(item.data)
+
+
+async def _listen(socket: WebSocket) -> None:
+    """Nothing that a client says matters, except that it goes."""
+    while (await socket.receive())["type"] != "websocket.disconnect":
+        pass
+
+
+async def _cut(client: Client) -> None:
+    await client.over()
+    await asyncio.sleep(GRACE)
