@@ -1,7 +1,7 @@
 """What the JSON of a GLB file may claim: everything inside its own buffer, a tree of nodes, plain triangles.
 
-Written for files made to do harm: counts are compared with bytes before a reader takes memory for them. A malformed tree makes
-the ordinary errors of Python's containers, which the caller turns into one.
+Written for files made to do harm: counts are compared with bytes before a reader takes memory for them. A malformed
+tree makes the ordinary errors of Python's containers, which the caller turns into one.
 """
 
 from typing import Any

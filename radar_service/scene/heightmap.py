@@ -52,16 +52,14 @@ def heightmap_terrain(
     heights = heights_from_raster(body, raster, place) + start[2]
     places = _placement(body, raster, start, origin, place)(heights.shape)
     if not np.abs(places).max() <= REACH:
-        raise SceneError(
-            f"{place}.heightmap: reaches {np.abs(places).max():g} m from the origin; at most {REACH:g}: move it"
-        )
+        raise SceneError(f"{place}.heightmap: reaches {np.abs(places).max():g} m from the origin, not {REACH:g}; move it")
     corners = places[[0, 0, -1, -1], [0, -1, 0, -1]]
     middle = np.array([*corners.mean(axis=0), start[2]])
     faces, total = _seen_faces(places, heights, sight)
     if len(faces) == 0:
         raise SceneError(
-            f"{place}.heightmap: none of its {total} triangles rises above the sea within {sight.distance:g} m of the radar; check "
-            "low_m, high_m and where the map lies"
+            f"{place}.heightmap: none of its {total} triangles rises above the sea within {sight.distance:g} m of own "
+            "ship; check low_m, high_m and where the map lies"
         )
     used, compact = np.unique(faces, return_inverse=True)
     points = np.column_stack([places.reshape(-1, 2)[used], heights.ravel()[used]]) - middle
@@ -72,13 +70,11 @@ def heightmap_terrain(
 
 
 def heights_from_raster(body: BodyModel, raster: Raster, place: str) -> Floats:
-    """Heights (rows, columns) [m]: greys scaled from low_m to high_m over the whole range of their type, or metres as they are."""
+    """Heights (rows, columns) [m]: greys scaled from low_m to high_m over the range of their type, or metres."""
     samples = raster.samples
     if body.low_m is None or body.high_m is None:
         if raster.grey:
-            raise SceneError(
-                f"{place}.low_m: missing; greys are no metres: give low_m and high_m, the heights of black and white"
-            )
+            raise SceneError(f"{place}.low_m: missing; greys are no metres: give low_m (black) and high_m (white)")
         heights = samples.astype(np.float64)
         low, high = float(heights.min()), float(heights.max())
         if not (LOWEST <= low and high <= HIGHEST):

@@ -1,9 +1,9 @@
 """What surfaces are made of, and how they scatter at X band: sigma0 = gamma cos(incidence), gamma as a power ratio.
 
-The constant-gamma law and its ladder for land: Barton, Land clutter models for radar design and analysis (1985): -20 dB for
-flat ground, -15 dB for farmland and desert, -12 dB for rolling hills, -10 dB for wooded hills, -5 dB for mountains and towns; the
-spread about such means is some 5 dB. No table covers the small parts of built things (rails, frames, joints): those values are
-reasoned from how much a smooth slab would reflect at normal incidence, all of it spread evenly.
+The constant-gamma law and its ladder for land: Barton, Land clutter models for radar design and analysis (1985): -20 dB
+for flat ground, -15 dB for farmland and desert, -12 dB for rolling hills, -10 dB for wooded hills, -5 dB for mountains and
+towns; the spread about such means is some 5 dB. No table covers the small parts of built things (rails, frames, joints):
+those values are reasoned from how much a smooth slab would reflect at normal incidence, all of it spread evenly.
 """
 
 from radar_service.scene.error import SceneError

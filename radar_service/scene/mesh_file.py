@@ -1,4 +1,4 @@
-"""What a mesh file is and claims, before anything is built from it: sniffed formats, declared counts against actual bytes."""
+"""What a mesh file is and claims, before anything is built from it: formats by content, counts against bytes."""
 
 import json
 import re
@@ -13,7 +13,10 @@ MAX_JSON_BYTES = 20 * 2**20
 
 ENDINGS = {".obj": "obj", ".stl": "stl", ".ply": "ply", ".glb": "glb"}
 PLY_SIZES = {"char": 1, "uchar": 1, "short": 2, "ushort": 2, "int": 4, "uint": 4, "float": 4, "double": 8,
-             "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4, "float32": 4, "float64": 8}  # fmt: skip
+             "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4, "float32": 4,
+             "float64": 8}  # fmt: skip
+MAGIC = ((b"glTF", "glb"), (b"ply\n", "ply"), (b"ply\r", "ply"), (b"\x89PNG", "PNG"), (b"\xff\xd8\xff", "JPEG"),
+         (b"PK\x03\x04", "ZIP"), (b"\x1f\x8b", "gzip"), (b"%PDF", "PDF"), (b"\x7fELF", "a program"))  # fmt: skip
 
 
 def check_content(content: bytes, name: str, place: str) -> str:
@@ -39,8 +42,7 @@ def check_content(content: bytes, name: str, place: str) -> str:
 
 def sniffed(content: bytes) -> str:
     """What `content` looks like: a mesh format, or the name of something else."""
-    for magic, kind in ((b"glTF", "glb"), (b"ply\n", "ply"), (b"ply\r", "ply"), (b"\x89PNG", "PNG"), (b"\xff\xd8\xff", "JPEG"),
-                        (b"PK\x03\x04", "ZIP"), (b"\x1f\x8b", "gzip"), (b"%PDF", "PDF"), (b"\x7fELF", "a program")):  # fmt: skip
+    for magic, kind in MAGIC:
         if content.startswith(magic):
             return kind
     if _stl_size(content) == len(content):
@@ -119,7 +121,8 @@ def _check_glb(content: bytes, place: str) -> None:
     """Raises SceneError where lengths disagree with the file, or its JSON claims what the buffer does not hold."""
     if len(content) < 20 or struct.unpack_from("<II", content, 4) != (2, len(content)):
         raise SceneError(f"{place}: not GLB version 2 of {len(content)} bytes as its header should say; export it again")
-    chunks, at = {}, 12
+    chunks: dict[bytes, tuple[int, int]] = {}
+    at = 12
     while at + 8 <= len(content):
         size, kind = struct.unpack_from("<I4s", content, at)
         if at + 8 + size > len(content):

@@ -116,12 +116,14 @@ class RadarModel(Section):
 
 def _check_table(table: tuple[tuple[float, float], ...]) -> None:
     if not 2 <= len(table) <= 10_000:
-        raise ValueError(f"pattern: a table has 2 to 10000 rows of (degrees, dB), this one has {len(table)}")
+        raise ValueError(f"pattern: a table has 2 to 10000 rows of (degrees, dB), this one has {len(table)}: thin it")
     offsets = [row[0] for row in table]
     if offsets[0] != 0 or offsets[-1] > 180 or any(b <= a for a, b in zip(offsets, offsets[1:], strict=False)):
-        raise ValueError("pattern: the offsets of the table start at 0 and rise strictly to at most 180 degrees")
+        raise ValueError(
+            "pattern: the offsets start at 0 and rise strictly to at most 180 degrees; sort the rows of the table"
+        )
     if table[0][1] != 0 or max(row[1] for row in table) > 0:
-        raise ValueError("pattern: the gains of the table are in dB below boresight: the first is 0, none is positive")
+        raise ValueError("pattern: gains are in dB below boresight: the first is 0, none is positive; subtract the largest")
 
 
 class WaypointModel(Section):
@@ -140,14 +142,24 @@ class MovingSection(Section):
     waypoints: tuple[WaypointModel, ...] = Field((), max_length=1000)
     loop: Flag = Field(False, description="after the last waypoint back to the start, for ever")
     track: str | None = Field(
-        None, description="CSV with time_s and east_m, north_m (or latitude_deg, longitude_deg), optional heading_deg"
+        None,
+        min_length=1,
+        max_length=500,
+        description="CSV with time_s and east_m, north_m (or latitude_deg, longitude_deg), optional up_m, heading_deg",
     )
 
     @model_validator(mode="after")
     def _one_motion(self) -> Self:
         ways = [bool(self.waypoints), self.track is not None, self.speed_kn > 0]
         if sum(ways) > 1:
-            raise ValueError("give one of speed_kn (with course_deg), waypoints (each with its speed_kn), or track")
+            raise ValueError(
+                "speed_kn: one of speed_kn (with course_deg), waypoints (each with its speed_kn) and track; remove the rest"
+            )
+        if self.course_deg is not None and (self.waypoints or self.track is not None):
+            said = "waypoints" if self.waypoints else "the track"
+            raise ValueError(f"course_deg: {said} already say where it goes; remove course_deg")
+        if self.track is not None and "position_m" in self.model_fields_set:
+            raise ValueError("position_m: the track already says where it is; remove position_m")
         if self.loop and not self.waypoints:
             raise ValueError("loop: only a body with waypoints can go round; add waypoints or remove loop")
         return self
@@ -185,6 +197,7 @@ SHAPE_SIZES: dict[str, tuple[str, ...]] = {
     "hull": ("length_m", "beam_m", "height_m"),
 }
 SIZES = ("radius_m", "width_m", "height_m", "length_m", "beam_m", "edge_m")
+MESH_KEYS = ("scale", "up")
 HEIGHTMAP_KEYS = ("low_m", "high_m", "extent_m", "south_west_deg", "north_east_deg")
 
 
@@ -223,7 +236,7 @@ class BodyModel(MovingSection):
         kinds = [k for k in ("shape", "mesh", "heightmap") if getattr(self, k) is not None]
         if len(kinds) != 1:
             said = " and ".join(kinds) if kinds else "none of them"
-            raise ValueError(f"a body has exactly one of shape, mesh, heightmap; this one has {said}")
+            raise ValueError(f"shape: a body has exactly one of shape, mesh, heightmap; this one has {said}: add or remove")
         self._check_sizes()
         self._check_place()
         if self.shape == "point" and self.rcs_dbsm is None:
@@ -242,34 +255,47 @@ class BodyModel(MovingSection):
         for key in SIZES:
             given = getattr(self, key) is not None
             if key in wanted and not given:
-                raise ValueError(f"{key}: missing; {owner} needs {', '.join(wanted)}")
+                raise ValueError(f"{key}: missing; {owner} needs {', '.join(wanted)}: add it")
             if given and key not in wanted:
                 raise ValueError(f"{key}: {owner} takes {', '.join(wanted) or 'no sizes'}; remove {key}")
-        if self.heightmap is None:
-            for key in HEIGHTMAP_KEYS:
-                if getattr(self, key) is not None:
-                    raise ValueError(f"{key}: belongs to a heightmap; remove it")
+        for kind, keys in (("heightmap", HEIGHTMAP_KEYS), ("mesh", MESH_KEYS)):
+            for key in keys:
+                if getattr(self, kind) is None and key in self.model_fields_set:
+                    raise ValueError(f"{key}: belongs to a body with {kind}; remove it")
 
     def _check_place(self) -> None:
         geographic = (self.latitude_deg is not None, self.longitude_deg is not None)
         if any(geographic) and not all(geographic):
-            raise ValueError("latitude_deg and longitude_deg go together; give both")
+            raise ValueError("latitude_deg: goes together with longitude_deg; give both or none")
         if any(geographic) and self.position_m is not None:
-            raise ValueError("give position_m or latitude_deg/longitude_deg, not both")
+            raise ValueError("position_m: latitude_deg and longitude_deg already place the body; remove one of the two")
+        if any(geographic) and self.track is not None:
+            raise ValueError("latitude_deg: the track already says where the body is; remove latitude_deg and longitude_deg")
         if self.up_m is not None and not any(geographic):
-            raise ValueError("up_m goes with latitude_deg and longitude_deg; with position_m the height is its third number")
+            raise ValueError(
+                "up_m: goes with latitude_deg and longitude_deg; with position_m the height is its third number"
+            )
         if self.heightmap is None:
             return
         if (self.south_west_deg is None) != (self.north_east_deg is None):
-            raise ValueError("south_west_deg and north_east_deg go together; give both")
+            raise ValueError("south_west_deg: goes together with north_east_deg; give both or none")
         if self.south_west_deg is not None and self.extent_m is not None:
-            raise ValueError("give extent_m or the two corners south_west_deg and north_east_deg, not both")
+            raise ValueError("extent_m: the corners south_west_deg and north_east_deg already say it; remove one of the two")
         if (self.low_m is None) != (self.high_m is None):
-            raise ValueError("low_m and high_m go together; give both")
+            raise ValueError("low_m: goes together with high_m; give both or none")
         if self.low_m is not None and self.high_m is not None and self.high_m <= self.low_m:
-            raise ValueError(f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}")
-        if self.speed_kn > 0 or self.waypoints or self.track:
-            raise ValueError("a heightmap cannot move; remove speed_kn, waypoints and track")
+            raise ValueError(f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}; exchange them")
+        if self.speed_kn > 0 or self.waypoints or self.track is not None:
+            raise ValueError("heightmap: a height map cannot move; remove speed_kn, waypoints and track")
+        if self.heading_deg is not None or self.course_deg is not None:
+            raise ValueError(
+                "heading_deg: a height map has north at its top and is not turned; remove heading_deg, course_deg"
+            )
+        east_north = (self.position_m or (0.0, 0.0))[:2]
+        if self.south_west_deg is not None and (any(geographic) or any(east_north)):
+            raise ValueError(
+                "south_west_deg: the corners already place the map; leave only a height in position_m, as [0, 0, up]"
+            )
 
 
 class SceneModel(Section):
@@ -287,8 +313,8 @@ class SceneModel(Section):
         seen: set[str] = set()
         for i, body in enumerate(self.body):
             if body.name in seen:
-                raise ValueError(f'body[{i}].name: "{body.name}" is taken by an earlier body; names are unique')
+                raise ValueError(f'body[{i}].name: "{body.name}" is taken by an earlier body; names are unique: rename one')
             seen.add(body.name)
             if self.origin is None and (body.latitude_deg is not None or body.south_west_deg is not None):
-                raise ValueError(f"body[{i}]: latitude and longitude need an [origin] in the scene; add one")
+                raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
         return self

@@ -91,7 +91,7 @@ def _leg_headings(position: Floats, heading_deg: float | None) -> Floats:
 
 
 def motion_from_track(content: bytes, place: str, heading_deg: float | None, origin: Origin | None) -> Motion:
-    """A track from CSV: time_s; east_m and north_m, or latitude_deg and longitude_deg; optional up_m and heading_deg.
+    """A track from CSV: time_s; east_m, north_m or latitude_deg, longitude_deg; optional up_m, heading_deg.
 
     Before the first and after the last row the body stands still. With a heading column it turns evenly from row to row,
     else it heads along each leg. Raises SceneError naming the line.
@@ -109,8 +109,8 @@ def motion_from_track(content: bytes, place: str, heading_deg: float | None, ori
     far = np.flatnonzero(~(np.abs(position).max(axis=1) <= REACH))
     if far.size:
         raise SceneError(
-            f"{place}, line {lines[int(far[0])]}: {position[far[0]].tolist()} m is farther than {REACH:g} m from the origin; "
-            "the flat map ends there: move the origin or cut the track"
+            f"{place}, line {lines[int(far[0])]}: {position[far[0]].tolist()} m is farther than {REACH:g} m from the "
+            "origin, where the flat map ends: move the origin or cut the track"
         )
     if "heading_deg" in columns:
         return Motion(time, position, np.deg2rad(columns["heading_deg"]), turning=True)

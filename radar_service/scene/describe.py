@@ -1,0 +1,119 @@
+"""A scene in words, for `radar-service check`, and its JSON Schema, for editors."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from radar_service.constants import KNOT
+from radar_service.frames import effective_earth_radius, polar_from_map
+from radar_service.scene.model import SceneModel
+from radar_service.scene.world import Body, Motion, Radar, Scene
+
+TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam (DESIGN section 3, row 2)
+
+
+def describe(scene: Scene) -> str:
+    """What the scene contains, as text of many lines: the radar's derived numbers, each body at t = 0, warnings."""
+    lines = [f"scene       {scene.name}"]
+    if scene.origin is not None:
+        lines.append(f"origin      latitude {scene.origin[0]:.6f}, longitude {scene.origin[1]:.6f} degrees")
+    lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"own ship    {_motion_text(scene.own_ship)}"]
+    triangles = sum(len(body.mesh.faces) for body in scene.bodies if body.mesh is not None)
+    lines.append(f"bodies      {len(scene.bodies)} with {triangles} triangles in all")
+    lines += [line for body in scene.bodies for line in _body_lines(body, scene)]
+    lines += [f"warning     {warning}" for warning in scene.warnings]
+    return "\n".join(lines)
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of a scene file."""
+    schema = SceneModel.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def two_way_beamwidth(radar: Radar) -> float | None:
+    """Half-power width of the beam out and back [rad], where one number says it: for the sinc^2 and Gaussian patterns."""
+    shares = {"sinc2": TWO_WAY_SINC2, "gaussian": math.sqrt(0.5)}
+    share = shares.get(radar.pattern) if isinstance(radar.pattern, str) else None
+    return None if share is None else share * radar.beamwidth
+
+
+def radar_horizon(scene: Scene, height: float = 0.0) -> float:
+    """Ground distance [m] at which a target `height` [m] above the sea sinks below the horizon; inf on a flat earth."""
+    radius = effective_earth_radius(scene.environment.earth_factor)
+    return math.sqrt(2.0 * radius * scene.radar.height) + math.sqrt(2.0 * radius * max(height, 0.0))
+
+
+def _radar_lines(radar: Radar) -> list[str]:
+    two_way = two_way_beamwidth(radar)
+    beam = "" if two_way is None else f", two-way {math.degrees(two_way):.3f}"
+    pattern = radar.pattern if isinstance(radar.pattern, str) else f"a table of {len(radar.pattern)} rows"
+    resolution = radar.range_step * radar.sample_rate / radar.bandwidth
+    rpm, rate = 60.0 / radar.rotation_period, 1.0 / radar.spoke_period
+    width, height = math.degrees(radar.beamwidth), math.degrees(radar.beamwidth_el)
+    return [
+        f"radar       {radar.frequency / 1e9:.4g} GHz, wavelength {radar.wavelength * 1e3:.2f} mm, {radar.power / 1e3:g} kW",
+        f"  pulse     {radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, compressed {radar.pulse * radar.bandwidth:.0f} times",
+        f"  range     to {radar.range_max:g} m in {radar.bins} bins of {radar.range_step:.4f} m",
+        f"  resolves  {resolution:.3f} m before the window ({radar.window}) widens it",
+        f"  scan      {radar.azimuths} spokes of {math.degrees(radar.azimuth_step):.4g} degrees, {rpm:g} rpm, {rate:.1f} spokes/s",
+        f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern})",
+    ]
+
+
+def _environment_lines(scene: Scene) -> list[str]:
+    e = scene.environment
+    horizon = radar_horizon(scene)
+    factor = "flat earth" if math.isinf(horizon) else f"horizon at {horizon:.0f} m ({e.earth_factor:.3g} earth)"
+    asked = [name for name in ("noise", "multipath", "ground_plane") if getattr(e, name)]
+    asked += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
+    asked += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
+    asked += [f"sea state {e.sea_state}"] if e.sea_state else []
+    return [
+        f"environment antenna {scene.radar.height:g} m above the sea, {factor}; {', '.join(asked) or 'nothing else asked for'}"
+    ]
+
+
+def _body_lines(body: Body, scene: Scene) -> list[str]:
+    start = body.motion.pose(0.0).position
+    seen = polar_from_map(start, scene.antenna(0.0), effective_earth_radius(scene.environment.earth_factor))
+    bearing = math.degrees(float(seen.azimuth[0])) % 360.0
+    shape = "a point"
+    if body.mesh is not None:
+        x, y, z = np.ptp(body.mesh.vertices, axis=0)
+        shape = f"{len(body.mesh.faces)} triangles, {x:.4g} x {y:.4g} x {z:.4g} m (across, along, up)"
+    far = _unseen(float(seen.range[0]), float(seen.distance[0]), float(start[0, 2]), body, scene)
+    section = (
+        ""
+        if body.rcs is None
+        else f" {10 * math.log10(body.rcs):g} dBsm" + (f", Swerling {body.swerling}" * bool(body.swerling))
+    )
+    return [
+        f"  {body.name}: {shape}",
+        f"    {seen.distance[0]:.1f} m off, bearing {bearing:05.1f}{far}; {_motion_text(body.motion)}",
+        f"    {body.material.name}, scattering {body.scattering}{section}" + (f", MMSI {body.mmsi}" if body.mmsi else ""),
+    ]
+
+
+def _unseen(distance_now: float, ground: float, up: float, body: Body, scene: Scene) -> str:
+    """What keeps the body out of the picture at t = 0, as far as its place says."""
+    size, top = 0.0, up
+    if body.mesh is not None:
+        size = float(np.linalg.norm(body.mesh.vertices[:, :2], axis=1).max())
+        top = up + float(body.mesh.vertices[:, 2].max())
+    if distance_now - size > scene.radar.range_max:
+        return " (beyond range)"
+    return " (below the horizon)" if ground - size > radar_horizon(scene, top) else ""
+
+
+def _motion_text(motion: Motion) -> str:
+    pose = motion.pose(max(float(motion.time[0]), 0.0))
+    place = f"at east {pose.position[0, 0]:.1f}, north {pose.position[0, 1]:.1f}, up {pose.position[0, 2]:.1f} m"
+    heading = f"heading {math.degrees(pose.heading[0]):05.1f}"
+    if motion.at_rest:
+        return f"{place}, {heading}, at rest"
+    course = f"course {math.degrees(pose.course[0]):05.1f}, {pose.speed[0] / KNOT:.1f} kn"
+    legs = f", {len(motion.time) - 1} legs" if len(motion.time) > 1 else ""
+    again = f", round every {motion.period:.0f} s" if motion.period is not None else ""
+    return f"{place}, {heading}, {course}{legs}{again}"
