@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import uvicorn
@@ -152,7 +153,7 @@ def write_npz(path: Path, blocks: Sequence[SpokeBlock], simulator: Simulator) ->
     """All spokes S of some scans as arrays: scan, azimuth, time, heading, course, speed (S,), position (S, 2), range (N,),
     field and power (S, N); and name, seed, fidelity."""
     keys = ("azimuth", "time", "heading", "course", "speed", "position", "field", "power")
-    arrays = {key: np.concatenate([getattr(block, key) for block in blocks]) for key in keys}
+    arrays: dict[str, Any] = {key: np.concatenate([getattr(block, key) for block in blocks]) for key in keys}
     scan = np.concatenate([np.full(len(block), block.scan) for block in blocks])
     with path.open("wb") as file:  # an open file keeps its name, a path would gain an ending
         np.savez(

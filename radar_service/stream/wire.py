@@ -54,10 +54,12 @@ def pack(message: dict[str, Any]) -> bytes:
 
 def unpack(data: bytes) -> dict[str, Any]:
     """The message in `data`. Raises ValueError where it is not a map with a `type`."""
+    if len(data) > MAX_MESSAGE:
+        raise ValueError(f"a message of {len(data)} bytes; at most {MAX_MESSAGE} are allowed")
     try:
-        message = msgpack.unpackb(data, raw=False, max_bin_len=MAX_MESSAGE, max_buffer_size=MAX_MESSAGE)
+        message = msgpack.unpackb(data, raw=False)  # lengths claimed beyond those of `data` are refused by default
     except Exception as fault:
-        raise ValueError(f"not a msgpack message of at most {MAX_MESSAGE} bytes: {fault}") from fault
+        raise ValueError(f"not a msgpack message: {fault}") from fault
     if not isinstance(message, dict) or not isinstance(message.get("type"), str):
         raise ValueError("a message is a msgpack map with a string under `type`")
     return message
