@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from radar_service.echo.antenna import (
+    PATTERNS,
+    one_way_gain,
+    printed_gain,
+    printed_two_way,
+    taylor_gain,
+    vertical_pattern,
+)
+
+BEAM = np.deg2rad(3.9)
+TABLE = ((0.0, 1.0), (0.02, 0.1), (0.10, 0.001))
+
+
+def half_width(gain, level: float, upper: float) -> float:
+    return float(brentq(lambda t: float(gain(t)) - level, 1e-9, upper))
+
+
+def test_printed_gain_of_the_worked_example() -> None:
+    # seed 8.1 step 3 says 0.67; the printed formula gives 0.122 (DESIGN row 10), half its last digit
+    assert printed_gain(np.deg2rad(1.0), BEAM) == pytest.approx(0.122, abs=5e-4)
+
+
+def test_printed_two_way_is_the_square_of_the_product() -> None:
+    two_way = printed_two_way(np.deg2rad(1.0), 0.0, BEAM, np.deg2rad(25))
+    assert two_way == pytest.approx(0.0149, abs=5e-5)  # DESIGN row 10, half its last digit
+    both = printed_two_way(np.deg2rad(0.5), np.deg2rad(3.0), BEAM, np.deg2rad(25))
+    product = printed_gain(np.deg2rad(0.5), BEAM) * printed_gain(np.deg2rad(3.0), np.deg2rad(25))
+    assert both == pytest.approx(product**2, rel=1e-14)  # rounding
+
+
+@pytest.mark.parametrize("pattern", ["sinc2", "gaussian", "taylor"])
+@pytest.mark.parametrize("beamwidth_deg", [0.9, 3.9, 25.0])
+def test_the_gain_is_one_on_boresight_and_half_at_half_the_beamwidth(pattern: str, beamwidth_deg: float) -> None:
+    beam = np.deg2rad(beamwidth_deg)
+    gain = one_way_gain(np.array([-beam / 2, 0.0, beam / 2]), beam, pattern)
+    assert gain == pytest.approx([0.5, 1.0, 0.5], rel=1e-10)  # rounding of the root finder
+
+
+@pytest.mark.parametrize(("pattern", "level_db"), [("sinc2", -13.26), ("printed", -13.26), ("taylor", -30.29)])
+def test_the_highest_sidelobe(pattern: str, level_db: float) -> None:
+    offset = np.linspace(0.0, 8.0 * BEAM, 40_001)
+    gain = one_way_gain(offset, BEAM, pattern)
+    first_rise = np.argmax(np.diff(gain) > 0)
+    # Taylor: the same taper as a window of 4096 samples has -30.29; its end samples move that by some 0.02
+    tolerance = 0.02 if pattern == "taylor" else 0.005  # else half the last digit of the uniform aperture's -13.26
+    assert 10 * np.log10(gain[first_rise:].max()) == pytest.approx(level_db, abs=tolerance)
+
+
+def test_taylor_is_its_textbook_product_of_zeros() -> None:
+    nbar, a2 = 4, (np.arccosh(10**1.5) / np.pi) ** 2
+    sigma2 = nbar**2 / (a2 + (nbar - 0.5) ** 2)
+    m = np.arange(1, nbar)
+    u = np.linspace(0.01, 7.99, 501)[:, None]
+    field = (
+        np.sinc(u[:, 0]) * np.prod(1 - u**2 / (sigma2 * (a2 + (m - 0.5) ** 2)), axis=1) / np.prod(1 - u**2 / m**2, axis=1)
+    )
+    scale = brentq(lambda x: np.interp(x, u[:, 0], field**2) - 0.5, 0.1, 1.0)
+    # 1e-4: the half-power point of the twin is interpolated on a grid of 0.016
+    assert taylor_gain(u[:, 0] / (2 * scale) * BEAM, BEAM) == pytest.approx(field**2, abs=1e-4)
+
+
+def test_gaussian_one_beamwidth_out_is_a_sixteenth() -> None:
+    assert one_way_gain(BEAM, BEAM, "gaussian") == pytest.approx(1 / 16, rel=1e-12)  # 2^-(2^2), rounding
+
+
+def test_two_way_three_db_width_of_the_corrected_beam() -> None:
+    # DESIGN row 2: power goes as G^2; 0.7200 t3dB, half the last digit
+    assert 2 * half_width(lambda t: one_way_gain(t, 1.0) ** 2, 0.5, 0.5) == pytest.approx(0.7200, abs=5e-5)
+
+
+def test_a_table_is_symmetric_linear_in_db_and_holds_its_last_value() -> None:
+    gain = one_way_gain(np.array([-0.02, 0.01, 0.06, 0.10, 0.5, -3.0]), BEAM, TABLE)
+    assert gain == pytest.approx([0.1, np.sqrt(0.1), 0.01, 0.001, 0.001, 0.001], rel=1e-12)  # rounding
+
+
+def test_a_table_may_hold_zeros() -> None:
+    assert one_way_gain(0.5, BEAM, ((0.0, 1.0), (0.1, 0.0))) == pytest.approx(0.0, abs=1e-29)  # the stated floor of -300 dB
+
+
+def test_an_unknown_pattern_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(ValueError, match=f'"cosec" is not one of {", ".join(PATTERNS)}'):
+        one_way_gain(0.0, BEAM, "cosec")
+
+
+def test_a_table_describes_the_horizontal_only() -> None:
+    assert (vertical_pattern("taylor"), vertical_pattern(TABLE)) == ("taylor", "sinc2")
