@@ -44,7 +44,7 @@ def watertight_crossings(origin: Floats, direction: Floats, corners: Floats) -> 
     Shapes as `printed_crossings`. Two triangles that share an edge compute the same products for it with opposite sign, so
     a ray is on one side or the other or on it, never beside both. Source: Woop, Benthin and Wald, JCGT 2 (2013).
     """
-    moved = corners[None] - np.atleast_2d(origin)[:, None, None]
+    moved = corners[None] - np.broadcast_to(origin, direction.shape)[:, None, None]
     x, y, along = _sheared(moved, direction)
     u = x[2] * y[1] - y[2] * x[1]
     v = x[0] * y[2] - y[0] * x[2]
