@@ -41,7 +41,7 @@ function hello(message, isNew) {
   controls.adopt(message);
   spokeAt = now();
   status.showHello(message);
-  status.showRange(scope.grid.range, settings.unit);
+  status.showRange(nominalRange(), settings.unit);
   if (element("scene").value !== message.scene.name) listScenes(message.scene.name);
   if (isNew) status.speak(`Scene ${message.scene.name}`);
 }
@@ -52,8 +52,15 @@ function spokes(message) {
   scope.write(message, ship);
   spokeAt = now();
   meter.spokes(message.count, message.time.at(-1), spokeAt, controls.factor);
-  if (range !== message.range) status.showRange(message.range, settings.unit);
+  if (range !== message.range) status.showRange(nominalRange(), settings.unit);
   latest = [ship, message];
+}
+
+/** The range as it was asked for, where the picture ends within a cell of it: 3000 m rather than 3002 m. */
+function nominalRange() {
+  const { range, step } = scope.grid;
+  const asked = controls.state.range_m ?? range;
+  return Math.abs(asked - range) <= step ? asked : range;
 }
 let latest = null; // own ship and message whose figures stand on the page after the next frame
 
@@ -118,7 +125,7 @@ function choose(name, value) {
     scope.repaint();
   }
   if (name === "unit") {
-    status.showRange(scope.grid.range, value);
+    status.showRange(nominalRange(), value);
     controls.showRanges();
   }
   scope.changed = true;
@@ -151,6 +158,7 @@ function bind() {
   };
   element("radar").onchange = () => watch(element("radar").value);
   element("load-scene").onclick = loadScene;
+  element("scene").onchange = showLoadable;
   bindPointer(scope, showPlaces);
   document.addEventListener("keydown", shortcut);
 }
@@ -171,7 +179,14 @@ function shortcut(event) {
 async function listScenes(running) {
   const scenes = await ask("scenes").catch(() => []); // the feed goes on without the list
   const names = scenes.map((scene) => scene.name);
-  element("scene").replaceChildren(...names.map((name) => new Option(name, name, false, name === running)));
+  const options = names.map((name) => new Option(name, name, false, name === running));
+  if (!names.includes(running)) options.unshift(new Option(`${running} (running)`, "", true, true));
+  element("scene").replaceChildren(...options);
+  showLoadable();
+}
+
+function showLoadable() {
+  element("load-scene").disabled = !element("scene").value;
 }
 
 async function loadScene() {
@@ -183,7 +198,7 @@ async function loadScene() {
   } catch (refused) {
     element("notice").textContent = refused.message;
   } finally {
-    button.disabled = false;
+    showLoadable();
   }
 }
 

@@ -7,7 +7,7 @@ const NAUTICAL = [0.125, 0.25, 0.5, 0.75, 1.5, 3, 6, 12, 24, 48, 96]; // NM; 0.2
 const METRIC = [200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000, 200_000]; // m
 
 const UNITS = {
-  nm: { metres: NAUTICAL_MILE, scales: NAUTICAL.map((nm) => nm * NAUTICAL_MILE), text: (m) => `${trim(m / NAUTICAL_MILE, 3)} NM` },
+  nm: { metres: NAUTICAL_MILE, scales: NAUTICAL.map((nm) => nm * NAUTICAL_MILE), text: (m) => `${trim(m / NAUTICAL_MILE, m < NAUTICAL_MILE / 2 ? 3 : 2)} NM` },
   m: { metres: 1, scales: METRIC, text: (m) => (m >= 10_000 ? `${trim(m / 1000, 2)} km` : `${trim(m, m < 100 ? 1 : 0)} m`) },
 };
 

@@ -120,11 +120,9 @@ class Page:
             button = {} if kind == "mouseMoved" else {"button": "left", "clickCount": 1}
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **button)
 
-    def look(self, selector: str = "html", keep: Path | None = None) -> NDArray[np.int16]:
-        """What an element shows (height, width, 3); `keep`: a PNG file to leave it in too."""
-        box = f"(({{x, y, width, height}}) => ({{x, y, width, height}}))(document.querySelector('{selector}').getBoundingClientRect())"
-        clip = self.ask(box) | {"scale": 1}
-        data = base64.b64decode(self.call("Page.captureScreenshot", format="png", clip=clip)["data"])
+    def look(self, keep: Path | None = None) -> NDArray[np.int16]:
+        """What the screen shows (height, width, 3); `keep`: a PNG file to leave it in too."""
+        data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
         if keep is not None:
             keep.write_bytes(data)
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(np.int16)

@@ -27,7 +27,7 @@ class Picture:
         self.azimuths, self.bins, self.step = azimuths, bins, step
         self.video: NDArray[np.uint8] = np.zeros((azimuths, bins), dtype=np.uint8)
         if rim:
-            self.video[:, -4:] = 255
+            self.video[:, -max(1, bins // 60) :] = 255  # two pixels and more of the smallest screen
 
     @property
     def range(self) -> float:
@@ -158,7 +158,7 @@ def fake_app(radar: FakeRadar) -> FastAPI:
     @app.patch("/api/radars/{name}/controls")
     async def patch(name: str, request: Request) -> Response:
         change = await request.json()
-        radar.patched.append(change)
+        radar.patched.append(dict(change))
         if change.get("rpm") == 13:
             return JSONResponse({"detail": ["rpm: 13 is unlucky; choose another"]}, 422)
         pace = radar.controls["pace"] | change.pop("pace", {})
