@@ -1,0 +1,174 @@
+"""The video chain: exact levels by theory, the peak-keeping reduction against a plain loop."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from radar_service.display.video import (
+    DB_PER_STEP,
+    Controls,
+    decibels,
+    display_video,
+    encode,
+    layout,
+    log_offset_db,
+    noise_threshold_db,
+    peaks,
+    rain_level_db,
+    scale,
+    sea_attenuation_db,
+    strongest,
+)
+
+NOISE = 1.371e-15  # W, the receiver of DESIGN section 2
+HALF_STEP = DB_PER_STEP / 2 + 1e-5  # a byte is the nearest step; float32 logarithms of -150 dB err by 1e-5 dB
+
+
+def cells(*levels_db: float) -> np.ndarray:
+    """One spoke of power [W] at these levels above the noise threshold [dB]."""
+    level = np.array(levels_db) + noise_threshold_db(NOISE)
+    return (10.0 ** (level / 10.0)).astype(np.float32)[None, :]
+
+
+def shown(power: np.ndarray, **controls: float) -> np.ndarray:
+    to = layout(power.shape[1], 5.0, 10.0)
+    return display_video(power, to, Controls(**controls), NOISE)
+
+
+@settings(deadline=None, max_examples=60)
+@given(samples=st.integers(1, 400), wanted=st.integers(1, 500))
+def test_every_cell_goes_to_the_bin_of_its_centre(samples: int, wanted: int) -> None:
+    to = layout(samples, 5.0, 10.0, wanted)
+    spoke = np.random.default_rng(samples).random((2, samples))
+    expected = np.zeros((2, to.bins))
+    for n in range(samples):  # in whole numbers: floor((n + 1/2) B / N)
+        b = (2 * n + 1) * to.bins // (2 * samples)
+        expected[:, b] = np.maximum(expected[:, b], spoke[:, n])
+    assert to.bins == min(samples, wanted)
+    np.testing.assert_array_equal(peaks(spoke, to), expected)
+
+
+def test_bins_stand_in_the_middle_of_their_cells() -> None:
+    to = layout(20, 5.0, 10.0, 5)
+    assert (to.step, to.first, to.range) == (40.0, 20.0, 200.0)
+    printed = layout(20, 0.0, 10.0, 5)  # samples at n step, as the specification prints it
+    assert (printed.first, printed.range) == (15.0, 195.0)
+
+
+@pytest.mark.parametrize(("reach", "samples"), [(200.0, 20), (100.0, 10), (101.0, 11), (3.0, 1), (1e6, 20), (None, 20)])
+def test_range_crops_the_cells_that_begin_beyond_it(reach: float | None, samples: int) -> None:
+    assert layout(20, 5.0, 10.0, None, reach).samples == samples
+
+
+@pytest.mark.parametrize("reach", [0.0, -5.0, math.nan])
+def test_a_range_that_is_not_positive_is_refused(reach: float) -> None:
+    with pytest.raises(ValueError, match="range"):
+        layout(20, 5.0, 10.0, None, reach)
+
+
+def test_no_bins_are_refused() -> None:
+    with pytest.raises(ValueError, match="bins: 0"):
+        layout(20, 5.0, 10.0, 0)
+
+
+def test_the_strongest_sample_keeps_its_phase() -> None:
+    field = np.array([[1, 2j, -3, 1, 1j, 0, -5j]], dtype=np.complex64)
+    np.testing.assert_array_equal(strongest(field, layout(7, 5.0, 10.0, 3)), [[2j, -3, -5j]])
+
+
+def test_noise_passes_the_threshold_at_the_stated_rate() -> None:
+    cells_total = 1_000_000
+    noise = np.random.default_rng(1).exponential(NOISE, (100, cells_total // 100)).astype(np.float32)
+    edge = 10.0 ** (-HALF_STEP / 10.0)  # the byte rounds up from half a step below the threshold's next step
+    rate = np.mean(10 * np.log10(noise) > noise_threshold_db(NOISE))
+    five_sigma = 5 * math.sqrt(1e-4 / cells_total)
+    assert abs(rate - 1e-4) < five_sigma
+    # a byte of 1 begins half a step above the threshold: exp(-ln(1e4) x 10^(0.025)) at 0.5 dB a step
+    first_step = math.exp(-math.log(1e4) / edge)
+    assert abs(np.mean(shown(noise) > 0) - first_step) < 5 * math.sqrt(first_step / cells_total)
+
+
+def test_bytes_count_steps_above_the_threshold() -> None:
+    levels = np.array([-20.0, 0.0, 1.0, 20.0, 63.0, 200.0])
+    expected = np.clip(levels, 0.0, 255 * DB_PER_STEP)
+    np.testing.assert_allclose(shown(cells(*levels))[0] * DB_PER_STEP, expected, atol=HALF_STEP)
+
+
+def test_gain_is_a_decibel_per_percent() -> None:
+    expected = 30.0 + np.array([-20.0, 0.0, 15.0])
+    got = [shown(cells(30.0), gain=gain)[0, 0] * DB_PER_STEP for gain in (30.0, 50.0, 65.0)]
+    np.testing.assert_allclose(got, expected, atol=HALF_STEP)
+
+
+def test_sea_control_falls_with_the_cube_of_range() -> None:
+    distance = np.array([5.0, 50.0, 500.0, 5000.0])
+    np.testing.assert_allclose(sea_attenuation_db(distance, 100.0), [60.0, 60.0, 30.0, 0.0], atol=1e-12)  # rounding
+    np.testing.assert_allclose(sea_attenuation_db(distance, 50.0), [30.0, 30.0, 0.0, 0.0], atol=1e-12)
+
+
+def test_sea_control_lowers_near_echoes_only() -> None:
+    spoke = cells(*[40.0] * 100)  # cells of 10 m
+    drop = (shown(spoke)[0].astype(int) - shown(spoke, sea=50.0)[0]) * DB_PER_STEP
+    np.testing.assert_allclose(drop[0], 30.0, atol=2 * HALF_STEP)
+    assert np.all(drop[50:] == 0)  # 30 dB at 50 m are spent at 500 m
+
+
+def test_rain_control_takes_the_mean_of_the_cells_before() -> None:
+    video = np.array([[10.0, 20.0, -5.0, 30.0, 40.0, 50.0, 60.0]], dtype=np.float32)
+    # 50 m are 5 cells of 10 m; what is below the threshold counts as nothing
+    expected = [0.0, 10.0, 15.0, 10.0, 15.0, 20.0, 28.0]
+    np.testing.assert_allclose(rain_level_db(video, 10.0, 100.0)[0], expected, rtol=1e-6)
+    np.testing.assert_allclose(rain_level_db(video, 10.0, 50.0)[0], np.array(expected) / 2, rtol=1e-6)
+
+
+def test_rain_control_leaves_the_edge_and_removes_the_body_of_a_shower() -> None:
+    shower = shown(cells(*[0.0] * 20, *[30.0] * 30, *[0.0] * 10), rain=100.0)[0] * DB_PER_STEP
+    assert shower[20] == pytest.approx(30.0, abs=HALF_STEP)
+    assert np.all(shower[25:50] == 0)
+
+
+def test_controls_act_on_u8_only() -> None:
+    power = cells(10.0, 20.0, 30.0)
+    field = np.sqrt(power).astype(np.complex64)
+    to = layout(3, 5.0, 10.0)
+    knobs = Controls(gain=80.0, sea=70.0, rain=60.0)
+    for encoding in ("u8-log", "f16", "f32", "c64"):
+        plain = encode(encoding, power, field, to, Controls(), NOISE)
+        np.testing.assert_array_equal(encode(encoding, power, field, to, knobs, NOISE), plain)
+    assert np.any(encode("u8", power, field, to, knobs, NOISE) != encode("u8", power, field, to, Controls(), NOISE))
+
+
+def test_encodings_say_what_the_wire_says_they_say() -> None:
+    power = np.array([[0.0, 1e-14, 3e-9, 1e3]], dtype=np.float32)
+    field = np.sqrt(power).astype(np.complex64) * np.complex64(1j)
+    to = layout(4, 5.0, 10.0)
+    level = decibels(power)[0]
+    assert np.isneginf(level[0])
+    by = {e: encode(e, power, field, to, Controls(), NOISE)[0] for e in ("u8-log", "f16", "f32", "c64")}
+    assert by["u8-log"][0] == 0 and by["u8-log"][3] == 255
+    says = scale("u8-log", NOISE)
+    np.testing.assert_allclose(says["offset_db"] + by["u8-log"][1:3] * says["db_per_step"], level[1:3], atol=HALF_STEP)
+    np.testing.assert_array_equal(by["f16"], level.astype(np.float16))
+    np.testing.assert_array_equal(by["f32"], power[0])
+    np.testing.assert_array_equal(by["c64"], field[0])
+    assert [by[e].dtype.str for e in ("u8-log", "f16", "f32", "c64")] == ["|u1", "<f2", "<f4", "<c8"]
+
+
+def test_scales_reach_from_the_noise_to_a_ship_alongside() -> None:
+    noise_db = 10 * math.log10(NOISE)
+    assert scale("u8", NOISE)["offset_db"] - noise_db == pytest.approx(10 * math.log10(math.log(1e4)), abs=1e-9)
+    assert -21 < log_offset_db(NOISE) - noise_db <= -20
+
+
+@pytest.mark.parametrize("bad", [{"gain": -1.0}, {"sea": 101.0}, {"rain": math.nan}])
+def test_controls_outside_their_range_are_refused(bad: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match=next(iter(bad))):
+        Controls(**bad)
+
+
+def test_an_unknown_encoding_is_refused() -> None:
+    with pytest.raises(ValueError, match='"png" is not one of'):
+        encode("png", cells(1.0), cells(1.0).astype(np.complex64), layout(1, 5.0, 10.0), Controls(), NOISE)

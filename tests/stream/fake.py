@@ -1,0 +1,85 @@
+"""A simulator that computes nothing: every cell says which spoke and bin it is."""
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from radar_service.fidelity import Fidelity
+from radar_service.records import BodyTruth, SpokeBlock, Truth
+from radar_service.scene.load import load_scene
+from radar_service.scene.world import Scene
+
+AZIMUTHS, BINS, STEP = 24, 20, 10.0
+
+
+def scene(name: str = "test scene", **radar: Any) -> Scene:
+    """A scene without bodies: 24 spokes a scan, 20 bins of 10 m, blind from 080 to 100 degrees off the bow."""
+    sampling = 299_792_458.0 / (2.0 * STEP)
+    settings = {
+        "azimuths": AZIMUTHS, "range_max_m": BINS * STEP, "bandwidth_hz": sampling / 1.5, "sample_rate_hz": sampling,
+        "blind_sectors_deg": [[80, 100]],
+    }  # fmt: skip
+    return load_scene({"name": name, "radar": settings | radar, "own_ship": {"heading_deg": 30}})
+
+
+class FakePlan:
+    """Says that nothing is modelled."""
+
+    def as_dict(self) -> dict[str, Any]:
+        return {"modelled": []}
+
+
+class FakeEngine:
+    """Spoke n has power (n + 1) x (bin + 1) nW, and a field of that magnitude; blocks of at most 5.
+
+    dies_at: number of the spoke at which it fails. turns: where given, one permit is taken before each block.
+    """
+
+    def __init__(self, of: Scene, dies_at: int | None = None, turns: threading.Semaphore | None = None) -> None:
+        self.scene, self.seed, self.fidelity, self.plan = of, 7, Fidelity("balanced"), FakePlan()
+        self.noise_power = 1e-15
+        self.range_step = of.radar.range_step
+        self.range = (np.arange(of.radar.bins) + 0.5) * self.range_step
+        self._dies_at, self._turns = dies_at, turns
+
+    def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
+        number = 0
+        while scans is None or number < scans * self.scene.radar.azimuths:
+            if self._turns:
+                self._turns.acquire()
+            index = number % self.scene.radar.azimuths
+            yield self.block(number, min(5, size, self.scene.radar.azimuths - index))
+            number += min(5, size, self.scene.radar.azimuths - index)
+
+    def block(self, number: int, count: int) -> SpokeBlock:
+        if self._dies_at is not None and number + count > self._dies_at:
+            raise RuntimeError("the wheel came off")
+        radar = self.scene.radar
+        n = number + np.arange(count)
+        index = number % radar.azimuths
+        power = power_of(n, self.range.size)
+        own = self.scene.own_ship.pose(n * radar.spoke_period)
+        return SpokeBlock(
+            number, number // radar.azimuths, index, n * radar.spoke_period, (index + np.arange(count)) * radar.azimuth_step,
+            own.heading, own.position[:, :2], own.course, own.speed, self.range, self.range_step,
+            (np.sqrt(power) * 1j).astype(np.complex64), power,
+        )  # fmt: skip
+
+    def truth(self, t: float) -> Truth:
+        own = BodyTruth(
+            "own ship", (0, 0, 0), (0, 0, 0), 0.5, 0.5, 0.0, 0.0, 0.0, 0.0, True, "", None, None, None
+        )  # fmt: skip
+        return Truth(t, own, (replace(own, name="buoy"),))
+
+
+def power_of(number: Any, bins: int) -> Any:
+    """Power (K, bins) of the spokes of these numbers [W]."""
+    return (1e-9 * (np.asarray(number)[:, None] + 1.0) * (np.arange(bins) + 1.0)).astype(np.float32)
+
+
+def factory(**options: Any) -> Callable[[Scene], FakeEngine]:
+    """Makes fake engines."""
+    return lambda of: FakeEngine(of, **options)
