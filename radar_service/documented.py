@@ -107,6 +107,8 @@ class DocumentedChain:
         if self._scene.blind(np.array([time]), np.array([boresight]))[0]:
             return np.zeros(radar.bins, dtype=np.complex64)
         hits = self._hits(boresight, time, generator(self._seed, RAYS, scan, index))
+        if not hits.range.size:
+            return np.zeros(radar.bins, dtype=np.complex64)
         delay = sample_delay(hits.range, radar.sample_rate)
         phase = printed_phase(hits.range, radar.wavelength)
         received = chirp_sum(delay, self.amplitude(hits), phase, self._transmitted, radar.bins)
