@@ -90,7 +90,7 @@ class CorrectedChain:
         """Profiles (K, bins) [sqrt(W)] of azimuths `start` to `start` + K of a scan; start is a multiple of TILE."""
         index = np.arange(start, min(start + TILE, self.radar.azimuths))
         number = scan * self.radar.azimuths + index
-        at = Instants(number, index * self.radar.azimuth_step, number * self.radar.spoke_period)
+        at = Instants(number, *self.radar.schedule(number))
         transmitting = ~self.scene.blind(at.time, at.boresight)[:, None]
         spectrum = np.zeros((len(index), self.compression.size), dtype=np.complex64)
         laid = self._laid_moving(at)
@@ -118,7 +118,7 @@ class CorrectedChain:
             np.concatenate([getattr(part, name) for part in parts]) for name in ("row", "range", "amplitude")
         )
         shape = (len(at.time), self.compression.size)
-        return lay_rows(shape, row, self._column(distance), amplitude * self._heard(distance), self._table)
+        return lay_rows(shape, row, self._column(distance), np.asarray(amplitude * self._heard(distance)), self._table)
 
     def _shadows_at(self, time: float) -> Echoes:
         glance = int(time // self.moving.interval)

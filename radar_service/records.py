@@ -91,11 +91,14 @@ def regrouped(blocks: Iterable[SpokeBlock], size: int) -> Iterator[SpokeBlock]:
 def _joined(blocks: list[SpokeBlock]) -> SpokeBlock:
     if len(blocks) == 1:
         return blocks[0]
-    columns = {
-        name: np.concatenate([getattr(block, name) for block in blocks])
-        for name in ("time", "azimuth", "heading", "position", "course", "speed", "field", "power")
-    }
-    return replace(blocks[0], **columns)
+
+    def whole(name: str) -> Any:
+        return np.concatenate([getattr(block, name) for block in blocks])
+
+    return replace(
+        blocks[0], time=whole("time"), azimuth=whole("azimuth"), heading=whole("heading"), position=whole("position"),
+        course=whole("course"), speed=whole("speed"), field=whole("field"), power=whole("power"),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

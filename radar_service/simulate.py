@@ -89,11 +89,10 @@ class Simulator:
 
     def _block(self, scan: int, start: int, field: Profiles, power: Powers) -> SpokeBlock:
         radar = self.scene.radar
-        index = np.arange(start, start + len(field))
-        number = scan * radar.azimuths + index
-        time = number * radar.spoke_period
+        number = scan * radar.azimuths + np.arange(start, start + len(field))
+        boresight, time = radar.schedule(number)
         own = self.scene.own_ship.pose(time)
         return SpokeBlock(
-            int(number[0]), scan, start, time, index * radar.azimuth_step, own.heading, own.position[:, :2], own.course,
+            int(number[0]), scan, start, time, boresight, own.heading, own.position[:, :2], own.course,
             own.speed, self.range, self.range_step, field, power,
         )  # fmt: skip

@@ -99,4 +99,4 @@ def eclipsing_amplitude(delay: Floats, pulse: float, window: str) -> Floats:
     for m, coefficient in enumerate(a[1:], start=1):
         turn = 2.0 * np.pi * m / pulse
         area = area + coefficient * (np.sin(turn * pulse / 2.0) - np.sin(turn * start)) / turn
-    return area / (a[0] * pulse)
+    return np.asarray(area / (a[0] * pulse))

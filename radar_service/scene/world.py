@@ -63,6 +63,11 @@ class Radar:
         """Time from one spoke to the next [s]."""
         return self.rotation_period / self.azimuths
 
+    def schedule(self, number: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Boresight [rad from north, 0 to 2 pi] and time [s] of spokes (K,) numbered from the start of the simulation."""
+        index = np.asarray(number % self.azimuths, dtype=np.float64)
+        return index * self.azimuth_step, np.asarray(number, dtype=np.float64) * self.spoke_period
+
 
 @dataclass(frozen=True)
 class Environment:

@@ -30,7 +30,7 @@ class TriangleScene:
         if len(direction) == 0:
             return np.zeros(0, dtype=np.int64)
         origins, directions = self._as_float32(origin, direction)
-        return self._scene.run(origins, directions).astype(np.int64)
+        return np.asarray(self._scene.run(origins, directions), dtype=np.int64)
 
     def hidden(self, origin: Floats, direction: Floats, reach: Floats | float) -> NDArray[np.bool_]:
         """Whether a triangle stands within `reach` (M,), in lengths of `direction`, of the origin along each ray."""
@@ -48,7 +48,8 @@ class TriangleScene:
         normal = np.cross(b - a, c - a)
         along = np.einsum("ij,ij->i", normal, np.broadcast_to(direction, normal.shape))
         toward = np.einsum("ij,ij->i", normal, a - origin)
-        return np.divide(toward, along, out=np.full(len(along), np.inf), where=along != 0)
+        distance: Floats = np.divide(toward, along, out=np.full(len(along), np.inf), where=along != 0)
+        return distance
 
     def _as_float32(self, origin: Floats, direction: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         origins = np.broadcast_to(origin - self.centre, direction.shape)

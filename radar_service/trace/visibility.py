@@ -92,4 +92,4 @@ def beyond_horizon(distance: Floats, height: Floats, antenna_height: float, eart
 
 def _slack(sight: Floats) -> Floats:
     length = np.linalg.norm(sight, axis=1)
-    return NEARLY / np.maximum(length, NEARLY) + NEARLY_RELATIVE
+    return np.asarray(NEARLY / np.maximum(length, NEARLY) + NEARLY_RELATIVE)

@@ -1,0 +1,21 @@
+"""Small scenes that tests share."""
+
+from typing import Any
+
+import radar_service as rs
+from radar_service.scene.world import Radar
+
+
+def scene(bodies: list[dict[str, Any]] | None = None, **sections: Any) -> rs.Scene:
+    """A scene of these bodies; sections: radar, own_ship, environment as mappings."""
+    return rs.load_scene({"name": "test", "body": bodies or [], **sections})
+
+
+def radar(**settings: Any) -> Radar:
+    """A radar with these settings of the scene file."""
+    return scene(radar=settings).radar
+
+
+def point(name: str, east: float, north: float, up: float = 15.0, rcs_dbsm: float = 10.0, **more: Any) -> dict[str, Any]:
+    """A point body; by default as high as the default antenna."""
+    return {"name": name, "shape": "point", "position_m": [east, north, up], "rcs_dbsm": rcs_dbsm, **more}

@@ -1,0 +1,114 @@
+"""The in-process interface: order, records, determinism, truth."""
+
+import hashlib
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from tests.scenes import point, scene
+
+BUSY: dict[str, Any] = {"environment": {"noise": True}, "radar": {"range_max_m": 800, "azimuths": 90, "beamwidth_deg": 8}}
+
+
+def busy() -> rs.Scene:
+    """Rest, motion, fluctuation, shadow and noise in one small scene."""
+    hull = {"name": "h", "shape": "hull", "length_m": 40, "beam_m": 8, "height_m": 6, "position_m": [0, 300, 0]}
+    return scene(
+        [
+            point("a", 100, 400), point("b", -300, 200, speed_kn=12, course_deg=40), point("c", 300, -200, swerling=2),
+            {**hull, "material": "wood", "speed_kn": 10, "course_deg": 90},
+        ],
+        **BUSY,
+    )  # fmt: skip
+
+
+def samples(blocks: Iterable[rs.SpokeBlock]) -> str:
+    """One hash over all samples and times."""
+    total = hashlib.sha256()
+    for block in blocks:
+        for k in range(len(block)):
+            total.update(block.field[k].tobytes() + block.power[k].tobytes() + block.time[k].tobytes())
+    return total.hexdigest()
+
+
+@pytest.mark.parametrize("fidelity", ["balanced", "documented"])
+def test_same_seed_same_bytes_whatever_the_block_size(fidelity: str) -> None:
+    made = busy()
+    whole = samples(rs.Simulator(made, fidelity, seed=7).blocks(scans=2))
+    for size in (1, 7, 16, 90, 1000):
+        assert samples(rs.Simulator(made, fidelity, seed=7).blocks(scans=2, size=size)) == whole
+    assert samples(rs.Simulator(made, fidelity, seed=8).blocks(scans=2)) != whole
+
+
+def test_scans_and_spokes_tell_the_same_story() -> None:
+    """scan() and spokes() give the blocks' samples; numbers, times and bearings follow from the conventions."""
+    made = busy()
+    scans = [rs.Simulator(made).scan()]
+    sim = rs.Simulator(made)
+    spokes = list(sim.spokes(scans=1))
+    assert [s.number for s in spokes] == list(range(90))
+    np.testing.assert_array_equal(np.stack([s.field for s in spokes]), scans[0].field)
+    np.testing.assert_array_equal(scans[0].azimuth, np.arange(90) * (2 * np.pi / 90))
+    np.testing.assert_array_equal(scans[0].time, np.arange(90) * (60 / 24 / 90))
+    np.testing.assert_allclose(scans[0].range, (np.arange(scans[0].field.shape[1]) + 0.5) * scans[0].range_step, rtol=1e-15)
+    np.testing.assert_allclose(scans[0].power, np.abs(scans[0].field) ** 2, rtol=1e-6)  # float32
+    following = next(sim.spokes(scans=1))
+    assert (following.number, following.scan, following.index) == (90, 1, 0)
+    assert following.time == pytest.approx(2.5, rel=1e-15)
+
+
+def test_spokes_carry_own_ship_of_their_instant() -> None:
+    made = scene([], own_ship={"speed_kn": 36, "course_deg": 90, "heading_deg": 80}, radar=BUSY["radar"])
+    last = list(rs.Simulator(made).spokes(scans=1))[-1]
+    assert last.position == pytest.approx((36 * 1852 / 3600 * last.time, 0.0))
+    assert (last.course, last.heading) == pytest.approx((np.pi / 2, np.deg2rad(80)))
+    assert last.speed == pytest.approx(18.52)
+
+
+def test_an_empty_scene_is_silent_and_noise_alone_is_noise() -> None:
+    assert rs.Simulator(scene([], radar=BUSY["radar"])).scan().power.max() == 0.0
+    sim = rs.Simulator(scene([], **BUSY))
+    mean = float(sim.scan().power.mean())
+    assert mean == pytest.approx(sim.noise_power, rel=5 * 1.3 / np.sqrt(90 * 401))  # 5 sigma; neighbours correlate
+
+
+def test_truth_knows_where_and_why_not() -> None:
+    """Positions at an instant by hand; each reason for not being seen."""
+    wall = {"name": "wall", "shape": "plate", "width_m": 40, "height_m": 60, "position_m": [0, 500, 20], "rcs_dbsm": 0}
+    made = scene(
+        [
+            wall, point("behind", 0, 900), point("far", 5000, 0), point("blind", -500, 0, mmsi=235000001),
+            point("mover", 300, 0, course_deg=0, speed_kn=10), point("below", -30, 700, -5),
+        ],
+        radar={"range_max_m": 1500, "blind_sectors_deg": [[260, 280]]},
+        origin={"latitude_deg": 50.0, "longitude_deg": 0.0},
+    )  # fmt: skip
+    truth = rs.Simulator(made).truth(10.0)
+    seen = {body.name: body for body in truth.bodies}
+    assert {name: body.reason for name, body in seen.items()} == {
+        "wall": "", "behind": "shadowed", "far": "beyond range", "blind": "blind sector", "mover": "",
+        "below": "below horizon",
+    }  # fmt: skip
+    mover = seen["mover"]
+    assert mover.position == pytest.approx((300.0, 51.4444, 15.0), abs=1e-3)  # 10 kn for 10 s
+    assert mover.azimuth == pytest.approx(np.arctan2(300, 51.4444), abs=1e-5)
+    assert (mover.speed, mover.course) == pytest.approx((5.14444, 0.0), abs=1e-4)
+    assert seen["blind"].mmsi == 235000001
+    assert seen["behind"].latitude_deg == pytest.approx(50.0 + 900 / 111_229, abs=1e-6)  # 111.229 km a degree at 50 N
+    assert truth.as_dict()["bodies"][0]["name"] == "wall"
+
+
+@pytest.mark.parametrize("wrong", ["sharp", ""])
+def test_an_unknown_fidelity_is_refused_with_the_names(wrong: str) -> None:
+    with pytest.raises(ValueError, match=f'fidelity: "{wrong}" is not one of auto, documented, balanced'):
+        rs.Simulator(scene(), fidelity=wrong)
+
+
+def test_a_negative_seed_and_an_empty_block_are_refused() -> None:
+    with pytest.raises(ValueError, match="seed: -1 is not allowed"):
+        rs.Simulator(scene(), seed=-1)
+    with pytest.raises(ValueError, match="size: 0 is not allowed"):
+        next(rs.Simulator(scene()).blocks(size=0))
