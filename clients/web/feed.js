@@ -60,6 +60,7 @@ export class Feed {
   }
 
   receive(data) {
+    if (this.ended) return; // a socket that is closing still hands over what it holds
     this.heard = performance.now();
     try {
       this.take(decode(data));
@@ -79,8 +80,8 @@ export class Feed {
       this.handlers.gap(message);
     } else if (message.type === "spokes") {
       this.ledger.spokes(message.first, message.count);
-      this.failures = 0;
       this.handlers.spokes(message);
+      this.failures = 0; // only what could be used counts as a good line
     }
   }
 

@@ -14,7 +14,7 @@ export class Scope {
   constructor(settings, wanted) {
     this.settings = settings;
     this.place = element("scope");
-    this.renderer = chooseRenderer(wanted);
+    this.renderer = chooseRenderer(wanted, () => (this.changed = true));
     this.ship = { heading: 0, course: 0, azimuth: null };
     this.blindSectors = [];
     this.cursor = this.marker = null;
@@ -100,10 +100,10 @@ export class Scope {
   }
 }
 
-function chooseRenderer(wanted) {
+function chooseRenderer(wanted, restored) {
   if (wanted === "canvas") return new CanvasRenderer(element("echoes"));
   try {
-    return new WebGLRenderer(element("echoes"));
+    return new WebGLRenderer(element("echoes"), restored);
   } catch (fault) {
     console.warn(`WebGL2 does not serve (${fault.message}); drawing on a 2D canvas`);
     return new CanvasRenderer(freshCanvas());

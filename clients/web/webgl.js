@@ -46,13 +46,16 @@ void main() {
 export class WebGLRenderer {
   name = "WebGL2";
 
-  /** Throws where the browser has no WebGL2. */
-  constructor(canvas) {
+  /** restored(): called when the GPU, once lost, is back and wants a new picture. Throws where there is no WebGL2. */
+  constructor(canvas, restored) {
     this.canvas = canvas;
     this.gl = canvas.getContext("webgl2", { alpha: true, antialias: false, premultipliedAlpha: true });
     if (!this.gl) throw new Error("this browser offers no WebGL2");
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
-    canvas.addEventListener("webglcontextrestored", () => this.build());
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.build();
+      restored();
+    });
     this.build();
   }
 

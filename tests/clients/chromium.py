@@ -52,14 +52,15 @@ class Browser:
                 return result
             self.events.append(answer)
 
-    def open(self, url: str, width: int = 900, height: int = 700, mobile: bool = False) -> "Page":
-        """A new tab at `url`, width x height CSS pixels, one device pixel each."""
+    def open(self, url: str, width: int = 900, height: int = 700, mobile: bool = False, first: str = "") -> "Page":
+        """A new tab at `url`, width x height CSS pixels, one device pixel each; `first`: a script to run before its own."""
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         page = Page(self, target, session)
         for domain in ("Runtime", "Log", "Page"):
             page.call(f"{domain}.enable")
         page.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=mobile)
+        page.call("Page.addScriptToEvaluateOnNewDocument", source=first)
         page.call("Page.navigate", url=url)
         return page
 

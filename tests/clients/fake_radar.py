@@ -133,7 +133,14 @@ class FakeRadar:
         asyncio.run_coroutine_threadsafe(all_of(), self._loop).result(10)
 
 
-def fake_app(radar: FakeRadar) -> FastAPI:
+class Air:
+    """What is on the air: a service outlives the radars of the tests that use it."""
+
+    def __init__(self) -> None:
+        self.radar = FakeRadar()
+
+
+def fake_app(air: Air) -> FastAPI:
     """The service around a radar, under the content security policy of the real one."""
     app = FastAPI()
 
@@ -145,19 +152,19 @@ def fake_app(radar: FakeRadar) -> FastAPI:
 
     @app.get("/api/radars")
     def radars() -> list[dict[str, str]]:
-        return radar.radars
+        return air.radar.radars
 
     @app.get("/api/scenes")
     def scenes() -> list[dict[str, str]]:
-        return radar.scenes
+        return air.radar.scenes
 
     @app.get("/api/radars/{name}/controls")
     def controls(name: str) -> dict[str, Any]:
-        return radar.controls
+        return air.radar.controls
 
     @app.patch("/api/radars/{name}/controls")
     async def patch(name: str, request: Request) -> Response:
-        change = await request.json()
+        radar, change = air.radar, await request.json()
         radar.patched.append(dict(change))
         if change.get("rpm") == 13:
             return JSONResponse({"detail": ["rpm: 13 is unlucky; choose another"]}, 422)
@@ -167,10 +174,13 @@ def fake_app(radar: FakeRadar) -> FastAPI:
 
     @app.put("/api/radars/{name}/scene")
     async def scene(name: str, request: Request) -> dict[str, str]:
-        radar.scene = (await request.json())["scene"]
-        return {"name": radar.scene}
+        air.radar.scene = (await request.json())["scene"]
+        return {"name": air.radar.scene}
 
-    app.add_api_websocket_route("/api/radars/{name}/feed", radar.feed)
+    @app.websocket("/api/radars/{name}/feed")
+    async def feed(client: WebSocket) -> None:
+        await air.radar.feed(client)
+
     app.mount("/", StaticFiles(directory=WEB, html=True))
     return app
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from tests.clients.chromium import CHROMIUM, Browser, Page
-from tests.clients.fake_radar import FakeRadar, Picture, Served, fake_app
+from tests.clients.fake_radar import Air, FakeRadar, Picture, Served, fake_app
 
 pytestmark = [
     pytest.mark.browser,
@@ -34,30 +34,33 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     opened.close()
 
 
-@pytest.fixture
-def radar() -> FakeRadar:
-    made = FakeRadar()
-    for bearing_deg, distance in TARGETS:
-        made.picture.spot(bearing_deg, distance)
-    return made
+@pytest.fixture(scope="module")
+def air() -> Air:
+    return Air()
 
 
-@pytest.fixture
-def served(radar: FakeRadar) -> Iterator[Served]:
-    running = Served(fake_app(radar))
+@pytest.fixture(scope="module")
+def served(air: Air) -> Iterator[Served]:
+    running = Served(fake_app(air))
     yield running
     running.close()
 
 
+@pytest.fixture
+def radar(air: Air) -> FakeRadar:
+    air.radar = FakeRadar()
+    for bearing_deg, distance in TARGETS:
+        air.radar.picture.spot(bearing_deg, distance)
+    return air.radar
+
+
 @pytest.fixture(scope="module")
-def modules(browser: Browser) -> Iterator[Page]:
-    """A page whose modules can be imported; nothing of it is changed."""
-    running = Served(fake_app(FakeRadar()))
-    page = browser.open(running.url)
+def modules(browser: Browser, served: Served) -> Iterator[Page]:
+    """A page whose modules can be imported."""
+    page = browser.open(served.url)
     page.wait(DRAWN.format("one:720"))
     yield page
     page.close()
-    running.close()
 
 
 class Opened:
@@ -82,7 +85,7 @@ class Opened:
 
 
 @pytest.fixture
-def opened(browser: Browser, served: Served) -> Iterator[Opened]:
+def opened(browser: Browser, served: Served, radar: FakeRadar) -> Iterator[Opened]:
     pages = Opened(browser, served.url)
     yield pages
     assert pages.close() == []
@@ -150,6 +153,30 @@ def test_targets_stand_where_they_belong(
     up_deg = heading_deg if orientation == "head-up" else 0.0
     assert radius > 250  # of a screen 700 pixels high: a smaller picture would hide errors
     assert off_by(spots, expected(radar.picture, centre, radius, up_deg)) < PIXELS
+
+
+def test_draws_on_a_2d_canvas_where_there_is_no_webgl2(radar: FakeRadar, opened: Opened) -> None:
+    without = """const given = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+          return kind === 'webgl2' ? null : given.call(this, kind, ...rest);
+        };"""
+    page = opened(BARE, first=without)
+    assert page.text("#renderer-text") == "2D canvas"
+    centre, radius, spots = measure(seen(page))
+    assert off_by(spots, expected(radar.picture, centre, radius, 0.0)) < PIXELS
+
+
+AFTER = """window.seen = new Promise((done) => document.getElementById('echoes').addEventListener(
+  'webglcontext{}', () => requestAnimationFrame(() => requestAnimationFrame(done)), {{once: true}}))"""
+
+
+def test_picture_comes_back_after_the_gpu_was_lost(radar: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE)
+    page.ask("window.gpu = document.getElementById('echoes').getContext('webgl2').getExtension('WEBGL_lose_context')")
+    page.ask(f"{AFTER.format('lost')}, gpu.loseContext(), seen")
+    page.ask(f"{AFTER.format('restored')}, gpu.restoreContext(), seen")
+    centre, radius, spots = measure(seen(page))
+    assert off_by(spots, expected(radar.picture, centre, radius, 0.0)) < PIXELS
 
 
 def test_own_ship_is_the_centre_of_the_scope(radar: FakeRadar, opened: Opened) -> None:
@@ -347,6 +374,32 @@ def test_stronger_echoes_are_brighter_in_every_palette(modules: Page, palette: s
     assert np.all(np.diff(luminance) > -2e-3)  # a step of a channel's 256 at full brightness is worth 2e-3 x 0.7
     contrast = (luminance[-1] + 0.05) / (luminance[0] + 0.05)
     assert contrast > 7  # WCAG 2.2, 1.4.6
+
+
+def polar(modules: Page, script: str) -> Any:
+    """What a script returns that uses `polar`, a picture of 4 rows and 2 columns, and `write`, which adds spokes to it."""
+    setting = """import('./polar.js').then(({Polar}) => {
+      const polar = new Polar(4, 2);
+      const write = (scan, index, time, data, blind) =>
+        polar.write({bins: 2, data: new Uint8Array(data), index, scan, time, blind});
+      SCRIPT
+    })"""
+    return modules.ask(setting.replace("SCRIPT", script))
+
+
+def test_spokes_of_a_blind_sector_are_blank(modules: Page) -> None:
+    script = "write(0, 1, [1, 2], [9, 9, 9, 9]); write(1, 1, [5, 6], [7, 7, 7, 7], [true, false]); return [...polar.video];"
+    assert polar(modules, script) == [0, 0, 0, 0, 7, 7, 0, 0]
+
+
+def test_rows_that_missed_their_scans_are_not_shown_as_fresh(modules: Page) -> None:
+    script = "write(0, 0, [0, 1], [9, 9, 9, 9]); write(3, 1, [13], [7, 7]); polar.age(4, 0); return [...polar.fade];"
+    assert polar(modules, script) == [0, 255, 0, 0]  # 13 s are 3.25 scans; rows 2 and 3 were never written
+
+
+def test_spokes_that_contradict_their_size_are_refused(modules: Page) -> None:
+    script = "try { write(0, 0, [0], [9, 9, 9]); } catch (fault) { return fault.message; }"
+    assert polar(modules, script) == "spokes: 3 bytes are not 1 spokes of 2 bins"
 
 
 def test_msgpack_reads_what_the_service_writes(modules: Page) -> None:
