@@ -51,13 +51,14 @@ def _radar_lines(radar: Radar) -> list[str]:
     pattern = radar.pattern if isinstance(radar.pattern, str) else f"a table of {len(radar.pattern)} rows"
     resolution = radar.range_step * radar.sample_rate / radar.bandwidth
     rpm, rate = 60.0 / radar.rotation_period, 1.0 / radar.spoke_period
+    step = math.degrees(radar.azimuth_step)
     width, height = math.degrees(radar.beamwidth), math.degrees(radar.beamwidth_el)
     return [
         f"radar       {radar.frequency / 1e9:.4g} GHz, wavelength {radar.wavelength * 1e3:.2f} mm, {radar.power / 1e3:g} kW",
-        f"  pulse     {radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, compressed {radar.pulse * radar.bandwidth:.0f} times",
+        f"  pulse     {radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, product {radar.pulse * radar.bandwidth:.0f}",
         f"  range     to {radar.range_max:g} m in {radar.bins} bins of {radar.range_step:.4f} m",
         f"  resolves  {resolution:.3f} m before the window ({radar.window}) widens it",
-        f"  scan      {radar.azimuths} spokes of {math.degrees(radar.azimuth_step):.4g} degrees, {rpm:g} rpm, {rate:.1f} spokes/s",
+        f"  scan      {radar.azimuths} spokes, {step:.4g} degrees, {rpm:g} rpm, {rate:.1f} spokes/s",
         f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern})",
     ]
 
@@ -70,9 +71,8 @@ def _environment_lines(scene: Scene) -> list[str]:
     asked += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
     asked += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
     asked += [f"sea state {e.sea_state}"] if e.sea_state else []
-    return [
-        f"environment antenna {scene.radar.height:g} m above the sea, {factor}; {', '.join(asked) or 'nothing else asked for'}"
-    ]
+    extras = ", ".join(asked) or "nothing else asked for"
+    return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}"]
 
 
 def _body_lines(body: Body, scene: Scene) -> list[str]:
@@ -84,11 +84,8 @@ def _body_lines(body: Body, scene: Scene) -> list[str]:
         x, y, z = np.ptp(body.mesh.vertices, axis=0)
         shape = f"{len(body.mesh.faces)} triangles, {x:.4g} x {y:.4g} x {z:.4g} m (across, along, up)"
     far = _unseen(float(seen.range[0]), float(seen.distance[0]), float(start[0, 2]), body, scene)
-    section = (
-        ""
-        if body.rcs is None
-        else f" {10 * math.log10(body.rcs):g} dBsm" + (f", Swerling {body.swerling}" * bool(body.swerling))
-    )
+    fluctuation = f", Swerling {body.swerling}" if body.swerling else ""
+    section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
     return [
         f"  {body.name}: {shape}",
         f"    {seen.distance[0]:.1f} m off, bearing {bearing:05.1f}{far}; {_motion_text(body.motion)}",

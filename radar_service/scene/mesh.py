@@ -40,6 +40,8 @@ def mesh_from_bytes(content: bytes, name: str, place: str, scale: float = 1.0, u
     """
     kind = check_content(content, name, place)
     vertices, faces = obj_triangles(content, place) if kind == "obj" else _parse(content, kind, place)
+    if len(faces) == 0:
+        raise SceneError(f"{place}: no triangles in it; a mesh needs at least one with an area: export it again")
     _check_range(vertices, faces, place)
     if not np.isfinite(vertices).all():
         count = int((~np.isfinite(vertices).all(axis=1)).sum())
@@ -67,8 +69,8 @@ def _parse(content: bytes, kind: str, place: str) -> tuple[Floats, Faces]:
             faces = [np.asarray(part.faces, dtype=np.int64) for part in parts]
     except Exception as fault:  # a parser fed with arbitrary bytes raises whatever it likes
         raise SceneError(f"{place}: not readable as {kind.upper()} ({_short(fault)}); export it again") from None
-    if not sum(map(len, faces)):
-        raise SceneError(f"{place}: no triangles in it; a mesh needs at least one with an area: export it again")
+    if not faces:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     for points, triangles in zip(vertices, faces, strict=True):
         _check_range(points, triangles, place)
     starts = np.cumsum([0, *map(len, vertices)])

@@ -12,6 +12,9 @@ Floats = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 
+MAX_VERTICES = 2**31
+
+
 def obj_triangles(content: bytes, place: str) -> tuple[Floats, Faces]:
     """Vertices (V, 3) and faces (F, 3); polygons become fans. Raises SceneError naming the line that is wrong."""
     coordinates: list[bytes] = []
@@ -43,8 +46,8 @@ def _fan(words: list[bytes], count: int, place: str) -> list[int]:
         polygon = [int(word.partition(b"/")[0]) for word in words]
     except ValueError:
         raise SceneError(f"{place}: a face needs vertex numbers, not {words[:4]!r}; export it again") from None
-    if len(polygon) < 3 or 0 in polygon:
-        raise SceneError(f"{place}: a face needs three or more vertices, numbered from 1; export it again")
+    if len(polygon) < 3 or 0 in polygon or max(polygon) > MAX_VERTICES:
+        raise SceneError(f"{place}: a face needs three or more vertices, numbered from 1 as they come; export it again")
     places = [k - 1 if k > 0 else count + k for k in polygon]
     if min(places) < 0:
         raise SceneError(f"{place}: a face counts back beyond the first vertex; export it again")

@@ -14,10 +14,9 @@ from radar_service.scene.world import Mesh
 
 Floats = NDArray[np.float64]
 
-# A chord e sags by e^2 / (8 r) from a curve of radius r. An X-band wavelength of 0.032 m over 16 is the usual optical
-# limit for a smooth surface, so e = sqrt(r x 0.032 / 2).
-_SAG_LENGTH = 0.016  # m
-_MAX_SPLITS = 6  # 81 920 triangles; a sphere beyond 60 m radius is coarser than a sixteenth of a wavelength
+# Facets keep within an eighth of an X-band wavelength (0.032 m) of the curve, Rayleigh's limit for a smooth surface.
+_SAG = 0.004  # m
+_MAX_SPLITS = 6  # 81 920 triangles; a sphere beyond some 40 m radius is coarser than that limit
 
 
 def shape_mesh(shape: str, sizes: dict[str, float]) -> Mesh:
@@ -26,9 +25,9 @@ def shape_mesh(shape: str, sizes: dict[str, float]) -> Mesh:
 
 
 def sphere(radius: float) -> Mesh:
-    """An icosphere about the origin; its vertices lie on the sphere, its facets within lambda/16 of it at X band."""
-    edge = 1.05 * radius  # of the icosahedron
-    splits = math.ceil(math.log2(edge / math.sqrt(radius * _SAG_LENGTH)))
+    """An icosphere about the origin; its vertices lie on the sphere, its facets within lambda/8 of it at X band."""
+    longest = 1.05 * 1.26 * radius  # edge of the icosahedron, and how unevenly splitting it spreads
+    splits = math.ceil(math.log2(longest / math.sqrt(6.0 * radius * _SAG)))  # a triangle of edge e sags by e^2 / (6 r)
     vertices, faces = _icosahedron()
     for _ in range(min(max(splits, 2), _MAX_SPLITS)):
         vertices, faces = _split(vertices, faces)
@@ -71,8 +70,8 @@ def box(length: float, width: float, height: float) -> Mesh:
 
 
 def cylinder(radius: float, height: float) -> Mesh:
-    """A closed upright cylinder standing on the origin; the sides are flat within lambda/16 at X band."""
-    sides = 4 * math.ceil(min(max(2.0 * math.pi * math.sqrt(radius / _SAG_LENGTH), 16.0), 1024.0) / 4.0)
+    """A closed upright cylinder standing on the origin; the sides keep within lambda/8 of the curve at X band."""
+    sides = 4 * math.ceil(min(max(2.0 * math.pi * math.sqrt(radius / (8.0 * _SAG)), 16.0), 1024.0) / 4.0)
     turn = np.arange(sides) * (2.0 * np.pi / sides)
     return _prism(radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), height)
 
