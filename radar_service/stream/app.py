@@ -38,12 +38,14 @@ def create_app(stations: Sequence[Station], *, scene_folders: Iterable[Path] = (
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
-        for station in stations:
-            await station.start()
-        yield
-        for station in stations:
-            await station.stop()
-        shelf.close()
+        try:
+            for station in stations:
+                await station.start()
+            yield
+        finally:
+            for station in stations:
+                await station.stop()
+            shelf.close()
 
     app = FastAPI(
         title="radar-service",

@@ -98,7 +98,7 @@ class Station:
         return self.engine.truth(self.transmitter.simulated if at is None else at)
 
     def controls(self) -> dict[str, Any]:
-        """The settings as REST and the feed say them."""
+        """The settings as REST and the feed say them; rpm is that of the engine to come, where one is."""
         radar, settings = self.engine.scene.radar, self.settings
         return {
             "transmit": settings.transmit,
@@ -106,7 +106,7 @@ class Station:
             "gain": settings.video.gain,
             "sea": settings.video.sea,
             "rain": settings.video.rain,
-            "rpm": 60.0 / radar.rotation_period,
+            "rpm": 60.0 / self.transmitter.coming.scene.radar.rotation_period,
             "pace": settings.pace.as_dict(),
         }
 

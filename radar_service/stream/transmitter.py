@@ -236,6 +236,7 @@ class Transmitter:
         with self._changed:
             while version == self._version and not self._stopping:
                 if self._steps:
+                    self._steps -= len(part)  # before they go out: who has received them may order more at once
                     return True
                 if settings.pace.state == "pause":
                     self._changed.wait()
@@ -252,7 +253,6 @@ class Transmitter:
             self._number += len(part)
             self.sent += len(part)
         with self._changed:
-            self._steps = max(0, self._steps - len(part))
             self.simulated = float(part.time[-1]) + self.epoch.engine.scene.radar.spoke_period
             self.schedule.sent(self._clock(), float(part.time[-1]))
             if settings.transmit:
