@@ -42,6 +42,8 @@ def two_way_beamwidth(radar: Radar) -> float | None:
 def radar_horizon(scene: Scene, height: float = 0.0) -> float:
     """Ground distance [m] at which a target `height` [m] above the sea sinks below the horizon; inf on a flat earth."""
     radius = effective_earth_radius(scene.environment.earth_factor)
+    if math.isinf(radius):
+        return math.inf  # and not inf x 0
     return math.sqrt(2.0 * radius * scene.radar.height) + math.sqrt(2.0 * radius * max(height, 0.0))
 
 

@@ -24,7 +24,7 @@ Schema = dict[str, Any]
 
 
 def plain_data(source: Any) -> Any:
-    """`source` as dicts, tuples and plain scalars; numpy values become Python's. SceneError where too deep or large."""
+    """`source` as dicts with text keys, tuples, scalars; no numpy. SceneError where too deep or large."""
     left = [MAX_VALUES]
 
     def plain(value: Any, depth: int) -> Any:
@@ -36,7 +36,7 @@ def plain_data(source: Any) -> Any:
         if isinstance(value, np.ndarray | np.generic):
             value = value.tolist()
         if isinstance(value, Mapping):
-            return {key: plain(item, depth + 1) for key, item in value.items()}
+            return {str(key)[:200]: plain(item, depth + 1) for key, item in value.items()}
         if isinstance(value, list | tuple):
             return tuple(plain(item, depth + 1) for item in value)
         return value

@@ -34,7 +34,9 @@ def picture(samples: NDArray[Any], kind: str = "PNG", **options: Any) -> bytes:
 def load(folder: Path, name: str, content: bytes, range_max_m: float = 50_000, **keys: Any) -> Scene:
     (folder / name).write_bytes(content)
     body = {"name": "island", "heightmap": name, "material": "land", **keys}
-    return load_scene({"origin": ORIGIN, "radar": {"range_max_m": range_max_m, "bandwidth_hz": 5e6}, "body": [body]}, folder=folder)
+    return load_scene(
+        {"origin": ORIGIN, "radar": {"range_max_m": range_max_m, "bandwidth_hz": 5e6}, "body": [body]}, folder=folder
+    )
 
 
 def world_vertices(body: Body) -> NDArray[np.float64]:
@@ -219,7 +221,11 @@ def test_catalina(real_folder: Path) -> None:
         "north_east_deg": [33.58333, -118.0],  # 1025 samples of 1/1024 degree: the last one stands 1 degree on
     }
     scene = load_scene(
-        {"origin": {"latitude_deg": 33 + 22 / 60 + 31 / 3600, "longitude_deg": -(118 + 25 / 60 + 8 / 3600)}, "radar": {"range_max_m": 40_000}, "body": [body]},
+        {
+            "origin": {"latitude_deg": 33 + 22 / 60 + 31 / 3600, "longitude_deg": -(118 + 25 / 60 + 8 / 3600)},
+            "radar": {"range_max_m": 40_000},
+            "body": [body],
+        },
         folder=real_folder,
     )
     vertices = world_vertices(scene.bodies[0])
