@@ -41,7 +41,11 @@ class Offer:
         try:
             model = model_from(self.path)
         except SceneError as fault:
-            return about | {"title": self.name, "summary": "cannot be read", "problems": list(fault.problems)}
+            return about | {
+                "title": self.name,
+                "summary": "cannot be read",
+                "problems": _discreet(fault.problems, self.path.parent),
+            }
         summary = f"{len(model.body)} bodies, {model.radar.range_max_m:g} m, {model.radar.rpm:g} rpm"
         return about | {"title": model.name, "summary": summary}
 
@@ -94,8 +98,8 @@ class SceneShelf:
             built = load_scene(path)
         except BaseException as fault:
             shutil.rmtree(folder, ignore_errors=True)
-            if isinstance(fault, SceneError):  # the place of an upload on the server is nobody's business
-                raise SceneError(*(line.replace(f"{folder}/", "") for line in fault.problems)) from None
+            if isinstance(fault, SceneError):
+                raise SceneError(*_discreet(fault.problems, folder)) from None
             raise
         replaced = self._uploads.get(name)
         self._uploads[name] = Offer(name, path, "uploaded")
@@ -110,6 +114,11 @@ class SceneShelf:
                 raise Conflict(f'"{name}" is not an upload and cannot be deleted here')
             raise KeyError(name)
         shutil.rmtree(self._uploads.pop(name).path.parent, ignore_errors=True)
+
+
+def _discreet(problems: Iterable[str], folder: Path) -> list[str]:
+    """The lines without the place of the folder on the server, which is nobody's business."""
+    return [line.replace(f"{folder}/", "").replace(str(folder), "the scene's folder") for line in problems]
 
 
 def _stored(folder: Path, scene: bytes, kind: str, files: Mapping[str, bytes]) -> Path:

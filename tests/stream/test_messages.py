@@ -1,0 +1,53 @@
+"""What the feed says of an engine: blind sectors, and a real point target through every encoding."""
+
+import math
+
+import numpy as np
+import pytest
+
+from radar_service.display.video import Controls
+from radar_service.scene.load import load_scene
+from radar_service.simulate import Simulator
+from radar_service.stream import messages, wire
+from tests.stream.fake import scene
+
+DEGREE = math.pi / 180
+
+
+@pytest.mark.parametrize(
+    ("sector", "inside", "outside"),
+    [
+        ([80, 100], [80, 90, 100], [79, 101, 270]),
+        ([350, 10], [350, 0, 10, 360], [349, 11, 180]),
+        ([-10, 10], [350, 0, 10], [349, 11, 180]),
+        ([90, 90], [90], [89, 91, 270]),
+        ([0, 360], [0, 90, 359], []),
+    ],
+)
+def test_a_sector_runs_clockwise_and_holds_both_its_ends(
+    sector: list[float], inside: list[float], outside: list[float]
+) -> None:
+    radar = scene(blind_sectors_deg=[sector]).radar
+    heading = 70.0
+    bow = np.array(inside + outside)
+    seen = messages.blind((bow + heading) * DEGREE, np.full(bow.shape, heading * DEGREE), radar)
+    assert seen.tolist() == [True] * len(inside) + [False] * len(outside)
+
+
+@pytest.mark.parametrize("encoding", ["u8", "u8-log", "f16", "f32", "c64"])
+def test_a_point_target_stands_where_it_belongs_in_every_encoding(encoding: str) -> None:
+    place = (math.sin(120 * DEGREE) * 400, math.cos(120 * DEGREE) * 400, 15.0)
+    point = {"name": "p", "shape": "point", "position_m": place, "rcs_dbsm": 0}
+    radar = {"azimuths": 72, "range_max_m": 600, "height_m": 15, "pulse_s": 1e-6}
+    engine = Simulator(load_scene({"radar": radar, "own_ship": {"heading_deg": 70}, "body": [point]}))
+    to = messages.engine_layout(engine, 60, None)
+    strongest, found = -math.inf, (0.0, 0.0)
+    for block in engine.blocks(scans=1):
+        message = wire.unpack(wire.pack(messages.spokes("e", block.first, block, encoding, to, Controls(gain=0), engine)))
+        level = np.abs(wire.samples(message)).astype(float) if encoding == "c64" else wire.samples(message).astype(float)
+        k, b = np.unravel_index(np.argmax(level), level.shape)
+        if level[k, b] > strongest:
+            strongest = level[k, b]
+            found = (message["azimuth"][k] * 360 / wire.TURN, message["range_first_m"] + b * message["range_step_m"])
+    assert found[0] == pytest.approx(120, abs=2.5 + 0.01)  # half a step between spokes, and the wire's 0.005
+    assert found[1] == pytest.approx(400, abs=to.step / 2)  # half a bin
