@@ -18,7 +18,7 @@ from radar_service.echo.moving import Instants, MovingEchoes
 from radar_service.echo.resting import resting_echoes
 from radar_service.echo.sight import Landscape
 from radar_service.fidelity import Fidelity
-from radar_service.frames import effective_earth_radius, wrap_angle
+from radar_service.frames import wrap_angle
 from radar_service.random import NOISE, generator
 from radar_service.receive.beam import Pattern, azimuth_kernel, grid_rows, sweep
 from radar_service.receive.compression import compression_for
@@ -35,13 +35,13 @@ TILE = 16  # azimuths per arithmetic tile: FFTs of 16 rows stay in the L2 cache
 class CorrectedChain:
     """The engine for one scene: `tile` gives the profiles of consecutive azimuths of any scan."""
 
-    def __init__(self, scene: Scene, fidelity: Fidelity, seed: int) -> None:
+    def __init__(self, scene: Scene, fidelity: Fidelity, seed: int, landscape: Landscape) -> None:
         self.scene, self.radar, self.fidelity, self.seed = scene, scene.radar, fidelity, seed
         self.range: Floats = (np.arange(scene.radar.bins, dtype=np.float64) + 0.5) * scene.radar.range_step
         self.compression = compression_for(scene.radar, fidelity.kernel_width)
         self._table = self.compression.kernel.table()
         reach = scene.radar.range_max + SPEED_OF_LIGHT * scene.radar.pulse / 2.0  # sidelobes of farther echoes fall short
-        self.landscape = Landscape(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
+        self.landscape = landscape
         still, moving = self._ensembles()
         extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
         self.moving = MovingEchoes(scene, moving, self.landscape, reach, extent, seed)

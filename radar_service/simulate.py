@@ -1,7 +1,7 @@
 """The simulator: a scene, a fidelity and a seed in; spokes, scans and the truth out. The only clock is simulated time."""
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from radar_service.corrected import CorrectedChain
 from radar_service.documented import DocumentedChain
+from radar_service.echo.sight import Landscape
 from radar_service.fidelity import Fidelity, fidelity_from_name
+from radar_service.frames import effective_earth_radius
 from radar_service.plan import Plan, plan_for
 from radar_service.receive.waveform import noise_power
 from radar_service.records import Scan, Spoke, SpokeBlock, Truth, regrouped
@@ -29,12 +31,6 @@ class Chain(Protocol):
     def parts(self, scan: int) -> Iterator[tuple[int, Profiles, Powers]]: ...
 
 
-_CHAINS: dict[str, Callable[[Scene, Fidelity, int], Chain]] = {
-    "corrected": CorrectedChain,
-    "documented": DocumentedChain,
-}
-
-
 class Simulator:
     """One radar turning in one scene.
 
@@ -49,10 +45,15 @@ class Simulator:
         self.scene, self.seed = scene, seed
         self.fidelity = fidelity_from_name(fidelity) if isinstance(fidelity, str) else fidelity
         self.plan: Plan = plan_for(scene, self.fidelity)
-        self._chain = _CHAINS[self.fidelity.chain](scene, self.fidelity, seed)
+        landscape = Landscape(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
+        self._chain: Chain = (
+            DocumentedChain(scene, self.fidelity, seed)
+            if self.fidelity.chain == "documented"
+            else CorrectedChain(scene, self.fidelity, seed, landscape)
+        )
         self.range, self.range_step = self._chain.range, scene.radar.range_step
         self.noise_power = noise_power(scene.radar.pulse, scene.radar.window, scene.radar.noise_factor)
-        self._truth = TruthTeller(scene)
+        self._truth = TruthTeller(scene, landscape)
         self._next_scan = 0
 
     def scan(self) -> Scan:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.sight import Landscape
-from radar_service.frames import effective_earth_radius, map_from_body, polar_from_map
+from radar_service.frames import map_from_body, polar_from_map
 from radar_service.records import BodyTruth, Truth
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.world import Body, Pose, Scene
@@ -17,10 +17,8 @@ WITNESSES = 64  # points of a body's surface that are looked for
 class TruthTeller:
     """Answers for any instant, from any thread."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self.earth_radius = effective_earth_radius(scene.environment.earth_factor)
-        self.landscape = Landscape(scene.bodies, self.earth_radius)
+    def __init__(self, scene: Scene, landscape: Landscape) -> None:
+        self.scene, self.landscape, self.earth_radius = scene, landscape, landscape.earth_radius
         self._witnesses = [_witnesses(body) for body in scene.bodies]
 
     def at(self, time: float) -> Truth:

@@ -12,6 +12,9 @@ from radar_service.scene.world import Radar
 
 Floats = NDArray[np.float64]
 Profiles = NDArray[np.complex64]
+NOISE_FLOOR = (
+    1e-5  # noise 50 dB below the filter's middle is not drawn: a third of the draws for a ten-thousandth of the power
+)
 
 
 @dataclass(frozen=True)
@@ -19,13 +22,15 @@ class Compression:
     """Everything along range that a radar fixes, made once.
 
     size: length of the transforms; room is left for the sidelobes (cT/2 each side) of every echo that reaches a bin, so
-    that nothing wraps round. echo_multiplier, noise_multiplier: (size,) for laid echoes and for white unit noise.
+    that nothing wraps round. echo_multiplier: (size,) for laid echoes; noise_multiplier: for white unit noise, on the
+    frequencies `noise_band` that the filter lets through.
     """
 
     bins: int
     size: int
     kernel: Kernel
     echo_multiplier: NDArray[np.complex64]
+    noise_band: NDArray[np.int64]
     noise_multiplier: NDArray[np.float32]
 
     def profiles(self, laid: Profiles) -> Profiles:
@@ -38,8 +43,10 @@ class Compression:
 
     def noise_spectrum(self, rows: int, rng: np.random.Generator) -> Profiles:
         """Spectra (rows, size) of compressed receiver noise: white noise only passes the matched filter."""
-        draws = rng.standard_normal((rows, self.size, 2), dtype=np.float32)
-        return np.asarray(draws.view(np.complex64)[..., 0] * self.noise_multiplier)
+        spectrum = np.zeros((rows, self.size), dtype=np.complex64)
+        draws = rng.standard_normal((rows, len(self.noise_band), 2), dtype=np.float32).view(np.complex64)[..., 0]
+        spectrum[:, self.noise_band] = draws * self.noise_multiplier
+        return spectrum
 
     def from_spectrum(self, spectrum: Profiles) -> Profiles:
         """Profiles (K, bins) of spectra (K, size)."""
@@ -56,6 +63,7 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     pulse = compressed_spectrum(frequency, radar.bandwidth, radar.pulse, radar.window)
     echo = fs * pulse / kernel.transform(frequency / fs)
     shape = np.abs(matched_filter(frequency, radar.bandwidth, radar.pulse, radar.window)) ** 2
+    band = np.flatnonzero(shape > NOISE_FLOOR * shape.max())
     level = noise_power(radar.pulse, radar.window, radar.noise_factor)
-    noise = np.sqrt(level * size**2 * shape / shape.sum() / 2.0)  # two draws a sample, each half the power
-    return Compression(radar.bins, size, kernel, echo.astype(np.complex64), noise.astype(np.float32))
+    noise = np.sqrt(level * size**2 * shape[band] / shape[band].sum() / 2.0)  # two draws a sample, each half the power
+    return Compression(radar.bins, size, kernel, echo.astype(np.complex64), band, noise.astype(np.float32))

@@ -30,8 +30,11 @@ class Stand:
 
     def frame_from_map(self, places: Floats, earth_radius: float) -> Floats:
         """Places (..., 3) of the map in this body's bent frame."""
-        local = (places - self.position) @ body_rotation(self.heading)
-        local[..., 2] -= (local[..., 0] ** 2 + local[..., 1] ** 2) / (2.0 * earth_radius)
+        local = places - self.position
+        if self.heading != 0.0:
+            local = local @ body_rotation(self.heading)
+        if np.isfinite(earth_radius):
+            local[..., 2] -= (local[..., 0] ** 2 + local[..., 1] ** 2) / (2.0 * earth_radius)
         return local
 
 
