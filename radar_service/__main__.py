@@ -3,6 +3,7 @@
 import argparse
 import asyncio
 import contextlib
+import errno
 import json
 import math
 import signal
@@ -53,8 +54,7 @@ class Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Say bye to every client, then close as usual."""
-        for station in self._stations:
-            await station.stop()
+        await asyncio.gather(*(station.stop() for station in self._stations))
         await super().shutdown(sockets)
 
 
@@ -123,8 +123,7 @@ def run_serve(wanted: argparse.Namespace) -> int:
         create_app(stations, scene_folders=wanted.scene_folder), host=wanted.host, port=wanted.port, log_level="warning",
         ws_max_size=INBOUND_LIMIT, ws_per_message_deflate=False, timeout_graceful_shutdown=SHUTDOWN_SECONDS,
     )  # fmt: skip
-    listener = config.bind_socket()
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # every connection inherits it
+    listener = listening_socket(wanted.host, wanted.port)
     for wish in (signal.SIGTERM, signal.SIGINT):
         signal.signal(wish, lambda *_: None)  # uvicorn stops at either and raises it again, which must not be our end
     server = Server(config, stations)
@@ -133,8 +132,21 @@ def run_serve(wanted: argparse.Namespace) -> int:
     return 0 if server.started else 1
 
 
+def listening_socket(host: str, port: int) -> socket.socket:
+    """A socket that takes connections there. Raises OSError naming the place."""
+    try:
+        listener = socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+    except OSError as fault:
+        raise OSError(fault.errno, fault.strerror, f"{host}:{port}") from None
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # every connection inherits it
+    return listener
+
+
 def run_scan(wanted: argparse.Namespace) -> int:
     """Compute scans, with a progress bar on a terminal."""
+    for path in (wanted.out, wanted.png):
+        if path and not path.parent.is_dir():  # said now, not after an hour of computing
+            raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
     simulator = Simulator(load_scene(wanted.scene), wanted.fidelity, wanted.seed)
     azimuths = simulator.scene.radar.azimuths
     blocks = []

@@ -1,5 +1,6 @@
 """The web server: REST, the native feed, the page; and what guards them. The only place that knows FastAPI's application."""
 
+import asyncio
 from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import asynccontextmanager
 from importlib import metadata, resources
@@ -43,8 +44,7 @@ def create_app(stations: Sequence[Station], *, scene_folders: Iterable[Path] = (
                 await station.start()
             yield
         finally:
-            for station in stations:
-                await station.stop()
+            await asyncio.gather(*(station.stop() for station in stations))
             shelf.close()
 
     app = FastAPI(

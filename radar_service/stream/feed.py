@@ -11,7 +11,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service.scene.model import MAX_BINS
 from radar_service.stream import wire
-from radar_service.stream.hub import Client, Mode, Refused, View
+from radar_service.stream.hub import Refused
+from radar_service.stream.mailbox import Client, Mode, View
 from radar_service.stream.station import Station
 
 BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503

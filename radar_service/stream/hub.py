@@ -9,44 +9,20 @@ Everything here runs on the event loop; the producer's thread only reads `views`
 """
 
 import asyncio
+import contextlib
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
 from radar_service.stream import wire
+from radar_service.stream.mailbox import TOO_SLOW, Client, Item, Mode, View, gap
 from radar_service.stream.messages import last_spokes
 
-Mode = Literal["live", "lossless"]
-
-MAILBOX_MESSAGES = 64  # about a second of batches at 15 ms
-MAILBOX_BYTES = 4 * 2**20
-MAILBOX_NOTICES = 256  # hellos, gaps and the like, which cannot be dropped: more means a client that does not read
 PATIENCE = 10.0  # s that a lossless client may hold up the simulation
 HISTORY_BYTES = 16 * 2**20  # per view: about a minute of 1 KiB spokes at 24 rpm and 720 azimuths
-GOING_AWAY, TOO_SLOW = 1001, 4408  # websocket close codes
 MAX_VIEWS = 16  # each costs the producer an encoding
 MAX_CLIENTS = 500
 LINGER = 30.0  # s that a view without clients is still encoded, so that whoever reconnects finds no hole
-
-
-@dataclass(frozen=True)
-class View:
-    """What a client wants to see; bins None is one for every cell."""
-
-    encoding: str
-    bins: int | None = None
-
-
-@dataclass(frozen=True)
-class Item:
-    """A message for a client. count > 0: spokes first to first + count; droppable: a slow client may miss it."""
-
-    data: bytes
-    epoch: str
-    first: int = 0
-    count: int = 0
-    droppable: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,118 +38,6 @@ class Batch:
 
 class Refused(Exception):
     """A client that cannot be served. Its text says why and what to do."""
-
-
-def gap(epoch: str, first: int, count: int, reason: str) -> Item:
-    """The message that announces spokes which this client will not get."""
-    message = {"type": "gap", "epoch": epoch, "first": first, "count": count, "reason": reason}
-    return Item(wire.pack(message), epoch, first, count)
-
-
-class Client:
-    """One listener's mailbox. `counts`: spokes put in, spokes lost."""
-
-    def __init__(
-        self, view: View, mode: Mode = "live", truth: bool = False, messages: int = MAILBOX_MESSAGES,
-        size: int = MAILBOX_BYTES,
-    ) -> None:  # fmt: skip
-        self.view, self.mode, self.truth = view, mode, truth
-        self.delivered = self.lost = 0  # spokes
-        self.closed = False  # nothing more comes after what is queued
-        self.code = GOING_AWAY  # websocket close code, once closed
-        self._over = asyncio.Event()
-        self._messages, self._size = messages, size
-        self._queue: deque[Item] = deque()
-        self._droppable = self._bytes = 0
-        self._changed = asyncio.Event()
-        self._room = asyncio.Event()
-        self._backlog: deque[Item] = deque()  # hello and history, ahead of the queue and outside its bounds
-        self.started = False  # whether it has been given a number, so that a jump would be a loss
-
-    @property
-    def full(self) -> bool:
-        """Whether one more batch would exceed a bound; a single batch always fits."""
-        return self._droppable >= self._messages or (self._droppable > 0 and self._bytes >= self._size)
-
-    def put(self, item: Item) -> None:
-        """Queue a message; where the bounds are exceeded the oldest batches make room."""
-        if self.closed:
-            return
-        while item.droppable and self.full:
-            self._drop_oldest()
-        self._append(item)
-        if len(self._queue) - self._droppable > MAILBOX_NOTICES:
-            self.end(wire.pack({"type": "bye", "epoch": item.epoch, "reason": "this client does not read"}), TOO_SLOW)
-
-    def end(self, last: bytes, code: int = GOING_AWAY) -> None:
-        """Forget what is queued, say `last`, and take no more."""
-        if self.closed:
-            return
-        self._queue.clear()
-        self._backlog.clear()
-        self._droppable = self._bytes = 0
-        self._append(Item(last, ""))
-        self.closed, self.code = True, code
-        self._room.set()
-        self._over.set()
-
-    async def over(self) -> None:
-        """Wait until the client has been ended."""
-        await self._over.wait()
-
-    def begin(self, items: Iterable[Item]) -> None:
-        """What comes before everything else: the hello, and history to catch up with (shared bytes, so not bounded here)."""
-        self._backlog.extend(items)
-        self.started = any(item.count for item in self._backlog)
-        self._changed.set()
-
-    async def get(self) -> Item | None:
-        """The next message, or None after the last one."""
-        while not self._queue and not self._backlog:
-            if self.closed:
-                return None
-            self._changed.clear()
-            await self._changed.wait()
-        if self._backlog:
-            return self._backlog.popleft()
-        item = self._queue.popleft()
-        if item.droppable:
-            self._droppable -= 1
-            self._bytes -= len(item.data)
-            self.delivered += item.count
-        self._room.set()
-        return item
-
-    async def room(self) -> None:
-        """Wait until a batch fits without loss, or the client is gone."""
-        while self.full and not self.closed:
-            self._room.clear()
-            await self._room.wait()
-
-    def _append(self, item: Item) -> None:
-        self._queue.append(item)
-        self.started = self.started or item.count > 0
-        if item.droppable:
-            self._droppable += 1
-            self._bytes += len(item.data)
-        self._changed.set()
-
-    def _drop_oldest(self) -> None:
-        at = next(i for i, item in enumerate(self._queue) if item.droppable)
-        item = self._queue[at]
-        self._droppable -= 1
-        self._bytes -= len(item.data)
-        self.lost += item.count
-        if not item.count:
-            del self._queue[at]
-            return
-        before = self._queue[at - 1] if at else None
-        if before and before.count and before.epoch == item.epoch and before.first + before.count == item.first:
-            del self._queue[at]
-            at, first = at - 1, before.first
-        else:
-            first = item.first
-        self._queue[at] = gap(item.epoch, first, item.first + item.count - first, "this client is too slow")
 
 
 @dataclass
@@ -203,6 +67,7 @@ class Hub:
         self.truth_wanted = False  # by some client; read by the producer
         self._hello: Callable[[View, Mode], bytes] | None = None
         self._kept: dict[View, _Kept] = {}
+        self._left = asyncio.Event()
         self._clock, self._patience, self._max_clients = clock, patience, max_clients
 
     def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes]) -> None:
@@ -232,6 +97,7 @@ class Hub:
     def leave(self, client: Client) -> None:
         """Remove a client; its view lingers for whoever reconnects."""
         self.clients.discard(client)
+        self._left.set()
         self.truth_wanted = any(other.truth for other in self.clients)
         self.lost += client.lost
         client.closed = True
@@ -258,6 +124,14 @@ class Hub:
         """Say bye to every client."""
         for client in list(self.clients):
             client.end(wire.pack({"type": "bye", "epoch": self.epoch, "reason": reason}))
+
+    async def emptied(self, timeout: float) -> None:
+        """Wait until every client has left, at most that long [s]."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(timeout):
+                while self.clients:
+                    self._left.clear()
+                    await self._left.wait()
 
     def _deliver(self, client: Client, batch: Batch) -> None:
         data = batch.data.get(client.view)

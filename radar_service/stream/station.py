@@ -12,13 +12,15 @@ from radar_service.records import Truth
 from radar_service.scene.world import Scene
 from radar_service.stream import messages, wire
 from radar_service.stream.ahead import Ahead, EngineFault
-from radar_service.stream.hub import Batch, Client, Hub, Mode, Refused, View
+from radar_service.stream.hub import Batch, Hub, Refused
+from radar_service.stream.mailbox import Client, Mode, View
 from radar_service.stream.messages import Engine
 from radar_service.stream.pace import KEEPING_UP
 from radar_service.stream.transmitter import Epoch, Settings, Transmitter
 
 Factory = Callable[[Scene], Engine]
 PREPARE_TIMEOUT = 120.0  # s that a new scene may take to its first spokes
+LEAVE_TIMEOUT = 2.0  # s for clients to take their bye
 STOP_TIMEOUT = 3.0  # s to wait for each thread
 
 
@@ -65,6 +67,7 @@ class Station:
         self._stopping = True
         self.hub.close(reason)
         await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
+        await self.hub.emptied(LEAVE_TIMEOUT)
 
     def join(self, client: Client, since: tuple[str, int] | None = None) -> None:
         """Add a client to the feed. Raises Refused with the reason, also when the engine has died."""

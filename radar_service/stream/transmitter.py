@@ -20,7 +20,8 @@ from radar_service.display.video import Controls, Layout
 from radar_service.records import SpokeBlock
 from radar_service.stream import messages, wire
 from radar_service.stream.ahead import Ahead, EngineFault
-from radar_service.stream.hub import Batch, View
+from radar_service.stream.hub import Batch
+from radar_service.stream.mailbox import View
 from radar_service.stream.messages import Engine
 from radar_service.stream.pace import Pace, Schedule, batch_spokes
 

@@ -11,7 +11,7 @@ import pytest
 from radar_service.stream import wire
 from radar_service.stream.app import create_app
 from radar_service.stream.feed import Request, request_from_query
-from radar_service.stream.hub import View
+from radar_service.stream.mailbox import View
 from radar_service.stream.pace import Pace
 from radar_service.stream.station import Station
 from radar_service.stream.transmitter import Settings

@@ -8,7 +8,8 @@ import pytest
 
 from radar_service.stream import hub as hub_module
 from radar_service.stream import wire
-from radar_service.stream.hub import MAX_VIEWS, TOO_SLOW, Batch, Client, Hub, Refused, View, gap
+from radar_service.stream.hub import MAX_VIEWS, Batch, Hub, Refused
+from radar_service.stream.mailbox import MAILBOX_NOTICES, TOO_SLOW, Client, View, gap
 
 U8 = View("u8")
 
@@ -319,7 +320,7 @@ def test_who_never_reads_is_let_go_before_notices_fill_the_memory() -> None:
     async def test() -> None:
         hub, client = opened(), Client(U8)
         hub.join(client)
-        for k in range(hub_module.MAILBOX_NOTICES + 1):
+        for k in range(MAILBOX_NOTICES + 1):
             hub.open_epoch(str(k), lambda view, mode: wire.pack({"type": "hello", "epoch": "k"}))
         assert client.closed and [m["type"] for m in await everything(client)] == ["bye"]
 

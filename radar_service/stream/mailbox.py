@@ -1,0 +1,147 @@
+"""A listener's mailbox: bounded, and what it loses it announces in the place of what was lost."""
+
+import asyncio
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from radar_service.stream import wire
+
+Mode = Literal["live", "lossless"]
+
+MAILBOX_MESSAGES = 64  # about a second of batches at 15 ms
+MAILBOX_BYTES = 4 * 2**20
+MAILBOX_NOTICES = 256  # hellos, gaps and the like, which cannot be dropped: more means a client that does not read
+GOING_AWAY, TOO_SLOW = 1001, 4408  # websocket close codes
+
+
+@dataclass(frozen=True)
+class View:
+    """What a client wants to see; bins None is one for every cell."""
+
+    encoding: str
+    bins: int | None = None
+
+
+@dataclass(frozen=True)
+class Item:
+    """A message for a client. count > 0: spokes first to first + count; droppable: a slow client may miss it."""
+
+    data: bytes
+    epoch: str
+    first: int = 0
+    count: int = 0
+    droppable: bool = False
+
+
+def gap(epoch: str, first: int, count: int, reason: str) -> Item:
+    """The message that announces spokes which this client will not get."""
+    message = {"type": "gap", "epoch": epoch, "first": first, "count": count, "reason": reason}
+    return Item(wire.pack(message), epoch, first, count)
+
+
+class Client:
+    """One listener's mailbox. `counts`: spokes put in, spokes lost."""
+
+    def __init__(
+        self, view: View, mode: Mode = "live", truth: bool = False, messages: int = MAILBOX_MESSAGES,
+        size: int = MAILBOX_BYTES,
+    ) -> None:  # fmt: skip
+        self.view, self.mode, self.truth = view, mode, truth
+        self.delivered = self.lost = 0  # spokes
+        self.closed = False  # nothing more comes after what is queued
+        self.code = GOING_AWAY  # websocket close code, once closed
+        self._over = asyncio.Event()
+        self._messages, self._size = messages, size
+        self._queue: deque[Item] = deque()
+        self._droppable = self._bytes = 0
+        self._changed = asyncio.Event()
+        self._room = asyncio.Event()
+        self._backlog: deque[Item] = deque()  # hello and history, ahead of the queue and outside its bounds
+        self.started = False  # whether it has been given a number, so that a jump would be a loss
+
+    @property
+    def full(self) -> bool:
+        """Whether one more batch would exceed a bound; a single batch always fits."""
+        return self._droppable >= self._messages or (self._droppable > 0 and self._bytes >= self._size)
+
+    def put(self, item: Item) -> None:
+        """Queue a message; where the bounds are exceeded the oldest batches make room."""
+        if self.closed:
+            return
+        while item.droppable and self.full:
+            self._drop_oldest()
+        self._append(item)
+        if len(self._queue) - self._droppable > MAILBOX_NOTICES:
+            self.end(wire.pack({"type": "bye", "epoch": item.epoch, "reason": "this client does not read"}), TOO_SLOW)
+
+    def end(self, last: bytes, code: int = GOING_AWAY) -> None:
+        """Forget what is queued, say `last`, and take no more."""
+        if self.closed:
+            return
+        self._queue.clear()
+        self._backlog.clear()
+        self._droppable = self._bytes = 0
+        self._append(Item(last, ""))
+        self.closed, self.code = True, code
+        self._room.set()
+        self._over.set()
+
+    async def over(self) -> None:
+        """Wait until the client has been ended."""
+        await self._over.wait()
+
+    def begin(self, items: Iterable[Item]) -> None:
+        """What comes before everything else: the hello, and history to catch up with (shared bytes, so not bounded here)."""
+        self._backlog.extend(items)
+        self.started = any(item.count for item in self._backlog)
+        self._changed.set()
+
+    async def get(self) -> Item | None:
+        """The next message, or None after the last one."""
+        while not self._queue and not self._backlog:
+            if self.closed:
+                return None
+            self._changed.clear()
+            await self._changed.wait()
+        if self._backlog:
+            return self._backlog.popleft()
+        item = self._queue.popleft()
+        if item.droppable:
+            self._droppable -= 1
+            self._bytes -= len(item.data)
+            self.delivered += item.count
+        self._room.set()
+        return item
+
+    async def room(self) -> None:
+        """Wait until a batch fits without loss, or the client is gone."""
+        while self.full and not self.closed:
+            self._room.clear()
+            await self._room.wait()
+
+    def _append(self, item: Item) -> None:
+        self._queue.append(item)
+        self.started = self.started or item.count > 0
+        if item.droppable:
+            self._droppable += 1
+            self._bytes += len(item.data)
+        self._changed.set()
+
+    def _drop_oldest(self) -> None:
+        at = next(i for i, item in enumerate(self._queue) if item.droppable)
+        item = self._queue[at]
+        self._droppable -= 1
+        self._bytes -= len(item.data)
+        self.lost += item.count
+        if not item.count:
+            del self._queue[at]
+            return
+        before = self._queue[at - 1] if at else None
+        if before and before.count and before.epoch == item.epoch and before.first + before.count == item.first:
+            del self._queue[at]
+            at, first = at - 1, before.first
+        else:
+            first = item.first
+        self._queue[at] = gap(item.epoch, first, item.first + item.count - first, "this client is too slow")

@@ -1,0 +1,188 @@
+"""The command line: what it writes, what it refuses, and one whole service over loopback, from start to SIGTERM."""
+
+import asyncio
+import json
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+from PIL import Image
+from websockets.asyncio.client import connect
+
+import radar_service as rs
+from radar_service.__main__ import main
+from radar_service.stream import wire
+
+SCENE = {
+    "name": "one target",
+    "radar": {"azimuths": 60, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
+    "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
+}
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "one.json"
+    path.write_text(json.dumps(SCENE))
+    return path
+
+
+def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, png = tmp_path / "scans", tmp_path / "last.png"
+    assert main(["scan", str(scene), "-o", str(out), "--scans", "2", "--png", str(png), "--seed", "3"]) == 0
+    assert "2 x 60 spokes" in capsys.readouterr().out
+    simulator = rs.Simulator(rs.load_scene(scene), seed=3)
+    scans = [simulator.scan(), simulator.scan()]
+    with np.load(out) as file:
+        for key in ("azimuth", "time", "heading", "position", "field", "power"):
+            np.testing.assert_array_equal(file[key], np.concatenate([getattr(scan, key) for scan in scans]))
+        np.testing.assert_array_equal(file["range"], scans[0].range)
+        np.testing.assert_array_equal(file["scan"], np.repeat([0, 1], 60))
+        assert (str(file["name"]), int(file["seed"]), str(file["fidelity"])) == ("one target", 3, "balanced")
+    picture = np.asarray(Image.open(png).convert("L")).astype(int)
+    north = picture[100:420, 440:461]  # where a target at half range ahead shows
+    south = picture[480:800, 440:461]
+    assert north.sum() > south.sum()
+
+
+def test_scan_shows_no_bar_where_there_is_no_terminal(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["scan", str(scene), "-o", str(tmp_path / "a.npz")]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_check_says_what_a_scene_contains(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(scene)]) == 0
+    said = capsys.readouterr().out
+    assert "one target" in said and "p" in said
+
+
+def test_plan_prints_the_plan(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", str(scene)]) == 0
+    assert capsys.readouterr().out.strip() == str(rs.Simulator(rs.load_scene(scene)).plan).strip()
+
+
+def test_schema_accepts_a_good_scene_and_refuses_a_bad_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema"]) == 0
+    validator = Draft202012Validator(json.loads(capsys.readouterr().out))
+    assert validator.is_valid(SCENE) and not validator.is_valid(SCENE | {"colour": "red"})
+
+
+@pytest.mark.parametrize("command", ["check", "plan", "serve", "scan"])
+def test_a_bad_scene_is_refused_on_stderr(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bad = tmp_path / "bad.toml"
+    bad.write_text("[radar]\nazimuths = 1_000_000_000\nrpm = -1\n")
+    more = ["-o", str(tmp_path / "x.npz")] if command == "scan" else []
+    assert main([command, str(bad), *more]) == 2
+    said = capsys.readouterr()
+    lines = said.err.splitlines()
+    assert said.out == "" and lines[0].startswith("radar.azimuths") and lines[1].startswith("radar.rpm")
+    assert not (tmp_path / "x.npz").exists()
+
+
+@pytest.mark.parametrize("option", ["-o", "--png"])
+def test_a_folder_that_is_not_there_is_named_before_anything_is_computed(
+    option: str, scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr(rs.Simulator, "blocks")
+    missing = tmp_path / "nowhere" / "x"
+    assert main(["scan", str(scene), "-o", str(tmp_path / "x.npz"), option, str(missing)]) == 2
+    assert str(missing.parent) in capsys.readouterr().err
+
+
+def test_a_port_in_use_is_named(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        assert main(["serve", str(scene), "--port", str(port)]) == 2
+    assert capsys.readouterr().err.startswith(f"127.0.0.1:{port}: ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["serve", "--pace", "0"], "pace"), (["serve", "--pace", "nan"], "pace"), (["serve", "--pace", "quick"], "pace"),
+        (["serve", "--port", "70000"], "port"), (["scan", "-o", "x", "--scans", "0"], "scans"),
+        (["scan"], "--out"), (["plan", "--seed", "-1"], "seed"), (["plan", "--fidelity", "best"], "fidelity"),
+        ([], "COMMAND"),
+    ],
+)  # fmt: skip
+def test_bad_arguments_are_refused_by_name(arguments: list[str], word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as refused:
+        main(arguments)
+    assert refused.value.code == 2 and word in capsys.readouterr().err
+
+
+@pytest.fixture
+def service(scene: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A service with two radars on a free port, and its address."""
+    command = [
+        sys.executable,
+        "-W",
+        "error",
+        "-m",
+        "radar_service",
+        "serve",
+        str(scene),
+        str(scene),
+        "--port",
+        "0",
+        "--pace",
+        "5",
+    ]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            line = process.stdout.readline()
+            assert line.startswith("radar on the air: open http://127.0.0.1:"), process.communicate(timeout=10)
+            yield process, line.split("open http://")[1].strip().rstrip("/")
+        finally:
+            process.kill()
+
+
+def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], str]) -> None:
+    process, address = service
+
+    async def whole_scan(radar: int) -> list[dict[str, Any]]:
+        got: list[dict[str, Any]] = []
+        async with connect(f"ws://{address}/api/radars/{radar}/feed?encoding=f32&mode=lossless") as feed:
+            while sum(m.get("count", 0) for m in got) < 120:
+                got.append(wire.unpack(bytes(await feed.recv())))
+        return got
+
+    async def until_bye() -> tuple[dict[str, Any], int | None]:
+        async with connect(f"ws://{address}/api/radars/1/feed") as feed:
+            await feed.recv()
+            process.send_signal(signal.SIGTERM)
+            async for data in feed:
+                message = wire.unpack(bytes(data))
+            return message, feed.close_code
+
+    with httpx.Client(base_url=f"http://{address}") as http:
+        assert [radar["id"] for radar in http.get("/api/radars").json()] == ["0", "1"]
+        assert http.get("/api/health").json()["status"] == "ok"
+        assert "text/html" in http.get("/").headers["content-type"]
+    hello, *spokes = asyncio.run(asyncio.wait_for(whole_scan(0), 20))
+    power = np.zeros((60, hello["encoding"]["bins"]))
+    for message in spokes:
+        assert message["epoch"] == hello["epoch"]
+        power[message["index"] : message["index"] + message["count"]] = wire.samples(message)
+    azimuth, cell = np.unravel_index(np.argmax(power), power.shape)
+    assert azimuth == 0 and abs(message["range_first_m"] + cell * message["range_step_m"] - 300) < message["range_step_m"]
+    simulated = rs.Simulator(rs.load_scene(SCENE)).scan()  # the target does not move: every scan is the first one
+    np.testing.assert_array_equal(power, simulated.power)
+
+    bye, code = asyncio.run(asyncio.wait_for(until_bye(), 20))
+    assert bye["type"] == "bye" and "stopping" in bye["reason"] and code == 1001
+    _, errors = process.communicate(timeout=10)
+    assert (process.returncode, errors) == (0, "")
