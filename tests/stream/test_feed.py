@@ -379,11 +379,12 @@ def test_stopping_says_bye() -> None:
         async with running(create_app([only])) as server:
             feed = await server.feed()
             await feed.until("hello")
-            await only.stop("going home")
+            stopping = asyncio.create_task(only.stop("going home"))
             assert (await feed.until("bye"))["reason"] == "going home"
             with pytest.raises(Closed) as closed:
                 await feed.receive()
             assert closed.value.code == 1001
+            await stopping
             assert "stopping" in (await (await server.feed()).receive())["reason"]
 
     asyncio.run(asyncio.wait_for(whole(), 20))
