@@ -187,13 +187,19 @@ def test_own_ship_is_the_centre_of_the_scope(radar: FakeRadar, opened: Opened) -
 
 
 @pytest.mark.parametrize("renderer", ["webgl", "canvas"])
-def test_an_echo_across_north_is_whole(radar: FakeRadar, opened: Opened, renderer: str) -> None:
-    radar.picture = Picture()
+@pytest.mark.parametrize("heading_deg", [0.0, 180.0])
+def test_an_echo_across_north_is_whole(radar: FakeRadar, opened: Opened, renderer: str, heading_deg: float) -> None:
+    radar.heading_deg, radar.picture = heading_deg, Picture()
     radar.picture.spot(0.0, 1000.0, halfwidth_deg=6.0)
-    page = opened(f"{BARE}&renderer={renderer}")
-    centre, radius, spots = measure(seen(page))
+    page = opened(f"{BARE}&renderer={renderer}&orientation=head-up")
+    screen = seen(page)
+    centre, radius, spots = measure(screen)
     assert spots.shape == (1, 2)
     assert abs(spots[0, 0] - centre[0]) < PIXELS
+    half = 1000 / radar.picture.range * radius * np.sin(np.deg2rad(5))  # of the 6 degrees: the ends are rounded
+    across = slice(round(centre[0] - half), round(centre[0] + half) + 1)
+    assert echoes(screen)[round(spots[0, 1]), across].all()
+    assert (spots[0, 1] < centre[1]) == (heading_deg == 0)
 
 
 @pytest.mark.parametrize("renderer", ["webgl", "canvas"])
@@ -428,7 +434,7 @@ def test_msgpack_reads_what_the_service_writes(modules: Page) -> None:
 
 
 @pytest.mark.parametrize(
-    "data", [b"", b"\x92\x01", b"\x01\x01", b"\xc4\x05ab", b"\xa5ab", b"\xc1", b"\xd4\x00\x00", b"\x91" * 99]
+    "data", [b"", b"\x92\x01", b"\x01\x01", b"\xc4\x05ab", b"\xa5ab", b"\xc1", b"\xd4\x00\x00", b"\x91" * 99 + b"\x01"]
 )
 def test_msgpack_refuses_what_is_broken(modules: Page, data: bytes) -> None:
     script = (
@@ -442,6 +448,18 @@ def test_waits_longer_after_each_failure(modules: Page) -> None:
         "import('./feed.js').then(({backOff}) => [0, 1, 2, 3, 9].flatMap((n) => [backOff(n, 0), backOff(n, 1)]))"
     )
     assert waits == [0.375, 0.625, 0.75, 1.25, 1.5, 2.5, 3.0, 5.0, 7.5, 12.5]  # 0.5 s doubling to 10 s, a quarter either way
+
+
+def test_a_feed_that_was_ended_hears_nothing_more(modules: Page) -> None:
+    script = """import('./feed.js').then(({Feed}) => {
+      const heard = [];
+      const feed = new Feed(() => '', { hello: () => heard.push('hello'), state: (name) => heard.push(name) });
+      feed.end();
+      feed.receive(new Uint8Array(DATA).buffer);
+      return heard;
+    })"""
+    message = msgpack.packb({"type": "hello", "protocol": 1, "epoch": "one"})
+    assert modules.ask(script.replace("DATA", str(list(message)))) == []
 
 
 @pytest.mark.parametrize(
