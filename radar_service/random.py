@@ -14,7 +14,7 @@ def generator(seed: int, *key: int) -> np.random.Generator:
     for name, value in (("seed", seed), *((f"key[{i}]", k) for i, k in enumerate(key))):
         if not 0 <= value < _WORD:
             raise ValueError(f"{name}: {value} is not allowed; a whole number from 0 to {_WORD - 1}")
-    # SeedSequence pads its entropy with zeros, so (1,) and (1, 0) would be one stream: the length goes in front.
+    # SeedSequence pads short entropy with zeros, so () and (0,) would be one stream without the length in front.
     words = [len(key)]
     for value in (seed, *key):
         words += [int(value) & 0xFFFFFFFF, int(value) >> 32]

@@ -58,7 +58,7 @@ def peak(power: np.ndarray) -> tuple[int, int]:
     return int(row), int(column)
 
 
-@pytest.mark.parametrize(("distance", "bearing_deg"), [(400.0, 30), (700.0, 120), (1100.0, 250), (900.0, 0), (300.0, 359.5)])
+@pytest.mark.parametrize(("distance", "bearing_deg"), [(401.0, 30), (700.0, 120), (1100.0, 250), (900.0, 0), (300.0, 359.5)])
 def test_points_stand_at_their_bearing_and_range(distance: float, bearing_deg: float) -> None:
     made = chain(point(distance, bearing_deg), rays=1)
     _, power = made.scan(0)
@@ -147,6 +147,20 @@ def test_points_answer_within_one_and_a_half_beamwidths_both_ways() -> None:
         chain(point(500.0, 45.0, up=10 + 500 * np.tan(np.deg2rad(el))), rays=1).azimuth_field(0, 90) for el in (37.4, 37.6)
     )
     assert np.abs(high).max() > 0 and not above.any()
+
+
+def test_hits_lie_on_the_side_of_boresight_where_the_body_is() -> None:
+    made = listening(plate(500.0, 48.0, 10.0), rays=20_000)
+    made.azimuth_field(0, 90)
+    assert made.hits.range.size > 10
+    assert np.abs(np.rad2deg(made.hits.azimuth) - 3.0).max() < np.rad2deg(5 / 499)  # half the plate
+    assert np.abs(made.hits.height - 10.0).max() < 5.0 + 1e-6
+
+
+def test_a_wide_body_is_hit_far_from_its_centre() -> None:
+    made = listening(plate(300.0, 45.0, 200.0), rays=500)
+    made.azimuth_field(0, 66)
+    assert made.hits.range.size > 10  # 12 degrees beside the centre, within the 18 that half the plate spans
 
 
 def test_bodies_move_between_scans() -> None:

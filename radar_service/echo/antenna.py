@@ -38,7 +38,7 @@ def printed_two_way(azimuth: Floats | float, elevation: Floats | float, beamwidt
 
 
 def sinc2_gain(offset: Floats, beamwidth: float) -> Floats:
-    """Uniform aperture: sinc^2 with u = 0.8859 t / t3dB, first sidelobe -13.26 dB (Balanis, Antenna Theory, 2016, ch. 6)."""
+    """Uniform aperture: sinc^2 with u = 0.8859 t / t3dB, first sidelobe -13.26 dB (Balanis, Antenna Theory, 2016)."""
     gain: Floats = np.sinc(2.0 * HALF_POWER_U / beamwidth * offset) ** 2
     return gain
 
@@ -93,7 +93,7 @@ def vertical_pattern(pattern: Pattern) -> str:
 
 @cache
 def _taylor_source() -> tuple[Floats, float]:
-    """Coefficients F_n, n = 0 to nbar - 1, and the u of half power (Taylor 1955, as in Balanis 2016, eq. 7-32)."""
+    """Coefficients F_n, n = 0 to nbar - 1, and the u of half power (Taylor 1955)."""
     nbar = TAYLOR_NBAR
     a2 = (np.arccosh(10.0 ** (TAYLOR_SIDELOBE_DB / 20.0)) / np.pi) ** 2
     sigma2 = nbar**2 / (a2 + (nbar - 0.5) ** 2)

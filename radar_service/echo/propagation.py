@@ -132,7 +132,7 @@ def reflection(
 
     distance: along the earth, any shape [m]; height: of the target above the sea, below it counts as on it [m];
     antenna_height: above the sea, positive [m]; earth_radius: effective radius ae [m], inf for flat. The reflection point
-    solves Kerr's cubic (Propagation of Short Radio Waves, 1951, sec. 2.13); by Fermat its error enters in second order.
+    solves the cubic of Kerr (Propagation of Short Radio Waves, 1951, ch. 2); by Fermat its error enters in second order.
     """
     d, h = np.broadcast_arrays(np.asarray(distance, np.float64), np.maximum(np.asarray(height, np.float64), 0.0))
     x = _reflection_point(d, h, antenna_height, earth_radius)
@@ -158,7 +158,7 @@ def divergence(first: Floats, second: Floats, grazing: Floats, earth_radius: flo
     """Divergence factor D of a ray reflected by the curved sea, from 1 (flat) to 0 at the horizon.
 
     first, second: ground distances from antenna and target to the reflection point [m]; grazing: [rad], D is 0 where it is
-    not positive; earth_radius: ae [m], inf for flat. D = (1 + 2 d1 d2 / (ae d sin psi))^-1/2 (Kerr 1951, sec. 5.2).
+    not positive; earth_radius: ae [m], inf for flat. D = (1 + 2 d1 d2 / (ae d sin psi))^-1/2 (Kerr 1951, ch. 5).
     """
     d = first + second
     sine = np.sin(grazing)
@@ -185,7 +185,7 @@ def two_ray_factor(
     distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height, wavelength: [m]; earth_radius: ae
     [m]; polarization: "h" or "v"; wave_height: rms of the sea [m]; elevation_gain: one-way power gain at an elevation from
     horizontal (None: the same everywhere; its root is taken as positive, so sidelobes of opposite sign are not told apart).
-    F = 1 + Gamma rho_s D exp(-jk (R1 + R2 - R)) R / (R1 + R2) sqrt(G(reflected) / G(direct)): Kerr 1951, eq. 2.14, seed
+    F = 1 + Gamma rho_s D exp(-jk (R1 + R2 - R)) R / (R1 + R2) sqrt(G(reflected) / G(direct)): Kerr 1951, ch. 2, seed
     eq. 12 with its sign mended (DESIGN row 5). Beyond the horizon F is 0, the shadow of ray optics: diffraction is not
     modelled, so F drops from 1 to 0 there.
     """
@@ -235,8 +235,4 @@ def _reflection_point(d: Floats, h: Floats, antenna_height: float, earth_radius:
     p = 2.0 / np.sqrt(3.0) * np.sqrt(earth_radius * (antenna_height + h) + d**2 / 4.0)
     sine = np.clip(2.0 * earth_radius * d * (h - antenna_height) / p**3, -1.0, 1.0)
     x: Floats = d / 2.0 - p * np.sin(np.arcsin(sine) / 3.0)
-    for _ in range(2):  # Newton: what the closed form loses to cancellation over short paths
-        value = 2.0 * x**3 - 3.0 * d * x**2 + (d**2 - 2.0 * earth_radius * (antenna_height + h)) * x
-        slope = 6.0 * x**2 - 6.0 * d * x + d**2 - 2.0 * earth_radius * (antenna_height + h)
-        x = x - (value + 2.0 * earth_radius * antenna_height * d) / slope
     return np.clip(x, 0.0, d)

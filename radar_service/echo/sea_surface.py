@@ -23,7 +23,7 @@ def sea_water_permittivity(frequency: float, temperature_c: float = 15.0, salini
     """Complex relative permittivity e' - j e'' of sea water, exp(+j w t).
 
     frequency: up to 400e9 [Hz]; temperature_c: -2 to 34 [degrees C]; salinity: 0 to 40 [parts per thousand]. Two Debye
-    relaxations and conductivity: Meissner and Wentz, IEEE TGRS 42 (2004) eqs. 6-16, with b0, b1, b2 of TGRS 50 (2012).
+    relaxations and conductivity: Meissner and Wentz, IEEE TGRS 42 (2004) 1836, with the salinity terms of TGRS 50 (2012) 3004.
     """
     t, s, f = temperature_c, salinity, frequency / 1e9
     static = (3.70886e4 - 82.168 * t) / (421.854 + t) * np.exp(-3.33330e-3 * s + 4.74868e-6 * s**2)
@@ -51,7 +51,7 @@ def fresnel(grazing: Floats | float, permittivity: complex, polarization: str) -
     """Complex reflection coefficient of a smooth plane, exp(+j w t): near -1 at grazing for both polarizations.
 
     grazing: any shape, 0 to pi/2 [rad]; permittivity: e' - j e''; polarization: "h" or "v", else ValueError. V refers to
-    the field component across the ray in the plane of incidence (Kerr 1951, sec. 5.1; Balanis 2012, eqs. 5-17a, 5-24c).
+    the field component across the ray in the plane of incidence (Kerr 1951, ch. 5).
     """
     sine = np.sin(np.asarray(grazing, dtype=np.float64)).astype(np.complex128)
     refracted = np.sqrt(permittivity - np.cos(grazing) ** 2 + 0j)
