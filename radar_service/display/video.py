@@ -15,7 +15,8 @@ Power = NDArray[np.float32]
 Field = NDArray[np.complex64]
 Bytes = NDArray[np.uint8]
 
-DB_PER_STEP = 0.5  # 255 steps then span 127 dB: from the noise to a ship alongside
+DB_PER_STEP = 0.25  # of u8: 255 steps then span 64 dB, the contrast of a display; a ship near by is the brightest
+LOG_DB_PER_STEP = 0.5  # of u8-log: 127 dB, from below the noise to a ship alongside
 PFA = 1e-4  # false alarms per cell at gain 50: a fleck or two per spoke, as a well-set display has
 SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so that noise keeps its shape
 SEA_REACH_DB = 60.0  # attenuation of full sea control at SEA_RANGE
@@ -26,9 +27,12 @@ RAIN_LENGTH = 50.0  # m over which rain control averages: long against a buoy, s
 
 @dataclass(frozen=True)
 class Controls:
-    """The knobs of a display, 0 to 100 percent each; sea and rain 0 are off, gain is 1 dB per percent about 50."""
+    """The knobs of a display, 0 to 100 percent each; sea and rain 0 are off, gain is 1 dB per percent about 50.
 
-    gain: float = 50.0
+    At 50 noise shows now and then (PFA); the default lies 5 dB under that, which also hides most of the pulse's sidelobes.
+    """
+
+    gain: float = 45.0
     sea: float = 0.0
     rain: float = 0.0
 
@@ -155,12 +159,12 @@ def display_video(power: Power, to: Layout, controls: Controls, noise_power: flo
         video -= sea_attenuation_db(distance, controls.sea).astype(np.float32)
     if controls.rain > 0:
         video -= rain_level_db(video, to.native_step, controls.rain)
-    return quantise(peaks(video, to), 0.0)
+    return quantise(peaks(video, to), 0.0, DB_PER_STEP)
 
 
-def quantise(level_db: NDArray[np.floating], offset_db: float) -> Bytes:
-    """Bytes b = (level - offset) / DB_PER_STEP, rounded to the nearest and held within 0 to 255."""
-    steps = (level_db - np.float32(offset_db)) * np.float32(1.0 / DB_PER_STEP)
+def quantise(level_db: NDArray[np.floating], offset_db: float, db_per_step: float) -> Bytes:
+    """Bytes b = (level - offset) / step, all in dB, rounded to the nearest and held within 0 to 255."""
+    steps = (level_db - np.float32(offset_db)) * np.float32(1.0 / db_per_step)
     held: Bytes = np.rint(np.clip(steps, 0.0, 255.0)).astype(np.uint8)
     return held
 
@@ -175,7 +179,7 @@ def scale(encoding: str, noise_power: float) -> dict[str, float]:
     if encoding == "u8":
         return {"db_per_step": DB_PER_STEP, "offset_db": noise_threshold_db(noise_power)}
     if encoding == "u8-log":
-        return {"db_per_step": DB_PER_STEP, "offset_db": log_offset_db(noise_power)}
+        return {"db_per_step": LOG_DB_PER_STEP, "offset_db": log_offset_db(noise_power)}
     return {}
 
 
@@ -192,7 +196,7 @@ def encode(
         return strongest(field, to).astype("<c8")
     top = peaks(power, to)
     if encoding == "u8-log":
-        return quantise(decibels(top), log_offset_db(noise_power))
+        return quantise(decibels(top), log_offset_db(noise_power), LOG_DB_PER_STEP)
     if encoding == "f16":
         return decibels(top).astype("<f2")
     if encoding == "f32":

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.display.video import DB_PER_STEP, LOG_DB_PER_STEP
 from radar_service.stream import wire
 from radar_service.stream.app import create_app
 from radar_service.stream.feed import Request, request_from_query
@@ -224,17 +225,17 @@ def test_standby_sends_nothing_and_time_goes_on() -> None:
 def test_gain_changes_the_u8_of_the_next_batch_only() -> None:
     async def test(server: Server) -> None:
         feed, raw = await server.feed("?encoding=u8"), await server.feed("?encoding=u8-log")
+        await server.http.patch(CONTROLS, json={"gain": 5})  # low enough that no echo saturates
         await step(server, 1)
         before, raw_before = (await feed.spokes(1))[0], (await raw.spokes(1))[0]
-        await server.http.patch(CONTROLS, json={"gain": 20})
+        await server.http.patch(CONTROLS, json={"gain": 0})
         await step(server, AZIMUTHS)
         after, raw_after = (await feed.spokes(1))[0], (await raw.spokes(1))[0]
         rise = 10 * math.log10(2)  # spoke 1 is twice spoke 0
-        step_db = 0.5
         lift = wire.samples(after).astype(float) - wire.samples(before)
-        assert np.all(np.abs(lift * step_db - (rise - 30.0)) <= step_db)  # two roundings of half a step
+        assert np.all(np.abs(lift * DB_PER_STEP - (rise - 5.0)) <= DB_PER_STEP)  # two roundings of half a step
         raw_lift = wire.samples(raw_after).astype(float) - wire.samples(raw_before)
-        assert np.all(np.abs(raw_lift * step_db - rise) <= step_db)
+        assert np.all(np.abs(raw_lift * LOG_DB_PER_STEP - rise) <= LOG_DB_PER_STEP)
 
     play(test, station())
 
