@@ -23,7 +23,7 @@ def sea_water_permittivity(frequency: float, temperature_c: float = 15.0, salini
     """Complex relative permittivity e' - j e'' of sea water, exp(+j w t).
 
     frequency: up to 400e9 [Hz]; temperature_c: -2 to 34 [degrees C]; salinity: 0 to 40 [parts per thousand]. Two Debye
-    relaxations and conductivity: Meissner and Wentz, IEEE TGRS 42 (2004) 1836, with the salinity terms of TGRS 50 (2012) 3004.
+    relaxations and conductivity: Meissner and Wentz, IEEE TGRS 42 (2004), its salinity terms as revised in TGRS 50 (2012).
     """
     t, s, f = temperature_c, salinity, frequency / 1e9
     static = (3.70886e4 - 82.168 * t) / (421.854 + t) * np.exp(-3.33330e-3 * s + 4.74868e-6 * s**2)
