@@ -1,8 +1,11 @@
 """The page in a real browser, against a radar whose picture is known: what stands where, and what it does in trouble."""
 
 import json
+import subprocess
+import sys
 from collections.abc import Iterator
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import msgpack
@@ -11,6 +14,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import ndimage
 
+import scenes
 from tests.clients.chromium import CHROMIUM, Browser, Page
 from tests.clients.fake_radar import Air, FakeRadar, Picture, Served, fake_app
 
@@ -153,6 +157,46 @@ def test_targets_stand_where_they_belong(
     up_deg = heading_deg if orientation == "head-up" else 0.0
     assert radius > 250  # of a screen 700 pixels high: a smaller picture would hide errors
     assert off_by(spots, expected(radar.picture, centre, radius, up_deg)) < PIXELS
+
+
+@pytest.fixture
+def orientation(tmp_path: Path, heading_deg: float) -> Iterator[str]:
+    """The address of the real service with the scene `orientation`, own ship turned to heading_deg."""
+    text = (Path(scenes.__file__).parent / "orientation.toml").read_text()
+    assert text.count("heading_deg = 0\n") == 1
+    scene = tmp_path / "orientation.toml"
+    scene.write_text(text.replace("heading_deg = 0\n", f"heading_deg = {heading_deg}\n"))
+    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--pace", "max"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as service:
+        assert service.stdout is not None
+        try:
+            yield service.stdout.readline().split("open ")[1].strip()
+        finally:
+            service.terminate()
+
+
+def strong_spots(page: Page) -> NDArray[np.float64]:
+    """Centroids (n, 2) of the strong echoes, pixels right of and below own ship, the nearest first."""
+    screen, (left, top, side) = seen(page), box(page)
+    yellow = screen[..., 0] - screen[..., 2]  # no furniture has any
+    labels, count = ndimage.label(yellow > 0.6 * yellow.max())  # the scene's three are equally strong, sidelobes faint
+    places = np.array(ndimage.center_of_mass(labels > 0, labels, range(1, count + 1)))[:, ::-1] + 0.5
+    spots: NDArray[np.float64] = places - (left + side / 2, top + side / 2)
+    return spots[np.argsort(np.hypot(*spots.T))]
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 70.0])
+def test_scene_orientation_is_the_right_way_round(browser: Browser, orientation: str, heading_deg: float) -> None:
+    for mode, up_deg in (("north-up", 0.0), ("head-up", heading_deg)):
+        page = browser.open(f"{orientation}?{BARE}&orientation={mode}")
+        page.wait("Number(document.getElementById('scope').dataset.drawn.split(':')[1]) > 1440")  # a whole scan
+        spots, faults = strong_spots(page), page.faults()
+        page.close()
+        distance = np.hypot(*spots.T)
+        bearing_deg = (np.rad2deg(np.arctan2(spots[:, 0], -spots[:, 1])) + up_deg) % 360
+        assert faults == []
+        assert bearing_deg == pytest.approx([30, 120, 250], abs=3.9 / 4)  # a quarter of the beamwidth
+        assert distance / distance.max() == pytest.approx([1 / 3, 2 / 3, 1], abs=PIXELS / distance.max())
 
 
 def test_draws_on_a_2d_canvas_where_there_is_no_webgl2(radar: FakeRadar, opened: Opened) -> None:
