@@ -1,7 +1,7 @@
 """Attenuation by the gases of the air near the ground: Recommendation ITU-R P.676-10 (2013), Annex 2.
 
-The approximate formulas of that edition, for sea level; later editions replaced them by sums over lines, which they meet
-to a few per cent at X band (0.01327 dB/km at 9.41 GHz by P.676-12, Annex 1).
+The approximate formulas of that edition, for sea level. Against the sum over all lines (P.676-12, Annex 1; 0.01327 dB/km at
+9.41 GHz) they err by 2 % at X band and by up to 8 % elsewhere below 54 GHz.
 """
 
 import math

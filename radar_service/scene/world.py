@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from radar_service.constants import SPEED_OF_LIGHT
 
 Floats = NDArray[np.float64]
+EDGE = 1e-9  # rad; the ends of a blind sector belong to it whatever the rounding of degrees
 Scattering = Literal["rcs", "diffuse", "optics"]
 
 
@@ -203,11 +204,11 @@ class Scene:
         return place
 
     def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
-        """Whether the radar is silent (K,): boresights (K,) [rad from north] in a blind sector of the ship's at time (K,)."""
+        """Whether the radar is silent (K,): boresights (K,) [rad from north] in a blind sector at each time (K,) [s]."""
         silent = np.zeros(len(time), dtype=np.bool_)
         if not self.radar.blind_sectors:
             return silent
         from_bow = (boresight - self.own_ship.pose(time).heading) % (2.0 * np.pi)
         for start, stop in self.radar.blind_sectors:
-            silent |= (from_bow - start) % (2.0 * np.pi) <= (stop - start) % (2.0 * np.pi)
+            silent |= (from_bow - start + EDGE) % (2.0 * np.pi) <= (stop - start) % (2.0 * np.pi) + 2.0 * EDGE
         return silent

@@ -12,8 +12,10 @@ from PIL import Image, TiffImagePlugin
 
 from radar_service.scene.error import SceneError
 from radar_service.scene.geo import map_from_geographic
+from radar_service.scene.heightmap import Sight, heightmap_terrain
 from radar_service.scene.load import load_scene
-from radar_service.scene.raster import MAX_SIDE, raster_from_bytes
+from radar_service.scene.model import BodyModel
+from radar_service.scene.raster import MAX_SIDE, Raster, raster_from_bytes
 from radar_service.scene.world import Body, Scene
 
 ORIGIN = {"latitude_deg": 50.9, "longitude_deg": 1.4}
@@ -80,13 +82,14 @@ def test_arrays_and_tiff_are_metres(tmp_path: Path) -> None:
         assert sorted(world_vertices(body)[:, 2]) == pytest.approx([1, 2, 3, 40])
 
 
-def test_corners_in_degrees_place_every_sample_on_the_geodesic(tmp_path: Path) -> None:
-    """300 samples a side are more than the geodesic is solved on; splines between must not be felt."""
-    side = 300
-    keys = {"south_west_deg": [50.0, 0.5], "north_east_deg": [51.0, 2.5], "position_m": [0, 0, 3]}
-    (body,) = load(tmp_path, "h.npy", npy(np.full((side, side), 5.0)), range_max_m=200_000, **keys).bodies
-    found = world_vertices(body)
-    latitude, longitude = np.meshgrid(np.linspace(51, 50, side), np.linspace(0.5, 2.5, side), indexing="ij")
+def test_corners_in_degrees_place_every_sample_on_the_geodesic() -> None:
+    """150 samples a side are more than the geodesic is solved on; splines between must not be felt."""
+    side = 150
+    body = BodyModel(name="h", heightmap="h.npy", south_west_deg=(46.0, -4.0), north_east_deg=(56.0, 6.0))
+    raster = Raster(np.full((side, side), 5.0), grey=False)
+    terrain = heightmap_terrain(body, raster, np.array([0.0, 0.0, 3.0]), (50.9, 1.4), Sight(0.0, 0.0, np.inf), "body[0]")
+    found = terrain.loaded.mesh.vertices + terrain.position
+    latitude, longitude = np.meshgrid(np.linspace(56, 46, side), np.linspace(-4, 6, side), indexing="ij")
     want = map_from_geographic(latitude, longitude, (50.9, 1.4)).reshape(-1, 2)
     assert len(found) == side**2
     np.testing.assert_allclose(found[:, :2], want, atol=1e-3)  # m: the bound that the spline's step was chosen for

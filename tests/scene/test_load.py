@@ -168,6 +168,8 @@ def test_defaults_and_converted_units() -> None:
     assert scene.radar.sample_rate == 75e6
 
 
+CORNERS = {"name": "h", "heightmap": "h.npy", "south_west_deg": [1, 1], "north_east_deg": [2, 2]}
+
 # The form of every message: place, value, what is allowed, remedy.
 ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     (
@@ -276,6 +278,14 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
         "body[0].heading_deg: a height map has north at its top",
     ),
     ({"body": [{"name": "h", "heightmap": "h.png", "low_m": 5, "high_m": 5}]}, "body[0].high_m: 5 is not above low_m 5"),
+    (
+        {"body": [CORNERS | {"extent_m": [9, 9]}]},
+        "body[0].extent_m: the corners south_west_deg and north_east_deg already say",
+    ),
+    ({"body": [CORNERS | {"north_east_deg": None}]}, "body[0].south_west_deg: goes together with north_east_deg"),
+    ({"body": [CORNERS | {"position_m": [5, 0, 0]}]}, "body[0].south_west_deg: the corners already place the map"),
+    ({"body": [CORNERS | {"speed_kn": 5}]}, "body[0].heightmap: a height map cannot move"),
+    ({"body": [CORNERS]}, "body[0].latitude_deg: latitude and longitude need an [origin]"),
     ({"own_ship": {"speed": 3}}, 'own_ship.speed: not a known key; did you mean "speed_kn"?'),
     (
         {"own_ship": {"track": "t.csv"}},
