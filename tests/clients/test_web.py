@@ -1,145 +1,23 @@
 """The page in a real browser, against a radar whose picture is known: what stands where, and what it does in trouble."""
 
-import json
 import subprocess
 import sys
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
-from typing import Any
 
-import msgpack
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy import ndimage
 
 import scenes
-from tests.clients.chromium import CHROMIUM, Browser, Page
-from tests.clients.fake_radar import Air, FakeRadar, Picture, Served, fake_app
+from tests.clients.chromium import Browser, Page
+from tests.clients.conftest import Opened
+from tests.clients.fake_radar import FakeRadar, Picture
+from tests.clients.screen import BARE, BROWSER, DRAWN, PIXELS, TARGETS, box, echoes, expected, measure, off_by, seen
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(not CHROMIUM.exists(), reason=f"{CHROMIUM} is absent: install the Debian package chromium"),
-]
-
-TARGETS = ((30.0, 900.0), (120.0, 1500.0), (250.0, 600.0))  # degrees from north, m; no two alike, none on a symmetry
-BARE = "rings=off&headline=off&sweep=off&afterglow=0"  # echoes alone, at full strength
-DRAWN = "document.getElementById('scope').dataset.drawn === '{}'"  # epoch and next sequence number
-# A blob's centroid errs by half a pixel, so does each edge of the ring that gives centre and scale, whose outermost
-# pixel the frame of the scope may hide.
-PIXELS = 1.5
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    opened = Browser(tmp_path_factory.mktemp("profile"))
-    yield opened
-    opened.close()
-
-
-@pytest.fixture(scope="module")
-def air() -> Air:
-    return Air()
-
-
-@pytest.fixture(scope="module")
-def served(air: Air) -> Iterator[Served]:
-    running = Served(fake_app(air))
-    yield running
-    running.close()
-
-
-@pytest.fixture
-def radar(air: Air) -> FakeRadar:
-    air.radar = FakeRadar()
-    for bearing_deg, distance in TARGETS:
-        air.radar.picture.spot(bearing_deg, distance)
-    return air.radar
-
-
-@pytest.fixture(scope="module")
-def modules(browser: Browser, served: Served) -> Iterator[Page]:
-    """A page whose modules can be imported."""
-    page = browser.open(served.url)
-    page.wait(DRAWN.format("one:720"))
-    yield page
-    page.close()
-
-
-class Opened:
-    """Pages of this test; each must have run without an error."""
-
-    def __init__(self, browser: Browser, url: str) -> None:
-        self._browser, self._url, self._pages = browser, url, list[Page]()
-        self.refusal = "nothing"  # in the text of the one failure that a test means to see
-
-    def __call__(self, query: str = "", drawn: str = "one:720", **size: Any) -> Page:
-        page = self._browser.open(f"{self._url}?{query}", **size)
-        self._pages.append(page)
-        page.wait(DRAWN.format(drawn))
-        return page
-
-    def close(self) -> list[str]:
-        faults = [fault for page in self._pages for fault in page.faults() if self.refusal not in fault]
-        for page in self._pages:
-            page.ask("localStorage.clear()")
-            page.close()
-        return faults
-
-
-@pytest.fixture
-def opened(browser: Browser, served: Served, radar: FakeRadar) -> Iterator[Opened]:
-    pages = Opened(browser, served.url)
-    yield pages
-    assert pages.close() == []
-
-
-def box(page: Page) -> tuple[float, float, float]:
-    """Left and top edge of the scope and its side, in pixels."""
-    x, y, side = page.ask("(({x, y, width}) => [x, y, width])(document.getElementById('scope').getBoundingClientRect())")
-    return x, y, side
-
-
-def seen(page: Page) -> NDArray[np.int16]:
-    """The screen (height, width, 3), black outside the scope."""
-    x, y, side = box(page)
-    inside = slice(int(np.ceil(y)), int(y + side)), slice(int(np.ceil(x)), int(x + side))
-    screen = page.look()
-    scope = np.zeros_like(screen)
-    scope[inside] = screen[inside]
-    return scope
-
-
-def echoes(screen: NDArray[np.int16]) -> NDArray[np.bool_]:
-    """Pixels of a strong echo in the dusk palette: bright and yellow, which no furniture is."""
-    inside: NDArray[np.bool_] = (screen[..., 0] > 150) & (screen[..., 0] - screen[..., 2] > 40)
-    return inside
-
-
-def measure(screen: NDArray[np.int16]) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
-    """Centre (x, y) and radius of the picture by its full ring, and centroids (n, 2) of the spots inside, all in pixels."""
-    labels, count = ndimage.label(ndimage.binary_closing(echoes(screen)), np.ones((3, 3)))
-    boxes = ndimage.find_objects(labels)
-    ring = max(range(count), key=lambda i: boxes[i][0].stop - boxes[i][0].start)
-    rows, columns = boxes[ring]
-    centre = np.array([columns.start + columns.stop - 1, rows.start + rows.stop - 1]) / 2
-    radius = (rows.stop - rows.start + columns.stop - columns.start) / 4
-    spots = [ndimage.center_of_mass(labels == i + 1)[::-1] for i in range(count) if i != ring]
-    return centre, radius, np.array(spots)
-
-
-def expected(picture: Picture, centre: NDArray[np.float64], radius: float, up_deg: float) -> NDArray[np.float64]:
-    """Where TARGETS (n, 2) belong, written out again: clockwise from the top of the screen, y downward."""
-    bearing, distance = np.deg2rad(np.array(TARGETS)[:, 0] - up_deg), np.array(TARGETS)[:, 1]
-    cell = (np.floor(distance / picture.step) + 0.5) * picture.step
-    return centre + (cell / picture.range * radius)[:, None] * np.stack([np.sin(bearing), -np.cos(bearing)], axis=-1)
-
-
-def off_by(found: NDArray[np.float64], wanted: NDArray[np.float64]) -> float:
-    """The greatest distance from a wanted place to the nearest spot [pixels]; as many spots as places."""
-    assert found.shape == wanted.shape
-    return float(np.linalg.norm(found[:, None] - wanted, axis=-1).min(axis=0).max())
+pytestmark = BROWSER
 
 
 @pytest.mark.parametrize(
@@ -166,7 +44,7 @@ def orientation(tmp_path: Path, heading_deg: float) -> Iterator[str]:
     assert text.count("heading_deg = 0\n") == 1
     scene = tmp_path / "orientation.toml"
     scene.write_text(text.replace("heading_deg = 0\n", f"heading_deg = {heading_deg}\n"))
-    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--pace", "max"]
+    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--pace", "4"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as service:
         assert service.stdout is not None
         try:
@@ -185,11 +63,16 @@ def strong_spots(page: Page) -> NDArray[np.float64]:
     return spots[np.argsort(np.hypot(*spots.T))]
 
 
+NEXT = "Number(document.getElementById('scope').dataset.drawn.split(':')[1])"
+
+
 @pytest.mark.parametrize("heading_deg", [0.0, 70.0])
 def test_scene_orientation_is_the_right_way_round(browser: Browser, orientation: str, heading_deg: float) -> None:
     for mode, up_deg in (("north-up", 0.0), ("head-up", heading_deg)):
         page = browser.open(f"{orientation}?{BARE}&orientation={mode}")
-        page.wait("Number(document.getElementById('scope').dataset.drawn.split(':')[1]) > 1440")  # a whole scan
+        page.wait(f"{NEXT} > 0")
+        page.wait(f"{NEXT} > {page.ask(NEXT)} + 740")  # a whole scan and a batch since the page joined
+        assert page.text("#lost-text") == "0"
         spots, faults = strong_spots(page), page.faults()
         page.close()
         distance = np.hypot(*spots.T)
@@ -413,103 +296,3 @@ def test_every_control_has_a_name_and_takes_the_focus(opened: Opened) -> None:
              .filter((one) => one.offsetHeight && !one.disabled).map((one) => one.id)"""
     )
     assert set(usable) - reached == set()
-
-
-@pytest.mark.parametrize("palette", ["day", "dusk", "night"])
-def test_stronger_echoes_are_brighter_in_every_palette(modules: Page, palette: str) -> None:
-    modules.ask(f"document.documentElement.dataset.palette = '{palette}'")
-    table = modules.ask("import('./palette.js').then(({echoColours}) => [...echoColours()])")
-    linear = (np.array(table).reshape(256, 4)[:, :3] / 255) ** 2.2
-    luminance = linear @ [0.2126, 0.7152, 0.0722]  # ITU-R BT.709: brightness is what every eye sees alike
-    assert np.all(np.diff(luminance) > -2e-3)  # a step of a channel's 256 at full brightness is worth 2e-3 x 0.7
-    contrast = (luminance[-1] + 0.05) / (luminance[0] + 0.05)
-    assert contrast > 7  # WCAG 2.2, 1.4.6
-
-
-def polar(modules: Page, script: str) -> Any:
-    """What a script returns that uses `polar`, a picture of 4 rows and 2 columns, and `write`, which adds spokes to it."""
-    setting = """import('./polar.js').then(({Polar}) => {
-      const polar = new Polar(4, 2);
-      const write = (scan, index, time, data, blind) =>
-        polar.write({bins: 2, data: new Uint8Array(data), index, scan, time, blind});
-      SCRIPT
-    })"""
-    return modules.ask(setting.replace("SCRIPT", script))
-
-
-def test_spokes_of_a_blind_sector_are_blank(modules: Page) -> None:
-    script = "write(0, 1, [1, 2], [9, 9, 9, 9]); write(1, 1, [5, 6], [7, 7, 7, 7], [true, false]); return [...polar.video];"
-    assert polar(modules, script) == [0, 0, 0, 0, 7, 7, 0, 0]
-
-
-def test_rows_that_missed_their_scans_are_not_shown_as_fresh(modules: Page) -> None:
-    script = "write(0, 0, [0, 1], [9, 9, 9, 9]); write(3, 1, [13], [7, 7]); polar.age(4, 0); return [...polar.fade];"
-    assert polar(modules, script) == [0, 255, 0, 0]  # 13 s are 3.25 scans; rows 2 and 3 were never written
-
-
-def test_spokes_that_contradict_their_size_are_refused(modules: Page) -> None:
-    script = "try { write(0, 0, [0], [9, 9, 9]); } catch (fault) { return fault.message; }"
-    assert polar(modules, script) == "spokes: 3 bytes are not 1 spokes of 2 bins"
-
-
-def test_msgpack_reads_what_the_service_writes(modules: Page) -> None:
-    numbers: list[Any] = [0, 127, 128, 255, 256, 65535, 65536, 2**32, 2**53, -1, -32, -33, -128, -129, -32769, -(2**31) - 1]
-    values = [
-        *numbers,
-        1.5,
-        -1e300,
-        None,
-        True,
-        False,
-        "é",
-        "x" * 40,
-        "y" * 300,
-        "z" * 70_000,
-        list(range(20)),
-        [0] * 70_000,
-    ]
-    message = {"values": values, "map": {f"k{i}": i for i in range(20)}, "single": [1.5]}
-    packed = msgpack.packb(message)
-    script = "import('./msgpack.js').then(({{decode}}) => JSON.stringify(decode(new Uint8Array({}).buffer)))"
-    assert json.loads(modules.ask(script.format(list(packed)))) == message
-    for data in (b"\xc4\x03abc", b"\xc5\x01\x00" + bytes(256), b"\xc6\x00\x01\x00\x00" + bytes(65536)):
-        script = "import('./msgpack.js').then(({{decode}}) => [...decode(new Uint8Array({}).buffer)])"
-        assert modules.ask(script.format(list(data))) == list(msgpack.unpackb(data))
-
-
-@pytest.mark.parametrize(
-    "data", [b"", b"\x92\x01", b"\x01\x01", b"\xc4\x05ab", b"\xa5ab", b"\xc1", b"\xd4\x00\x00", b"\x91" * 99 + b"\x01"]
-)
-def test_msgpack_refuses_what_is_broken(modules: Page, data: bytes) -> None:
-    script = (
-        "import('./msgpack.js').then(({{decode}}) => decode(new Uint8Array({}).buffer)).then(() => 'read', () => 'refused')"
-    )
-    assert modules.ask(script.format(list(data))) == "refused"
-
-
-def test_waits_longer_after_each_failure(modules: Page) -> None:
-    waits = modules.ask(
-        "import('./feed.js').then(({backOff}) => [0, 1, 2, 3, 9].flatMap((n) => [backOff(n, 0), backOff(n, 1)]))"
-    )
-    assert waits == [0.375, 0.625, 0.75, 1.25, 1.5, 2.5, 3.0, 5.0, 7.5, 12.5]  # 0.5 s doubling to 10 s, a quarter either way
-
-
-def test_a_feed_that_was_ended_hears_nothing_more(modules: Page) -> None:
-    script = """import('./feed.js').then(({Feed}) => {
-      const heard = [];
-      const feed = new Feed(() => '', { hello: () => heard.push('hello'), state: (name) => heard.push(name) });
-      feed.end();
-      feed.receive(new Uint8Array(DATA).buffer);
-      return heard;
-    })"""
-    message = msgpack.packb({"type": "hello", "protocol": 1, "epoch": "one"})
-    assert modules.ask(script.replace("DATA", str(list(message)))) == []
-
-
-@pytest.mark.parametrize(
-    ("reach", "unit", "step"),
-    [(5556.0, "nm", 926.0), (1389.0, "nm", 231.5), (44448.0, "nm", 7408.0), (4999.3, "m", 1000.0), (1000.0, "m", 200.0)],
-)
-def test_rings_stand_at_round_figures(modules: Page, reach: float, unit: str, step: float) -> None:
-    got = modules.ask(f"import('./units.js').then(({{ringStep}}) => ringStep({reach}, '{unit}'))")
-    assert got == pytest.approx(step, rel=1e-12)  # rounding of two products

@@ -1,0 +1,74 @@
+"""A browser, a service with a known picture, and pages opened on it."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from tests.clients.chromium import Browser, Page
+from tests.clients.fake_radar import Air, FakeRadar, Served, fake_app
+from tests.clients.screen import DRAWN, TARGETS
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    opened = Browser(tmp_path_factory.mktemp("profile"))
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="session")
+def air() -> Air:
+    return Air()
+
+
+@pytest.fixture(scope="session")
+def served(air: Air) -> Iterator[Served]:
+    running = Served(fake_app(air))
+    yield running
+    running.close()
+
+
+@pytest.fixture
+def radar(air: Air) -> FakeRadar:
+    air.radar = FakeRadar()
+    for bearing_deg, distance in TARGETS:
+        air.radar.picture.spot(bearing_deg, distance)
+    return air.radar
+
+
+@pytest.fixture(scope="session")
+def modules(browser: Browser, served: Served) -> Iterator[Page]:
+    """A page whose modules can be imported."""
+    page = browser.open(served.url)
+    page.wait(DRAWN.format("one:720"))
+    yield page
+    page.close()
+
+
+class Opened:
+    """Pages of this test; each must have run without an error."""
+
+    def __init__(self, browser: Browser, url: str) -> None:
+        self._browser, self._url, self._pages = browser, url, list[Page]()
+        self.refusal = "nothing"  # in the text of the one failure that a test means to see
+
+    def __call__(self, query: str = "", drawn: str = "one:720", **size: Any) -> Page:
+        page = self._browser.open(f"{self._url}?{query}", **size)
+        self._pages.append(page)
+        page.wait(DRAWN.format(drawn))
+        return page
+
+    def close(self) -> list[str]:
+        faults = [fault for page in self._pages for fault in page.faults() if self.refusal not in fault]
+        for page in self._pages:
+            page.ask("localStorage.clear()")
+            page.close()
+        return faults
+
+
+@pytest.fixture
+def opened(browser: Browser, served: Served, radar: FakeRadar) -> Iterator[Opened]:
+    pages = Opened(browser, served.url)
+    yield pages
+    assert pages.close() == []

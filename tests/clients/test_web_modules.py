@@ -1,0 +1,113 @@
+"""The page's modules one by one, imported in a real browser."""
+
+import json
+from typing import Any
+
+import msgpack
+import numpy as np
+import pytest
+
+from tests.clients.chromium import Page
+from tests.clients.screen import BROWSER
+
+pytestmark = BROWSER
+
+
+@pytest.mark.parametrize("palette", ["day", "dusk", "night"])
+def test_stronger_echoes_are_brighter_in_every_palette(modules: Page, palette: str) -> None:
+    modules.ask(f"document.documentElement.dataset.palette = '{palette}'")
+    table = modules.ask("import('./palette.js').then(({echoColours}) => [...echoColours()])")
+    linear = (np.array(table).reshape(256, 4)[:, :3] / 255) ** 2.2
+    luminance = linear @ [0.2126, 0.7152, 0.0722]  # ITU-R BT.709: brightness is what every eye sees alike
+    assert np.all(np.diff(luminance) > -2e-3)  # a step of a channel's 256 at full brightness is worth 2e-3 x 0.7
+    contrast = (luminance[-1] + 0.05) / (luminance[0] + 0.05)
+    assert contrast > 7  # WCAG 2.2, 1.4.6
+
+
+def polar(modules: Page, script: str) -> Any:
+    """What a script returns that uses `polar`, a picture of 4 rows and 2 columns, and `write`, which adds spokes to it."""
+    setting = """import('./polar.js').then(({Polar}) => {
+      const polar = new Polar(4, 2);
+      const write = (scan, index, time, data, blind) =>
+        polar.write({bins: 2, data: new Uint8Array(data), index, scan, time, blind});
+      SCRIPT
+    })"""
+    return modules.ask(setting.replace("SCRIPT", script))
+
+
+def test_spokes_of_a_blind_sector_are_blank(modules: Page) -> None:
+    script = "write(0, 1, [1, 2], [9, 9, 9, 9]); write(1, 1, [5, 6], [7, 7, 7, 7], [true, false]); return [...polar.video];"
+    assert polar(modules, script) == [0, 0, 0, 0, 7, 7, 0, 0]
+
+
+def test_rows_that_missed_their_scans_are_not_shown_as_fresh(modules: Page) -> None:
+    script = "write(0, 0, [0, 1], [9, 9, 9, 9]); write(3, 1, [13], [7, 7]); polar.age(4, 0); return [...polar.fade];"
+    assert polar(modules, script) == [0, 255, 0, 0]  # 13 s are 3.25 scans; rows 2 and 3 were never written
+
+
+def test_spokes_that_contradict_their_size_are_refused(modules: Page) -> None:
+    script = "try { write(0, 0, [0], [9, 9, 9]); } catch (fault) { return fault.message; }"
+    assert polar(modules, script) == "spokes: 3 bytes are not 1 spokes of 2 bins"
+
+
+def test_msgpack_reads_what_the_service_writes(modules: Page) -> None:
+    numbers: list[Any] = [0, 127, 128, 255, 256, 65535, 65536, 2**32, 2**53, -1, -32, -33, -128, -129, -32769, -(2**31) - 1]
+    values = [
+        *numbers,
+        1.5,
+        -1e300,
+        None,
+        True,
+        False,
+        "é",
+        "x" * 40,
+        "y" * 300,
+        "z" * 70_000,
+        list(range(20)),
+        [0] * 70_000,
+    ]
+    message = {"values": values, "map": {f"k{i}": i for i in range(20)}, "single": [1.5]}
+    packed = msgpack.packb(message)
+    script = "import('./msgpack.js').then(({{decode}}) => JSON.stringify(decode(new Uint8Array({}).buffer)))"
+    assert json.loads(modules.ask(script.format(list(packed)))) == message
+    for data in (b"\xc4\x03abc", b"\xc5\x01\x00" + bytes(256), b"\xc6\x00\x01\x00\x00" + bytes(65536)):
+        script = "import('./msgpack.js').then(({{decode}}) => [...decode(new Uint8Array({}).buffer)])"
+        assert modules.ask(script.format(list(data))) == list(msgpack.unpackb(data))
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\x92\x01", b"\x01\x01", b"\xc4\x05ab", b"\xa5ab", b"\xc1", b"\xd4\x00\x00", b"\x91" * 99 + b"\x01"]
+)
+def test_msgpack_refuses_what_is_broken(modules: Page, data: bytes) -> None:
+    script = (
+        "import('./msgpack.js').then(({{decode}}) => decode(new Uint8Array({}).buffer)).then(() => 'read', () => 'refused')"
+    )
+    assert modules.ask(script.format(list(data))) == "refused"
+
+
+def test_waits_longer_after_each_failure(modules: Page) -> None:
+    waits = modules.ask(
+        "import('./feed.js').then(({backOff}) => [0, 1, 2, 3, 9].flatMap((n) => [backOff(n, 0), backOff(n, 1)]))"
+    )
+    assert waits == [0.375, 0.625, 0.75, 1.25, 1.5, 2.5, 3.0, 5.0, 7.5, 12.5]  # 0.5 s doubling to 10 s, a quarter either way
+
+
+def test_a_feed_that_was_ended_hears_nothing_more(modules: Page) -> None:
+    script = """import('./feed.js').then(({Feed}) => {
+      const heard = [];
+      const feed = new Feed(() => '', { hello: () => heard.push('hello'), state: (name) => heard.push(name) });
+      feed.end();
+      feed.receive(new Uint8Array(DATA).buffer);
+      return heard;
+    })"""
+    message = msgpack.packb({"type": "hello", "protocol": 1, "epoch": "one"})
+    assert modules.ask(script.replace("DATA", str(list(message)))) == []
+
+
+@pytest.mark.parametrize(
+    ("reach", "unit", "step"),
+    [(5556.0, "nm", 926.0), (1389.0, "nm", 231.5), (44448.0, "nm", 7408.0), (4999.3, "m", 1000.0), (1000.0, "m", 200.0)],
+)
+def test_rings_stand_at_round_figures(modules: Page, reach: float, unit: str, step: float) -> None:
+    got = modules.ask(f"import('./units.js').then(({{ringStep}}) => ringStep({reach}, '{unit}'))")
+    assert got == pytest.approx(step, rel=1e-12)  # rounding of two products
