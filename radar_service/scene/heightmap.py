@@ -61,12 +61,14 @@ def heightmap_terrain(
             f"{place}.heightmap: none of its {total} triangles rises above the sea within {sight.distance:g} m of own "
             "ship; check low_m, high_m and where the map lies"
         )
-    used, compact = np.unique(faces, return_inverse=True)
+    used = np.zeros(heights.size, dtype=np.bool_)
+    used[faces] = True
     points = np.column_stack([places.reshape(-1, 2)[used], heights.ravel()[used]]) - middle
+    compact = np.cumsum(used) - 1  # a large map has 100 million corners: too many to sort
     findings = list(raster.findings)
     if len(faces) < total:
         findings.append(f"{len(faces)} of {total} triangles kept, those above the sea and within reach of the radar")
-    return Terrain(LoadedMesh(Mesh(points, compact.reshape(-1, 3).astype(np.int64)), tuple(findings)), middle)
+    return Terrain(LoadedMesh(Mesh(points, compact[faces]), tuple(findings)), middle)
 
 
 def heights_from_raster(body: BodyModel, raster: Raster, place: str) -> Floats:
