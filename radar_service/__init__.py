@@ -1,8 +1,8 @@
 """A simulated marine radar: triangle meshes in, the live feed of a rotating X-band radar out.
 
-    >>> import radar_service as rs
-    >>> sim = rs.Simulator(rs.load_scene("worked-example"), seed=0)
-    >>> scan = sim.scan()
+>>> import radar_service as rs
+>>> sim = rs.Simulator(rs.load_scene("worked-example"), seed=0)
+>>> scan = sim.scan()
 """
 
 from radar_service.fidelity import Fidelity

@@ -104,6 +104,9 @@ def render_png(
     return out.getvalue()
 
 
+LABELS = np.radians(105.0)  # bearing of the rings' labels on the page, beside the cross of 090
+
+
 class _Dial:
     """Where things stand on the page: a disc of `width` pixels in the middle of a square, bearing `up` [rad] at the top."""
 
@@ -161,7 +164,7 @@ def _words(draw: Draw, dial: _Dial, range_max: float, heading: float | None, tit
         draw.text(dial.place(1.0, np.radians(degrees), outward), label, fill=colour, font=dial.font, anchor="mm")
     step = ring_step(range_max)
     for distance in np.arange(step, range_max * (1 - 1e-9), step):
-        place = dial.place(distance / range_max, dial.up + np.radians(45.0))
+        place = dial.place(distance / range_max, dial.up + LABELS)
         draw.text(place, distance_label(distance), fill=SCALE, font=dial.font, anchor="mm", stroke_width=2, stroke_fill=SEA)
     edge, far = dial.size * 0.012, dial.size * (1.0 - 0.012)
     orientation = "north up" if dial.up == 0.0 else "head up"

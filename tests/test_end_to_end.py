@@ -1,0 +1,100 @@
+"""From a scene file over the real service to the Python client and its picture: things stand where the scene puts them."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+from scipy import ndimage
+
+import scenes
+from clients.ppi.__main__ import main as receive
+
+Serve = Callable[[str], str]
+TARGETS = {"orientation": [(30.0, 1000.0), (120.0, 2000.0), (250.0, 3000.0)], "worked-example": [(45.0, 200.0)]}
+SIZE = 900
+
+
+@pytest.fixture
+def serve(tmp_path: Path) -> Iterator[Serve]:
+    """Puts a scene text on the air as fast as the machine goes and gives the address."""
+    services = []
+
+    def start(text: str) -> str:
+        (tmp_path / "scene.toml").write_text(text)
+        command = [
+            sys.executable,
+            "-m",
+            "radar_service",
+            "serve",
+            str(tmp_path / "scene.toml"),
+            "--port",
+            "0",
+            "--pace",
+            "max",
+        ]
+        services.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
+        assert services[-1].stdout is not None
+        return services[-1].stdout.readline().split("open http://")[1].strip().rstrip("/")
+
+    yield start
+    for service in services:
+        service.terminate()
+        service.communicate(timeout=20)
+
+
+def disc(picture: NDArray[np.float64]) -> float:
+    """Radius of the scope in pixels: the median, over bearings without labels, of where the page's black begins."""
+    ends = []
+    for bearing in np.deg2rad(np.arange(5, 360, 30) + 7):
+        along = np.arange(SIZE / 4, SIZE / 2 - 1, 0.5)
+        x = np.rint(SIZE / 2 + along * np.sin(bearing)).astype(int)
+        y = np.rint(SIZE / 2 - along * np.cos(bearing)).astype(int)
+        ends.append(along[picture[y, x].max(axis=1) > 0].max())
+    return float(np.median(ends))
+
+
+def spots(picture: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Centroids (n, 2), pixels right of and above the centre, of what is nearly as bright as the strongest echo."""
+    coloured = picture.max(axis=2) - picture.min(axis=2) > 60  # rings, labels and the heading line are grey
+    inside = np.hypot(*(np.indices(picture.shape[:2]) - (SIZE - 1) / 2)) < disc(picture) - 3
+    brightness = picture.sum(axis=2) * (coloured & inside)
+    strong = brightness > 0.8 * brightness.max()
+    labels, count = ndimage.label(ndimage.binary_dilation(strong, iterations=2))
+    places = np.array(ndimage.center_of_mass(strong, labels, range(1, count + 1)))
+    return np.stack([places[:, 1] - (SIZE - 1) / 2, (SIZE - 1) / 2 - places[:, 0]], axis=1)
+
+
+@pytest.mark.parametrize("name", ["orientation", "worked-example"])
+@pytest.mark.parametrize("heading_deg", [0, 70])
+def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, serve: Serve, tmp_path: Path) -> None:
+    """In the feed: the strongest cell is the one that holds the target (half a bin, half a spoke). In the client's picture:
+    the spot lies within 2 pixels and 1.5 % of the radius of its place (rings and disc edges are whole pixels)."""
+    text = (Path(scenes.__file__).parent / f"{name}.toml").read_text()
+    text = re.sub(r"\[own_ship\]\nheading_deg = 0\n|noise = true\n", "", text) + f"\n[own_ship]\nheading_deg = {heading_deg}\n"
+    address = serve(text)
+    out, arrays = tmp_path / "ppi.png", tmp_path / "scan.npz"
+    common = [f"ws://{address}", "--mode", "lossless", "--npz", str(arrays), "--out", str(out), "--size", str(SIZE)]
+    for up in ([], ["--head-up"]):
+        assert receive([*common, "--encoding", "f32", *up]) == 0
+        with np.load(arrays) as file:
+            power, azimuth, distance, step = file["data"][0], file["azimuth"], file["range"], float(file["range_step"])
+            np.testing.assert_allclose(file["heading"][0], np.deg2rad(heading_deg), atol=2 * np.pi / 65536)
+        wanted = []
+        for bearing_deg, reach in TARGETS[name]:
+            near = np.flatnonzero(np.abs(distance - reach) < 60)
+            k, n = np.unravel_index(np.argmax(power[:, near]), (len(power), len(near)))
+            assert abs(np.rad2deg(azimuth[k]) - bearing_deg) <= 0.25
+            assert abs(distance[near[n]] - reach) <= step / 2 + 1e-3
+            turned = np.deg2rad(bearing_deg - (heading_deg if up else 0))
+            wanted.append(reach * np.array([np.sin(turned), np.cos(turned)]) / (len(distance) * step))
+        picture = np.asarray(Image.open(out).convert("RGB")).astype(np.float64)
+        found = spots(picture) / disc(picture)
+        assert len(found) == len(wanted)
+        for place in wanted:
+            assert np.hypot(*(found - place).T).min() < 0.015 + 2 / disc(picture)
