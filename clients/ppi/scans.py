@@ -63,7 +63,7 @@ class ReceivedScan:
     def add(self, message: dict[str, Any]) -> None:
         """Take what belongs to this scan out of a `spokes` or `gap` message."""
         first, count = int(message["first"]), int(message["count"])
-        self.reached = max(self.reached, min(first + count, self.end))
+        self.reached = max(self.reached, first + count)
         if message["type"] != "spokes":
             return
         numbers = first + np.arange(count)

@@ -51,6 +51,19 @@ def numbers(url: str, count: int, **options: Any) -> list[int]:
     return found
 
 
+def ending(url: str, **options: Any) -> FeedError:
+    """How a feed ends that is followed to its end; a client that never gives up fails after ten seconds."""
+
+    async def follow() -> None:
+        async with FeedClient(url, timeout=10.0, **options) as client:
+            async for _ in client.spokes():
+                pass
+
+    with pytest.raises(FeedError) as fault:
+        asyncio.run(asyncio.wait_for(follow(), 10.0))
+    return fault.value
+
+
 # Addresses
 
 
@@ -186,6 +199,17 @@ def test_a_missing_beginning_of_a_watched_epoch_is_a_hole() -> None:
     assert (ledger.holes, ledger.received, ledger.epochs) == (2, 6, 2)
 
 
+def test_a_missing_beginning_is_a_hole_for_a_client_that_comes_back_too() -> None:
+    async def follow(url: str, since: tuple[str, int] | None) -> Ledger:
+        async with FeedClient(url, timeout=10.0, since=since) as client:
+            await anext(client.spokes())
+            return client.ledger
+
+    for since, holes in ((("z", 9), 3), (None, 0)):
+        with running(Script([GREETING, batch(3, 1)])) as feed:
+            assert asyncio.run(follow(feed.url, since)).holes == holes
+
+
 @pytest.mark.parametrize(
     ("script", "text", "retry"),
     [
@@ -216,24 +240,22 @@ def test_silence_ends_a_feed() -> None:
 
 def test_a_refusal_is_not_asked_again() -> None:
     scripts = (Script([GREETING, batch(0, 1)]), Script([{"type": "bye", "epoch": "", "reason": "full"}], code=4403))
-    with running(*scripts) as feed, pytest.raises(FeedError, match="refused: full"):
-        numbers(feed.url, 9, reconnect=True, backoff=(0.0,))
+    with running(*scripts) as feed:
+        assert "refused: full" in str(ending(feed.url, reconnect=True, backoff=(0.0,)))
     assert len(feed.queries) == 2
 
 
 def test_no_service_and_no_such_radar_are_told_apart() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))  # bound and not listening: refuses
-        with pytest.raises(FeedError, match="is the service running") as fault:
-            numbers(f"ws://127.0.0.1:{taken.getsockname()[1]}", 1, reconnect=True)
-        assert fault.value.retry
+        fault = ending(f"ws://127.0.0.1:{taken.getsockname()[1]}", reconnect=True, backoff=(0.0,))
+    assert "is the service running" in str(fault) and fault.retry  # but not by itself: it never was there
     with running() as feed:
-        with pytest.raises(FeedError, match=r"no such radar.*http://127.*/api/radars lists") as fault:
-            numbers(f"{feed.url}/api/radars/9/feed", 1)
-        assert not fault.value.retry
-        with pytest.raises(FeedError, match="HTTP 500: the engine died") as fault:
-            numbers(f"{feed.url}/api/radars/5/feed", 1)
-        assert fault.value.retry
+        fault = ending(f"{feed.url}/api/radars/9/feed")
+        assert "no such radar" in str(fault) and feed.url.replace("ws", "http") + "/api/radars lists" in str(fault)
+        assert not fault.retry
+        fault = ending(f"{feed.url}/api/radars/5/feed")
+        assert "HTTP 500: the engine died" in str(fault) and fault.retry
     with pytest.raises(ValueError, match='"u9" is not one of u8'):
         FeedClient("ws://h", encoding="u9")
 
@@ -255,12 +277,15 @@ def collected(messages: list[dict[str, Any]], keep: int | None = None) -> ScanCo
 
 
 def test_a_scan_begins_anywhere_and_wraps() -> None:
-    collector = collected([GREETING, batch(50, 22), batch(72, 40), batch(112, 20)])
+    turning = [batch(50, 22, heading_deg=10.0), batch(72, 40, heading_deg=20.0), batch(112, 20, heading_deg=30.0)]
+    collector = collected([GREETING, *turning])
     (scan,) = collector.scans
     assert (scan.first, scan.missing, collector.done) == (50, 0, 1)
     np.testing.assert_array_equal(scan.ppi.polar, DATA)
     assert scan.time[49] == 121 / 30.0 and scan.time[50] == 50 / 30.0
     assert scan.position[3].tolist() == [75.0, -5.0]
+    assert math.degrees(scan.newest_heading) == pytest.approx(30.0, abs=0.003)  # half of 1/65536 turn
+    assert math.degrees(scan.heading[60]) == pytest.approx(10.0, abs=0.003)
     assert collector.current is not None and collector.current.first == 122  # the next one has begun in the last batch
     assert collector.spokes == 72 + 10
 
@@ -288,9 +313,20 @@ def test_scans_follow_each_other_and_a_long_loss_makes_no_empty_ones() -> None:
 def test_repeats_and_late_comers_harm_no_scan() -> None:
     wrong = batch(10, 5) | {"data": bytes(5 * 100)}
     messages = [GREETING, batch(0, 20), batch(10, 20), wrong, batch(30, 42), batch(0, 20), batch(72, 1)]
+    assert collected(messages[:4]).spokes == 30
     collector = collected(messages)
+    np.testing.assert_array_equal(collector.scans[0].time, np.arange(72) / 30.0)
     np.testing.assert_array_equal(collector.scans[0].ppi.polar, DATA)
     assert collector.done == 1 and collector.current is not None and collector.current.first == 72
+
+
+def test_a_spoke_from_before_the_scan_does_not_fill_its_gaps() -> None:
+    collector = collected([GREETING, batch(50, 12), batch(40, 5), batch(62, 10), batch(72, 40), gap(GREETING, 112, 10)])
+    assert np.flatnonzero(~collector.scans[0].ppi.filled).tolist() == list(range(40, 50))
+
+
+def test_the_same_hello_again_changes_nothing() -> None:
+    assert collected([GREETING, batch(0, 40), GREETING, batch(40, 32)]).done == 1
 
 
 def test_a_new_epoch_starts_over() -> None:
@@ -358,19 +394,21 @@ def test_video_is_shown_as_it_is_and_power_in_decibels_with_empty_rows_dark() ->
 # The command
 
 
-def targets_in(png: bytes, up_deg: float) -> None:
+def targets_in(png: bytes, up_deg: float, range_max: float = 2000.0) -> None:
     """Each target where theory puts it in a picture of the command, and nothing else as bright."""
     image = np.asarray(Image.open(BytesIO(png))).astype(int)
     size = image.shape[0]
     radius = (size - 2 * round(0.052 * size)) / 2
     lit: NDArray[np.bool_] = np.abs(image - colour_map()[255]).sum(axis=2) < 60
     for bearing_deg, there in TARGETS:
-        angle, far = math.radians(bearing_deg - up_deg), there / 2000.0 * radius
+        if there > range_max:
+            continue
+        angle, far = math.radians(bearing_deg - up_deg), there / range_max * radius
         y, x = size / 2 - 0.5 - far * math.cos(angle), size / 2 - 0.5 + far * math.sin(angle)
         i0, j0 = round(y) - 24, round(x) - 24
         found = np.argwhere(lit[i0 : i0 + 49, j0 : j0 + 49]) + (i0, j0)
-        # a range bin is 20 m, the target stands in its middle to half of one: 1 % of the radius; a pixel of rounding
-        assert np.abs(found.mean(axis=0) - (y, x)).max() <= 0.005 * radius + 1.0
+        # a range bin is 20 m and the target's middle is known to half of one; a pixel of rounding
+        assert np.abs(found.mean(axis=0) - (y, x)).max() <= 10.0 / range_max * radius + 1.0
         lit[i0 : i0 + 49, j0 : j0 + 49] = False
     assert not lit.any()
 
@@ -386,6 +424,13 @@ def test_command_draws_targets_where_they_belong(tmp_path: Path, heading_deg: fl
     targets_in(out.read_bytes(), heading_deg if head_up else 0.0)
 
 
+def test_command_draws_a_shorter_range_and_comes_back_after_a_break(tmp_path: Path) -> None:
+    out = tmp_path / "ppi.png"
+    with running(Script([GREETING, batch(0, 30)], code=1011), Script([GREETING, batch(30, 42)], wait=True)) as feed:
+        assert main([feed.url, "--out", str(out), "--range", "1500", "--reconnect"]) == 0
+    targets_in(out.read_bytes(), 0.0, 1500.0)
+
+
 def test_command_saves_all_scans_as_arrays_and_tells_what_is_missing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -396,8 +441,9 @@ def test_command_saves_all_scans_as_arrays_and_tells_what_is_missing(
     messages += [batch(75, 69, greeting), batch(144, 3, greeting)]
     with running(Script(messages, wait=True)) as feed:
         asked = [feed.url, "--scans", "2", "--encoding", "u8-log", "--out", str(out), "--npz", str(npz), "--bins", "100"]
+        asked += ["--mode", "lossless"]
         assert main(asked) == 0
-    assert feed.queries[0]["encoding"] == "u8-log" and feed.queries[0]["bins"] == "100"
+    assert feed.queries == [{"encoding": "u8-log", "bins": "100", "mode": "lossless"}]
     with np.load(npz) as saved:
         assert saved["data"].shape == (2, 72, 100) and saved["data"].dtype == np.uint8
         assert (saved["number"][0] < 0).sum() == 10 and (saved["number"][1] >= 0).all()
@@ -440,7 +486,8 @@ def test_command_fails_with_a_sentence(
 
 @pytest.mark.parametrize(
     "wrong",
-    [["--scans", "0"], ["--size", "20"], ["--encoding", "u9"], ["--range", "-1"], ["--range", "nan"], ["--bins", "x"],
+    [["--scans", "0"], ["--size", "20"], ["--encoding", "u9"], ["--range", "-1"], ["--range", "nan"], ["--range", "inf"],
+     ["--bins", "x"],
      ["--out", "/nowhere/at/all.png"], ["--npz", "/"]],
 )  # fmt: skip
 def test_command_refuses_wrong_usage_before_it_connects(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
