@@ -139,9 +139,10 @@ class Client:
             del self._queue[at]
             return
         before = self._queue[at - 1] if at else None
-        if before and before.count and before.epoch == item.epoch and before.first + before.count == item.first:
+        first = item.first
+        if (
+            before and before.count
+        ):  # a gap, and what it announces ends where this begins: another epoch's has a hello between
             del self._queue[at]
             at, first = at - 1, before.first
-        else:
-            first = item.first
         self._queue[at] = gap(item.epoch, first, item.first + item.count - first, "this client is too slow")

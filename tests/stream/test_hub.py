@@ -225,6 +225,21 @@ def test_since_of_another_epoch_means_all_of_this_one() -> None:
     run(test())
 
 
+def test_history_ends_with_its_epoch() -> None:
+    async def test() -> None:
+        hub, first = opened(), Client(U8)
+        hub.join(first)
+        await hub.publish(batch(0))
+        hub.open_epoch("f", lambda view, mode: wire.pack({"type": "hello", "epoch": "f"}))
+        await hub.publish(batch(0, 2, "f"))
+        for since in (("f", 0), ("e", 2)):
+            client = Client(U8)
+            hub.join(client, since)
+            assert [m["epoch"] for m in await everything(client)] == ["f", "f"]
+
+    run(test())
+
+
 def test_a_batch_without_the_view_of_a_client_is_a_loss_only_to_who_was_there() -> None:
     async def test() -> None:
         hub, old, new = opened(), Client(U8), Client(View("f32"))
