@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from radar_service.echo.echoes import Echoes, path_factor, received_amplitude, two_way_phase
 from radar_service.echo.ensemble import Ensemble
 from radar_service.echo.sight import Landscape
-from radar_service.frames import polar_from_map
+from radar_service.frames import Polar, polar_from_map
 from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
@@ -16,10 +16,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RestingEchoes:
-    """Echoes (E,) of the scatterers seen past all that rests, and their places (E, 3) on the map [m]."""
+    """Echoes (E,) of the scatterers seen past all that rests, by rising azimuth, and their places (E, 3) on the map [m]."""
 
     echoes: Echoes
     place: Floats
+    polar: Polar
     antenna: Floats  # (3,)
 
     def __len__(self) -> int:
@@ -27,7 +28,7 @@ class RestingEchoes:
 
     def shadows(self, landscape: Landscape, time: float) -> Echoes:
         """The echoes that movers hide at `time` [s], with their sign turned: added, they take the hidden ones away."""
-        hidden = landscape.shadowed(self.place, self.antenna, time)
+        hidden = landscape.shadowed(self.place, self.polar, self.antenna, time)
         echoes = self.echoes
         return Echoes(echoes.range[hidden], echoes.azimuth[hidden], -echoes.amplitude[hidden])
 
@@ -40,10 +41,11 @@ def resting_echoes(scene: Scene, ensemble: Ensemble, landscape: Landscape, reach
     place, normal = ensemble.placed(position, np.array([pose.heading[0] for pose in poses]))
     visible = landscape.visible(ensemble, place, antenna, 0.0, reach, movers=False)
     seen = np.flatnonzero(visible)
+    seen = seen[np.argsort(np.arctan2(*(place[seen, :2] - antenna[:2]).T), kind="stable")]
     scattering = ensemble.amplitude(place, normal, visible, antenna)[seen]
     place = place[seen]
     polar = polar_from_map(place, antenna, landscape.earth_radius)
     path = path_factor(scene.radar, scene.environment, polar, place[:, 2])
     level = received_amplitude(scene.radar, polar.range)
     amplitude = scattering * path * level * two_way_phase(polar.range, scene.radar.wavelength)
-    return RestingEchoes(Echoes(polar.range, polar.azimuth, amplitude), place, antenna)
+    return RestingEchoes(Echoes(polar.range, polar.azimuth, amplitude), place, polar, antenna)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.ensemble import Ensemble
-from radar_service.frames import map_from_body, polar_from_map
+from radar_service.frames import Polar, map_from_body, polar_from_map
 from radar_service.scene.world import Body, Mesh
 from radar_service.trace.visibility import Occluder, Stand, beyond_horizon
 
@@ -57,15 +57,25 @@ class Landscape:
     def hides(self, places: Floats, antenna: Floats, time: float) -> Flags:
         """Which places (W, 3) on the map anything, at rest or moving, hides from the antenna (3,) at `time` [s]."""
         hidden = np.zeros(len(places), dtype=np.bool_)
-        hidden[self.shadowed(places, antenna, time)] = True
-        return hidden if self._still is None else hidden | self._still.hides(STILL, antenna, places)
-
-    def shadowed(self, place: Floats, antenna: Floats, time: float) -> Indices:
-        """Which of these places at rest (E, 3), seen past all that rests, a mover hides at `time` [s]: their indices."""
-        shadowed = np.zeros(len(place), dtype=np.bool_)
+        if self._still is not None:
+            hidden |= self._still.hides(STILL, antenna, places)
         for key, stand in self._stands(time).items():
-            shadowed |= self._movers[key][0].hides(stand, antenna, place)
-        return np.flatnonzero(shadowed)
+            hidden |= self._movers[key][0].hides(stand, antenna, places)
+        return hidden
+
+    def shadowed(self, place: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
+        """Which of these places at rest a mover hides at `time` [s]: their indices, each once.
+
+        place: (E, 3) seen past all that rests, in rising order of azimuth; polar: the same as the antenna (3,) sees them.
+        """
+        shadowed = [np.zeros(0, dtype=np.int64)]
+        for key, stand in self._stands(time).items():
+            occluder = self._movers[key][0]
+            middle, half, begin = occluder.cone(stand, antenna)
+            behind = _within(polar.azimuth, middle, half)
+            behind = behind[polar.distance[behind] >= begin]
+            shadowed.append(behind[occluder.hides(stand, antenna, place[behind])])
+        return np.unique(np.concatenate(shadowed))
 
     def _stands(self, time: float) -> dict[int, Stand]:
         poses = {key: motion.pose(time) for key, (_, motion) in self._movers.items()}
@@ -96,6 +106,14 @@ class Landscape:
         surface = triangle >= 0
         last = np.where(surface, first + triangle + 1, first + self._faces[key])
         return first + np.where(surface, triangle, 0), last
+
+
+def _within(azimuth: Floats, middle: float, half: float) -> Indices:
+    """Indices of the rising azimuths (E,) [-pi, pi] that lie within `half` of `middle`, the short way round."""
+    turns = 2.0 * np.pi * np.arange(-1, 2)
+    first = np.searchsorted(azimuth, middle - half + turns)
+    last = np.searchsorted(azimuth, middle + half + turns, side="right")
+    return np.unique(np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)]))
 
 
 def _joined_mesh(bodies: Sequence[Body]) -> Mesh | None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import body_rotation
+from radar_service.frames import body_rotation, map_from_body
 from radar_service.scene.world import Mesh
 from radar_service.trace.embree import TriangleScene
 
@@ -47,6 +47,14 @@ class Occluder:
         self._scene = TriangleScene(bent, mesh.faces)
         self._earth_radius = earth_radius
         self._scene.first_hit(np.zeros(3), np.array([[0.0, 0.0, 1.0]]))  # builds the tree now, not under the first beam
+
+    def cone(self, stand: Stand, antenna: Floats) -> tuple[float, float, float]:
+        """What the body may hide: azimuth of its middle [rad], half width [rad], ground distance where it begins [m]."""
+        centre = map_from_body(self._scene.centre, stand.position, stand.heading)
+        east, north = centre[:2] - antenna[:2]
+        distance, radius = float(np.hypot(east, north)), self._scene.radius * 1.01 + 1.0  # 1 m: the bend and rounding
+        half = float(np.arcsin(radius / distance)) if distance > radius else np.pi
+        return float(np.arctan2(east, north)), half, max(0.0, distance - radius)
 
     def hides(self, stand: Stand, antenna: Floats, places: Floats) -> Flags:
         """Which of `places` (E, 3) of other bodies this one hides from `antenna` (3,), both on the map [m]."""
