@@ -104,7 +104,7 @@ def render_png(
     return out.getvalue()
 
 
-LABELS = np.radians(105.0)  # bearing of the rings' labels on the page, beside the cross of 090
+LABELS = np.radians(285.0)  # where the labels of the rings stand, clockwise from the top of the page
 
 
 class _Dial:
