@@ -98,7 +98,8 @@ def render_png(
         disc[unseen > 0.5] = UNSEEN
     image = dial.framed(disc)
     image = dial.over(image, lambda draw: _lines(draw, dial, radius, heading))
-    _words(ImageDraw.Draw(image), dial, radius, heading, title)
+    orientation = "head up" if head_up else "north up"
+    _words(ImageDraw.Draw(image), dial, radius, heading, [title, orientation])
     out = BytesIO()
     image.save(out, "PNG", compress_level=4)
     return out.getvalue()
@@ -157,17 +158,17 @@ def _line(draw: Draw, start: tuple[float, float], end: tuple[float, float], fill
     draw.line([(2 * start[0], 2 * start[1]), (2 * end[0], 2 * end[1])], fill=fill, width=2)
 
 
-def _words(draw: Draw, dial: _Dial, range_max: float, heading: float | None, title: str) -> None:
+def _words(draw: Draw, dial: _Dial, range_max: float, heading: float | None, corners: list[str]) -> None:
     outward = dial.margin * 0.6
     for degrees in range(0, 360, 30):
         label, colour = ("N", NORTH) if degrees == 0 else (f"{degrees:03d}", SCALE)
         draw.text(dial.place(1.0, np.radians(degrees), outward), label, fill=colour, font=dial.font, anchor="mm")
     step = ring_step(range_max)
-    for distance in np.arange(step, range_max * (1 - 1e-9), step):
+    for distance in np.arange(step, range_max * 0.97, step):  # closer to the rim a label would lie on it
         place = dial.place(distance / range_max, dial.up + LABELS)
         draw.text(place, distance_label(distance), fill=SCALE, font=dial.font, anchor="mm", stroke_width=2, stroke_fill=SEA)
     edge, far = dial.size * 0.012, dial.size * (1.0 - 0.012)
-    orientation = "north up" if dial.up == 0.0 else "head up"
+    title, orientation = corners
     if heading is not None:
         orientation += f"\nheading {np.degrees(heading) % 360.0:05.1f}\N{DEGREE SIGN}"
     reach = f"range {distance_label(range_max)}\n{range_max / NAUTICAL_MILE:.3g} NM"
