@@ -23,7 +23,7 @@ HOMES = {
     "uvicorn": ("radar_service.stream", "radar_service.__main__"),
     "pydantic": (
         "radar_service.scene.model",
-        "radar_service.scene.load",
+        "radar_service.scene.source",
         "radar_service.scene.faults",
         "radar_service.stream",
     ),
