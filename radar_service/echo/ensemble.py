@@ -8,21 +8,38 @@ from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.scatterers import Scatterers, cell_density, point_scatterer, scatter_over, triangle_frames
+from radar_service.echo.sight import Landscape, Surface
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.random import SCATTER, generator
 from radar_service.scene.world import Body, Radar
+from radar_service.trace.visibility import Stand
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
+class Reflections:
+    """What bodies send back for as long as the aspect hardly changes, (M,) points: position (M, 3) [m] in the body's own
+    frame, amplitude [m] (root of the cross-section, with its phase at that point), and which body of the ensemble."""
+
+    position: Floats
+    amplitude: NDArray[np.complex128]
+    body: Indices
+
+    def __post_init__(self) -> None:
+        assert self.position.shape == (len(self.body), 3) and self.amplitude.shape == self.body.shape
+
+    def __len__(self) -> int:
+        return len(self.body)
+
+
+@dataclass(frozen=True)
 class Ensemble:
-    """Scatterers (E,) of B bodies, ordered by body; `start` (B + 1,) says where each body's begin."""
+    """Scatterers (E,) of B bodies, ordered by body."""
 
     bodies: tuple[Body, ...]
     key: Indices  # (B,) index of each body in the scene
-    start: Indices
     position: Floats  # (E, 3) m, each in its own body's frame
     normal: Floats  # (E, 3)
     area: Floats  # (E,) m^2
@@ -35,26 +52,23 @@ class Ensemble:
     def __len__(self) -> int:
         return len(self.area)
 
-    def span(self, body: int) -> slice:
-        """Where a body's scatterers are."""
-        return slice(int(self.start[body]), int(self.start[body + 1]))
+    def reflections(
+        self, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool = True
+    ) -> Reflections:
+        """What the antenna (3,) sees of all bodies as they stand at `time` [s]; arguments as in `Landscape.visible`."""
+        stands = stands_at(self.bodies, time)
+        place = placed(self.position, self.body, stands)
+        surface = Surface(self.key[self.body], self.triangle)
+        visible = landscape.visible(surface, place, antenna, time, reach, movers)
+        amplitude = self._amplitude(place, turned(self.normal, self.body, stands), visible, antenna)
+        seen = np.flatnonzero(amplitude)
+        return Reflections(self.position[seen], amplitude[seen], self.body[seen])
 
-    def placed(self, positions: Floats, headings: Floats) -> tuple[Floats, Floats]:
-        """Places [m] and normals (E, 3) on the map, with bodies at positions (B, 3) [m] and headings (B,) [rad]."""
-        place, normal = self.position.copy(), self.normal.copy()
-        for b in np.flatnonzero(headings % (2.0 * np.pi)):
-            part = self.span(int(b))
-            turn = body_rotation(float(headings[b])).T
-            place[part], normal[part] = self.position[part] @ turn, self.normal[part] @ turn
-        place += positions[self.body]
-        return place, normal
-
-    def amplitude(
+    def _amplitude(
         self, place: Floats, normal: Floats, visible: NDArray[np.bool_], antenna: Floats
     ) -> NDArray[np.complex128]:
         """Root of the cross-section [m] with its phase, (E,): declared ones shared by visible projected area, the others
-        diffuse (constant gamma). Zero where not visible. place, normal: (E, 3) on the map; antenna (3,) [m].
-        """
+        diffuse (constant gamma: sigma = gamma cos(i) A). Zero where not visible."""
         sight = antenna - place
         sight /= np.maximum(np.linalg.norm(sight, axis=1), 1e-9)[:, None]
         cosine = np.abs(np.einsum("ij,ij->i", sight, normal))  # real meshes are wound either way
@@ -63,6 +77,30 @@ class Ensemble:
         total = np.bincount(self.body, facing, minlength=len(self.bodies))
         per_area = np.where(np.isnan(self.rcs), self.gamma, self.rcs / np.where(total > 0, total, 1.0))
         return np.asarray(np.sqrt(per_area[self.body] * facing) * self.phasor)
+
+
+def stands_at(bodies: Sequence[Body], time: float) -> list[Stand]:
+    """Where each body stands at `time` [s]."""
+    poses = [body.motion.pose(time) for body in bodies]
+    return [Stand(pose.position[0], float(pose.heading[0])) for pose in poses]
+
+
+def placed(points: Floats, body: Indices, stands: Sequence[Stand]) -> Floats:
+    """Points (E, 3) [m] of bodies' own frames, each of `body` (E,) in rising order, on the map."""
+    place = turned(points, body, stands)
+    if len(stands):
+        place += np.array([stand.position for stand in stands])[body]
+    return place
+
+
+def turned(vectors: Floats, body: Indices, stands: Sequence[Stand]) -> Floats:
+    """Vectors (E, 3) of bodies' own frames, each of `body` (E,) in rising order, along the map's axes."""
+    result = vectors.copy()
+    for b, stand in enumerate(stands):
+        if stand.heading:
+            part = slice(*np.searchsorted(body, [b, b + 1]))
+            result[part] = vectors[part] @ body_rotation(stand.heading).T
+    return result
 
 
 def ensemble_of(
@@ -81,7 +119,6 @@ def ensemble_of(
     return Ensemble(
         tuple(bodies),
         np.array(keys, dtype=np.int64),
-        np.concatenate([[0], np.cumsum(counts)]),
         np.asarray(joined("position", (0, 3), np.float64), np.float64),
         np.asarray(joined("normal", (0, 3), np.float64), np.float64),
         np.asarray(joined("area", (0,), np.float64), np.float64),

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.echoes import Echoes, path_factor, received_amplitude, two_way_phase
-from radar_service.echo.ensemble import Ensemble
+from radar_service.echo.ensemble import Ensemble, placed, stands_at
 from radar_service.echo.sight import Landscape
 from radar_service.frames import Polar, polar_from_map
 from radar_service.scene.world import Scene
@@ -36,14 +36,10 @@ class RestingEchoes:
 def resting_echoes(scene: Scene, ensemble: Ensemble, landscape: Landscape, reach: float) -> RestingEchoes:
     """The echoes of an ensemble at rest, as an antenna at rest sees it out to `reach` [m]."""
     antenna = scene.antenna(0.0)[0]
-    poses = [body.motion.pose(0.0) for body in ensemble.bodies]
-    position = np.array([pose.position[0] for pose in poses]).reshape(-1, 3)
-    place, normal = ensemble.placed(position, np.array([pose.heading[0] for pose in poses]))
-    visible = landscape.visible(ensemble, place, antenna, 0.0, reach, movers=False)
-    seen = np.flatnonzero(visible)
-    seen = seen[np.argsort(np.arctan2(*(place[seen, :2] - antenna[:2]).T), kind="stable")]
-    scattering = ensemble.amplitude(place, normal, visible, antenna)[seen]
-    place = place[seen]
+    seen = ensemble.reflections(landscape, antenna, 0.0, reach, movers=False)
+    place = placed(seen.position, seen.body, stands_at(ensemble.bodies, 0.0))
+    order = np.argsort(np.arctan2(*(place[:, :2] - antenna[:2]).T), kind="stable")
+    place, scattering = place[order], seen.amplitude[order]
     polar = polar_from_map(place, antenna, landscape.earth_radius)
     path = path_factor(scene.radar, scene.environment, polar, place[:, 2])
     level = received_amplitude(scene.radar, polar.range)

@@ -1,11 +1,11 @@
 """Which scatterers the antenna sees: past the horizon, the range, the body itself, all that rests, all that moves."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.ensemble import Ensemble
 from radar_service.frames import Polar, map_from_body, polar_from_map
 from radar_service.scene.world import Body, Mesh
 from radar_service.trace.visibility import Occluder, Stand, beyond_horizon
@@ -14,6 +14,13 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.int64]
 STILL = Stand(np.zeros(3), 0.0)
+
+
+class Surface(NamedTuple):
+    """On what each of E points lies: the body's index in the scene, the triangle in its mesh (-1: the whole body)."""
+
+    body: Indices
+    triangle: Indices
 
 
 class Landscape:
@@ -35,9 +42,9 @@ class Landscape:
         }
 
     def visible(
-        self, ensemble: Ensemble, place: Floats, antenna: Floats, time: float, reach: float, movers: bool = True
+        self, surface: Surface, place: Floats, antenna: Floats, time: float, reach: float, movers: bool = True
     ) -> Flags:
-        """Which scatterers (E,) of an ensemble, at places (E, 3) on the map, the antenna (3,) sees at `time` [s].
+        """Which points (E,) of surfaces, at places (E, 3) on the map, the antenna (3,) sees at `time` [s].
 
         reach: range [m] beyond which nothing counts as seen; movers: whether what moves may stand in between.
         """
@@ -45,11 +52,11 @@ class Landscape:
         over = beyond_horizon(polar.distance, place[:, 2], float(antenna[2]), self.earth_radius)
         seen = np.flatnonzero(~over & (polar.range < reach))
         if self._still is not None:
-            mine = self._resting[ensemble.key[ensemble.body[seen]]]
-            seen = seen[~self._hidden(self._still, STILL, ensemble, place, antenna, seen, mine)]
+            mine = self._resting[surface.body[seen]]
+            seen = seen[~self._hidden(self._still, STILL, surface, place, antenna, seen, mine)]
         for key, stand in self._stands(time).items() if movers else ():
-            mine = ensemble.key[ensemble.body[seen]] == key
-            seen = seen[~self._hidden(self._movers[key][0], stand, ensemble, place, antenna, seen, mine)]
+            mine = surface.body[seen] == key
+            seen = seen[~self._hidden(self._movers[key][0], stand, surface, place, antenna, seen, mine)]
         visible = np.zeros(len(place), dtype=np.bool_)
         visible[seen] = True
         return visible
@@ -85,7 +92,7 @@ class Landscape:
         self,
         occluder: Occluder,
         stand: Stand,
-        ensemble: Ensemble,
+        surface: Surface,
         place: Floats,
         antenna: Floats,
         which: Indices,
@@ -93,19 +100,19 @@ class Landscape:
     ) -> Flags:
         """Of scatterers `which`, those hidden by this occluder, on which those flagged `mine` lie themselves."""
         hidden = np.zeros(len(which), dtype=np.bool_)
-        own = self._own_triangles(ensemble, which[mine])
+        own = self._own_triangles(surface, which[mine])
         hidden[mine] = occluder.hides_own(stand, antenna, place[which[mine]], own)
         hidden[~mine] = occluder.hides(stand, antenna, place[which[~mine]])
         return hidden
 
-    def _own_triangles(self, ensemble: Ensemble, which: Indices) -> tuple[Indices, Indices]:
+    def _own_triangles(self, surface: Surface, which: Indices) -> tuple[Indices, Indices]:
         """The triangles, first to last (exclusive), that cannot hide a scatterer: its own one, or all of a body that
         counts as a point."""
-        key, triangle = ensemble.key[ensemble.body[which]], ensemble.triangle[which]
+        key, triangle = surface.body[which], surface.triangle[which]
         first = np.where(self._resting, self._still_first, 0)[key]
-        surface = triangle >= 0
-        last = np.where(surface, first + triangle + 1, first + self._faces[key])
-        return first + np.where(surface, triangle, 0), last
+        on_triangle = triangle >= 0
+        last = np.where(on_triangle, first + triangle + 1, first + self._faces[key])
+        return first + np.where(on_triangle, triangle, 0), last
 
 
 def _within(azimuth: Floats, middle: float, half: float) -> Indices:
