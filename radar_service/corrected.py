@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.antenna import one_way_gain
 from radar_service.echo.echoes import Echoes, SweptEchoes
-from radar_service.echo.ensemble import Ensemble, ensemble_of
+from radar_service.echo.ensemble import Reflectors, ensemble_of
 from radar_service.echo.moving import Instants, MovingEchoes
+from radar_service.echo.ray_echoes import RayCaster, RayEnsemble, is_cast
 from radar_service.echo.resting import resting_echoes
 from radar_service.echo.sight import Landscape
 from radar_service.fidelity import Fidelity
@@ -49,16 +50,22 @@ class CorrectedChain:
         self._profiles = self._resting_profiles()
         self._shadows: tuple[int, Echoes] | None = None
 
-    def _ensembles(self) -> tuple[Ensemble, Ensemble]:
-        """The scatterers of what rests relative to the antenna and does not fluctuate, and of everything else."""
+    def _ensembles(self) -> tuple[Reflectors, Reflectors]:
+        """What rests relative to the antenna and does not fluctuate, and everything else, to be asked for reflections."""
         bodies, antenna = self.scene.bodies, self.scene.antenna(0.0)[0]
+        sampler, earth_radius = self.fidelity.sampler, self.landscape.earth_radius
+        caster = None if sampler == "scatterers" else RayCaster(bodies, self.radar, earth_radius, sampler, self.seed)
         anchored = self.scene.own_ship.at_rest
         still = [anchored and body.motion.at_rest and body.swerling == 0 for body in bodies]
         per_cell = self.fidelity.scatterers_per_cell
 
-        def gathered(flag: bool) -> Ensemble:
+        def gathered(flag: bool) -> Reflectors:
             keys = [i for i, rests in enumerate(still) if rests == flag]
-            return ensemble_of([bodies[i] for i in keys], self.radar, antenna, per_cell, self.seed, keys)
+            laid = [i for i in keys if caster is None or not is_cast(bodies[i])]
+            scatterers = ensemble_of([bodies[i] for i in laid], self.radar, antenna, per_cell, self.seed, laid)
+            if caster is None:
+                return scatterers
+            return RayEnsemble(tuple(bodies[i] for i in keys), np.array(keys, dtype=np.int64), scatterers, caster)
 
         return gathered(True), gathered(False)
 

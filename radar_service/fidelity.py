@@ -10,6 +10,8 @@ class Fidelity:
 
     chain: "documented" computes the specification's equations as printed; "corrected" is the engine of scatterers and grids.
     tracer: how the documented rays find triangles.
+    sampler: how the corrected chain finds diffuse surfaces: scatterers on them, or rays from the antenna (uniform random,
+        stratified, Sobol'), which are the independent check.
     scatterers_per_cell: points on extended surfaces per resolution cell (range bin x beamwidth).
     kernel_width: range bins that an echo is laid on (Kaiser-Bessel); 4 errs by -61 dB at 75 MSPS, 6 by -80.
     beam_extent: reach of the beam for moving echoes, beamwidths each side (echoes at rest always see the full circle).
@@ -18,6 +20,7 @@ class Fidelity:
     name: str
     chain: Literal["documented", "corrected"] = "corrected"
     tracer: Literal["embree", "moller_trumbore"] = "embree"
+    sampler: Literal["scatterers", "rays", "stratified", "sobol"] = "scatterers"
     scatterers_per_cell: float = 4.0
     kernel_width: int = 6
     beam_extent: float = 12.0

@@ -6,6 +6,8 @@ from typing import Any
 from radar_service.fidelity import Fidelity
 from radar_service.scene.world import Body, Scene
 
+SAMPLER_WORDS = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -100,4 +102,7 @@ def _body(body: Body, scene: Scene, fidelity: Fidelity) -> Choice:
         return Choice(what, True, f"{kind}, {laid}")
     if body.scattering == "optics":
         return Choice(what, True, f"diffuse, {laid}: physical optics is not in this version")
-    return Choice(what, True, f"diffuse, {laid}")
+    if fidelity.sampler != "scatterers":
+        rays = f"{SAMPLER_WORDS[fidelity.sampler]} rays, {scene.radar.rays} to 3 x 3 beamwidths"
+        return Choice(what, True, f"diffuse, {laid}, by {rays}; beyond 1.5 beamwidths above and below nothing is met")
+    return Choice(what, True, f"diffuse, {laid}, {fidelity.scatterers_per_cell:g} scatterers to a resolution cell")

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,26 @@ class Reflections:
 
     def __len__(self) -> int:
         return len(self.body)
+
+
+class Reflectors(Protocol):
+    """B bodies whose reflections can be asked for."""
+
+    @property
+    def bodies(self) -> tuple[Body, ...]: ...
+
+    @property
+    def key(self) -> Indices:
+        """Index (B,) of each body in the scene."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def reflections(
+        self, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool = True
+    ) -> Reflections:
+        """What the antenna (3,) sees of all bodies as they stand at `time` [s]; arguments as in `Landscape.visible`."""
+        ...
 
 
 @dataclass(frozen=True)

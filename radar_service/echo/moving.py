@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.echoes import SweptEchoes, path_factor, received_amplitude, two_way_phase
-from radar_service.echo.ensemble import Ensemble, Reflections, placed
+from radar_service.echo.ensemble import Reflections, Reflectors, placed
 from radar_service.echo.scattering import per_azimuth, swerling_factor
 from radar_service.echo.sight import Landscape
 from radar_service.frames import body_rotation, polar_from_map, wrap_angle
@@ -46,7 +46,7 @@ class MovingEchoes:
     """The ensemble of all that moves, ready to be swept."""
 
     def __init__(
-        self, scene: Scene, ensemble: Ensemble, landscape: Landscape, reach: float, extent: float, seed: int
+        self, scene: Scene, ensemble: Reflectors, landscape: Landscape, reach: float, extent: float, seed: int
     ) -> None:
         self.scene, self.ensemble, self.landscape = scene, ensemble, landscape
         self.reach, self.extent, self.seed = reach, extent, seed

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.echoes import Echoes, path_factor, received_amplitude, two_way_phase
-from radar_service.echo.ensemble import Ensemble, placed, stands_at
+from radar_service.echo.ensemble import Reflectors, placed, stands_at
 from radar_service.echo.sight import Landscape
 from radar_service.frames import Polar, polar_from_map
 from radar_service.scene.world import Scene
@@ -33,7 +33,7 @@ class RestingEchoes:
         return Echoes(echoes.range[hidden], echoes.azimuth[hidden], -echoes.amplitude[hidden])
 
 
-def resting_echoes(scene: Scene, ensemble: Ensemble, landscape: Landscape, reach: float) -> RestingEchoes:
+def resting_echoes(scene: Scene, ensemble: Reflectors, landscape: Landscape, reach: float) -> RestingEchoes:
     """The echoes of an ensemble at rest, as an antenna at rest sees it out to `reach` [m]."""
     antenna = scene.antenna(0.0)[0]
     seen = ensemble.reflections(landscape, antenna, 0.0, reach, movers=False)
