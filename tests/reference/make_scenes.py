@@ -84,7 +84,7 @@ def mound(x: Floats, y: Floats, middle: tuple[float, float], axes: tuple[float, 
 def inland(x: Floats, y: Floats) -> Floats:
     """About how far inland [m] a place lies, negative at sea. The coast is rugged but for the harbour."""
     east, north = np.array(COAST, dtype=np.float64).T
-    main = (y - np.interp(x, east, north)) * 0.75
+    main: Floats = (y - np.interp(x, east, north)) * 0.75
     off = np.maximum(np.abs(x - 800.0) - 1200.0, np.abs(y - 1400.0) - 700.0)  # outside a rectangle about the harbour
     main = main + np.clip(off / 500.0, 0.0, 1.0) * 260.0 * fractal(x, y, 900.0, 6, 10)
     path, width = np.array(RIVER, dtype=np.float64), np.array(RIVER_WIDTH, dtype=np.float64)
