@@ -73,8 +73,9 @@ def nearest_echo(scan: rs.Scan, noise: float) -> Floats:
 
 
 def scene(folder: Path, origin: tuple[float, float], **own_ship: Any) -> rs.Scene:
+    """Own ship between the islands. From 5 m the far shores lie up to 50 m under the horizon: a flat earth would show."""
     own = places.east_north(np.array([HERE[0]]), np.array([HERE[1]]), origin)[0]
-    changes = {"own_ship": {"position_m": own.tolist(), **own_ship}, "radar": {"azimuths": 720, "beamwidth_deg": 1.2}}
+    changes = {"own_ship": {"position_m": own.tolist(), **own_ship}, "radar": {"azimuths": 720, "height_m": 5.0}}
     return rs.load_scene(places.catalina(folder, origin, **changes), folder=folder)
 
 
