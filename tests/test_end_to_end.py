@@ -76,7 +76,9 @@ def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, se
     """In the feed: the strongest cell is the one that holds the target (half a bin, half a spoke). In the client's picture:
     the spot lies within 2 pixels and 1.5 % of the radius of its place (rings and disc edges are whole pixels)."""
     text = (Path(scenes.__file__).parent / f"{name}.toml").read_text()
-    text = re.sub(r"\[own_ship\]\nheading_deg = 0\n|noise = true\n", "", text) + f"\n[own_ship]\nheading_deg = {heading_deg}\n"
+    text = (
+        re.sub(r"\[own_ship\]\nheading_deg = 0\n|noise = true\n", "", text) + f"\n[own_ship]\nheading_deg = {heading_deg}\n"
+    )
     address = serve(text)
     out, arrays = tmp_path / "ppi.png", tmp_path / "scan.npz"
     common = [f"ws://{address}", "--mode", "lossless", "--npz", str(arrays), "--out", str(out), "--size", str(SIZE)]

@@ -1,6 +1,7 @@
 """Where a scene comes from: a TOML or JSON file, a packaged scene by name, or a mapping; read and checked, not yet built."""
 
 import json
+import re
 import tomllib
 from collections.abc import Mapping
 from importlib import resources
@@ -18,6 +19,7 @@ Source = str | Path | Mapping[str, Any]
 
 MAX_SCENE_BYTES = 10 * 2**20
 MAX_BRACKETS = 1_000  # open at once; both parsers recurse, and TOML's is quadratic in the depth of a dotted key
+_BETWEEN_KEYS = re.compile(r"[,={}\[\]]")  # a dotted key holds none of them, a list of numbers one after each number
 MAX_KEY_PARTS = 200
 
 
@@ -98,7 +100,7 @@ def _parsed(path: Path) -> Mapping[str, Any]:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
         raise SceneError(f"{place}: byte {fault.start} is not UTF-8; save the file as UTF-8") from None
-    _check_depth(text, place)
+    _check_depth(text, kind, place)
     try:
         data = tomllib.loads(text) if kind == ".toml" else json.loads(text, object_pairs_hook=_unique_keys)
     except SceneError as fault:
@@ -119,13 +121,13 @@ def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return table
 
 
-def _check_depth(text: str, place: str) -> None:
+def _check_depth(text: str, kind: str, place: str) -> None:
     """Raises SceneError where brackets or dotted keys nest so deep that a parser would take for ever or fall over."""
     depth = 0
     for mark in text if len(text) < 100_000 or text.count("[") + text.count("{") > 0 else "":
         depth += (mark in "[{") - (mark in "]}")
         if depth > MAX_BRACKETS:
             raise SceneError(f"{place}: brackets nested more than {MAX_BRACKETS} deep; a scene needs six levels: flatten it")
-    for line in text.splitlines():
-        if line.count(".") > MAX_KEY_PARTS and line.split("=", 1)[0].count(".") > MAX_KEY_PARTS:
+    for line in text.splitlines() if kind == ".toml" else ():
+        if line.count(".") > MAX_KEY_PARTS and any(part.count(".") > MAX_KEY_PARTS for part in _BETWEEN_KEYS.split(line)):
             raise SceneError(f"{place}: a key of more than {MAX_KEY_PARTS} parts; a scene needs three: flatten it")

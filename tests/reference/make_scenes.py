@@ -27,10 +27,20 @@ COAST: Places = [(-6200, -500), (-5000, -900), (-4100, -1500), (-3500, -1250), (
 RIVER: Places = [(1150, 1500), (1150, 2000), (900, 2600), (1350, 3300), (1000, 4100), (1500, 5000), (1300, 6200)]
 RIVER_WIDTH: Places = [(1500, 330), (1900, 230), (2600, 170), (4000, 110), (6200, 50)]  # north, half of the width
 # middle east, north, half axes, height of the hill
-ISLES = [((2350, -2050), (780, 430), 75.0), ((3350, -2600), (300, 190), 30.0), ((-1650, -2700), (190, 120), 16.0),
-         ((-1330, -2850), (90, 70), 8.0)]
-HILLS = [((-3650, -350), (700, 900), 165.0), ((-1100, 3500), (1500, 900), 190.0), ((3300, 3000), (1400, 1100), 150.0),
-         ((4800, 1500), (700, 600), 90.0), ((-4400, 3600), (1300, 1400), 120.0), ((200, 5600), (2500, 900), 160.0)]  # fmt: skip
+ISLES = [
+    ((2350, -2050), (780, 430), 75.0),
+    ((3350, -2600), (300, 190), 30.0),
+    ((-1650, -2700), (190, 120), 16.0),
+    ((-1330, -2850), (90, 70), 8.0),
+]
+HILLS = [
+    ((-3650, -350), (700, 900), 165.0),
+    ((-1100, 3500), (1500, 900), 190.0),
+    ((3300, 3000), (1400, 1100), 150.0),
+    ((4800, 1500), (700, 600), 90.0),
+    ((-4400, 3600), (1300, 1400), 120.0),
+    ((200, 5600), (2500, 900), 160.0),
+]
 
 WEST_MOLE: Places = [(-420, 1780), (-330, 1300), (-60, 1010), (330, 930)]
 EAST_MOLE: Places = [(2080, 1500), (1800, 1060), (1300, 880), (760, 850)]
@@ -67,19 +77,20 @@ def mound(x: Floats, y: Floats, middle: tuple[float, float], axes: tuple[float, 
     """A bell 1 high in the middle and 1/4 at the half axes [m]."""
     u, v = (x - middle[0]) / axes[0], (y - middle[1]) / axes[1]
     flat = 1.0 + u * u + v * v
-    return 1.0 / (flat * flat)
+    bell: Floats = 1.0 / (flat * flat)
+    return bell
 
 
 def inland(x: Floats, y: Floats) -> Floats:
     """About how far inland [m] a place lies, negative at sea. The coast is rugged but for the harbour."""
     east, north = np.array(COAST, dtype=np.float64).T
-    main = (y - np.interp(x, east, north)) * 0.75
+    main: Floats = (y - np.interp(x, east, north)) * 0.75
     off = np.maximum(np.abs(x - 800.0) - 1200.0, np.abs(y - 1400.0) - 700.0)  # outside a rectangle about the harbour
     main = main + np.clip(off / 500.0, 0.0, 1.0) * 260.0 * fractal(x, y, 900.0, 6, 10)
     path, width = np.array(RIVER, dtype=np.float64), np.array(RIVER_WIDTH, dtype=np.float64)
     stream = np.abs(x - np.interp(y, path[:, 1], path[:, 0])) - np.interp(y, width[:, 0], width[:, 1])
     main = np.where(y > 1500, np.minimum(main, stream), main)
-    for (middle, axes, _) in ISLES:
+    for middle, axes, _ in ISLES:
         u, v = (x - middle[0]) / axes[0], (y - middle[1]) / axes[1]
         shore = (1.0 - np.sqrt(u * u + v * v)) * min(axes)
         main = np.maximum(main, shore + 0.22 * min(axes) * fractal(x, y, 400.0, 5, 30))
@@ -90,11 +101,14 @@ def heights(x: Floats, y: Floats) -> Floats:
     """Heights above the sea [m] of the ground, and of the sea bed, within LOW and HIGH."""
     depth_in = inland(x, y)
     rise = np.clip(depth_in / 900.0, 0.0, 1.0)
-    hills = sum(height * mound(x, y, middle, axes) for middle, axes, height in HILLS)
-    hills += sum(height * mound(x, y, middle, axes) for middle, axes, height in ISLES)
+    hills = np.zeros_like(x)
+    for middle, axes, height in HILLS + ISLES:
+        hills += height * mound(x, y, middle, axes)
     rough = 1.0 + 0.45 * fractal(x, y, 700.0, 7, 50)
     shelf = np.clip(depth_in / 120.0, 0.0, 1.0)
-    land = np.clip(depth_in * 0.06, 0.0, 5.0) + shelf * hills * rough * 0.8 + rise * 25.0 * (1.0 + fractal(x, y, 1200.0, 6, 70))
+    land = (
+        np.clip(depth_in * 0.06, 0.0, 5.0) + shelf * hills * rough * 0.8 + rise * 25.0 * (1.0 + fractal(x, y, 1200.0, 6, 70))
+    )
     return np.clip(np.where(depth_in > 0.0, np.maximum(land, 0.3), depth_in * 0.05 - 0.5), LOW, HIGH)
 
 
@@ -107,7 +121,7 @@ def terrain() -> NDArray[np.uint16]:
 
 
 class Meshes:
-    """Triangles gathered for one OBJ file, in centimetres of rounding."""
+    """Triangles gathered for one OBJ file, rounded to centimetres."""
 
     def __init__(self, title: str) -> None:
         self.lines = [f"# {title}", "# Made by tests/reference/make_scenes.py; metres, x east, y north, z up."]
@@ -138,7 +152,9 @@ def rectangle(east: float, north: float, across: float, along: float) -> Floats:
     return np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * (across / 2.0, along / 2.0) + (east, north)
 
 
-def gable(east: float, north: float, across: float, along: float, foot: float, eaves: float) -> tuple[Floats, list[list[int]]]:
+def gable(
+    east: float, north: float, across: float, along: float, foot: float, eaves: float
+) -> tuple[Floats, list[list[int]]]:
     """A house with its ridge to the north, open below; the roof rises by 0.35 of the width across."""
     walls = rectangle(east, north, across, along)
     ridge = [(east, north - along / 2.0, eaves + 0.35 * across), (east, north + along / 2.0, eaves + 0.35 * across)]
@@ -170,7 +186,9 @@ def mole(way: Places, seed: int) -> tuple[Floats, list[list[int]]]:
     n, k = len(profile), len(stations)
     quads = [(r * n + c, r * n + c + 1, (r + 1) * n + c + 1, (r + 1) * n + c) for r in range(k - 1) for c in range(n - 1)]
     faces = [[a, b, c] for a, b, c, _ in quads] + [[a, c, d] for a, _, c, d in quads]
-    ends = [[base, base + i + turn, base + i + 1 - turn] for base, turn in ((0, 1), ((k - 1) * n, 0)) for i in range(1, n - 1)]
+    ends = [
+        [base, base + i + turn, base + i + 1 - turn] for base, turn in ((0, 1), ((k - 1) * n, 0)) for i in range(1, n - 1)
+    ]
     return vertices, faces + ends
 
 
@@ -181,7 +199,7 @@ def _steps(start: Floats, end: Floats) -> Floats:
 
 
 def breakwaters() -> str:
-    """Both moles, with a round head of concrete's size at the end of each left to the beacons."""
+    """Both moles."""
     meshes = Meshes("Two breakwaters of armour stone.")
     meshes.add(*mole(WEST_MOLE, 101), "west")
     meshes.add(*mole(EAST_MOLE, 102), "east")

@@ -458,3 +458,24 @@ def test_rubbish_files_raise_nothing_else(tmp_path_factory: pytest.TempPathFacto
         load_scene(path)
     except SceneError as fault:
         assert fault.problems
+
+
+def test_one_line_of_many_numbers_is_no_long_key(tmp_path: Path) -> None:
+    """300 decimals in one line of JSON or TOML are numbers; 300 dotted parts are a key too long."""
+    rows = [[0.5 * k, -0.25 * k] for k in range(300)]
+    scene = {"name": "table", "radar": {"pattern": rows, "range_max_m": 300.0}}
+    (tmp_path / "a.json").write_text(json.dumps(scene))
+    (tmp_path / "a.toml").write_text(f"[radar]\nrange_max_m = 300\npattern = [[0, 0],\n{str(rows[1:])[1:]}\n")
+    for name in ("a.json", "a.toml"):
+        assert len(load_scene(tmp_path / name).radar.pattern) == 300
+    (tmp_path / "b.toml").write_text(f"x = {{ {'.'.join('a' * 300)} = 1 }}\n")
+    with pytest.raises(SceneError, match="a key of more than 200 parts"):
+        load_scene(tmp_path / "b.toml")
+
+
+def test_far_from_the_origin_the_map_is_said_to_be_stretched() -> None:
+    """c / sin c - 1 at 1000 km: 0.1570 rad, 0.41 %; at 100 km nothing is said."""
+    scene = {"origin": {"latitude_deg": 50, "longitude_deg": 0}, "own_ship": {"position_m": [1e6, 0]}}
+    (warning,) = load_scene(scene).warnings
+    assert warning.startswith("own_ship: 1000 km from the origin") and "0.41%" in warning
+    assert not load_scene(scene | {"own_ship": {"position_m": [1e5, 0]}}).warnings

@@ -284,7 +284,7 @@ def test_the_picture_shows_what_has_been_swept() -> None:
         assert answer.headers["content-type"] == "image/png"
         picture = np.asarray(Image.open(io.BytesIO(answer.content)).convert("RGB")).astype(int)
         assert picture.shape == (200, 200, 3)
-        east, west = picture[85:115, 135:165], picture[85:115, 35:65]
+        east, west = picture[105:135, 135:165], picture[105:135, 35:65]  # below the labels of the rings
         assert np.ptp(west.mean(axis=(0, 1))) < 6  # grey: not swept yet
         assert np.ptp(east.mean(axis=(0, 1))) > 30  # echoes in colour
         assert (await server.http.get("/api/radars/0/ppi.png?size=5")).status_code == 422

@@ -1,0 +1,156 @@
+"""The shipped scenes: what their comments promise."""
+
+import io
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+from scipy.spatial import cKDTree
+
+import radar_service as rs
+from radar_service.frames import map_from_body
+from radar_service.scene.world import Body
+from tests.reference import make_scenes
+
+Floats = NDArray[np.float64]
+
+FOLDER = Path(__file__).parents[1] / "scenes"
+NAMES = ["harbour", "open-sea", "orientation", "worked-example"]
+
+
+@cache
+def scene(name: str) -> rs.Scene:
+    return rs.load_scene(FOLDER / f"{name}.toml")
+
+
+def offset(a: Floats, b: Floats | float) -> Floats:
+    """How far bearing a lies from b, either way [rad]."""
+    return np.abs((a - b + np.pi) % (2 * np.pi) - np.pi)
+
+
+def test_every_scene_says_where_it_comes_from_and_is_small() -> None:
+    assert sorted(path.stem for path in FOLDER.glob("*.toml")) == NAMES
+    assert all("# Provenance: " in (FOLDER / f"{name}.toml").read_text() for name in NAMES)
+    assert sum(path.stat().st_size for path in FOLDER.iterdir() if path.is_file()) < 3e6  # bytes; the issue's limit
+
+
+def test_made_files_come_out_as_committed() -> None:
+    for name, made in make_scenes.files().items():
+        kept = (FOLDER / name).read_bytes()
+        if name.endswith(".png"):  # another zlib packs the same pixels into other bytes
+            np.testing.assert_array_equal(np.asarray(Image.open(io.BytesIO(made))), np.asarray(Image.open(FOLDER / name)))
+        else:
+            assert made == kept, name
+
+
+def test_worked_example_stands_at_200_m_and_45_degrees() -> None:
+    scan = rs.Simulator(scene("worked-example")).scan()
+    row, column = np.unravel_index(np.argmax(scan.power), scan.power.shape)
+    assert row == 90  # the specification's azimuth bin, 45 / 0.5
+    assert abs(scan.range[column] - 200.0) <= scan.range_step / 2 * (
+        1 + 1e-9
+    )  # the grid: half a cell, where 200 m is an edge
+
+
+@pytest.mark.parametrize(("bearing_deg", "distance"), [(30, 1000.0), (120, 2000.0), (250, 3000.0)])
+def test_orientation_shows_each_target_where_it_belongs(bearing_deg: float, distance: float) -> None:
+    simulator = rs.Simulator(scene("orientation"))
+    scan = simulator.scan()
+    rows = offset(scan.azimuth, np.deg2rad(bearing_deg)) < np.deg2rad(20.0)
+    window = np.where(rows[:, None], scan.power, 0.0)
+    row, column = np.unravel_index(np.argmax(window), window.shape)
+    assert abs(scan.range[column] - distance) <= scan.range_step / 2
+    # 50 dB above the noise the peak of the beam wanders by less than a spoke (0.5 degrees)
+    assert offset(scan.azimuth[row], np.deg2rad(bearing_deg)) < 1.01 * np.deg2rad(0.5)
+    assert 45.0 < 10 * np.log10(scan.power.max(where=rows[:, None], initial=0.0) / simulator.noise_power) < 55.0
+
+
+def test_harbour_is_as_rich_as_promised() -> None:
+    harbour = scene("harbour")
+    fixed = sum(len(b.mesh.faces) for b in harbour.bodies[:4] if b.mesh is not None)
+    under_way = [b for b in harbour.bodies if not b.motion.at_rest]
+    assert fixed >= 50_000 and harbour.radar.range_max >= 5000 and harbour.own_ship.at_rest
+    assert sum(b.scattering == "optics" for b in under_way) >= 2 and all(b.motion.period is not None for b in under_way)
+
+
+def sea_floor(places: Floats) -> Floats:
+    """Height of the ground [m] under places (..., 2 or more), from the generator's formula, not from its picture."""
+    return make_scenes.heights(places[..., 0], places[..., 1])
+
+
+def test_harbour_ships_and_buoys_have_water_under_them() -> None:
+    for afloat in scene("harbour").bodies:
+        if not afloat.name.startswith(("buoy", "ferry", "coaster", "pilot", "moored", "tanker")):
+            continue
+        times = np.linspace(0.0, afloat.motion.period or 0.0, 2000 if afloat.motion.period else 1)
+        centre = afloat.motion.pose(times).position
+        around = make_scenes.polygon(0.0, 0.0, afloat.length / 2.0)  # the ship turned any way
+        assert sea_floor(centre[:, None, :2] + around).max() < 0.0, afloat.name
+
+
+def outline(solid: Body) -> Floats:
+    """Places (n, 2) along all edges of a body at rest, east and north [m], ten metres apart at most."""
+    assert solid.mesh is not None
+    pose = solid.motion.pose(0.0)
+    corners = map_from_body(solid.mesh.vertices, pose.position[0], float(pose.heading[0]))[solid.mesh.faces][..., :2]
+    start, end = corners.reshape(-1, 2), np.roll(corners, -1, axis=1).reshape(-1, 2)
+    parts = int(np.ceil(np.hypot(*(end - start).T).max() / 10.0))
+    return np.concatenate([start + (end - start) * (k / parts) for k in range(parts)])
+
+
+def test_harbour_ships_under_way_meet_nothing() -> None:
+    harbour = scene("harbour")
+    solid = cKDTree(
+        np.concatenate([outline(b) for b in harbour.bodies if b.name in ("breakwaters", "quays") or is_berthed(b)])
+    )
+    buoys = cKDTree([b.motion.position[0, :2] for b in harbour.bodies if b.name.startswith("buoy")])
+    for ship in (b for b in harbour.bodies if not b.motion.at_rest):
+        assert ship.motion.period is not None
+        way = ship.motion.pose(np.linspace(0.0, ship.motion.period, 3000)).position[:, :2]
+        assert np.min(solid.query(way)[0]) > ship.length / 2.0 + 10.0, ship.name  # m between ends, turned any way
+        assert np.min(buoys.query(way)[0]) > ship.beam, ship.name
+        assert np.hypot(*way.T).min() > 100.0, ship.name  # from own ship
+
+
+def is_berthed(ship: Body) -> bool:
+    return ship.mmsi is not None and ship.motion.at_rest
+
+
+def test_harbour_hill_hides_what_is_behind() -> None:
+    harbour = scene("harbour")
+    scan = rs.Simulator(harbour).scan()
+    level = np.median(scan.power)
+    headland = offset(scan.azimuth, np.deg2rad(275.0)) < np.deg2rad(10.0)
+    front = (scan.range > 2800) & (scan.range < 3300)
+    behind = (scan.range > 4300) & (scan.range < 4900)  # land, in the lee of a hill of 150 m
+    assert scan.power[np.ix_(headland, front)].mean() > 100 * level
+    assert scan.power[np.ix_(headland, behind)].mean() < 3 * level  # noise, whose mean is 1.44 times its median
+
+
+def test_open_sea_ships_pass_as_its_comments_say() -> None:
+    simulator = rs.Simulator(scene("open-sea"))
+    times = np.arange(0.0, 1801.0, 6.0)  # in 3 s a closing speed of 12 m/s makes 36 m: the margins below are wider
+    tracks: dict[str, list[float]] = {}
+    for truth in map(simulator.truth, times):
+        for seen in truth.bodies:
+            tracks.setdefault(seen.name, []).append(seen.range)
+    closest = {name: (min(track), float(times[int(np.argmin(track))]) / 60.0) for name, track in tracks.items()}
+    assert len(tracks) == 9
+    assert closest["tanker"][0] < 150 and 16 < closest["tanker"][1] < 18
+    assert 600 < closest["container ship"][0] < 700 and 12 < closest["container ship"][1] < 14
+    assert tracks["tanker"][0] == pytest.approx(10_000, rel=0.02) and tracks["container ship"][0] == pytest.approx(
+        11_000, rel=0.01
+    )
+
+
+def test_open_sea_shows_every_ship_that_is_in_sight() -> None:
+    simulator = rs.Simulator(scene("open-sea"))
+    scan = simulator.scan()
+    for seen in simulator.truth(float(scan.time[len(scan.time) // 2])).bodies:
+        rows = offset(scan.azimuth, seen.azimuth) < scan.azimuth[2]
+        columns = np.abs(scan.range - seen.range) < 160.0  # half of the longest ship
+        peak = scan.power[np.ix_(rows, columns)].max() / simulator.noise_power
+        assert peak > 15.0, seen.name  # 11.8 dB: above the display's threshold of 9.6
