@@ -14,6 +14,7 @@ class Fidelity:
         stratified, Sobol'), which are the independent check.
     scatterers_per_cell: points on extended surfaces per resolution cell (range bin x beamwidth).
     kernel_width: range bins that an echo is laid on (Kaiser-Bessel); 4 errs by -61 dB at 75 MSPS, 6 by -80.
+    bounces: surfaces that physical optics follows in a row, 1 for none but the first.
     beam_extent: reach of the beam for moving echoes, beamwidths each side (echoes at rest always see the full circle).
     """
 
@@ -22,6 +23,7 @@ class Fidelity:
     tracer: Literal["embree", "moller_trumbore"] = "embree"
     sampler: Literal["scatterers", "rays", "stratified", "sobol"] = "scatterers"
     scatterers_per_cell: float = 4.0
+    bounces: int = 3
     kernel_width: int = 6
     beam_extent: float = 12.0
 

@@ -101,7 +101,7 @@ def _body(body: Body, scene: Scene, fidelity: Fidelity) -> Choice:
         kind = f"declared cross-section, Swerling {body.swerling}" if body.swerling else "declared cross-section, steady"
         return Choice(what, True, f"{kind}, {laid}")
     if body.scattering == "optics":
-        return Choice(what, True, f"diffuse, {laid}: physical optics is not in this version")
+        return Choice(what, True, f"physical optics, up to {fidelity.bounces} bounces, {laid}")
     if fidelity.sampler != "scatterers":
         rays = f"{SAMPLER_WORDS[fidelity.sampler]} rays, {scene.radar.rays} to 3 x 3 beamwidths"
         return Choice(what, True, f"diffuse, {laid}, by {rays}; beyond 1.5 beamwidths above and below nothing is met")

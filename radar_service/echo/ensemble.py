@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.scatterers import Scatterers, cell_density, point_scatterer, scatter_over, triangle_frames
+from radar_service.echo.optics.optical_body import OpticalBody, optical_body
+from radar_service.echo.scatterers import (
+    Scatterers,
+    cell_density,
+    no_scatterers,
+    point_scatterer,
+    scatter_over,
+    triangle_frames,
+)
 from radar_service.echo.sight import Landscape, Surface
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.random import SCATTER, generator
@@ -57,7 +65,7 @@ class Reflectors(Protocol):
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Scatterers (E,) of B bodies, ordered by body."""
+    """Scatterers (E,) of B bodies, ordered by body; those by physical optics have none but an optical body."""
 
     bodies: tuple[Body, ...]
     key: Indices  # (B,) index of each body in the scene
@@ -69,9 +77,10 @@ class Ensemble:
     body: Indices  # (E,) which body
     gamma: Floats  # (B,)
     rcs: Floats  # (B,) m^2, nan where not declared
+    optical: tuple[OpticalBody | None, ...]  # (B,)
 
     def __len__(self) -> int:
-        return len(self.area)
+        return len(self.bodies)
 
     def reflections(
         self, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool = True
@@ -83,7 +92,34 @@ class Ensemble:
         visible = landscape.visible(surface, place, antenna, time, reach, movers)
         amplitude = self._amplitude(place, turned(self.normal, self.body, stands), visible, antenna)
         seen = np.flatnonzero(amplitude)
-        return Reflections(self.position[seen], amplitude[seen], self.body[seen])
+        parts = [Reflections(self.position[seen], amplitude[seen], self.body[seen])]
+        parts += [
+            self._by_optics(b, body, stands[b], landscape, antenna, time, reach, movers)
+            for b, body in enumerate(self.optical)
+            if body is not None
+        ]
+        return _by_body(parts)
+
+    def _by_optics(
+        self,
+        b: int,
+        body: OpticalBody,
+        stand: Stand,
+        landscape: Landscape,
+        antenna: Floats,
+        time: float,
+        reach: float,
+        movers: bool,
+    ) -> Reflections:
+        """What body b sends back by physical optics; arguments as in `reflections`."""
+
+        def seen(points: Floats, triangle: Indices) -> NDArray[np.bool_]:
+            surface = Surface(np.full(len(points), self.key[b]), triangle)
+            place = map_from_body(points, stand.position, stand.heading)
+            return landscape.visible(surface, place, antenna, time, reach, movers)
+
+        position, amplitude = body.sends_back(antenna_from(stand, antenna, landscape.earth_radius), seen)
+        return Reflections(position, amplitude, np.full(len(position), b))
 
     def _amplitude(
         self, place: Floats, normal: Floats, visible: NDArray[np.bool_], antenna: Floats
@@ -98,6 +134,23 @@ class Ensemble:
         total = np.bincount(self.body, facing, minlength=len(self.bodies))
         per_area = np.where(np.isnan(self.rcs), self.gamma, self.rcs / np.where(total > 0, total, 1.0))
         return np.asarray(np.sqrt(per_area[self.body] * facing) * self.phasor)
+
+
+def _by_body(parts: Sequence[Reflections]) -> Reflections:
+    """All reflections in one record, in rising order of body."""
+    position, amplitude, body = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("position", "amplitude", "body")
+    )
+    order = np.argsort(body, kind="stable")
+    return Reflections(position[order], amplitude[order], body[order])
+
+
+def antenna_from(stand: Stand, antenna: Floats, earth_radius: float) -> Floats:
+    """The antenna (3,) in a body's own frame [m], raised by what the earth drops in between, so that ranges in that frame
+    are those of the antenna's frame (DESIGN section 2)."""
+    local = (antenna - stand.position) @ body_rotation(stand.heading)
+    local[2] += (local[0] ** 2 + local[1] ** 2) / (2.0 * earth_radius)
+    return np.asarray(local)
 
 
 def stands_at(bodies: Sequence[Body], time: float) -> list[Stand]:
@@ -125,11 +178,17 @@ def turned(vectors: Floats, body: Indices, stands: Sequence[Stand]) -> Floats:
 
 
 def ensemble_of(
-    bodies: Sequence[Body], radar: Radar, antenna: Floats, per_cell: float, seed: int, keys: Sequence[int]
+    bodies: Sequence[Body],
+    radar: Radar,
+    antenna: Floats,
+    per_cell: float,
+    seed: int,
+    keys: Sequence[int],
+    bounces: int = 3,
 ) -> Ensemble:
     """Scatterers over `bodies`, as dense as the resolution cell at their distance from `antenna` (3,) at time 0 asks for.
 
-    keys: (B,) the index of each body in the scene.
+    keys: (B,) the index of each body in the scene; bounces: surfaces in a row that physical optics follows.
     """
     parts = [_scatterers(body, radar, antenna, per_cell, seed, key) for body, key in zip(bodies, keys, strict=True)]
     counts = np.array([len(part) for part in parts], dtype=np.int64)
@@ -148,13 +207,21 @@ def ensemble_of(
         np.repeat(np.arange(len(parts)), counts),
         np.array([body.material.gamma for body in bodies], dtype=np.float64),
         np.array([np.nan if body.rcs is None else body.rcs for body in bodies], dtype=np.float64),
+        tuple(optical_body(body, radar, bounces) if by_optics(body) else None for body in bodies),
     )
+
+
+def by_optics(body: Body) -> bool:
+    """Whether a body scatters by physical optics."""
+    return body.mesh is not None and body.rcs is None and body.scattering == "optics"
 
 
 def _scatterers(body: Body, radar: Radar, antenna: Floats, per_cell: float, seed: int, key: int) -> Scatterers:
     """The scatterers of one body. A declared cross-section on a body within one resolution cell is a point."""
     if body.mesh is None:
         return point_scatterer(np.zeros(3))
+    if by_optics(body):
+        return no_scatterers()
     if body.rcs is not None and np.hypot(body.length, body.beam) < SPEED_OF_LIGHT / (2.0 * radar.bandwidth):
         corners = body.mesh.vertices[np.unique(body.mesh.faces)]
         return point_scatterer((corners.min(axis=0) + corners.max(axis=0)) / 2.0)

@@ -40,6 +40,13 @@ def point_scatterer(place: Floats) -> Scatterers:
     return Scatterers(place[None, :].copy(), np.zeros((1, 3)), np.ones(1), np.full(1, -1), np.ones(1, dtype=np.complex128))
 
 
+def no_scatterers() -> Scatterers:
+    """None: of a body that scatters in another way."""
+    return Scatterers(
+        np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.complex128)
+    )
+
+
 def triangle_frames(mesh: Mesh) -> tuple[Floats, Floats, Floats]:
     """Centroids (F, 3) [m], unit normals (F, 3) and areas (F,) [m^2] of the triangles of a mesh."""
     a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))

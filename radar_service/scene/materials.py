@@ -32,6 +32,33 @@ MATERIALS: dict[str, Material] = {
 }
 
 
+# Share of the power that a smooth surface of a material mirrors at normal incidence [dB], for bodies by physical optics:
+# |Gamma|^2 = |(sqrt(eps) - 1) / (sqrt(eps) + 1)|^2 of its permittivity at 10 GHz (ITU-R P.2040 for what is built). Phase,
+# polarization and angle are left out, and so is what comes back from the far side of a thin sheet.
+_REFLECTIVITY_DB: dict[str, float] = {
+    "steel": 0.0,  # -0.01 dB: a conductor
+    "aluminium": 0.0,
+    "wood": -15.6,  # permittivity 2.0
+    "fibreglass": -9.5,  # 4
+    "concrete": -8.1,  # 5.24
+    "brick": -9.7,  # 3.9
+    "glass": -7.3,  # 6.3
+    "building": -8.1,  # mostly concrete
+    "rock": -7.3,  # 6, dry
+    "land": -9.5,  # 4, dry soil; wet soil mirrors some 4 dB more
+    "urban": -8.1,  # concrete
+    "sand": -11.4,  # 3, dry
+    "vegetation": -20.0,  # leaves and air; nothing of it is smooth at the wavelength
+    "ice": -10.9,  # 3.2
+    "rubber": -11.4,  # 3
+}
+
+
+def power_reflectivity(material: str) -> float:
+    """Share of the power that a smooth surface of a known material mirrors at normal incidence, 0 to 1."""
+    return float(10.0 ** (_REFLECTIVITY_DB[material] / 10.0))
+
+
 def material_from_name(name: str, place: str) -> Material:
     """The material of that name. Raises SceneError naming `place` and all materials."""
     if name not in MATERIALS:

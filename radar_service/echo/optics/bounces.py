@@ -1,0 +1,160 @@
+"""Tubes of rays from piece to piece of a body: where each one hits, with which field, and what that hit sends back.
+
+A tube is a triangle throughout: a flat mirror carries corners to corners along parallel lines, so its footprint on the
+next surface is integrated in closed form too. Only its middle ray asks which triangle comes next.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.echo.optics.facet import mirrored, polarization_of, scattering_amplitude, triangle_phases
+from radar_service.echo.optics.pieces import Pieces
+from radar_service.scene.world import Mesh
+from radar_service.trace.embree import TriangleScene
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Indices = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Seen = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) the antenna sees
+
+OFFSET = 1e-3  # m; a bounce starts this far off its surface (embree.md: 0.1 mm still hits itself in 7 % of cases)
+OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
+GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long and no longer what its middle ray says
+
+
+@dataclass(frozen=True)
+class Radio:
+    """The wave: wavelength [m] and the radar's polarization, "h" or "v"."""
+
+    wavelength: float
+    polarization: str
+
+    @property
+    def wavenumber(self) -> float:
+        """[rad/m]"""
+        return 2.0 * np.pi / self.wavelength
+
+
+@dataclass(frozen=True)
+class Tubes:
+    """Tubes (M,) where they hit a surface: corners there (M, 3, 3) [m], its unit normal on the lit side, its triangle;
+    direction of travel and field (M, 3) as they arrive; where each began (M, 3), and its path [m] from there to here."""
+
+    corners: Floats
+    normal: Floats
+    triangle: Indices
+    direction: Floats
+    field: Floats
+    begin: Floats
+    inner: Floats
+
+    def __len__(self) -> int:
+        return len(self.inner)
+
+    @property
+    def centre(self) -> Floats:
+        """Where the middle rays hit (M, 3) [m]."""
+        return np.asarray(self.corners.mean(axis=1))
+
+    def chosen(self, which: Indices | Flags) -> "Tubes":
+        """Some of them."""
+        return Tubes(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+
+
+def lit_pieces(pieces: Pieces, antenna: Floats, radio: Radio, seen: Seen) -> Tubes:
+    """The tubes that fall from the antenna (3,) on the pieces it sees, whichever way these are wound."""
+    centre = pieces.centre
+    visible = np.flatnonzero(seen(centre, pieces.triangle))
+    centre, normal = centre[visible], pieces.normal[visible]
+    toward, _ = _sight(antenna, centre)
+    facing = np.einsum("ij,ij->i", normal, toward)
+    normal = np.where(facing[:, None] < 0.0, -normal, normal)
+    field = polarization_of(toward, radio.polarization)
+    return Tubes(
+        pieces.corners[visible], normal, pieces.triangle[visible], -toward, field, centre, np.zeros(len(visible))
+    )  # fmt: skip
+
+
+def hits(tubes: Tubes, mesh: Mesh, scene: TriangleScene, hollow: Flags, bounces: int) -> Iterator[Tubes]:
+    """The tubes where they first fall, and again after each mirror, up to `bounces` surfaces in all.
+
+    hollow: (F, 2) whether there is anything to hit before the front and before the back of each triangle.
+    """
+    for bounce in range(bounces):
+        if not len(tubes):
+            return
+        yield tubes
+        if bounce + 1 < bounces:
+            tubes = _onward(tubes, mesh, scene, hollow)
+
+
+def _onward(tubes: Tubes, mesh: Mesh, scene: TriangleScene, hollow: Flags) -> Tubes:
+    """The tubes that another surface of the body catches after this one, where it does."""
+    tubes = tubes.chosen(_before_something(tubes, mesh, hollow))
+    direction, field = mirrored(tubes.direction, tubes.field, tubes.normal)
+    offset = OFFSET + OFFSET_RELATIVE * scene.radius
+    hit = scene.first_hit(tubes.centre + offset * tubes.normal, direction)
+    caught = np.flatnonzero(hit >= 0)
+    tubes = replace(tubes.chosen(caught), direction=direction[caught], field=field[caught], triangle=hit[caught])
+    return _landed(tubes, mesh)
+
+
+def _before_something(tubes: Tubes, mesh: Mesh, hollow: Flags) -> Indices:
+    front = np.einsum("ij,ij->i", tubes.normal, _plane(mesh, tubes.triangle)[1]) > 0.0
+    return np.flatnonzero(hollow[tubes.triangle, np.where(front, 0, 1)])
+
+
+def _landed(tubes: Tubes, mesh: Mesh) -> Tubes:
+    """Tubes on their way to `triangle`, carried into its plane; those that would graze it or lie behind it are left out."""
+    corner, normal = _plane(mesh, tubes.triangle)
+    facing = np.einsum("ij,ij->i", normal, tubes.direction)
+    normal = np.where(facing[:, None] > 0.0, -normal, normal)
+    facing = -np.abs(facing)
+    steep = np.flatnonzero(facing < -GRAZING)
+    tubes, normal, facing = tubes.chosen(steep), normal[steep], facing[steep]
+    height = np.einsum("mij,mj->mi", tubes.corners - corner[steep, None, :], normal)
+    way = height / -facing[:, None]
+    landed = tubes.corners + way[:, :, None] * tubes.direction[:, None, :]
+    inner = tubes.inner + way.mean(axis=1)
+    return replace(tubes, corners=landed, normal=normal, inner=inner).chosen(way.mean(axis=1) > 0.0)
+
+
+def _plane(mesh: Mesh, triangle: Indices) -> tuple[Floats, Floats]:
+    """A corner and the unit normal (M, 3) of triangles (M,)."""
+    a, b, c = (mesh.vertices[mesh.faces[triangle, i]] for i in range(3))
+    cross = np.cross(b - a, c - a)
+    return a, cross / np.linalg.norm(cross, axis=1)[:, None]
+
+
+def sent_back(tubes: Tubes, antenna: Floats, radio: Radio) -> tuple[Floats, Complexes]:
+    """What tubes send back to the antenna (3,) from where they are: points (M, 3) and scattering amplitude [m] (M,).
+
+    A point stands in for a path R1 + inner + R2: between its two ends on the body, and behind them by half of what lies
+    in between, at a range of exactly half the path. Then the phase is that of the path, and as the antenna moves, both
+    change alike: by Fermat's principle a path changes with its two ends' sight lines alone, whose mean is the point's.
+    """
+    end = tubes.centre
+    toward, last = _sight(antenna, end)
+    _, first = _sight(antenna, tubes.begin)
+    surface = _areas(tubes.corners) * triangle_phases(tubes.corners, tubes.direction - toward, radio.wavenumber)
+    received = polarization_of(toward, radio.polarization)
+    amplitude = scattering_amplitude(tubes.direction, tubes.field, toward, received, tubes.normal, surface, radio.wavelength)
+    behind, _ = _sight(antenna, (tubes.begin + end) / 2.0)
+    point = antenna - behind * ((first + tubes.inner + last) / 2.0)[:, None]
+    return point, amplitude
+
+
+def _sight(antenna: Floats, places: Floats) -> tuple[Floats, Floats]:
+    """Unit vectors (M, 3) and distances (M,) from places to the antenna (3,)."""
+    offset = antenna - places
+    distance = np.linalg.norm(offset, axis=1)
+    return offset / np.maximum(distance, 1e-9)[:, None], distance
+
+
+def _areas(corners: Floats) -> Floats:
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(np.linalg.norm(cross, axis=1) / 2.0)

@@ -1,0 +1,87 @@
+"""A body prepared for physical optics: cut once for each octave of range, then asked what it sends back to an antenna."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.echo.optics.bounces import Radio, Seen, hits, lit_pieces, sent_back
+from radar_service.echo.optics.centres import scattering_centres
+from radar_service.echo.optics.patches import faces_something, patch_sizes
+from radar_service.echo.optics.pieces import Pieces, far_field_edge, pieces_of
+from radar_service.scene.materials import power_reflectivity
+from radar_service.scene.world import Body, Mesh, Radar
+from radar_service.trace.embree import TriangleScene
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+NEAREST = 16.0  # m; nearer than this the far field of a piece is that of 16 m: no marine antenna looks at less
+TUBES_ACROSS = 24  # tubes across a flat patch that bounces: their ragged edge is then some 1 % of its area
+SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (DESIGN section 4)
+
+
+@dataclass(frozen=True)
+class OpticalBody:
+    """A mesh that scatters by physical optics with up to `bounces` surfaces in a row.
+
+    edge: longest edge of a piece [m] wherever it is seen from; reflectivity: power ratio at every surface.
+    """
+
+    mesh: Mesh
+    radio: Radio
+    edge: float
+    bounces: int
+    reflectivity: float
+    scene: TriangleScene
+    hollow: NDArray[np.bool_]
+    patch: Floats
+    cuts: dict[int, Pieces] = field(default_factory=dict)
+
+    def sends_back(self, antenna: Floats, seen: Seen) -> tuple[Floats, Complexes]:
+        """Points (C, 3) [m] and scattering amplitudes (C,) [m] for an antenna (3,), all in the body's own frame.
+
+        seen: which points (M, 3) on triangles (M,) of the mesh the antenna sees.
+        """
+        nearest = float(np.linalg.norm(antenna - self.scene.centre)) - self.scene.radius
+        octave = int(np.floor(np.log2(max(nearest, NEAREST))))
+        tubes = lit_pieces(self.pieces(octave), antenna, self.radio, seen)
+        points, amplitudes = [np.zeros((0, 3))], [np.zeros(0, dtype=np.complex128)]
+        for bounce, arrived in enumerate(hits(tubes, self.mesh, self.scene, self.hollow, self.bounces)):
+            back = arrived if bounce == 0 else arrived.chosen(seen(arrived.centre, arrived.triangle))
+            point, amplitude = sent_back(back, antenna, self.radio)
+            points.append(point)
+            amplitudes.append(amplitude * self.reflectivity ** ((bounce + 1) / 2.0))
+        return scattering_centres(
+            np.concatenate(points), np.concatenate(amplitudes), antenna, self.limit(octave), self.radio.wavenumber
+        )
+
+    def limit(self, octave: int) -> float:
+        """Longest edge of a piece [m] for antennas from 2^octave m on."""
+        return min(self.edge, far_field_edge(2.0**octave, self.radio.wavelength))
+
+    def pieces(self, octave: int) -> Pieces:
+        """The mesh cut for antennas from 2^octave m on, finer where its flat patches mirror into other parts of it."""
+        if octave not in self.cuts:
+            limit = self.limit(octave)
+            tube = np.clip(self.patch / TUBES_ACROSS, SHORTEST * self.radio.wavelength, limit)
+            longest = np.where(self.hollow.any(axis=1) & (self.bounces > 1), tube, limit)
+            self.cuts[octave] = pieces_of(self.mesh, longest)
+        return self.cuts[octave]
+
+
+def optical_body(body: Body, radar: Radar, bounces: int) -> OpticalBody:
+    """A body with a mesh made ready for this radar: pieces stay below two thirds of what it resolves in range."""
+    assert body.mesh is not None
+    mesh = body.mesh
+    return OpticalBody(
+        mesh,
+        Radio(radar.wavelength, radar.polarization),
+        SPEED_OF_LIGHT / (2.0 * radar.bandwidth) * (2.0 / 3.0),
+        bounces,
+        power_reflectivity(body.material.name),
+        TriangleScene(mesh.vertices, mesh.faces),
+        faces_something(mesh),
+        patch_sizes(mesh),
+    )

@@ -1,0 +1,72 @@
+"""Flat patches of a mesh, and on which side of each triangle there is anything that a reflected ray could meet."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from radar_service.scene.world import Mesh
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+COPLANAR = 1e-6  # rad between normals: over a patch of 100 m a sag of 0.1 mm, a hundredth of a radian of two-way phase
+LEVEL = 1e-4  # of the body's size: what rises less above a plane is the plane's own rounding or the sag of a fine mesh
+DIRECTIONS = 1024  # along which the outermost points of a body are sought
+
+
+def patch_sizes(mesh: Mesh) -> Floats:
+    """Size (F,) [m] of the flat patch each triangle belongs to: the diagonal of the box about all triangles that lie in
+    its plane and hang together with it by edges."""
+    corners = mesh.vertices[mesh.faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
+    one, other = _neighbours(mesh)
+    across = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
+    flat = across < COPLANAR
+    links = coo_array((np.ones(int(flat.sum())), (one[flat], other[flat])), shape=(len(corners), len(corners)))
+    count, patch = connected_components(links, directed=False)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, patch, corners.min(axis=1))
+    np.maximum.at(high, patch, corners.max(axis=1))
+    return np.asarray(np.linalg.norm(high - low, axis=1)[patch])
+
+
+def _neighbours(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pairs of triangles that share an edge, whether or not the file shares their vertices."""
+    _, where = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are one place
+    welded = where.reshape(-1)[mesh.faces]
+    ends = np.stack([welded, np.roll(welded, -1, axis=1)], axis=2).reshape(-1, 2)
+    ends.sort(axis=1)
+    order = np.lexsort(ends.T)
+    same = (np.diff(ends[order], axis=0) == 0).all(axis=1)
+    face = order // 3
+    return face[:-1][same], face[1:][same]
+
+
+def faces_something(mesh: Mesh) -> Flags:
+    """(F, 2) whether any part of the body rises before the front and before the back of each triangle's plane."""
+    corners = mesh.vertices[mesh.faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
+    outer = _outermost(mesh.vertices[np.unique(mesh.faces)])
+    own = np.einsum("ij,ij->i", normal, corners[:, 0])
+    margin = LEVEL * float(np.linalg.norm(np.ptp(outer, axis=0)))
+    result = np.zeros((len(normal), 2), dtype=np.bool_)
+    for first in range(0, len(normal), 4096):
+        part = slice(first, first + 4096)
+        height = normal[part] @ outer.T - own[part, None]
+        result[part, 0], result[part, 1] = height.max(axis=1) > margin, height.min(axis=1) < -margin
+    return result
+
+
+def _outermost(points: Floats) -> Floats:
+    """The points (V, 3) themselves where they are few, else those outermost in many directions."""
+    if len(points) <= DIRECTIONS:
+        return points
+    turn = np.arange(DIRECTIONS) * np.pi * (3.0 - np.sqrt(5.0))
+    up = 1.0 - (2.0 * np.arange(DIRECTIONS) + 1.0) / DIRECTIONS
+    level = np.sqrt(1.0 - up * up)
+    directions = np.stack([level * np.cos(turn), level * np.sin(turn), up], axis=1)
+    chosen = [np.argmax(points @ directions[i : i + 64].T, axis=0) for i in range(0, DIRECTIONS, 64)]
+    return np.asarray(points[np.unique(np.concatenate(chosen))])

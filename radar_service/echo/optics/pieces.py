@@ -1,0 +1,92 @@
+"""A mesh cut into triangles small enough for physical optics: inside the range cell, and each in its own far field."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.scene.world import Mesh
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+MOST = 60_000  # pieces of one body; some 100 MB while they are evaluated
+COARSER = np.sqrt(2.0)  # one more cut through a right isosceles triangle shortens its longest edge by this
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Flat triangles (M,) in a body's frame: corners (M, 3, 3) [m], unit normal (M, 3), area (M,) [m^2], and the triangle
+    of the mesh that each was cut from. coarser: how much longer than asked their edges may be, 1 where nothing was in the
+    way."""
+
+    corners: Floats
+    normal: Floats
+    area: Floats
+    triangle: Indices
+    coarser: float
+
+    def __post_init__(self) -> None:
+        count = len(self.area)
+        assert self.corners.shape == (count, 3, 3) and self.normal.shape == (count, 3) and self.triangle.shape == (count,)
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+    @property
+    def centre(self) -> Floats:
+        """Centroids (M, 3) [m]."""
+        return np.asarray(self.corners.mean(axis=1))
+
+
+def pieces_of(mesh: Mesh, longest: Floats, most: int = MOST) -> Pieces:
+    """The triangles of a mesh cut until no edge of triangle f exceeds longest[f] [m], `longest` (F,).
+
+    Where that would make more than `most` pieces, and more than the mesh has triangles, all limits grow together.
+    """
+    whole = mesh.vertices[mesh.faces]
+    coarser = 1.0
+    while (cut := _cut(whole, longest * coarser, max(most, len(whole)))) is None:
+        coarser *= COARSER
+    corners, triangle = cut
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = np.linalg.norm(cross, axis=1)
+    sound = double > 0.0
+    return Pieces(
+        corners[sound], cross[sound] / double[sound, None], double[sound] / 2.0, triangle[sound], coarser
+    )  # fmt: skip
+
+
+def _cut(corners: Floats, longest: Floats, most: int) -> tuple[Floats, Indices] | None:
+    """Triangles (F, 3, 3) halved across their longest edge until none is too long; None once there are too many."""
+    done: list[tuple[Floats, Indices]] = []
+    triangle = np.arange(len(corners))
+    count = 0
+    while len(corners):
+        edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        fits = edges.max(axis=1) <= longest[triangle]
+        done.append((corners[fits], triangle[fits]))
+        count += int(fits.sum())
+        if count + 2 * int((~fits).sum()) > most:
+            return None
+        corners, triangle = _halved(corners[~fits], edges[~fits].argmax(axis=1)), np.tile(triangle[~fits], 2)
+    joined, origin = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.argsort(origin, kind="stable")
+    return joined[order], origin[order]
+
+
+def _halved(corners: Floats, edge: Indices) -> Floats:
+    """Both halves (2 M, 3, 3) of triangles (M, 3, 3) cut from the middle of edge (M,), edge i from corner i to i + 1."""
+    turn = (edge[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(corners, turn[:, :, None], axis=1).transpose(1, 0, 2)
+    middle = (a + b) / 2.0
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+
+
+def far_field_edge(distance: float, wavelength: float) -> float:
+    """The longest edge [m] with which a triangle at `distance` [m] is in its own far field: sqrt(lambda R) / 2.
+
+    Across half of it the two-way path bends by k (D/2)^2 / R = pi/8, half of what the usual 2 D^2 / lambda allows.
+    """
+    return float(np.sqrt(wavelength * distance) / 2.0)
