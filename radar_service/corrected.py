@@ -12,18 +12,19 @@ from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.antenna import one_way_gain
-from radar_service.echo.echoes import Echoes, SweptEchoes
+from radar_service.echo.echoes import Echoes
 from radar_service.echo.ensemble import Reflectors, ensemble_of
 from radar_service.echo.moving import Instants, MovingEchoes
 from radar_service.echo.ray_echoes import RayCaster, RayEnsemble, is_cast
 from radar_service.echo.resting import resting_echoes
 from radar_service.echo.sight import Landscape
+from radar_service.echo.sweep import BeamTable, SweptEchoes, joined
 from radar_service.fidelity import Fidelity
 from radar_service.frames import wrap_angle
 from radar_service.random import NOISE, generator
 from radar_service.receive.beam import Pattern, azimuth_kernel, grid_rows, sweep
 from radar_service.receive.compression import compression_for
-from radar_service.receive.grid import lay, lay_rows
+from radar_service.receive.grid import lay, lay_swept
 from radar_service.receive.waveform import eclipsing_amplitude
 from radar_service.scene.world import Scene
 
@@ -40,12 +41,13 @@ class CorrectedChain:
         self.scene, self.radar, self.fidelity, self.seed = scene, scene.radar, fidelity, seed
         self.range: Floats = (np.arange(scene.radar.bins, dtype=np.float64) + 0.5) * scene.radar.range_step
         self.compression = compression_for(scene.radar, fidelity.kernel_width)
-        self._table = self.compression.kernel.table()
+        self._tables = self.compression.kernel.tables()
         reach = scene.radar.range_max + SPEED_OF_LIGHT * scene.radar.pulse / 2.0  # sidelobes of farther echoes fall short
         self.landscape = landscape
         still, moving = self._ensembles()
         extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
-        self.moving = MovingEchoes(scene, moving, self.landscape, reach, extent, seed)
+        beam = BeamTable(self._pattern, scene.radar.beamwidth, extent, TILE * scene.radar.azimuth_step)
+        self.moving = MovingEchoes(scene, moving, self.landscape, reach, beam, seed)
         self.resting = resting_echoes(scene, still, self.landscape, reach)
         self._profiles = self._resting_profiles()
         self._shadows: tuple[int, Echoes] | None = None
@@ -115,17 +117,17 @@ class CorrectedChain:
         """Rows (K, size) with every moving echo, and every passing shadow, where it is at its instant."""
         parts = []
         if len(self.moving):
-            parts.append(self.moving.swept(at, self._pattern))
+            parts.append(self.moving.swept(at))
         shadows = self._shadows_at(at.middle)
         if len(shadows.range):
             parts.append(_swept_at_rest(shadows, at.boresight, self._pattern))
         if not parts:
             return None
-        row, distance, amplitude = (
-            np.concatenate([getattr(part, name) for part in parts]) for name in ("row", "range", "amplitude")
-        )
-        shape = (len(at.time), self.compression.size)
-        return lay_rows(shape, row, self._column(distance), np.asarray(amplitude * self._heard(distance)), self._table)
+        echoes = joined(parts, len(at.time))
+        heard = np.asarray(self._heard(echoes.range), dtype=np.float32)
+        amplitude = echoes.amplitude if not heard.ndim else echoes.amplitude * heard[:, None]
+        drift = echoes.drift * np.float32(1.0 / self.radar.range_step)
+        return lay_swept(self.compression.size, self._column(echoes.range), drift, amplitude, self._tables)
 
     def _shadows_at(self, time: float) -> Echoes:
         glance = int(time // self.moving.interval)
@@ -149,6 +151,6 @@ class CorrectedChain:
 
 def _swept_at_rest(echoes: Echoes, boresight: Floats, pattern: Pattern) -> SweptEchoes:
     """Echoes at rest (E,) as single azimuths see them, for boresights (K,) [rad]."""
-    weight = pattern(wrap_angle(boresight[:, None] - echoes.azimuth))
-    row = np.repeat(np.arange(len(boresight)), len(echoes.range))
-    return SweptEchoes(row, np.tile(echoes.range, len(boresight)), (weight * echoes.amplitude).ravel())
+    weight = pattern(wrap_angle(boresight - echoes.azimuth[:, None]))
+    amplitude = (weight * echoes.amplitude[:, None]).astype(np.complex64)
+    return SweptEchoes(echoes.range, np.zeros(amplitude.shape, dtype=np.float32), amplitude)

@@ -4,28 +4,38 @@ Range, phase and beam weight are those of the very instant of each azimuth. What
 instants of simulated time: sight and scattering each `glance`, elevation gain and multipath once per call.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.echoes import SweptEchoes, path_factor, received_amplitude, two_way_phase
-from radar_service.echo.ensemble import Reflections, Reflectors, placed
-from radar_service.echo.scattering import per_azimuth, swerling_factor
+from radar_service.echo.echoes import path_factor, received_amplitude, two_way_phase
+from radar_service.echo.ensemble import Reflections, Reflectors
+from radar_service.echo.fleet import Fleet, Stands, placed_at
+from radar_service.echo.fluctuation import Fluctuation
 from radar_service.echo.sight import Landscape
-from radar_service.frames import body_rotation, polar_from_map, wrap_angle
-from radar_service.random import FLUCTUATION, generator
+from radar_service.echo.sweep import (
+    TOLERANCE,
+    BeamTable,
+    Course,
+    Parabola,
+    SweptEchoes,
+    exact_course,
+    joined,
+    parabola,
+    smooth_course,
+    strays,
+)
+from radar_service.frames import Polar, polar_from_map, wrap_angle
 from radar_service.scene.world import Motion, Scene
-from radar_service.trace.visibility import Stand
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
 Indices = NDArray[np.int64]
-Pattern = Callable[[Floats], Floats]  # offset from boresight [rad] to gain relative to it
 
 GLANCE = 5.0  # m that anything may move before sight and scattering are looked at again: a fraction of a ship
-PAIRS = 100_000  # echoes x azimuths at a time: some 20 MB of temporaries
+ECHOES = 8192  # at a time: arrays of 16 azimuths by so many stay in the L2 cache
 
 
 @dataclass(frozen=True)
@@ -42,105 +52,130 @@ class Instants:
         return float(self.time[len(self.time) // 2])
 
 
+@dataclass(frozen=True)
+class Glance:
+    """What the antenna sees for a while: reflections (M,), and where those of bodies at rest are (M, 3) on the map [m]."""
+
+    seen: Reflections
+    place: Floats
+
+
 class MovingEchoes:
-    """The ensemble of all that moves, ready to be swept."""
+    """The ensemble of all that moves, ready to be swept. Safe to call from several threads."""
 
     def __init__(
-        self, scene: Scene, ensemble: Reflectors, landscape: Landscape, reach: float, extent: float, seed: int
+        self, scene: Scene, ensemble: Reflectors, landscape: Landscape, reach: float, beam: BeamTable, seed: int
     ) -> None:
+        """reach: range [m] beyond which nothing is heard; beam: as far out as anything is swept."""
         self.scene, self.ensemble, self.landscape = scene, ensemble, landscape
-        self.reach, self.extent, self.seed = reach, extent, seed
+        self.reach, self._beam = reach, beam
         self.interval = glance_interval(scene)
-        self._seen: tuple[int, Reflections] | None = None
+        self.fleet = Fleet(ensemble.bodies)
+        self._moves = np.zeros(len(ensemble.bodies), dtype=np.bool_)
+        self._moves[self.fleet.moving] = True
+        self.fluctuation = Fluctuation(ensemble.bodies, ensemble.key, scene.radar.azimuths, seed)
+        self._glance: tuple[int, Glance] | None = None
 
     def __len__(self) -> int:
         return len(self.ensemble)
 
-    def swept(self, at: Instants, pattern: Pattern) -> SweptEchoes:
-        """Every echo that the beam reaches at each azimuth; rows count from the first azimuth."""
-        seen = self._reflections(int(at.middle // self.interval))
-        middle = len(at.time) // 2
-        position, heading = self._poses(at.time)
-        antenna = self.scene.antenna(at.time)
-        stands = [Stand(p, float(h)) for p, h in zip(position[middle], heading[middle], strict=True)]
-        everywhere = placed(seen.position, seen.body, stands)
-        chosen = self._under_beam(everywhere, antenna[middle], at)
-        place, body, points = everywhere[chosen], seen.body[chosen], seen.position[chosen]
-        polar = polar_from_map(place, antenna[middle], self.landscape.earth_radius)
-        slow = seen.amplitude[chosen] * path_factor(self.scene.radar, self.scene.environment, polar, place[:, 2])
-        shift = (position - position[middle]) - (antenna - antenna[middle])[:, None, :]
-        parts = []
-        step = max(1, PAIRS // max(1, len(chosen)))
-        for first in range(0, len(at.time), step):
-            k = slice(first, first + step)
-            relative = (place - antenna[middle]) + shift[k][:, body]
-            relative += _turned(points, body, heading[k], heading[middle])
-            parts.append(self._sweep(relative, slow, body, at, first, pattern))
-        return SweptEchoes(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    def swept(self, at: Instants) -> SweptEchoes:
+        """Every echo that the beam reaches at any of these azimuths."""
+        glance = self._glance_of(int(at.middle // self.interval))
+        over = parabola(at.time)
+        time = np.concatenate([over.nodes, at.time])
+        stands, antenna = self.fleet.stands(time), self.scene.antenna(time)
+        rough = self._rough(stands, antenna, over)
+        everywhere = self._places(glance, None, stands, 1) - antenna[1]
+        chosen = self._under_beam(everywhere, at)
+        parts = [
+            self._part(glance, chosen[i : i + ECHOES], stands, antenna, rough, over, at)
+            for i in range(0, len(chosen), ECHOES)
+        ]
+        return joined(parts, len(at.time))
 
-    def _sweep(
-        self, relative: Floats, slow: Complexes, body: Indices, at: Instants, first: int, pattern: Pattern
-    ) -> tuple[Indices, Floats, Complexes]:
-        """Row, range and amplitude of echoes at places (k, C, 3) relative to the antenna, for azimuths from `first` on."""
-        polar = polar_from_map(relative, np.zeros(3), self.landscape.earth_radius)
-        rows = np.arange(first, first + len(relative))
-        offset = wrap_angle(at.boresight[rows, None] - polar.azimuth)
-        weight = pattern(offset) * received_amplitude(self.scene.radar, polar.range)
-        weight *= self._fluctuation(at.number[rows], polar.azimuth, body)
-        value = slow * weight * two_way_phase(polar.range, self.scene.radar.wavelength)
-        return np.repeat(rows, len(body)), polar.range.ravel(), value.ravel()
+    def _part(
+        self, glance: Glance, which: Indices, stands: Stands, antenna: Floats, rough: NDArray[np.bool_],
+        over: Parabola, at: Instants,
+    ) -> SweptEchoes:  # fmt: skip
+        """Some of the echoes, indices into the glance."""
+        body, radius = glance.seen.body[which], self.landscape.earth_radius
+        nodes = [self._places(glance, which, stands, n) - antenna[n] for n in range(3)]
+        polar = polar_from_map(nodes[1], np.zeros(3), radius)
+        course, near = smooth_course(nodes, polar, radius, over)
+        exact = np.union1d(near, np.flatnonzero(rough[body]))
+        if len(exact):
+            places = np.stack([self._places(glance, which[exact], stands, n) - antenna[n] for n in range(3, len(antenna))])
+            exact_course(course, exact, places, polar.azimuth[exact], radius)
+        height = nodes[1][:, 2] + antenna[1, 2]
+        base = glance.seen.amplitude[which] * path_factor(self.scene.radar, self.scene.environment, polar, height)
+        base *= received_amplitude(self.scene.radar, polar.range) * two_way_phase(polar.range, self.scene.radar.wavelength)
+        return SweptEchoes(polar.range, course.drift, self._amplitude(base, course, polar, body, at))
 
-    def _poses(self, time: Floats) -> tuple[Floats, Floats]:
-        """Positions (K, B, 3) [m] and headings (K, B) [rad] of the bodies."""
-        poses = [body.motion.pose(time) for body in self.ensemble.bodies]
-        return np.stack([p.position for p in poses], axis=1), np.stack([p.heading for p in poses], axis=1)
-
-    def _under_beam(self, place: Floats, antenna: Floats, at: Instants) -> Indices:
-        """Which places (M, 3) the beam reaches at any of the azimuths."""
-        azimuth = np.arctan2(place[:, 0] - antenna[0], place[:, 1] - antenna[1])
+    def _amplitude(
+        self, base: Complexes, course: Course, polar: Polar, body: Indices, at: Instants
+    ) -> NDArray[np.complex64]:
+        """Amplitudes (E, K): those of the middle, turned and weighted for each azimuth."""
         middle = at.boresight[len(at.boresight) // 2]
-        span = np.abs(at.boresight - middle).max()
-        return np.flatnonzero(np.abs(wrap_angle(azimuth - middle)) <= self.extent + span)
+        offset = (at.boresight - middle).astype(np.float32) - course.swing
+        offset += wrap_angle(middle - polar.azimuth).astype(np.float32)[:, None]
+        weight = self._beam(offset)
+        nearest = np.maximum(polar.range, self.scene.radar.range_min)
+        nearer = course.drift * (1.0 / nearest).astype(np.float32)[:, None]
+        nearer += np.float32(1.0)
+        weight /= np.square(nearer, out=nearer)
+        self.fluctuation.apply(weight, at.number, polar.azimuth, body)
+        phase = course.drift * np.float32(-4.0 * np.pi / self.scene.radar.wavelength)
+        amplitude = np.empty(phase.shape, dtype=np.complex64)
+        np.multiply(np.cos(phase), weight, out=amplitude.real)
+        np.multiply(np.sin(phase), weight, out=amplitude.imag)
+        amplitude *= base.astype(np.complex64)[:, None]
+        return amplitude
 
-    def _reflections(self, glance: int) -> Reflections:
+    def _places(self, glance: Glance, which: Indices | None, stands: Stands, instant: int) -> Floats:
+        """Where reflections `which` (E,), or all, are on the map (E, 3) [m] at one of the instants of `stands`."""
+        every = slice(None) if which is None else which
+        place, body = glance.place[every], glance.seen.body[every]
+        moving = np.flatnonzero(self._moves[body])
+        if not len(moving):
+            return place
+        place = place.copy()
+        points = glance.seen.position[every][moving]
+        place[moving] = placed_at(points, body[moving], stands.position[instant], stands.heading[instant])
+        return place
+
+    def _rough(self, stands: Stands, antenna: Floats, over: Parabola) -> NDArray[np.bool_]:
+        """Which bodies (B,), seen from the antenna, leave their parabola: those at a corner of their track."""
+        own = strays(antenna[3:], antenna[:3], over)
+        rough = np.full(len(self._moves), bool(own > TOLERANCE))
+        moving = self.fleet.moving
+        if len(moving) and not own > TOLERANCE:
+            position, heading = stands.position[:, moving], np.unwrap(stands.heading[:, moving], axis=0)[..., None]
+            length = np.array([max(self.ensemble.bodies[b].length, self.ensemble.bodies[b].beam) for b in moving])
+            away = strays(position[3:], position[:3], over) + length * strays(heading[3:], heading[:3], over)
+            rough[moving] = away > TOLERANCE
+        return rough
+
+    def _under_beam(self, place: Floats, at: Instants) -> Indices:
+        """Which places (M, 3) relative to the antenna the beam reaches at any of the azimuths."""
+        middle = at.boresight[len(at.boresight) // 2]
+        half = self._beam.extent + np.abs(at.boresight - middle).max()
+        if half >= np.pi:
+            return np.arange(len(place))
+        ahead = place[:, 0] * np.sin(middle) + place[:, 1] * np.cos(middle)
+        distance = np.sqrt(place[:, 0] ** 2 + place[:, 1] ** 2)
+        return np.flatnonzero(ahead >= distance * np.cos(half))
+
+    def _glance_of(self, number: int) -> Glance:
         """What the antenna sees of everything during a glance."""
-        if self._seen is None or self._seen[0] != glance:
-            time = (glance + 0.5) * self.interval
-            antenna = self.scene.antenna(time)[0]
-            self._seen = (glance, self.ensemble.reflections(self.landscape, antenna, time, self.reach))
-        return self._seen[1]
-
-    def _fluctuation(self, number: Indices, azimuth: Floats, body: Indices) -> Floats | float:
-        """Amplitude factors (k, C) of fluctuating bodies. Slow cases are drawn once per crossing of the beam, which is
-        counted from where the beam looks the other way, so that no target changes under it."""
-        bodies = self.ensemble.bodies
-        fluctuating = [b for b in np.unique(body) if bodies[b].swerling]
-        if not fluctuating:
-            return 1.0
-        factor = np.ones((len(number), len(body)))
-        turns = self.scene.radar.azimuths
-        for b in fluctuating:
-            case, key = bodies[b].swerling, int(self.ensemble.key[b])
-            mine = np.flatnonzero(body == b)
-            crossing = np.floor(number / turns - azimuth[:, mine[0]] % (2 * np.pi) / (2 * np.pi) + 1.5).astype(np.int64)
-            for k, draw in enumerate(number if per_azimuth(case) else crossing):
-                power = swerling_factor(case, generator(self.seed, FLUCTUATION, key, int(draw)))
-                factor[k, mine] = np.sqrt(power)
-        return factor
-
-
-def _turned(points: Floats, body: Indices, heading: Floats, reference: Floats) -> Floats | float:
-    """How far (k, C, 3) [m] points (C, 3) of bodies lie from where they would if headings (k, B) were `reference` (B,)."""
-    turning = np.flatnonzero((heading != reference).any(axis=0))
-    if not len(turning):
-        return 0.0
-    moved = np.zeros((len(heading), len(points), 3))
-    for b in turning:
-        mine = np.flatnonzero(body == b)
-        before = points[mine] @ body_rotation(float(reference[b])).T
-        for k, angle in enumerate(heading[:, b]):
-            moved[k, mine] = points[mine] @ body_rotation(float(angle)).T - before
-    return moved
+        held = self._glance
+        if held is None or held[0] != number:
+            time = (number + 0.5) * self.interval
+            seen = self.ensemble.reflections(self.landscape, self.scene.antenna(time)[0], time, self.reach)
+            stands = self.fleet.stands(np.array([time]))
+            held = number, Glance(seen, placed_at(seen.position, seen.body, stands.position[0], stands.heading[0]))
+            self._glance = held
+        return held[1]
 
 
 def glance_interval(scene: Scene) -> float:

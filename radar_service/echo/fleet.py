@@ -1,0 +1,49 @@
+"""Where many bodies stand at many instants: those at rest are asked once."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.scene.world import Body
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Stands(NamedTuple):
+    """B bodies at K instants: position (K, B, 3) [m], heading (K, B) [rad]."""
+
+    position: Floats
+    heading: Floats
+
+
+class Fleet:
+    """The motions of bodies (B,), in order."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        self._motions = [body.motion for body in bodies]
+        self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
+        poses = [motion.pose(0.0) for motion in self._motions]
+        self._position = np.array([pose.position[0] for pose in poses]).reshape(-1, 3)
+        self._heading = np.array([pose.heading[0] for pose in poses]).reshape(-1)
+
+    def stands(self, time: Floats) -> Stands:
+        """Where every body stands at each time (K,) [s]."""
+        position = np.repeat(self._position[None], len(time), axis=0)
+        heading = np.repeat(self._heading[None], len(time), axis=0)
+        for b in self.moving:
+            pose = self._motions[b].pose(time)
+            position[:, b], heading[:, b] = pose.position, pose.heading
+        return Stands(position, heading)
+
+
+def placed_at(points: Floats, body: Indices, position: Floats, heading: Floats) -> Floats:
+    """Points (E, 3) [m] of bodies' own frames, each of `body` (E,), on the map, for positions (B, 3) [m] and
+    headings (B,) [rad] of the bodies."""
+    c, s = np.cos(heading)[body], np.sin(heading)[body]
+    east, north, up = points.T
+    turned = np.stack([c * east + s * north, c * north - s * east, up], axis=-1)
+    turned += position[body]
+    return turned
