@@ -90,7 +90,7 @@ class Ensemble:
         place = placed(self.position, self.body, stands)
         surface = Surface(self.key[self.body], self.triangle)
         visible = landscape.visible(surface, place, antenna, time, reach, movers)
-        amplitude = self._amplitude(place, turned(self.normal, self.body, stands), visible, antenna)
+        amplitude = self._amplitude(place, turned(self.normal, self.body, stands), visible, antenna, landscape.earth_radius)
         seen = np.flatnonzero(amplitude)
         parts = [Reflections(self.position[seen], amplitude[seen], self.body[seen])]
         parts += [
@@ -122,11 +122,12 @@ class Ensemble:
         return Reflections(position, amplitude, np.full(len(position), b))
 
     def _amplitude(
-        self, place: Floats, normal: Floats, visible: NDArray[np.bool_], antenna: Floats
+        self, place: Floats, normal: Floats, visible: NDArray[np.bool_], antenna: Floats, earth_radius: float
     ) -> NDArray[np.complex128]:
         """Root of the cross-section [m] with its phase, (E,): declared ones shared by visible projected area, the others
         diffuse (constant gamma: sigma = gamma cos(i) A). Zero where not visible."""
         sight = antenna - place
+        sight[:, 2] -= (sight[:, 0] ** 2 + sight[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna
         sight /= np.maximum(np.linalg.norm(sight, axis=1), 1e-9)[:, None]
         cosine = np.abs(np.einsum("ij,ij->i", sight, normal))  # real meshes are wound either way
         cosine[self.triangle < 0] = 1.0
