@@ -25,7 +25,6 @@ from radar_service.random import NOISE, generator
 from radar_service.receive.beam import Pattern, azimuth_kernel, grid_rows, sweep
 from radar_service.receive.compression import compression_for
 from radar_service.receive.grid import lay, lay_swept
-from radar_service.receive.waveform import eclipsing_amplitude
 from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
@@ -79,9 +78,8 @@ class CorrectedChain:
         rows = grid_rows(radar.azimuths, radar.beamwidth)
         kernel = azimuth_kernel(radar.beamwidth, rows)
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
-        amplitude = echoes.amplitude * self._heard(echoes.range)
         grid = lay(
-            (rows, self.compression.size), row, self._column(echoes.range), amplitude, kernel, self.compression.kernel
+            (rows, self.compression.size), row, self._column(echoes.range), echoes.amplitude, kernel, self.compression.kernel
         )
         swept = sweep(grid, self._pattern, kernel, radar.azimuths)
         profiles = np.empty((radar.azimuths, radar.bins), dtype=np.complex64)
@@ -124,10 +122,8 @@ class CorrectedChain:
         if not parts:
             return None
         echoes = joined(parts, len(at.time))
-        heard = np.asarray(self._heard(echoes.range), dtype=np.float32)
-        amplitude = echoes.amplitude if not heard.ndim else echoes.amplitude * heard[:, None]
         drift = echoes.drift * np.float32(1.0 / self.radar.range_step)
-        return lay_swept(self.compression.size, self._column(echoes.range), drift, amplitude, self._tables)
+        return lay_swept(self.compression.size, self._column(echoes.range), drift, echoes.amplitude, self._tables)
 
     def _shadows_at(self, time: float) -> Echoes:
         glance = int(time // self.moving.interval)
@@ -141,12 +137,6 @@ class CorrectedChain:
 
     def _pattern(self, offset: Floats) -> Floats:
         return one_way_gain(offset, self.radar.beamwidth, self.radar.pattern)
-
-    def _heard(self, distance: Floats) -> Floats | float:
-        """Share of the echo's amplitude that a one-antenna radar hears after its own pulse."""
-        if not self.radar.eclipsing:
-            return 1.0
-        return eclipsing_amplitude(2.0 * distance / SPEED_OF_LIGHT, self.radar.pulse, self.radar.window)
 
 
 def _swept_at_rest(echoes: Echoes, boresight: Floats, pattern: Pattern) -> SweptEchoes:

@@ -13,7 +13,7 @@ from radar_service.echo.sight import Landscape
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.plan import Plan, plan_for
-from radar_service.receive.waveform import noise_power
+from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Scan, Spoke, SpokeBlock, Truth, regrouped
 from radar_service.scene.world import Scene
 from radar_service.truth import TruthTeller
@@ -52,7 +52,7 @@ class Simulator:
             else CorrectedChain(scene, self.fidelity, seed, landscape)
         )
         self.range, self.range_step = self._chain.range, scene.radar.range_step
-        self.noise_power = noise_power(scene.radar.pulse, scene.radar.window, scene.radar.noise_factor)
+        self.noise_power = receiver_noise_power(scene.radar)
         self._truth = TruthTeller(scene, landscape)
         self._next_scan = 0
 

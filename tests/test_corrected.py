@@ -58,7 +58,7 @@ def scattered(count: int, range_max: float, seed: int, **motion: Any) -> list[di
         {"range_max_m": 3000},
         {"range_max_m": 1500, "sample_rate_hz": 200e6},
         {"range_max_m": 1500, "beamwidth_deg": 0.9, "azimuths": 2048},
-        {"range_max_m": 1500, "beamwidth_deg": 0.5, "azimuths": 361},
+        {"range_max_m": 1500, "beamwidth_deg": 0.5, "azimuths": 361, "coarse_azimuths": True},
         {"range_max_m": 1500, "pulse_s": 0.4e-6, "window": "blackman"},
         {"range_max_m": 1500, "window": "none"},
         {"range_max_m": 12_000, "bandwidth_hz": 5e6, "frequency_hz": 3.05e9, "tilt_deg": 0},

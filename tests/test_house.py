@@ -22,7 +22,9 @@ HOMES = {
     "starlette": ("radar_service.stream",),
     "uvicorn": ("radar_service.stream", "radar_service.__main__"),
     "pydantic": (
+        "radar_service.scene.fields",
         "radar_service.scene.model",
+        "radar_service.scene.radar_model",
         "radar_service.scene.source",
         "radar_service.scene.faults",
         "radar_service.stream",

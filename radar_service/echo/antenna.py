@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from radar_service.scene.world import Pattern, Taylor
+
 Floats = NDArray[np.float64]
-Pattern = str | tuple[tuple[float, float], ...]  # a name, or rows of (offset [rad], one-way power gain)
 
 HALF_POWER_U = 0.442946470689452  # root of sinc(u)^2 = 1/2; twice it is the 0.8859 of the half-power width
-TAYLOR_SIDELOBE_DB, TAYLOR_NBAR = 30.0, 4  # nbar 4 is the least that holds 30 dB (Taylor 1955)
+PLAIN_TAYLOR = Taylor(30.0, 4)  # nbar 4 is the least that holds 30 dB (Taylor 1955)
+WIDEST = 3.15  # of all patterns: the printed one has 2.783 / 0.8859 times the aperture that its beamwidth asks for
 LOWEST_GAIN = 1e-30  # -300 dB: keeps the logarithm of a table's zeros finite
 
 
@@ -49,11 +51,19 @@ def gaussian_gain(offset: Floats, beamwidth: float) -> Floats:
     return gain
 
 
-def taylor_gain(offset: Floats, beamwidth: float) -> Floats:
-    """Taylor line source, sidelobes 30 dB down, nbar 4, stretched to the half-power width (T. T. Taylor, 1955)."""
-    coefficients, half_power = _taylor_source()
-    gain: Floats = _taylor_field(2.0 * half_power / beamwidth * offset, coefficients) ** 2
-    return gain
+def taylor_gain(offset: Floats, beamwidth: float, taylor: Taylor = PLAIN_TAYLOR) -> Floats:
+    """Taylor line source, stretched to the half-power width (T. T. Taylor, 1955)."""
+    return _sinc_sum_gain(offset, beamwidth, *_taylor_source(taylor))
+
+
+def cosine_gain(offset: Floats, beamwidth: float) -> Floats:
+    """Cosine aperture: first sidelobe -23.0 dB, half-power width 1.189 lambda / a (Balanis, Antenna Theory, 2016)."""
+    return _sinc_sum_gain(offset, beamwidth, *_cosine_source())
+
+
+def cosine2_gain(offset: Floats, beamwidth: float) -> Floats:
+    """Cosine-squared aperture: first sidelobe -31.5 dB, half-power width 1.441 lambda / a (Balanis 2016; Harris 1978)."""
+    return _sinc_sum_gain(offset, beamwidth, *_cosine2_source())
 
 
 def table_gain(offset: Floats, table: tuple[tuple[float, float], ...]) -> Floats:
@@ -69,6 +79,8 @@ PATTERNS: dict[str, Callable[[Floats, float], Floats]] = {
     "printed": printed_gain,
     "gaussian": gaussian_gain,
     "taylor": taylor_gain,
+    "cosine": cosine_gain,
+    "cosine2": cosine2_gain,
 }
 
 
@@ -79,6 +91,8 @@ def one_way_gain(offset: Floats | float, beamwidth: float, pattern: Pattern = "s
     table brings its own). Raises ValueError for an unknown name, listing the known ones.
     """
     offsets = np.asarray(offset, dtype=np.float64)
+    if isinstance(pattern, Taylor):
+        return taylor_gain(offsets, beamwidth, pattern)
     if not isinstance(pattern, str):
         return table_gain(offsets, pattern)
     if pattern not in PATTERNS:
@@ -86,16 +100,28 @@ def one_way_gain(offset: Floats | float, beamwidth: float, pattern: Pattern = "s
     return PATTERNS[pattern](offsets, beamwidth)
 
 
-def vertical_pattern(pattern: Pattern) -> str:
-    """The pattern in elevation of an antenna: its own by name; sinc2 where a table gives the horizontal only."""
-    return pattern if isinstance(pattern, str) else "sinc2"
+def aperture_beamwidth(beamwidth: float, pattern: Pattern) -> float:
+    """Half-power width [rad] that a uniform aperture as long as this antenna's would have: it says how fast the gain
+    varies, and so how finely a turn must be sampled (0.8859 lambda / a; a table may be as fast as the printed pattern)."""
+    if isinstance(pattern, Taylor):
+        _, _, half_power = _taylor_source(pattern)
+        return beamwidth * HALF_POWER_U / half_power
+    if not isinstance(pattern, str) or pattern == "printed":
+        return beamwidth / WIDEST
+    sources = {"cosine": _cosine_source, "cosine2": _cosine2_source}
+    if pattern in sources:
+        return beamwidth * HALF_POWER_U / sources[pattern]()[2]
+    return beamwidth
+
+
+Source = tuple[tuple[float, ...], tuple[float, ...], float]  # places u, weights of the sincs there, u of half power
 
 
 @cache
-def _taylor_source() -> tuple[Floats, float]:
-    """Coefficients F_n, n = 0 to nbar - 1, and the u of half power (Taylor 1955)."""
-    nbar = TAYLOR_NBAR
-    a2 = (np.arccosh(10.0 ** (TAYLOR_SIDELOBE_DB / 20.0)) / np.pi) ** 2
+def _taylor_source(taylor: Taylor) -> Source:
+    """F_n at u = n, n = -(nbar - 1) to nbar - 1 (Taylor 1955)."""
+    nbar = taylor.nbar
+    a2 = (np.arccosh(10.0 ** (taylor.sidelobe_db / 20.0)) / np.pi) ** 2
     sigma2 = nbar**2 / (a2 + (nbar - 0.5) ** 2)
     m = np.arange(1, nbar)
     n = np.arange(nbar)
@@ -103,14 +129,37 @@ def _taylor_source() -> tuple[Floats, float]:
     zeros = np.prod(1.0 - column**2 / (sigma2 * (a2 + (m - 0.5) ** 2)), axis=1)
     others = np.where(m == column, 1.0, 1.0 - column**2 / m**2).prod(axis=1)
     own = np.where(n == 0, 1.0, 0.5 * (-1.0) ** (n + 1))  # sinc(u) / (1 - u^2 / n^2) as u goes to n
-    coefficients: Floats = zeros / others * own
-    half_power = brentq(lambda u: float(_taylor_field(np.asarray(u), coefficients)) - np.sqrt(0.5), 0.1, 1.5)
-    return coefficients, float(half_power)
+    weights = (zeros / others * own).tolist()
+    return _with_half_power((*(-n[:0:-1]).tolist(), *n.tolist()), (*weights[:0:-1], *weights))
 
 
-def _taylor_field(u: Floats, coefficients: Floats) -> Floats:
-    """Voltage pattern as a sum of shifted sincs, which has no removable singularities to step around."""
-    field: Floats = np.asarray(coefficients[0] * np.sinc(u))
-    for n, weight in enumerate(coefficients[1:], start=1):
-        field = field + weight * (np.sinc(u - n) + np.sinc(u + n))
+@cache
+def _cosine_source() -> Source:
+    return _with_half_power((-0.5, 0.5), (np.pi / 4.0, np.pi / 4.0))
+
+
+@cache
+def _cosine2_source() -> Source:
+    return _with_half_power((-1.0, 0.0, 1.0), (0.5, 1.0, 0.5))
+
+
+def _with_half_power(places: tuple[float, ...], weights: tuple[float, ...]) -> Source:
+    def above_half(u: float) -> float:
+        return float(_sinc_sum(np.asarray(u), places, weights)) - float(np.sqrt(0.5))
+
+    return places, weights, float(brentq(above_half, 0.1, 1.5))
+
+
+def _sinc_sum_gain(
+    offset: Floats, beamwidth: float, places: tuple[float, ...], weights: tuple[float, ...], half_power: float
+) -> Floats:
+    gain: Floats = _sinc_sum(2.0 * half_power / beamwidth * offset, places, weights) ** 2
+    return gain
+
+
+def _sinc_sum(u: Floats, places: tuple[float, ...], weights: tuple[float, ...]) -> Floats:
+    """Voltage pattern of a cosine-sum aperture as shifted sincs, which have no removable singularities to step around."""
+    field = np.zeros(np.shape(u))
+    for place, weight in zip(places, weights, strict=True):
+        field += weight * np.sinc(u - place)
     return field

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.antenna import one_way_gain, vertical_pattern
+from radar_service.echo.antenna import one_way_gain
 from radar_service.echo.propagation import gas_amplitude, rain_db_per_km, two_ray_factor
 from radar_service.echo.sea_surface import rms_wave_height
 from radar_service.frames import Polar, effective_earth_radius
@@ -76,8 +76,8 @@ def path_factor(radar: Radar, environment: Environment, polar: Polar, height: Fl
 
 
 def elevation_gain(radar: Radar, elevation: Floats) -> Floats:
-    """One-way power gain relative to boresight at elevations [rad] from horizontal. A table is the horizontal pattern's."""
-    return one_way_gain(elevation - radar.tilt, radar.beamwidth_el, vertical_pattern(radar.pattern))
+    """One-way power gain relative to boresight at elevations [rad] from horizontal."""
+    return one_way_gain(elevation - radar.tilt, radar.beamwidth_el, radar.pattern_el)
 
 
 def two_way_phase(distance: Floats, wavelength: float) -> Complexes:

@@ -6,15 +6,25 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from radar_service.receive.blanking import Blanking, blanking_for
 from radar_service.receive.grid import Kernel
+from radar_service.receive.plain_pulse import (
+    PulseKernel,
+    plain_filter_power,
+    plain_noise_power,
+    plain_spectrum,
+    pulse_kernel,
+)
 from radar_service.receive.waveform import compressed_spectrum, matched_filter, noise_power
 from radar_service.scene.world import Radar
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 Profiles = NDArray[np.complex64]
 NOISE_FLOOR = (
     1e-5  # noise 50 dB below the filter's middle is not drawn: a third of the draws for a ten-thousandth of the power
 )
+LONGEST_LAID = 64  # samples of a plain pulse that is laid as itself; longer ones leave the band empty enough for a kernel
 
 
 @dataclass(frozen=True)
@@ -23,7 +33,7 @@ class Compression:
 
     size: length of the transforms; room is left for the sidelobes (cT/2 each side) of every echo that reaches a bin, so
     that nothing wraps round. echo_multiplier: (size,) for laid echoes; noise_multiplier: for white unit noise, on the
-    frequencies `noise_band` that the filter lets through.
+    frequencies `noise_band` that the filter lets through; blanking: what a one-antenna radar does not hear of a chirp.
     """
 
     bins: int
@@ -32,6 +42,7 @@ class Compression:
     echo_multiplier: NDArray[np.complex64]
     noise_band: NDArray[np.int64]
     noise_multiplier: NDArray[np.float32]
+    blanking: Blanking | None = None
 
     def profiles(self, laid: Profiles) -> Profiles:
         """Compressed profiles (K, bins) of echoes laid on rows (K, size)."""
@@ -39,7 +50,10 @@ class Compression:
 
     def spectrum(self, laid: Profiles) -> Profiles:
         """Spectra (K, size) of the compressed echoes laid on rows (K, size)."""
-        return np.asarray(scipy.fft.fft(laid, axis=1) * self.echo_multiplier)
+        heard = np.asarray(scipy.fft.fft(laid, axis=1) * self.echo_multiplier)
+        if self.blanking is not None:
+            heard -= scipy.fft.fft(self.blanking.lost(laid), self.size, axis=1)
+        return heard
 
     def noise_spectrum(self, rows: int, rng: np.random.Generator) -> Profiles:
         """Spectra (rows, size) of compressed receiver noise: white noise only passes the matched filter."""
@@ -53,17 +67,54 @@ class Compression:
         return np.ascontiguousarray(scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self.bins])
 
 
+def receiver_noise_power(radar: Radar) -> float:
+    """Power [W] of the receiver's noise in a sample of the profile, where an echo of unit amplitude peaks at 1."""
+    if radar.modulation == "none":
+        return plain_noise_power(radar.pulse, radar.bandwidth, radar.noise_factor)
+    return noise_power(radar.pulse, radar.window, radar.noise_factor)
+
+
 def compression_for(radar: Radar, kernel_width: int) -> Compression:
-    """The compression of a radar, with a range kernel of `kernel_width` bins."""
+    """The compression of a radar, with a range kernel of `kernel_width` bins (a short plain pulse is its own kernel)."""
     fs = radar.sample_rate
+    kernel = _kernel(radar, kernel_width)
     reach = int(np.ceil(radar.pulse * fs))
-    size = int(scipy.fft.next_fast_len(radar.bins + 2 * reach + kernel_width))
+    size = int(scipy.fft.next_fast_len(radar.bins + 2 * reach + kernel.width))
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
-    kernel = Kernel(kernel_width, fs / radar.bandwidth)
-    pulse = compressed_spectrum(frequency, radar.bandwidth, radar.pulse, radar.window)
-    echo = fs * pulse / kernel.transform(frequency / fs)
-    shape = np.abs(matched_filter(frequency, radar.bandwidth, radar.pulse, radar.window)) ** 2
+    shape = _noise_shape(radar, frequency)
     band = np.flatnonzero(shape > NOISE_FLOOR * shape.max())
-    level = noise_power(radar.pulse, radar.window, radar.noise_factor)
+    level = receiver_noise_power(radar)
     noise = np.sqrt(level * size**2 * shape[band] / shape[band].sum() / 2.0)  # two draws a sample, each half the power
-    return Compression(radar.bins, size, kernel, echo.astype(np.complex64), band, noise.astype(np.float32))
+    blanking = blanking_for(radar, kernel) if radar.eclipsing and radar.modulation == "lfm" else None
+    echo = _echo_multiplier(radar, kernel, frequency)
+    return Compression(
+        radar.bins, size, kernel, echo.astype(np.complex64), band, noise.astype(np.float32), blanking
+    )  # fmt: skip
+
+
+def _kernel(radar: Radar, width: int) -> Kernel:
+    """The shape with which echoes are laid along range."""
+    if radar.modulation == "lfm":
+        return Kernel(width, radar.sample_rate / radar.bandwidth)
+    itself = pulse_kernel(radar)
+    # A Gaussian filter is down 60 dB at 2.2 bandwidths from the middle: so far the kernel must be right
+    return itself if itself.width <= LONGEST_LAID else Kernel(width, max(1.5, radar.sample_rate / (4.4 * radar.bandwidth)))
+
+
+def _echo_multiplier(radar: Radar, kernel: Kernel, frequency: Floats) -> Complexes:
+    """Spectrum of the compressed pulse over that of the kernel, at `frequency` (size,) [Hz]."""
+    if isinstance(kernel, PulseKernel):
+        return np.ones(len(frequency), dtype=np.complex128)
+    if radar.modulation == "none":
+        pulse: Complexes = plain_spectrum(frequency, radar.pulse, radar.bandwidth).astype(np.complex128)
+    else:
+        pulse = compressed_spectrum(frequency, radar.bandwidth, radar.pulse, radar.window)
+    return np.asarray(radar.sample_rate * pulse / kernel.transform(frequency / radar.sample_rate))
+
+
+def _noise_shape(radar: Radar, frequency: Floats) -> Floats:
+    """Power spectrum of the sampled noise, any scale; that of a plain pulse's filter folds, as it is sampled behind it."""
+    if radar.modulation == "lfm":
+        return np.asarray(np.abs(matched_filter(frequency, radar.bandwidth, radar.pulse, radar.window)) ** 2)
+    folds = radar.sample_rate * np.arange(-4, 5)
+    return np.asarray(plain_filter_power(frequency[:, None] + folds, radar.bandwidth).sum(axis=1))

@@ -10,21 +10,27 @@ from scipy.special import fresnel
 from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
 
 Floats = NDArray[np.float64]
+COSINE_SUMS = {
+    "none": (1.0,),
+    "hamming": (0.54, 0.46),
+    "hann": (0.5, 0.5),
+    "blackman": (0.42, 0.5, 0.08),
+    "blackman-harris": (0.35875, 0.48829, 0.14128, 0.01168),  # four terms, -92 dB (Harris 1978)
+    "nuttall": (0.355768, 0.487396, 0.144232, 0.012604),  # four terms, -93 dB, continuous slope (Nuttall 1981)
+}
 TAYLOR_SIDELOBE_DB, TAYLOR_NBAR = 35.0, 5  # the usual choice; -35.19 dB peak sidelobe as a plain window
 
 
 def window_coefficients(name: str) -> Floats:
     """Coefficients a_m of w(t) = sum a_m cos(2 pi m t / T), |t| <= T/2, peak at t = 0.
 
-    name: none, hamming, hann, blackman (Harris 1978) or taylor (Taylor 1955, sidelobes -35 dB, nbar 5).
-    Raises ValueError for any other name.
+    name: one of COSINE_SUMS or taylor (Taylor 1955, sidelobes -35 dB, nbar 5). Raises ValueError for any other name.
     """
-    plain = {"none": [1.0], "hamming": [0.54, 0.46], "hann": [0.5, 0.5], "blackman": [0.42, 0.5, 0.08]}
     if name == "taylor":
         return taylor_coefficients(TAYLOR_SIDELOBE_DB, TAYLOR_NBAR)
-    if name not in plain:
-        raise ValueError(f'window: "{name}" is not one of {", ".join(plain)}, taylor')
-    return np.array(plain[name])
+    if name not in COSINE_SUMS:
+        raise ValueError(f'window: "{name}" is not one of {", ".join(COSINE_SUMS)}, taylor')
+    return np.array(COSINE_SUMS[name])
 
 
 def taylor_coefficients(sidelobe_db: float, nbar: int) -> Floats:
@@ -85,18 +91,3 @@ def noise_power(pulse: float, window: str, noise_factor: float) -> float:
     a = window_coefficients(window)
     mean_square = a[0] ** 2 + np.sum(a[1:] ** 2) / 2.0
     return float(BOLTZMANN * REFERENCE_TEMPERATURE * noise_factor * mean_square / a[0] ** 2 / pulse)
-
-
-def eclipsing_amplitude(delay: Floats, pulse: float, window: str) -> Floats:
-    """Share (E,) of the compressed peak left when a one-antenna radar hears only what comes after its own pulse.
-
-    delay: two-way delays [s]. Of an echo with delay below T only the last `delay` seconds are heard; the peak is the
-    window's integral over them. The widening of the pulse that goes with it is not modelled.
-    """
-    start = np.clip(pulse / 2.0 - delay, -pulse / 2.0, pulse / 2.0)
-    a = window_coefficients(window)
-    area = a[0] * (pulse / 2.0 - start)
-    for m, coefficient in enumerate(a[1:], start=1):
-        turn = 2.0 * np.pi * m / pulse
-        area = area + coefficient * (np.sin(turn * pulse / 2.0) - np.sin(turn * start)) / turn
-    return np.asarray(area / (a[0] * pulse))

@@ -3,21 +3,24 @@
 import math
 
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
-from radar_service.scene.model import EnvironmentModel, RadarModel
-from radar_service.scene.world import Environment, Radar
+from radar_service.scene.model import EnvironmentModel
+from radar_service.scene.radar_model import PatternName, PatternTable, RadarModel
+from radar_service.scene.world import Environment, Pattern, Radar, Taylor
 
 
 def radar_from_model(model: RadarModel) -> Radar:
     """The radar in SI: angles in radians, gains and losses as power ratios."""
-    pattern = model.pattern
-    if not isinstance(pattern, str):
-        pattern = tuple((math.radians(offset_deg), 10.0 ** (gain_db / 10.0)) for offset_deg, gain_db in pattern)
+    pattern = _pattern(model.pattern, model)
+    default_el: Pattern = pattern if not isinstance(model.pattern, tuple) else "sinc2"
     return Radar(
         frequency=model.frequency_hz,
-        bandwidth=model.bandwidth_hz,
+        modulation=model.modulation,
+        bandwidth=model.band_hz,
         pulse=model.pulse_s,
         sample_rate=model.sampling_hz,
-        window=model.window,
+        window=model.window if model.modulation == "lfm" else "none",
+        prf=model.prf_hz,
+        second_time_around=model.second_time_around,
         azimuths=model.azimuths,
         rotation_period=60.0 / model.rpm,
         bins=model.bins,
@@ -27,6 +30,7 @@ def radar_from_model(model: RadarModel) -> Radar:
         beamwidth_el=math.radians(model.beamwidth_el_deg),
         tilt=math.radians(model.tilt_deg),
         pattern=pattern,
+        pattern_el=default_el if model.pattern_el is None else _pattern(model.pattern_el, model),
         height=model.height_m,
         power=model.power_w,
         gain=10.0 ** (model.gain_dbi / 10.0),
@@ -37,6 +41,12 @@ def radar_from_model(model: RadarModel) -> Radar:
         rays=model.rays,
         blind_sectors=tuple((math.radians(start), math.radians(end)) for start, end in model.blind_sectors_deg),
     )
+
+
+def _pattern(pattern: PatternName | PatternTable, model: RadarModel) -> Pattern:
+    if isinstance(pattern, tuple):
+        return tuple((math.radians(offset_deg), 10.0 ** (gain_db / 10.0)) for offset_deg, gain_db in pattern)
+    return Taylor(model.taylor_sidelobe_db, model.taylor_nbar) if pattern == "taylor" else pattern
 
 
 def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment:

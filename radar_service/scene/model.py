@@ -4,39 +4,27 @@ Field names carry the units a person writes (degrees, knots, dB). Unknown keys, 
 span several fields stand in the validators; whether meshes exist and are sound is found out by `load`.
 """
 
-import math
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.scene.fields import (
+    Bearing,
+    EastNorth,
+    EastNorthUp,
+    Flag,
+    Height,
+    Latitude,
+    Longitude,
+    Number,
+    Section,
+    Size,
+    Speed,
+    Whole,
+)  # fmt: skip
+from radar_service.scene.radar_model import RadarModel
 
-MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
-MAX_BINS = 65_536  # 64 NM at 0.9 m
-MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
-MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
 MAX_BODIES = 10_000
-
-Number = Annotated[float, Field(strict=True)]  # strict: neither true nor "12" is a number
-Whole = Annotated[int, Field(strict=True)]
-Flag = Annotated[bool, Field(strict=True)]
-Coordinate = Annotated[
-    float, Field(strict=True, ge=-2e6, le=2e6)
-]  # m from the origin; the flat map is meaningless farther out
-Height = Annotated[float, Field(strict=True, ge=-11_000, le=20_000)]  # m above mean sea level
-Size = Annotated[float, Field(strict=True, gt=0, le=100_000)]  # m
-Bearing = Annotated[float, Field(strict=True, ge=-360, le=360)]  # degrees clockwise from north
-Speed = Annotated[float, Field(strict=True, ge=0, le=2000)]  # knots
-Latitude = Annotated[float, Field(strict=True, ge=-90, le=90)]
-Longitude = Annotated[float, Field(strict=True, ge=-180, le=180)]
-EastNorth = tuple[Coordinate, Coordinate]
-EastNorthUp = tuple[Coordinate, Coordinate, Height]
-
-
-class Section(BaseModel):
-    """A table of the scene file."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class OriginModel(Section):
@@ -44,86 +32,6 @@ class OriginModel(Section):
 
     latitude_deg: Latitude
     longitude_deg: Longitude
-
-
-class RadarModel(Section):
-    """The radar: waveform, scan, antenna, receiver."""
-
-    frequency_hz: Number = Field(9.41e9, ge=1e9, le=100e9)
-    bandwidth_hz: Number = Field(50e6, ge=1e5, le=2e9)
-    pulse_s: Number = Field(10e-6, ge=1e-8, le=1e-3)
-    sample_rate_hz: Number | None = Field(None, ge=1e5, le=4e9, description="complex; default 1.5 x bandwidth")
-    window: Literal["none", "hamming", "hann", "blackman", "taylor"] = "hamming"
-    azimuths: Whole = Field(720, ge=4, le=MAX_AZIMUTHS, description="spokes per scan")
-    rpm: Number = Field(24.0, ge=0.01, le=600)
-    range_max_m: Number = Field(5000.0, ge=10, le=200_000)
-    range_min_m: Number = Field(1.0, gt=0, le=1000, description="1/R^2 stops growing inside this range")
-    beamwidth_deg: Number = Field(3.9, ge=0.05, le=90, description="horizontal, one-way, half power")
-    beamwidth_el_deg: Number = Field(25.0, ge=0.05, le=180, description="vertical, one-way, half power")
-    tilt_deg: Number = Field(0.0, ge=-45, le=45)
-    pattern: Literal["sinc2", "printed", "gaussian", "taylor"] | tuple[tuple[Number, Number], ...] = Field(
-        "sinc2",
-        description="or a table of (offset in degrees, one-way gain in dB), symmetric about 0, for the horizontal",
-    )
-    height_m: Number = Field(15.0, gt=0, le=5000, description="antenna above the sea")
-    power_w: Number = Field(25e3, gt=0, le=1e9)
-    gain_dbi: Number = Field(30.0, ge=-20, le=80)
-    loss_db: Number = Field(0.0, ge=0, le=60)
-    noise_figure_db: Number = Field(4.0, ge=0, le=40)
-    polarization: Literal["h", "v"] = "h"
-    eclipsing: Flag = Field(False, description="a one-antenna radar is blind while it transmits")
-    rays: Whole = Field(2000, ge=1, le=1_000_000, description="per azimuth, for the documented sampler only")
-    blind_sectors_deg: tuple[tuple[Bearing, Bearing], ...] = Field(
-        (), max_length=16, description="no transmission between these angles, clockwise from the bow"
-    )
-
-    @property
-    def sampling_hz(self) -> float:
-        """The complex sampling rate [Hz], given or by default."""
-        return self.sample_rate_hz if self.sample_rate_hz is not None else 1.5 * self.bandwidth_hz
-
-    @property
-    def bins(self) -> int:
-        """Range bins of a spoke."""
-        return math.ceil(self.range_max_m / (SPEED_OF_LIGHT / (2.0 * self.sampling_hz)) - 1e-9)
-
-    @model_validator(mode="after")
-    def _sizes(self) -> Self:
-        if self.sampling_hz < self.bandwidth_hz:
-            raise ValueError(
-                f"sample_rate_hz: {self.sampling_hz:g} is below the bandwidth; complex sampling needs at least "
-                f"{self.bandwidth_hz:g} Hz: raise sample_rate_hz or lower bandwidth_hz"
-            )
-        if not 1 <= self.bins <= MAX_BINS:
-            raise ValueError(
-                f"range_max_m: {self.range_max_m:g} m at {self.sampling_hz:g} samples/s makes {self.bins} range bins; "
-                f"at most {MAX_BINS} are allowed: lower range_max_m or sample_rate_hz"
-            )
-        if self.bins * self.azimuths > MAX_CELLS:
-            raise ValueError(
-                f"azimuths: {self.azimuths} x {self.bins} range bins are {self.azimuths * self.bins} cells; at most "
-                f"{MAX_CELLS} are allowed: lower azimuths, range_max_m or sample_rate_hz"
-            )
-        if self.pulse_s * self.sampling_hz > MAX_PULSE_SAMPLES:
-            raise ValueError(
-                f"pulse_s: {self.pulse_s:g} s at {self.sampling_hz:g} samples/s are "
-                f"{self.pulse_s * self.sampling_hz:.0f} samples; at most {MAX_PULSE_SAMPLES}: shorten the pulse"
-            )
-        if isinstance(self.pattern, tuple):
-            _check_table(self.pattern)
-        return self
-
-
-def _check_table(table: tuple[tuple[float, float], ...]) -> None:
-    if not 2 <= len(table) <= 10_000:
-        raise ValueError(f"pattern: a table has 2 to 10000 rows of (degrees, dB), this one has {len(table)}: thin it")
-    offsets = [row[0] for row in table]
-    if offsets[0] != 0 or offsets[-1] > 180 or any(b <= a for a, b in zip(offsets, offsets[1:], strict=False)):
-        raise ValueError(
-            "pattern: the offsets start at 0 and rise strictly to at most 180 degrees; sort the rows of the table"
-        )
-    if table[0][1] != 0 or max(row[1] for row in table) > 0:
-        raise ValueError("pattern: gains are in dB below boresight: the first is 0, none is positive; subtract the largest")
 
 
 class WaypointModel(Section):

@@ -16,15 +16,28 @@ EDGE = 1e-9  # rad; the ends of a blind sector belong to it whatever the roundin
 Scattering = Literal["rcs", "diffuse", "optics"]
 
 
+class Taylor(NamedTuple):
+    """A Taylor line source: sidelobes below the peak [dB], and nbar, one more than how many of them are equal."""
+
+    sidelobe_db: float
+    nbar: int
+
+
+Pattern = str | Taylor | tuple[tuple[float, float], ...]  # a name, or rows of (offset rad, one-way power gain)
+
+
 @dataclass(frozen=True)
 class Radar:
     """The radar of a scene; see RadarModel for meanings and allowed ranges."""
 
     frequency: float
-    bandwidth: float
+    modulation: str
+    bandwidth: float  # of the chirp; of the receiver where the pulse has no modulation
     pulse: float
     sample_rate: float
     window: str
+    prf: float | None  # pulses per second, None where it does not matter
+    second_time_around: bool
     azimuths: int
     rotation_period: float  # s per scan
     bins: int
@@ -33,7 +46,8 @@ class Radar:
     beamwidth: float  # rad, one-way half power, horizontal
     beamwidth_el: float
     tilt: float
-    pattern: str | tuple[tuple[float, float], ...]  # a name, or rows of (offset rad, one-way power gain)
+    pattern: Pattern
+    pattern_el: Pattern
     height: float
     power: float
     gain: float  # power ratio
@@ -53,6 +67,11 @@ class Radar:
     def range_step(self) -> float:
         """Length of a range bin [m]: c / (2 fs)."""
         return SPEED_OF_LIGHT / (2.0 * self.sample_rate)
+
+    @property
+    def unambiguous_range(self) -> float:
+        """Range [m] whose echo arrives with the next pulse: c / (2 prf); inf without a pulse repetition frequency."""
+        return np.inf if self.prf is None else SPEED_OF_LIGHT / (2.0 * self.prf)
 
     @property
     def azimuth_step(self) -> float:

@@ -9,7 +9,7 @@ from typing import cast
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from radar_service.scene.model import MAX_BINS
+from radar_service.scene.radar_model import MAX_BINS
 from radar_service.stream import wire
 from radar_service.stream.hub import Refused
 from radar_service.stream.mailbox import Client, Mode, View

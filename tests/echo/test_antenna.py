@@ -8,7 +8,6 @@ from radar_service.echo.antenna import (
     printed_gain,
     printed_two_way,
     taylor_gain,
-    vertical_pattern,
 )
 
 BEAM = np.deg2rad(3.9)
@@ -84,7 +83,3 @@ def test_a_table_may_hold_zeros() -> None:
 def test_an_unknown_pattern_is_refused_with_the_known_ones() -> None:
     with pytest.raises(ValueError, match=f'"cosec" is not one of {", ".join(PATTERNS)}'):
         one_way_gain(0.0, BEAM, "cosec")
-
-
-def test_a_table_describes_the_horizontal_only() -> None:
-    assert (vertical_pattern("taylor"), vertical_pattern(TABLE)) == ("taylor", "sinc2")

@@ -20,7 +20,7 @@ def scene(name: str = "test scene", **radar: Any) -> Scene:
     sampling = 299_792_458.0 / (2.0 * STEP)
     settings = {
         "azimuths": AZIMUTHS, "range_max_m": BINS * STEP, "bandwidth_hz": sampling / 1.5, "sample_rate_hz": sampling,
-        "blind_sectors_deg": [[80, 100]],
+        "blind_sectors_deg": [[80, 100]], "coarse_azimuths": True,
     }  # fmt: skip
     return load_scene({"name": name, "radar": settings | radar, "own_ship": {"heading_deg": 30}})
 

@@ -38,7 +38,7 @@ def test_a_sector_runs_clockwise_and_holds_both_its_ends(
 def test_a_point_target_stands_where_it_belongs_in_every_encoding(encoding: str) -> None:
     place = (math.sin(120 * DEGREE) * 400, math.cos(120 * DEGREE) * 400, 15.0)
     point = {"name": "p", "shape": "point", "position_m": place, "rcs_dbsm": 0}
-    radar = {"azimuths": 72, "range_max_m": 600, "height_m": 15, "pulse_s": 1e-6}
+    radar = {"azimuths": 72, "beamwidth_deg": 8, "range_max_m": 600, "height_m": 15, "pulse_s": 1e-6}
     engine = Simulator(load_scene({"radar": radar, "own_ship": {"heading_deg": 70}, "body": [point]}))
     to = messages.engine_layout(engine, 60, None)
     strongest, found = -math.inf, (0.0, 0.0)

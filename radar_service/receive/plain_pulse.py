@@ -1,0 +1,78 @@
+"""A pulse without modulation, as magnetrons send it, behind a Gaussian receiver filter: closed forms in time.
+
+The filter stands for the tuned stages of a receiver; its half-power bandwidth is the radar's. A unit echo has a unit
+peak. The answer of the filter is as short as the pulse, so echoes are laid as what they are, and no transform is needed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf
+
+from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
+from radar_service.receive.grid import Kernel
+from radar_service.scene.world import Radar
+
+Floats = NDArray[np.float64]
+TAIL = 5.0  # standard deviations of the filter's answer: what lies beyond is below -120 dB of the peak
+
+
+def filter_spread(bandwidth: float) -> float:
+    """Standard deviation [s] of the impulse response of a Gaussian filter of half-power `bandwidth` [Hz]: 0.265 / B."""
+    return float(np.sqrt(np.log(2.0)) / (np.pi * bandwidth))
+
+
+def plain_response(delay: Floats, pulse: float, bandwidth: float, heard_from: Floats | float = -np.inf) -> Floats:
+    """Filter output of a unit echo at `delay` [s] from its middle, 1 at 0: differences of two error functions.
+
+    heard_from: time within the echo, from its middle, before which it is not heard [s]; broadcast against delay.
+    """
+    root = np.sqrt(2.0) * filter_spread(bandwidth)
+    begin = np.clip(heard_from, -pulse / 2.0, pulse / 2.0)
+    passed = erf((delay - begin) / root) - erf((delay - pulse / 2.0) / root)
+    return np.asarray(passed / (2.0 * erf(pulse / 2.0 / root)))
+
+
+def plain_filter_power(frequency: Floats, bandwidth: float) -> Floats:
+    """|H|^2 of the filter at `frequency` [Hz] from the carrier: 1 in the middle, 1/2 at +-B/2."""
+    return np.asarray(np.exp(-4.0 * np.log(2.0) * (frequency / bandwidth) ** 2))
+
+
+def plain_spectrum(frequency: Floats, pulse: float, bandwidth: float) -> Floats:
+    """Fourier transform [s] of `plain_response`, real, at `frequency` [Hz]: a sinc times the filter."""
+    peak = erf(pulse / 2.0 / (np.sqrt(2.0) * filter_spread(bandwidth)))
+    return np.asarray(pulse * np.sinc(frequency * pulse) * np.sqrt(plain_filter_power(frequency, bandwidth)) / peak)
+
+
+def plain_noise_power(pulse: float, bandwidth: float, noise_factor: float) -> float:
+    """Power [W] of filtered white receiver noise where a unit echo peaks at 1.
+
+    k T0 F times the noise bandwidth 1.0645 B over the square of the filter's answer to the pulse; the best B T is 0.73, half
+    a decibel short of the matched filter (Skolnik 2001, table of non-matched filters).
+    """
+    noise_bandwidth = bandwidth * np.sqrt(np.pi / (4.0 * np.log(2.0)))
+    peak = erf(pulse / 2.0 / (np.sqrt(2.0) * filter_spread(bandwidth)))
+    return float(BOLTZMANN * REFERENCE_TEMPERATURE * noise_factor * noise_bandwidth / peak**2)
+
+
+@dataclass(frozen=True)
+class PulseKernel(Kernel):
+    """The filtered pulse itself as the shape with which echoes are laid, so that its transform needs no correction."""
+
+    pulse: float = 0.0  # in samples
+    bandwidth: float = 1.0  # per sample
+
+    def transform(self, frequency: Floats) -> Floats:
+        """1 at every frequency: what is laid is finished."""
+        return np.ones_like(frequency)
+
+    def _value(self, offset: Floats) -> Floats:
+        return plain_response(offset, self.pulse, self.bandwidth)
+
+
+def pulse_kernel(radar: Radar) -> PulseKernel:
+    """The kernel of a radar without modulation, as wide as the pulse and the tails of the filter."""
+    reach = radar.pulse / 2.0 + TAIL * filter_spread(radar.bandwidth)
+    width = 2 * int(np.ceil(reach * radar.sample_rate))
+    return PulseKernel(width, 1.0, radar.pulse * radar.sample_rate, radar.bandwidth / radar.sample_rate)

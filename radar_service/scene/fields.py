@@ -1,0 +1,26 @@
+"""Kinds of values that a scene file is made of, and what all its tables have in common."""
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Number = Annotated[float, Field(strict=True)]  # strict: neither true nor "12" is a number
+Whole = Annotated[int, Field(strict=True)]
+Flag = Annotated[bool, Field(strict=True)]
+Coordinate = Annotated[
+    float, Field(strict=True, ge=-2e6, le=2e6)
+]  # m from the origin; the flat map is meaningless farther out
+Height = Annotated[float, Field(strict=True, ge=-11_000, le=20_000)]  # m above mean sea level
+Size = Annotated[float, Field(strict=True, gt=0, le=100_000)]  # m
+Bearing = Annotated[float, Field(strict=True, ge=-360, le=360)]  # degrees clockwise from north
+Speed = Annotated[float, Field(strict=True, ge=0, le=2000)]  # knots
+Latitude = Annotated[float, Field(strict=True, ge=-90, le=90)]
+Longitude = Annotated[float, Field(strict=True, ge=-180, le=180)]
+EastNorth = tuple[Coordinate, Coordinate]
+EastNorthUp = tuple[Coordinate, Coordinate, Height]
+
+
+class Section(BaseModel):
+    """A table of the scene file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

@@ -1,0 +1,184 @@
+"""What a scene file may say about the radar, and which of its settings the physics cannot carry together."""
+
+import math
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.scene.fields import Bearing, Flag, Number, Section, Whole
+
+MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
+MAX_BINS = 65_536  # 64 NM at 0.9 m
+MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
+MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
+LEAST_CHIRP = 4  # bandwidth x pulse: below, the chirp's spectrum is that of its edges and twice as wide as the band
+RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: outside, 3 and 13 dB of signal to noise are given away
+
+PatternName = Literal["sinc2", "printed", "gaussian", "taylor", "cosine", "cosine2"]
+PatternTable = tuple[tuple[Number, Number], ...]
+
+
+class RadarModel(Section):
+    """The radar: waveform, scan, antenna, receiver."""
+
+    frequency_hz: Number = Field(9.41e9, ge=1e9, le=100e9)
+    modulation: Literal["lfm", "none"] = Field("lfm", description='"none": a plain pulse, as magnetrons send')
+    bandwidth_hz: Number | None = Field(
+        None, ge=1e5, le=2e9, description='default 50e6; with modulation = "none" the receiver\'s, default 1.2 / pulse_s'
+    )
+    pulse_s: Number = Field(10e-6, ge=1e-8, le=1e-3)
+    sample_rate_hz: Number | None = Field(None, ge=1e5, le=4e9, description="complex; default 1.5 x bandwidth")
+    window: Literal["none", "hamming", "hann", "blackman", "blackman-harris", "nuttall", "taylor"] = Field(
+        "hamming", description="on the reference of the chirp"
+    )
+    prf_hz: Number | None = Field(
+        None, ge=10, le=1e6, description="pulses per second; default: so few that it does not matter"
+    )
+    second_time_around: Flag = Field(
+        False, description="echoes from beyond c / (2 prf_hz) appear folded, by as many intervals as they are late"
+    )
+    azimuths: Whole = Field(720, ge=4, le=MAX_AZIMUTHS, description="spokes per scan")
+    rpm: Number = Field(24.0, ge=0.01, le=600)
+    range_max_m: Number = Field(5000.0, ge=10, le=200_000)
+    range_min_m: Number = Field(1.0, gt=0, le=1000, description="1/R^2 stops growing inside this range")
+    beamwidth_deg: Number = Field(3.9, ge=0.05, le=90, description="horizontal, one-way, half power")
+    beamwidth_el_deg: Number = Field(25.0, ge=0.05, le=180, description="vertical, one-way, half power")
+    tilt_deg: Number = Field(0.0, ge=-45, le=45)
+    coarse_azimuths: Flag = Field(False, description="allow a beam narrower than the step between spokes")
+    pattern: PatternName | PatternTable = Field(
+        "sinc2",
+        description="or a table of (offset in degrees, one-way gain in dB), symmetric about 0, for the horizontal",
+    )
+    pattern_el: PatternName | PatternTable | None = Field(
+        None, description="the vertical one; a table is about tilt_deg; default: as pattern, sinc2 where that is a table"
+    )
+    taylor_sidelobe_db: Number = Field(30.0, ge=15, le=60, description='of pattern = "taylor": sidelobes below the peak')
+    taylor_nbar: Whole = Field(4, ge=2, le=20, description='of pattern = "taylor": one more than its equal sidelobes')
+    height_m: Number = Field(15.0, gt=0, le=5000, description="antenna above the sea")
+    power_w: Number = Field(25e3, gt=0, le=1e9)
+    gain_dbi: Number = Field(30.0, ge=-20, le=80)
+    loss_db: Number = Field(0.0, ge=0, le=60)
+    noise_figure_db: Number = Field(4.0, ge=0, le=40)
+    polarization: Literal["h", "v"] = "h"
+    eclipsing: Flag = Field(False, description="a one-antenna radar is blind while it transmits")
+    rays: Whole = Field(2000, ge=1, le=1_000_000, description="per azimuth, for the documented sampler only")
+    blind_sectors_deg: tuple[tuple[Bearing, Bearing], ...] = Field(
+        (), max_length=16, description="no transmission between these angles, clockwise from the bow"
+    )
+
+    @property
+    def band_hz(self) -> float:
+        """The bandwidth [Hz], given or by default; 1.2 / T is customary for the receiver of a plain pulse (Skolnik 2001)."""
+        if self.bandwidth_hz is not None:
+            return self.bandwidth_hz
+        return 50e6 if self.modulation == "lfm" else 1.2 / self.pulse_s
+
+    @property
+    def sampling_hz(self) -> float:
+        """The complex sampling rate [Hz], given or by default."""
+        return self.sample_rate_hz if self.sample_rate_hz is not None else 1.5 * self.band_hz
+
+    @property
+    def bins(self) -> int:
+        """Range bins of a spoke."""
+        return math.ceil(self.range_max_m / (SPEED_OF_LIGHT / (2.0 * self.sampling_hz)) - 1e-9)
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        for name in ("pattern", "pattern_el"):
+            table = getattr(self, name)
+            if isinstance(table, tuple):
+                _check_table(name, table)
+        for check in (_check_sampling, _check_sizes, _check_waveform, _check_repetition, _check_beam):
+            check(self)
+        return self
+
+
+def _check_sampling(radar: RadarModel) -> None:
+    if radar.sampling_hz < radar.band_hz:
+        raise ValueError(
+            f"sample_rate_hz: {radar.sampling_hz:g} is below the bandwidth; complex sampling needs at least "
+            f"{radar.band_hz:g} Hz: raise sample_rate_hz or lower bandwidth_hz"
+        )
+
+
+def _check_sizes(radar: RadarModel) -> None:
+    if not 1 <= radar.bins <= MAX_BINS:
+        raise ValueError(
+            f"range_max_m: {radar.range_max_m:g} m at {radar.sampling_hz:g} samples/s makes {radar.bins} range bins; "
+            f"at most {MAX_BINS} are allowed: lower range_max_m or sample_rate_hz"
+        )
+    if radar.bins * radar.azimuths > MAX_CELLS:
+        raise ValueError(
+            f"azimuths: {radar.azimuths} x {radar.bins} range bins are {radar.azimuths * radar.bins} cells; at most "
+            f"{MAX_CELLS} are allowed: lower azimuths, range_max_m or sample_rate_hz"
+        )
+    if radar.pulse_s * radar.sampling_hz > MAX_PULSE_SAMPLES:
+        raise ValueError(
+            f"pulse_s: {radar.pulse_s:g} s at {radar.sampling_hz:g} samples/s are "
+            f"{radar.pulse_s * radar.sampling_hz:.0f} samples; at most {MAX_PULSE_SAMPLES}: shorten the pulse"
+        )
+
+
+def _check_waveform(radar: RadarModel) -> None:
+    product = radar.band_hz * radar.pulse_s
+    if radar.modulation == "lfm":
+        if product < LEAST_CHIRP:
+            raise ValueError(
+                f"pulse_s: bandwidth x pulse is {product:.3g}; a chirp needs at least {LEAST_CHIRP}: lengthen the pulse, "
+                'widen bandwidth_hz, or set modulation = "none"'
+            )
+        return
+    low, high = RECEIVER_PRODUCTS
+    if not low <= product <= high:
+        raise ValueError(
+            f"bandwidth_hz: {radar.band_hz:g} Hz x {radar.pulse_s:g} s is {product:.3g}; the receiver of a plain pulse has "
+            f"{low} to {high}: leave bandwidth_hz out for 1.2 / pulse_s, or correct one of the two"
+        )
+    if "window" in radar.model_fields_set and radar.window != "none":
+        raise ValueError(f'window: "{radar.window}" weighs a chirp, and modulation = "none" has none; remove window')
+
+
+def _check_repetition(radar: RadarModel) -> None:
+    if radar.prf_hz is None:
+        if radar.second_time_around:
+            raise ValueError("second_time_around: it takes a pulse repetition frequency; add prf_hz")
+        return
+    interval, spokes = 1.0 / radar.prf_hz, radar.azimuths * radar.rpm / 60.0
+    if radar.pulse_s >= interval:
+        raise ValueError(
+            f"pulse_s: {radar.pulse_s:g} s is not below the {interval:g} s from pulse to pulse; shorten it or lower prf_hz"
+        )
+    if radar.prf_hz < spokes * (1.0 - 1e-9):
+        raise ValueError(
+            f"prf_hz: {radar.prf_hz:g} is less than a pulse for each of the {spokes:g} spokes a second; raise it or lower "
+            "azimuths or rpm"
+        )
+    unambiguous = SPEED_OF_LIGHT * interval / 2.0
+    if radar.range_max_m > unambiguous and not radar.second_time_around:
+        raise ValueError(
+            f"range_max_m: {radar.range_max_m:g} m is beyond the {unambiguous:.0f} m that {radar.prf_hz:g} pulses a second leave "
+            "unambiguous; lower one of the two, or set second_time_around = true"
+        )
+
+
+def _check_beam(radar: RadarModel) -> None:
+    step_deg = 360.0 / radar.azimuths
+    if radar.beamwidth_deg < step_deg * (1.0 - 1e-9) and not radar.coarse_azimuths:
+        raise ValueError(
+            f"beamwidth_deg: {radar.beamwidth_deg:g} is narrower than the {step_deg:.4g} degrees from spoke to spoke, so "
+            f"targets fall between; raise azimuths to {math.ceil(360 / radar.beamwidth_deg)} or set coarse_azimuths = true"
+        )
+
+
+def _check_table(name: str, table: tuple[tuple[float, float], ...]) -> None:
+    if not 2 <= len(table) <= 10_000:
+        raise ValueError(f"{name}: a table has 2 to 10000 rows of (degrees, dB), this one has {len(table)}: thin it")
+    offsets = [row[0] for row in table]
+    if offsets[0] != 0 or offsets[-1] > 180 or any(b <= a for a, b in zip(offsets, offsets[1:], strict=False)):
+        raise ValueError(
+            f"{name}: the offsets start at 0 and rise strictly to at most 180 degrees; sort the rows of the table"
+        )
+    if table[0][1] != 0 or max(row[1] for row in table) > 0:
+        raise ValueError(f"{name}: gains are in dB below boresight: the first is 0, none is positive; subtract the largest")
