@@ -1,7 +1,7 @@
 """The ensemble: the scatterers of all bodies in one set of arrays, and what the antenna makes of them at an instant."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.optics.optical_body import OpticalBody, optical_body
+from radar_service.echo.optics.passing import BeamPassing
 from radar_service.echo.scatterers import (
     Scatterers,
     cell_density,
@@ -78,6 +79,8 @@ class Ensemble:
     gamma: Floats  # (B,)
     rcs: Floats  # (B,) m^2, nan where not declared
     optical: tuple[OpticalBody | None, ...]  # (B,)
+    passing: BeamPassing | None = None  # what says for when optics is evaluated; None: for the time asked
+    held: dict[int, tuple[float, Reflections]] = field(default_factory=dict)  # the last of each optical body, and for when
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -94,24 +97,23 @@ class Ensemble:
         seen = np.flatnonzero(amplitude)
         parts = [Reflections(self.position[seen], amplitude[seen], self.body[seen])]
         parts += [
-            self._by_optics(b, body, stands[b], landscape, antenna, time, reach, movers)
+            self._by_optics(b, body, landscape, antenna, time, reach, movers)
             for b, body in enumerate(self.optical)
             if body is not None
         ]
         return _by_body(parts)
 
     def _by_optics(
-        self,
-        b: int,
-        body: OpticalBody,
-        stand: Stand,
-        landscape: Landscape,
-        antenna: Floats,
-        time: float,
-        reach: float,
-        movers: bool,
+        self, b: int, body: OpticalBody, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool
     ) -> Reflections:
         """What body b sends back by physical optics; arguments as in `reflections`."""
+        if self.passing is not None:
+            time = self.passing.moment(self.bodies[b].motion, time)
+            antenna = self.passing.scene.antenna(time)[0]
+        held = self.held.get(b)
+        if held is not None and held[0] == time and self.passing is not None:
+            return held[1]
+        stand = stands_at([self.bodies[b]], time)[0]
 
         def seen(points: Floats, triangle: Indices) -> NDArray[np.bool_]:
             surface = Surface(np.full(len(points), self.key[b]), triangle)
@@ -119,7 +121,9 @@ class Ensemble:
             return landscape.visible(surface, place, antenna, time, reach, movers)
 
         position, amplitude = body.sends_back(antenna_from(stand, antenna, landscape.earth_radius), seen)
-        return Reflections(position, amplitude, np.full(len(position), b))
+        found = Reflections(position, amplitude, np.full(len(position), b))
+        self.held[b] = (time, found)
+        return found
 
     def _amplitude(
         self, place: Floats, normal: Floats, visible: NDArray[np.bool_], antenna: Floats, earth_radius: float
@@ -186,10 +190,12 @@ def ensemble_of(
     seed: int,
     keys: Sequence[int],
     bounces: int = 3,
+    passing: BeamPassing | None = None,
 ) -> Ensemble:
     """Scatterers over `bodies`, as dense as the resolution cell at their distance from `antenna` (3,) at time 0 asks for.
 
-    keys: (B,) the index of each body in the scene; bounces: surfaces in a row that physical optics follows.
+    keys: (B,) the index of each body in the scene; bounces: surfaces in a row that physical optics follows;
+    passing: where given, optics is evaluated for the moments the beam passes.
     """
     parts = [_scatterers(body, radar, antenna, per_cell, seed, key) for body, key in zip(bodies, keys, strict=True)]
     counts = np.array([len(part) for part in parts], dtype=np.int64)
@@ -209,6 +215,7 @@ def ensemble_of(
         np.array([body.material.gamma for body in bodies], dtype=np.float64),
         np.array([np.nan if body.rcs is None else body.rcs for body in bodies], dtype=np.float64),
         tuple(optical_body(body, radar, bounces) if by_optics(body) else None for body in bodies),
+        passing,
     )
 
 

@@ -13,15 +13,15 @@ Complexes = NDArray[np.complex128]
 NEARLY_FLAT = 0.05  # rad of phase across a triangle; below it the series' next term is 0.05^4/720 = 9e-9 of the area
 
 
-def triangle_phases(corners: Floats, gradient: Floats, wavenumber: float) -> Complexes:
+def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumber: float) -> Complexes:
     """Mean of exp(-j k g . (r - c)) over triangles, c their centroids: (M,), 1 where the wave fits the surface.
 
-    corners: (M, 3, 3) [m]; gradient: g (M, 3), incident minus outgoing direction; wavenumber: k [rad/m].
+    corners: (M, 3, 3) [m]; centre: c (M, 3) [m]; gradient: g (M, 3), incident minus outgoing direction; wavenumber: k
+    [rad/m].
     The integral over a simplex of exp(j phi) with phi linear is a divided difference of exp(j x) at the corners' phases
     (Hermite-Genocchi; de Boor 2005, Divided differences), which is Gordon's (1975) line integral without its poles.
     """
-    offset = corners - corners.mean(axis=1, keepdims=True)
-    phase = -wavenumber * np.einsum("mij,mj->mi", offset, gradient)
+    phase = -wavenumber * np.einsum("mij,mj->mi", corners - centre[:, None, :], gradient)
     phase.sort(axis=1)  # a divided difference does not ask for an order, and the widest step divides best
     low, middle, high = phase.T
     spread = high - low

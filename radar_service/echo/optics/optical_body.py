@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.optics.bounces import Radio, Seen, hits, lit_pieces, sent_back
 from radar_service.echo.optics.centres import scattering_centres
-from radar_service.echo.optics.patches import faces_something, patch_sizes
+from radar_service.echo.optics.patches import faces_something, outward_side, patch_sizes
 from radar_service.echo.optics.pieces import Pieces, far_field_edge, pieces_of
 from radar_service.scene.materials import power_reflectivity
 from radar_service.scene.world import Body, Mesh, Radar
@@ -37,6 +37,7 @@ class OpticalBody:
     scene: TriangleScene
     hollow: NDArray[np.bool_]
     patch: Floats
+    outside: NDArray[np.int8]
     cuts: dict[int, Pieces] = field(default_factory=dict)
 
     def sends_back(self, antenna: Floats, seen: Seen) -> tuple[Floats, Complexes]:
@@ -46,7 +47,7 @@ class OpticalBody:
         """
         nearest = float(np.linalg.norm(antenna - self.scene.centre)) - self.scene.radius
         octave = int(np.floor(np.log2(max(nearest, NEAREST))))
-        tubes = lit_pieces(self.pieces(octave), antenna, self.radio, seen)
+        tubes = lit_pieces(self.pieces(octave), self.outside, antenna, self.radio, seen)
         points, amplitudes = [np.zeros((0, 3))], [np.zeros(0, dtype=np.complex128)]
         for bounce, arrived in enumerate(hits(tubes, self.mesh, self.scene, self.hollow, self.bounces)):
             back = arrived if bounce == 0 else arrived.chosen(seen(arrived.centre, arrived.triangle))
@@ -66,8 +67,8 @@ class OpticalBody:
         if octave not in self.cuts:
             limit = self.limit(octave)
             tube = np.clip(self.patch / TUBES_ACROSS, SHORTEST * self.radio.wavelength, limit)
-            longest = np.where(self.hollow.any(axis=1) & (self.bounces > 1), tube, limit)
-            self.cuts[octave] = pieces_of(self.mesh, longest)
+            mirrors = self.hollow.any(axis=1) & (self.bounces > 1)
+            self.cuts[octave] = pieces_of(self.mesh, np.where(mirrors, tube, limit), limit)
         return self.cuts[octave]
 
 
@@ -84,4 +85,5 @@ def optical_body(body: Body, radar: Radar, bounces: int) -> OpticalBody:
         TriangleScene(mesh.vertices, mesh.faces),
         faces_something(mesh),
         patch_sizes(mesh),
+        outward_side(mesh),
     )

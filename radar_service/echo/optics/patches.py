@@ -1,4 +1,4 @@
-"""Flat patches of a mesh, and on which side of each triangle there is anything that a reflected ray could meet."""
+"""What the shape of a mesh says beforehand: its flat patches, where mirrored rays may meet more of it, what is inside."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,14 +34,39 @@ def patch_sizes(mesh: Mesh) -> Floats:
 
 def _neighbours(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Pairs of triangles that share an edge, whether or not the file shares their vertices."""
+    ends, face = _welded_edges(mesh)
+    ends = np.sort(ends, axis=1)
+    order = np.lexsort(ends.T)
+    same = (np.diff(ends[order], axis=0) == 0).all(axis=1)
+    return face[order[:-1]][same], face[order[1:]][same]
+
+
+def _welded_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Ends (3 F, 2) of all edges, coinciding vertices counted as one, and the triangle of each."""
     _, where = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are one place
     welded = where.reshape(-1)[mesh.faces]
     ends = np.stack([welded, np.roll(welded, -1, axis=1)], axis=2).reshape(-1, 2)
-    ends.sort(axis=1)
-    order = np.lexsort(ends.T)
-    same = (np.diff(ends[order], axis=0) == 0).all(axis=1)
-    face = order // 3
-    return face[:-1][same], face[1:][same]
+    return ends, np.repeat(np.arange(len(mesh.faces)), 3)
+
+
+def outward_side(mesh: Mesh) -> NDArray[np.int8]:
+    """(F,) which side of each triangle is outside: 1 the one its winding faces, -1 the other, 0 where both may be seen.
+
+    Known for parts that are closed: every edge joins two triangles wound alike, and the volume has a sign.
+    """
+    ends, face = _welded_edges(mesh)
+    forth = ends[:, 0] < ends[:, 1]
+    one, other = _neighbours(mesh)
+    links = coo_array((np.ones(len(one)), (one, other)), shape=(len(mesh.faces), len(mesh.faces)))
+    count, part = connected_components(links, directed=False)
+    key = np.sort(ends, axis=1)
+    _, edge, uses = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    balance = np.bincount(edge.reshape(-1), np.where(forth, 1.0, -1.0))
+    odd = ((uses != 2) | (balance != 0.0))[edge.reshape(-1)]
+    is_open = np.bincount(part[face], odd, minlength=count) > 0
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] - mesh.vertices.mean(axis=0) for i in range(3))
+    volume = np.bincount(part, np.einsum("ij,ij->i", a, np.cross(b, c)), minlength=count)
+    return np.asarray(np.where(is_open, 0.0, np.sign(volume))[part], dtype=np.int8)
 
 
 def faces_something(mesh: Mesh) -> Flags:

@@ -11,51 +11,49 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-MOST = 60_000  # pieces of one body; some 100 MB while they are evaluated
+MOST = 60_000  # pieces of one body: some 100 MB and 60 ms while they are evaluated
+TUBES = 6_000  # of these, how many a body may have for the sake of its mirrors, beyond what its size asks for
 COARSER = np.sqrt(2.0)  # one more cut through a right isosceles triangle shortens its longest edge by this
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """Flat triangles (M,) in a body's frame: corners (M, 3, 3) [m], unit normal (M, 3), area (M,) [m^2], and the triangle
-    of the mesh that each was cut from. coarser: how much longer than asked their edges may be, 1 where nothing was in the
-    way."""
+    """Flat triangles (M,) in a body's frame: corners (M, 3, 3), centroid (M, 3) [m], unit normal (M, 3), and the triangle
+    of the mesh that each was cut from. coarser: how much longer than asked their edges may be, 1 if not at all."""
 
     corners: Floats
+    centre: Floats
     normal: Floats
-    area: Floats
     triangle: Indices
     coarser: float
 
     def __post_init__(self) -> None:
-        count = len(self.area)
-        assert self.corners.shape == (count, 3, 3) and self.normal.shape == (count, 3) and self.triangle.shape == (count,)
+        count = len(self.triangle)
+        assert self.corners.shape == (count, 3, 3) and self.normal.shape == self.centre.shape == (count, 3)
 
     def __len__(self) -> int:
-        return len(self.area)
-
-    @property
-    def centre(self) -> Floats:
-        """Centroids (M, 3) [m]."""
-        return np.asarray(self.corners.mean(axis=1))
+        return len(self.triangle)
 
 
-def pieces_of(mesh: Mesh, longest: Floats, most: int = MOST) -> Pieces:
-    """The triangles of a mesh cut until no edge of triangle f exceeds longest[f] [m], `longest` (F,).
+def pieces_of(mesh: Mesh, tube: Floats, longest: float, tubes: int = TUBES, most: int = MOST) -> Pieces:
+    """The triangles of a mesh cut until no edge exceeds `longest` [m], nor on triangle f tube[f] [m], `tube` (F,).
 
-    Where that would make more than `most` pieces, and more than the mesh has triangles, all limits grow together.
+    `longest` grows where it would make more than `most` pieces, and more than the mesh has triangles; then the tubes
+    grow together where they would add more than `tubes`.
     """
     whole = mesh.vertices[mesh.faces]
-    coarser = 1.0
-    while (cut := _cut(whole, longest * coarser, max(most, len(whole)))) is None:
+    bound, coarser = max(most, len(whole)), 1.0
+    while (plain := _cut(whole, np.full(len(whole), longest * coarser), bound)) is None:
         coarser *= COARSER
+    allowed, wider = min(len(plain[1]) + tubes, bound), 1.0
+    while (cut := _cut(whole, np.minimum(tube * wider, longest * coarser), allowed)) is None:
+        wider *= COARSER
     corners, triangle = cut
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(cross, axis=1)
     sound = double > 0.0
-    return Pieces(
-        corners[sound], cross[sound] / double[sound, None], double[sound] / 2.0, triangle[sound], coarser
-    )  # fmt: skip
+    corners = corners[sound]
+    return Pieces(corners, corners.mean(axis=1), cross[sound] / double[sound, None], triangle[sound], coarser)
 
 
 def _cut(corners: Floats, longest: Floats, most: int) -> tuple[Floats, Indices] | None:
