@@ -6,6 +6,7 @@ runs in tiles of TILE azimuths that are the same however spokes are grouped afte
 """
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.antenna import one_way_gain
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.ensemble import Reflectors, ensemble_of
+from radar_service.echo.held import Held
 from radar_service.echo.moving import Instants, MovingEchoes
 from radar_service.echo.ray_echoes import RayCaster, RayEnsemble, is_cast
 from radar_service.echo.resting import resting_echoes
@@ -26,6 +28,7 @@ from radar_service.receive.beam import Pattern, azimuth_kernel, grid_rows, sweep
 from radar_service.receive.compression import compression_for
 from radar_service.receive.grid import lay, lay_swept
 from radar_service.scene.world import Scene
+from radar_service.threads import in_order
 
 Floats = NDArray[np.float64]
 Profiles = NDArray[np.complex64]
@@ -36,7 +39,8 @@ TILE = 16  # azimuths per arithmetic tile: FFTs of 16 rows stay in the L2 cache
 class CorrectedChain:
     """The engine for one scene: `tile` gives the profiles of consecutive azimuths of any scan."""
 
-    def __init__(self, scene: Scene, fidelity: Fidelity, seed: int, landscape: Landscape) -> None:
+    def __init__(self, scene: Scene, fidelity: Fidelity, seed: int, landscape: Landscape, threads: int = 1) -> None:
+        self.threads = threads
         self.scene, self.radar, self.fidelity, self.seed = scene, scene.radar, fidelity, seed
         self.range: Floats = (np.arange(scene.radar.bins, dtype=np.float64) + 0.5) * scene.radar.range_step
         self.compression = compression_for(scene.radar, fidelity.kernel_width)
@@ -49,7 +53,7 @@ class CorrectedChain:
         self.moving = MovingEchoes(scene, moving, self.landscape, reach, beam, seed)
         self.resting = resting_echoes(scene, still, self.landscape, reach)
         self._profiles = self._resting_profiles()
-        self._shadows: tuple[int, Echoes] | None = None
+        self._shadows = Held(self._shadowed)
 
     def _ensembles(self) -> tuple[Reflectors, Reflectors]:
         """What rests relative to the antenna and does not fluctuate, and everything else, to be asked for reflections."""
@@ -89,8 +93,8 @@ class CorrectedChain:
 
     def parts(self, scan: int) -> Iterator[tuple[int, Profiles, NDArray[np.float32]]]:
         """One revolution piece by piece: index of the first azimuth, field (K, bins) [sqrt(W)], power (K, bins) [W]."""
-        for start in range(0, self.radar.azimuths, TILE):
-            field = self.tile(scan, start)
+        starts = range(0, self.radar.azimuths, TILE)
+        for start, field in zip(starts, in_order(partial(self.tile, scan), starts, self.threads), strict=True):
             yield start, field, field.real**2 + field.imag**2
 
     def tile(self, scan: int, start: int) -> Profiles:
@@ -116,7 +120,7 @@ class CorrectedChain:
         parts = []
         if len(self.moving):
             parts.append(self.moving.swept(at))
-        shadows = self._shadows_at(at.middle)
+        shadows = self._shadows(int(at.middle // self.moving.interval))
         if len(shadows.range):
             parts.append(_swept_at_rest(shadows, at.boresight, self._pattern))
         if not parts:
@@ -125,12 +129,8 @@ class CorrectedChain:
         drift = echoes.drift * np.float32(1.0 / self.radar.range_step)
         return lay_swept(self.compression.size, self._column(echoes.range), drift, echoes.amplitude, self._tables)
 
-    def _shadows_at(self, time: float) -> Echoes:
-        glance = int(time // self.moving.interval)
-        if self._shadows is None or self._shadows[0] != glance:
-            middle = (glance + 0.5) * self.moving.interval
-            self._shadows = (glance, self.resting.shadows(self.landscape, middle))
-        return self._shadows[1]
+    def _shadowed(self, glance: int) -> Echoes:
+        return self.resting.shadows(self.landscape, (glance + 0.5) * self.moving.interval)
 
     def _column(self, distance: Floats) -> Floats:
         return distance / self.radar.range_step - 0.5

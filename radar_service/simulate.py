@@ -38,10 +38,15 @@ class Simulator:
     machine: the same bytes. Not thread-safe, except `truth`.
     """
 
-    def __init__(self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0) -> None:
-        """fidelity: a preset's name or a Fidelity. Raises ValueError for an unknown name or a negative seed."""
+    def __init__(self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1) -> None:
+        """fidelity: a preset's name or a Fidelity; threads: how many work at once, which changes no byte.
+
+        Raises ValueError for an unknown name, a negative seed or fewer than one thread.
+        """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
+        if threads < 1:
+            raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
         self.scene, self.seed = scene, seed
         self.fidelity = fidelity_from_name(fidelity) if isinstance(fidelity, str) else fidelity
         self.plan: Plan = plan_for(scene, self.fidelity)
@@ -49,7 +54,7 @@ class Simulator:
         self._chain: Chain = (
             DocumentedChain(scene, self.fidelity, seed)
             if self.fidelity.chain == "documented"
-            else CorrectedChain(scene, self.fidelity, seed, landscape)
+            else CorrectedChain(scene, self.fidelity, seed, landscape, threads)
         )
         self.range, self.range_step = self._chain.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 STAGES = ("scene", "trace", "echo", "receive", "display", "stream")
-SHARED = ("constants", "frames", "random", "records", "fidelity")  # below every stage
+SHARED = ("constants", "frames", "random", "records", "fidelity", "threads")  # below every stage
 WIRING = ("simulate", "documented", "corrected", "plan", "truth", "study", "__init__")  # above every stage but stream
 CLIENT_MAY = ("radar_service.stream.wire", "radar_service.display")
 HOMES = {

@@ -1,6 +1,7 @@
 """The in-process interface: order, records, determinism, truth."""
 
 import hashlib
+import threading
 from collections.abc import Iterable
 from typing import Any
 
@@ -13,7 +14,7 @@ from tests.scenes import point, scene
 BUSY: dict[str, Any] = {"environment": {"noise": True}, "radar": {"range_max_m": 800, "azimuths": 90, "beamwidth_deg": 8}}
 
 
-def busy() -> rs.Scene:
+def busy(**sections: Any) -> rs.Scene:
     """Rest, motion, fluctuation, shadow and noise in one small scene."""
     hull = {"name": "h", "shape": "hull", "length_m": 40, "beam_m": 8, "height_m": 6, "position_m": [0, 300, 0]}
     return scene(
@@ -21,7 +22,7 @@ def busy() -> rs.Scene:
             point("a", 100, 400), point("b", -300, 200, speed_kn=12, course_deg=40), point("c", 300, -200, swerling=2),
             {**hull, "material": "wood", "speed_kn": 10, "course_deg": 90},
         ],
-        **BUSY,
+        **BUSY, **sections,
     )  # fmt: skip
 
 
@@ -41,6 +42,27 @@ def test_same_seed_same_bytes_whatever_the_block_size(fidelity: str) -> None:
     for size in (1, 7, 16, 90, 1000):
         assert samples(rs.Simulator(made, fidelity, seed=7).blocks(scans=2, size=size)) == whole
     assert samples(rs.Simulator(made, fidelity, seed=8).blocks(scans=2)) != whole
+
+
+@pytest.mark.parametrize("threads", [2, 3, 8])
+def test_same_bytes_whatever_the_number_of_threads(threads: int) -> None:
+    """The busy scene seen from a moving ship, so that glances and shadows change hands between threads."""
+    for made in (busy(), busy(own_ship={"speed_kn": 25, "course_deg": 70})):
+        alone = samples(rs.Simulator(made, seed=7).blocks(scans=3))
+        assert samples(rs.Simulator(made, seed=7, threads=threads).blocks(scans=3)) == alone
+
+
+def test_threads_stop_with_the_reader_and_none_are_refused() -> None:
+    """A reader that goes away mid-scan leaves no thread behind; the next scan starts whole."""
+    before = threading.active_count()
+    sim = rs.Simulator(busy(), threads=3)
+    blocks = sim.blocks()
+    next(blocks)
+    blocks.close()
+    assert threading.active_count() == before
+    assert sim.scan().number == 1
+    with pytest.raises(ValueError, match="threads: 0 is not allowed"):
+        rs.Simulator(scene(), threads=0)
 
 
 def test_scans_and_spokes_tell_the_same_story() -> None:

@@ -13,6 +13,7 @@ from radar_service.echo.echoes import path_factor, received_amplitude, two_way_p
 from radar_service.echo.ensemble import Reflections, Reflectors
 from radar_service.echo.fleet import Fleet, Stands, placed_at
 from radar_service.echo.fluctuation import Fluctuation
+from radar_service.echo.held import Held
 from radar_service.echo.sight import Landscape
 from radar_service.echo.sweep import (
     TOLERANCE,
@@ -74,14 +75,14 @@ class MovingEchoes:
         self._moves = np.zeros(len(ensemble.bodies), dtype=np.bool_)
         self._moves[self.fleet.moving] = True
         self.fluctuation = Fluctuation(ensemble.bodies, ensemble.key, scene.radar.azimuths, seed)
-        self._glance: tuple[int, Glance] | None = None
+        self._glance = Held(self._looked)
 
     def __len__(self) -> int:
         return len(self.ensemble)
 
     def swept(self, at: Instants) -> SweptEchoes:
         """Every echo that the beam reaches at any of these azimuths."""
-        glance = self._glance_of(int(at.middle // self.interval))
+        glance = self._glance(int(at.middle // self.interval))
         over = parabola(at.time)
         time = np.concatenate([over.nodes, at.time])
         stands, antenna = self.fleet.stands(time), self.scene.antenna(time)
@@ -166,16 +167,12 @@ class MovingEchoes:
         distance = np.sqrt(place[:, 0] ** 2 + place[:, 1] ** 2)
         return np.flatnonzero(ahead >= distance * np.cos(half))
 
-    def _glance_of(self, number: int) -> Glance:
-        """What the antenna sees of everything during a glance."""
-        held = self._glance
-        if held is None or held[0] != number:
-            time = (number + 0.5) * self.interval
-            seen = self.ensemble.reflections(self.landscape, self.scene.antenna(time)[0], time, self.reach)
-            stands = self.fleet.stands(np.array([time]))
-            held = number, Glance(seen, placed_at(seen.position, seen.body, stands.position[0], stands.heading[0]))
-            self._glance = held
-        return held[1]
+    def _looked(self, number: int) -> Glance:
+        """What the antenna sees of everything during the glance of that number."""
+        time = (number + 0.5) * self.interval
+        seen = self.ensemble.reflections(self.landscape, self.scene.antenna(time)[0], time, self.reach)
+        stands = self.fleet.stands(np.array([time]))
+        return Glance(seen, placed_at(seen.position, seen.body, stands.position[0], stands.heading[0]))
 
 
 def glance_interval(scene: Scene) -> float:
