@@ -20,7 +20,7 @@ from radar_service.echo.moving import Instants, MovingEchoes
 from radar_service.echo.ray_echoes import RayCaster, RayEnsemble, is_cast
 from radar_service.echo.resting import resting_echoes
 from radar_service.echo.sight import Landscape
-from radar_service.echo.sweep import BeamTable, SweptEchoes, joined
+from radar_service.echo.sweep import TABLE_STEPS, BeamTable, SweptEchoes, joined
 from radar_service.fidelity import Fidelity
 from radar_service.frames import wrap_angle
 from radar_service.random import NOISE, generator
@@ -49,8 +49,9 @@ class CorrectedChain:
         self.landscape = landscape
         still, moving = self._ensembles()
         extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
-        beam = BeamTable(self._pattern, scene.radar.beamwidth, extent, TILE * scene.radar.azimuth_step)
-        self.moving = MovingEchoes(scene, moving, self.landscape, reach, beam, seed)
+        span, steps = TILE * scene.radar.azimuth_step, fidelity.fineness * TABLE_STEPS
+        beam = BeamTable(self._pattern, scene.radar.beamwidth, extent, span, steps)
+        self.moving = MovingEchoes(scene, moving, self.landscape, reach, beam, fidelity.glance, seed)
         self.resting = resting_echoes(scene, still, self.landscape, reach)
         self._profiles = self._resting_profiles()
         self._shadows = Held(self._shadowed)
@@ -80,7 +81,7 @@ class CorrectedChain:
             return None
         echoes, radar = self.resting.echoes, self.radar
         rows = grid_rows(radar.azimuths, radar.beamwidth)
-        kernel = azimuth_kernel(radar.beamwidth, rows)
+        kernel = azimuth_kernel(radar.beamwidth, rows, self.fidelity.beam_kernel_width)
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
         grid = lay(
             (rows, self.compression.size), row, self._column(echoes.range), echoes.amplitude, kernel, self.compression.kernel
@@ -116,6 +117,16 @@ class CorrectedChain:
         return field
 
     def _laid_moving(self, at: Instants) -> Profiles | None:
+        """Rows (K, size) of all that moves and passes, as many azimuths swept together as the fidelity says."""
+        step = self.fidelity.swept_together
+        parts = [at.part(first, first + step) for first in range(0, len(at.time), step)]
+        laid = [self._laid_together(part) for part in parts]
+        if all(rows is None for rows in laid):
+            return None
+        silent = [np.zeros((len(part.time), self.compression.size), dtype=np.complex64) for part in parts]
+        return np.concatenate([none if rows is None else rows for rows, none in zip(laid, silent, strict=True)])
+
+    def _laid_together(self, at: Instants) -> Profiles | None:
         """Rows (K, size) with every moving echo, and every passing shadow, where it is at its instant."""
         parts = []
         if len(self.moving):

@@ -1,6 +1,7 @@
 """What is modelled of a scene, what is left out, and why: said, not guessed."""
 
 from dataclasses import asdict, dataclass
+from math import pi
 from typing import Any
 
 from radar_service.fidelity import Fidelity
@@ -59,7 +60,7 @@ def _documented_effects(scene: Scene) -> list[Choice]:
 def _corrected_effects(scene: Scene, fidelity: Fidelity) -> list[Choice]:
     environment = scene.environment
     curved = environment.earth_factor != float("inf")
-    rest = "the full circle" if scene.own_ship.at_rest else f"{fidelity.beam_extent:g} beamwidths each side"
+    rest = "the full circle" if scene.own_ship.at_rest else _extent(scene, fidelity)
     return [
         Choice("range", True, f"exact delays, Kaiser-Bessel grid of {fidelity.kernel_width} bins, closed-form spectrum"),
         Choice("beam", True, f"{scene.radar.pattern if isinstance(scene.radar.pattern, str) else 'table'}, {rest}"),
@@ -77,6 +78,11 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity) -> list[Choice]:
         Choice("noise", environment.noise, "thermal, k T0 F" if environment.noise else "not asked for"),
         *_clutter(scene),
     ]
+
+
+def _extent(scene: Scene, fidelity: Fidelity) -> str:
+    whole = fidelity.beam_extent * scene.radar.beamwidth >= pi
+    return "the full circle" if whole else f"{fidelity.beam_extent:g} beamwidths each side"
 
 
 def _clutter(scene: Scene) -> list[Choice]:

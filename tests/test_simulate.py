@@ -125,7 +125,7 @@ def test_truth_knows_where_and_why_not() -> None:
 
 @pytest.mark.parametrize("wrong", ["sharp", ""])
 def test_an_unknown_fidelity_is_refused_with_the_names(wrong: str) -> None:
-    with pytest.raises(ValueError, match=f'fidelity: "{wrong}" is not one of auto, documented, balanced'):
+    with pytest.raises(ValueError, match=f'fidelity: "{wrong}" is not one of auto, documented, fast, balanced, reference'):
         rs.Simulator(scene(), fidelity=wrong)
 
 

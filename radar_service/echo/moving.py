@@ -35,7 +35,6 @@ Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
 Indices = NDArray[np.int64]
 
-GLANCE = 5.0  # m that anything may move before sight and scattering are looked at again: a fraction of a ship
 ECHOES = 8192  # at a time: arrays of 16 azimuths by so many stay in the L2 cache
 
 
@@ -46,6 +45,10 @@ class Instants:
     number: Indices
     boresight: Floats
     time: Floats
+
+    def part(self, start: int, stop: int) -> "Instants":
+        """Those from start to stop, exclusive."""
+        return Instants(self.number[start:stop], self.boresight[start:stop], self.time[start:stop])
 
     @property
     def middle(self) -> float:
@@ -65,12 +68,20 @@ class MovingEchoes:
     """The ensemble of all that moves, ready to be swept. Safe to call from several threads."""
 
     def __init__(
-        self, scene: Scene, ensemble: Reflectors, landscape: Landscape, reach: float, beam: BeamTable, seed: int
+        self,
+        scene: Scene,
+        ensemble: Reflectors,
+        landscape: Landscape,
+        reach: float,
+        beam: BeamTable,
+        glance: float,
+        seed: int,
     ) -> None:
-        """reach: range [m] beyond which nothing is heard; beam: as far out as anything is swept."""
+        """reach: range [m] beyond which nothing is heard; beam: as far out as anything is swept; glance: [m]
+        that anything may move before sight and scattering are looked at again."""
         self.scene, self.ensemble, self.landscape = scene, ensemble, landscape
         self.reach, self._beam = reach, beam
-        self.interval = glance_interval(scene)
+        self.interval = glance_interval(scene, glance)
         self.fleet = Fleet(ensemble.bodies)
         self._moves = np.zeros(len(ensemble.bodies), dtype=np.bool_)
         self._moves[self.fleet.moving] = True
@@ -175,12 +186,12 @@ class MovingEchoes:
         return Glance(seen, placed_at(seen.position, seen.body, stands.position[0], stands.heading[0]))
 
 
-def glance_interval(scene: Scene) -> float:
-    """Time [s] in which nothing moves more than GLANCE relative to the antenna, at most one revolution."""
+def glance_interval(scene: Scene, glance: float) -> float:
+    """Time [s] in which nothing moves more than `glance` [m] relative to the antenna, at most one revolution."""
     own, others = _top_speed(scene.own_ship), max((_top_speed(body.motion) for body in scene.bodies), default=0.0)
     speed = own + others
     period = scene.radar.rotation_period
-    return period if speed * period <= GLANCE else GLANCE / speed
+    return period if speed * period <= glance else glance / speed
 
 
 def _top_speed(motion: Motion) -> float:

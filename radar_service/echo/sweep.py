@@ -120,11 +120,12 @@ def joined(parts: list[SweptEchoes], azimuths: int) -> SweptEchoes:
 class BeamTable:
     """Gains of a pattern relative to boresight, even in the offset, ready to be looked up."""
 
-    def __init__(self, pattern: Pattern, beamwidth: float, extent: float, span: float) -> None:
-        """extent: offset [rad] up to which echoes count; span: of the boresights that are swept together [rad]."""
+    def __init__(self, pattern: Pattern, beamwidth: float, extent: float, span: float, steps: int = TABLE_STEPS) -> None:
+        """extent: offset [rad] up to which echoes count; span: of the boresights that are swept together [rad]; steps: gains
+        per beamwidth."""
         self.extent = extent
         reach = extent + 2.0 * span  # one that counts for the first boresight is farther from the last
-        per_radian = min(TABLE_STEPS / beamwidth, TABLE_MOST / reach)
+        per_radian = min(steps / beamwidth, TABLE_MOST / reach)
         offset = wrap_angle(np.arange(int(reach * per_radian) + 2) / per_radian)
         self._gain, self._per_radian = pattern(offset).astype(np.float32), np.float32(per_radian)
 

@@ -14,14 +14,11 @@ FINE = 16  # samples of the pattern per grid row: what lies beyond the band of t
 COLUMNS = 256  # grid columns transformed at a time, so that a tile stays in cache
 
 
-WIDTH = 4  # rows of the azimuth kernel; -78 dB or better at the oversampling that grid_rows keeps
-
-
 def grid_rows(azimuths: int, beamwidth: float) -> int:
     """Rows of the azimuth grid: a whole multiple of `azimuths` at which the beam fills at most a third of the band.
 
-    A sinc^2 beam has spatial frequencies up to 0.886 / beamwidth; at an oversampling of 2.9 four kernel rows err by -78 dB
-    (DESIGN section 4).
+    A sinc^2 beam has spatial frequencies up to 0.886 / beamwidth; at an oversampling of 2.9 a kernel of four rows errs by
+    -78 dB (DESIGN section 4), of six by less than float32.
     """
     return azimuths * max(1, int(np.ceil(2.9 / azimuth_oversampling(beamwidth, azimuths))))
 
@@ -31,9 +28,9 @@ def azimuth_oversampling(beamwidth: float, rows: int) -> float:
     return beamwidth * rows / (2.0 * np.pi) / (2.0 * 0.8859)
 
 
-def azimuth_kernel(beamwidth: float, rows: int) -> Kernel:
-    """The kernel with which echoes are laid along azimuth on such a grid."""
-    return Kernel(WIDTH, azimuth_oversampling(beamwidth, rows))
+def azimuth_kernel(beamwidth: float, rows: int, width: int) -> Kernel:
+    """The kernel of `width` rows with which echoes are laid along azimuth on such a grid."""
+    return Kernel(width, azimuth_oversampling(beamwidth, rows))
 
 
 def beam_spectrum(pattern: Pattern, rows: int) -> Floats:

@@ -73,7 +73,7 @@ def test_sweep_is_the_beam_around_the_full_circle(beamwidth_deg: float, azimuths
     beamwidth = np.deg2rad(beamwidth_deg)
     rows = grid_rows(azimuths, beamwidth)
     assert rows % azimuths == 0
-    kernel, flat = azimuth_kernel(beamwidth, rows), Kernel(4, 4.0)
+    kernel, flat = azimuth_kernel(beamwidth, rows, 4), Kernel(4, 4.0)
     fine = np.linspace(-np.pi, np.pi, 200_001)
     expected = azimuths * np.mean(sinc2_beam(fine, beamwidth) ** 2)  # a beam between two spokes may show almost nothing
     for azimuth in np.random.default_rng(2).uniform(0, 2 * np.pi, 5):
