@@ -12,7 +12,7 @@ Flags = NDArray[np.bool_]
 
 COPLANAR = 1e-6  # rad between normals: over a patch of 100 m a sag of 0.1 mm, a hundredth of a radian of two-way phase
 LEVEL = 1e-4  # of the body's size: what rises less above a plane is the plane's own rounding or the sag of a fine mesh
-DIRECTIONS = 1024  # along which the outermost points of a body are sought
+DIRECTIONS = 512  # along which the outermost points of a body of more points than that are sought
 
 
 def patch_sizes(mesh: Mesh) -> Floats:
@@ -74,7 +74,7 @@ def faces_something(mesh: Mesh) -> Flags:
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
-    outer = _outermost(mesh.vertices[np.unique(mesh.faces)])
+    outer = _outermost(np.unique(mesh.vertices[np.unique(mesh.faces)], axis=0))
     own = np.einsum("ij,ij->i", normal, corners[:, 0])
     margin = LEVEL * float(np.linalg.norm(np.ptp(outer, axis=0)))
     result = np.zeros((len(normal), 2), dtype=np.bool_)
@@ -93,5 +93,5 @@ def _outermost(points: Floats) -> Floats:
     up = 1.0 - (2.0 * np.arange(DIRECTIONS) + 1.0) / DIRECTIONS
     level = np.sqrt(1.0 - up * up)
     directions = np.stack([level * np.cos(turn), level * np.sin(turn), up], axis=1)
-    chosen = [np.argmax(points @ directions[i : i + 64].T, axis=0) for i in range(0, DIRECTIONS, 64)]
+    chosen = [np.argmax(directions[i : i + 64] @ points.T, axis=1) for i in range(0, DIRECTIONS, 64)]
     return np.asarray(points[np.unique(np.concatenate(chosen))])
