@@ -25,6 +25,7 @@ from radar_service.fidelity import Fidelity
 from radar_service.frames import wrap_angle
 from radar_service.random import NOISE, generator
 from radar_service.receive.beam import Pattern, azimuth_kernel, grid_rows, sweep
+from radar_service.receive.clutter import clutter_of
 from radar_service.receive.compression import compression_for
 from radar_service.receive.grid import lay, lay_swept
 from radar_service.scene.world import Scene
@@ -54,6 +55,7 @@ class CorrectedChain:
         self.moving = MovingEchoes(scene, moving, self.landscape, reach, beam, fidelity.glance, seed)
         self.resting = resting_echoes(scene, still, self.landscape, reach)
         self._profiles = self._resting_profiles()
+        self._clutter = clutter_of(scene, landscape, self.compression, self._pattern, seed)
         self._shadows = Held(self._shadowed)
 
     def _ensembles(self) -> tuple[Reflectors, Reflectors]:
@@ -114,6 +116,8 @@ class CorrectedChain:
         field = self.compression.from_spectrum(spectrum)
         if self._profiles is not None:
             field += self._profiles[index] * transmitting
+        if self._clutter is not None:
+            self._clutter.add(field, number, transmitting)
         return field
 
     def _laid_moving(self, at: Instants) -> Profiles | None:

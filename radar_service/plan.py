@@ -1,10 +1,14 @@
 """What is modelled of a scene, what is left out, and why: said, not guessed."""
 
+import math
 from dataclasses import asdict, dataclass
 from math import pi
 from typing import Any
 
+from radar_service.echo.rain_clutter import RAIN_HEIGHT
+from radar_service.echo.sea_clutter import HIGHEST_SEA_STATE
 from radar_service.fidelity import Fidelity
+from radar_service.receive.clutter import MATTERS
 from radar_service.scene.world import Body, Scene
 
 SAMPLER_WORDS = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
@@ -53,7 +57,7 @@ def _documented_effects(scene: Scene) -> list[Choice]:
         Choice("earth", False, "flat: the specification bends nothing"),
         Choice("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else "not asked for"),
         Choice("noise", False, "not in the specification"),
-        *_clutter(scene),
+        *_documented_clutter(scene),
     ]
 
 
@@ -85,14 +89,24 @@ def _extent(scene: Scene, fidelity: Fidelity) -> str:
     return "the full circle" if whole else f"{fidelity.beam_extent:g} beamwidths each side"
 
 
+def _documented_clutter(scene: Scene) -> list[Choice]:
+    asked = {"sea clutter": scene.environment.sea_state, "rain clutter": scene.environment.rain_mm_h}
+    return [Choice(what, False, "asked for, but not in the specification") for what, much in asked.items() if much]
+
+
 def _clutter(scene: Scene) -> list[Choice]:
-    left_out = "asked for, but this version has no clutter"
-    choices = []
-    if scene.environment.sea_state:
-        choices.append(Choice("sea clutter", False, f"{left_out} (the sea state still roughens the multipath mirror)"))
-    if scene.environment.rain_mm_h:
-        choices.append(Choice("rain clutter", False, f"{left_out} (rain still attenuates)"))
-    return choices
+    environment = scene.environment
+    sea, rain = environment.sea_state, environment.rain_mm_h
+    fit = "" if sea <= HIGHEST_SEA_STATE else f" (as {HIGHEST_SEA_STATE}, where the measurements end)"
+    shape = environment.sea_texture_shape
+    texture = "shape by grazing angle and cell (Ward)" if shape is None else f"shape {shape:g}"
+    sea_text = f"NRL 2012 sigma0 of sea state {sea}{fit}, GIT wind factor, K-distributed: {texture}; hidden by what rests"
+    rain_text = f"Marshall-Palmer, {rain:g} mm/h everywhere up to {RAIN_HEIGHT:g} m, Rayleigh"
+    floor = f"; below {10 * math.log10(MATTERS):g} dB of the noise left out" if environment.noise else ""
+    return [
+        Choice("sea clutter", sea > 0, sea_text + floor if sea else "sea state 0"),
+        Choice("rain clutter", rain > 0, rain_text + floor if rain else "no rain"),
+    ]
 
 
 def _body(body: Body, scene: Scene, fidelity: Fidelity) -> Choice:

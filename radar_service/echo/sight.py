@@ -61,12 +61,18 @@ class Landscape:
         visible[seen] = True
         return visible
 
-    def hides(self, places: Floats, antenna: Floats, time: float) -> Flags:
-        """Which places (W, 3) on the map anything, at rest or moving, hides from the antenna (3,) at `time` [s]."""
+    @property
+    def has_still(self) -> bool:
+        """Whether anything at rest could hide something."""
+        return self._still is not None
+
+    def hides(self, places: Floats, antenna: Floats, time: float, movers: bool = True) -> Flags:
+        """Which places (W, 3) on the map anything at rest, or what moves if `movers`, hides from the antenna (3,) at
+        `time` [s]."""
         hidden = np.zeros(len(places), dtype=np.bool_)
         if self._still is not None:
             hidden |= self._still.hides(STILL, antenna, places)
-        for key, stand in self._stands(time).items():
+        for key, stand in self._stands(time).items() if movers else ():
             hidden |= self._movers[key][0].hides(stand, antenna, places)
         return hidden
 

@@ -60,6 +60,7 @@ def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment
         gas_db_per_km=gas_attenuation_db_per_km(radar.frequency) if isinstance(gas, str) else gas,
         rain_mm_h=model.rain_mm_h,
         sea_state=model.sea_state,
+        sea_texture_shape=model.sea_texture_shape,
         wind_from=math.radians(model.wind_from_deg),
         ground_plane=model.ground_plane,
     )

@@ -99,6 +99,7 @@ class Environment:
     gas_db_per_km: float  # one way, already resolved where the scene says "itu"
     rain_mm_h: float
     sea_state: int
+    sea_texture_shape: float | None  # nu of the gamma texture everywhere, or None: by grazing angle and cell
     wind_from: float
     ground_plane: bool
 

@@ -1,0 +1,64 @@
+"""Rows of a turn: what depends on the bearing, made once in blocks and kept while the beam sweeps over it."""
+
+from collections.abc import Callable
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Pattern = Callable[[Floats], Floats]  # offset from boresight [rad] to gain relative to it
+Make = Callable[[int, int, int], NDArray[np.generic]]
+
+BLOCK = 16  # rows made together, so that a random generator is set up for many thousands of draws
+SPARE = 4  # blocks kept beyond those of one call, for threads that lag behind
+
+
+class TurnRows:
+    """Rows that divide every revolution evenly, row 0 looking north, numbered on and on from revolution to revolution.
+
+    make(scan, start, stop) gives rows start to stop (exclusive) of a scan, as (stop - start, N); the scan before the first,
+    -1, is asked for too, as the beam reaches back over north. What it gives must depend on its arguments alone. Threads
+    may ask for rows; each block is made by one of them while the others wait.
+    """
+
+    def __init__(self, turn: int, make: Make) -> None:
+        self.turn, self._make, self._lock = turn, make, Lock()
+        self._blocks = -(-turn // BLOCK)  # per turn
+        self._kept: dict[int, NDArray[np.generic]] = {}
+
+    def span(self, first: int, stop: int) -> NDArray[np.generic]:
+        """Rows first to stop (exclusive), (stop - first, N)."""
+        begin, end = self._block_of(first), self._block_of(stop - 1)
+        with self._lock:
+            blocks = [self._block(b, end + 1 - begin + SPARE) for b in range(begin, end + 1)]
+        whole = np.concatenate(blocks)
+        skipped = first - (begin // self._blocks * self.turn + begin % self._blocks * BLOCK)
+        return whole[skipped : skipped + stop - first]
+
+    def _block(self, b: int, room: int) -> NDArray[np.generic]:
+        """Block b, kept among at most `room`, the oldest of which goes first."""
+        if b not in self._kept:
+            while len(self._kept) >= room:
+                del self._kept[next(iter(self._kept))]
+            scan, start = b // self._blocks, b % self._blocks * BLOCK
+            self._kept[b] = self._make(scan, start, min(start + BLOCK, self.turn))
+        return self._kept[b]
+
+    def _block_of(self, row: int) -> int:
+        return row // self.turn * self._blocks + row % self.turn // BLOCK
+
+
+def beam_weights(azimuth: Floats, turn: int, pattern: Pattern, reach: float) -> tuple[int, int, Floats]:
+    """First row, row after the last, and weights (K, J) with which a beam at each azimuth (K,) sees the rows of a turn.
+
+    azimuth: rising, counted on from revolution to revolution [rad]; pattern: weight at an offset; nothing beyond `reach`
+    [rad], at most half a turn. The weights are the pattern's own: whoever needs a sum of 1, or of squares, divides.
+    """
+    step = 2.0 * np.pi / turn
+    reach = min(reach, np.pi)
+    first = int(np.ceil((azimuth[0] - reach) / step - 1e-9))
+    stop = int(np.floor((azimuth[-1] + reach) / step + 1e-9)) + 1
+    offset = azimuth[:, None] - np.arange(first, stop) * step
+    weight = np.where(np.abs(offset) <= reach + 1e-9, pattern(offset), 0.0)
+    return first, stop, weight

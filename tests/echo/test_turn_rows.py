@@ -1,0 +1,42 @@
+"""Rows over the turn: the same however they are asked for, and weighted as the beam is."""
+
+import numpy as np
+import pytest
+
+from radar_service.echo.turn_rows import TurnRows, beam_weights
+
+
+def numbered(turn: int) -> TurnRows:
+    """Rows that hold their own number, counted from the start."""
+    return TurnRows(turn, lambda scan, start, stop: (scan * turn + np.arange(start, stop, dtype=np.float64))[:, None])
+
+
+@pytest.mark.parametrize("turn", [4, 16, 37, 64])
+def test_any_span_is_there_across_north_and_before_the_start(turn: int) -> None:
+    rows = numbered(turn)
+    for first in (-3, 0, 5, turn - 1, turn, 3 * turn - 2):
+        for count in (1, 7, 2 * turn + 1):
+            np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count))
+
+
+def test_blocks_are_made_once_while_they_are_in_use_and_never_cross_north() -> None:
+    asked = []
+
+    def make(scan: int, start: int, stop: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+        asked.append((scan, start, stop))
+        return np.zeros((stop - start, 1))
+
+    rows = TurnRows(40, make)
+    for first in range(0, 41, 8):
+        rows.span(first, first + 20)
+    assert asked == [(0, 0, 16), (0, 16, 32), (0, 32, 40), (1, 0, 16), (1, 16, 32)]
+
+
+def test_weights_are_the_pattern_within_reach() -> None:
+    """Rows 10 degrees apart, boresights 358 and 361 degrees, reach 25: rows 34 to 38, each weighted by its offset."""
+    first, stop, weight = beam_weights(np.deg2rad([358.0, 361.0]), 36, lambda x: 1.0 - np.abs(x), np.deg2rad(25.0))
+    assert (first, stop) == (34, 39)
+    offset = np.deg2rad([[18, 8, -2, -12, -22], [21, 11, 1, -9, -19]])
+    np.testing.assert_allclose(weight, 1.0 - np.abs(offset), rtol=1e-12)
+    _, _, cut = beam_weights(np.deg2rad([0.0, 8.0]), 36, np.ones_like, np.deg2rad(10.0))
+    np.testing.assert_array_equal(cut, [[1, 1, 1], [0, 1, 1]])
