@@ -1,7 +1,9 @@
-"""Closed forms of bodies, through meshes from files, at two tessellations, turned by odd angles, at several sizes and ranges.
+"""Closed forms of bodies, through meshes from files, at two tessellations, turned by odd angles, at several sizes and
+ranges.
 
-Half a decibel at normal incidence and one in the pattern is what the project asks; what remains here is physics that the
-formulas leave out (single bounces of a corner, some lambda / a of its amplitude) and the ragged edge of tubes (1 %).
+Half a decibel at normal incidence and one in the pattern is what the project asks; what remains here is physics that
+the formulas leave out (single bounces of a corner, some lambda / a of its amplitude) and the ragged edge of tubes (1
+%).
 """
 
 from pathlib import Path
@@ -60,8 +62,8 @@ def test_plate_of_the_reference_table(tmp_path: Path, tilt_deg: float, printed: 
 
 @pytest.mark.parametrize("radius, coarse, fine", [(0.3, 20, 28), (1.0, 32, 44), (2.0, 48, 64)])
 def test_sphere(tmp_path: Path, radius: float, coarse: int, fine: int) -> None:
-    """pi r^2 (values-9.41-ghz.md: Mie gives the same to 0.02 dB above 0.5 m), to 0.25 dB: facets that sag by s shift phases by
-    up to 4 pi s / lambda, 0.13 rad here, and the shadow's edge returns some 1 / (2 k r) of the amplitude."""
+    """pi r^2 (values-9.41-ghz.md: Mie gives the same to 0.02 dB above 0.5 m), to 0.25 dB: facets that sag by s shift
+    phases by up to 4 pi s / lambda, 0.13 rad here, and the shadow's edge returns some 1 / (2 k r) of the amplitude."""
     for n in (coarse, fine):
         assert seen_from(tmp_path, sphere(radius, n), [0.3, -0.5, 0.4], 2000) == pytest.approx(
             decibels(np.pi * radius**2), abs=0.25
@@ -82,8 +84,8 @@ def test_cylinder_and_its_lobes(tmp_path: Path, radius: float, height: float, co
 @pytest.mark.parametrize("side", [0.3, 0.6, 1.0])
 @pytest.mark.parametrize("polarization", ["h", "v"])
 def test_dihedral(tmp_path: Path, side: float, polarization: str) -> None:
-    """16 pi a^4 / lambda^2 min(sin, cos)^2 across the fold (8 pi a^4 / lambda^2 in the middle), times cos(2 twist)^2, since two
-    bounces mirror the polarization about the fold. 0.5 dB."""
+    """16 pi a^4 / lambda^2 min(sin, cos)^2 across the fold (8 pi a^4 / lambda^2 in the middle), times cos(2 twist)^2,
+    since two bounces mirror the polarization about the fold. 0.5 dB."""
     for n in (1, 4):
         for angle_deg in (45.0, 35.0, 20.0, 62.0):
             across = [np.cos(np.deg2rad(angle_deg)), np.sin(np.deg2rad(angle_deg)), 0.0]
@@ -99,8 +101,8 @@ def twist(sight: Floats, fold: Floats) -> float:
 
 
 def test_dihedral_turned_by_an_eighth_of_a_turn_is_dark(tmp_path: Path) -> None:
-    """With its fold at 45 degrees to the polarization a dihedral returns only the other one: 25 dB down and more (what is left
-    are the single bounces of its plates at 45 degrees, -27 dB of the peak for 0.6 m)."""
+    """With its fold at 45 degrees to the polarization a dihedral returns only the other one: 25 dB down and more
+    (what is left are the single bounces of its plates at 45 degrees, -27 dB of the peak for 0.6 m)."""
     t = np.pi / 4
     turn = np.array([[1.0, 0, 0], [0, np.cos(t), -np.sin(t)], [0, np.sin(t), np.cos(t)]])
     across = np.array([[np.cos(t), np.sin(t), 0], [-np.sin(t), np.cos(t), 0], [0, 0, 1]])  # opens along +x
@@ -113,14 +115,15 @@ def test_dihedral_turned_by_an_eighth_of_a_turn_is_dark(tmp_path: Path) -> None:
 
 def triangular_aperture(cosines: Floats) -> float:
     """Of a trihedral with unit legs and triangular faces (Spencer 1944; Doerry 2014, Reflectors for SAR, eqs. 2 and 3)."""
-    l, m, n = np.sort(cosines)
-    return float(4 * l * m / (l + m + n) if l + m < n else l + m + n - 2 / (l + m + n))
+    least, middle, most = np.sort(cosines)
+    total = least + middle + most
+    return float(4 * least * middle / total if least + middle < most else total - 2 / total)
 
 
 def square_aperture(cosines: Floats) -> float:
     """Of a trihedral with unit legs and square faces (Spencer 1944): on the axis the square root of 3."""
-    l, m, n = np.sort(cosines)
-    return float(4 * l * m / n if m < n / 2 else l * (4 - n / m))
+    least, middle, most = np.sort(cosines)
+    return float(4 * least * middle / most if middle < most / 2 else least * (4 - most / middle))
 
 
 @pytest.mark.parametrize("leg", [0.3, 0.6, 1.0])
@@ -153,8 +156,8 @@ def test_winding_does_not_matter(tmp_path: Path) -> None:
 
 
 def test_turning_body_and_antenna_together_changes_nothing(tmp_path: Path) -> None:
-    """About the vertical, polarization turns too: a dihedral beside a plate at three headings, the same to 0.1 dB, which is the
-    tubes' edge falling elsewhere on rounding alone."""
+    """About the vertical, polarization turns too: a dihedral beside a plate at three headings, the same to 0.1 dB,
+    which is the tubes' edge falling elsewhere on rounding alone."""
     mesh = np.concatenate([dihedral(0.6, 0.4, 1), plate(0.5, 0.5, 2) + [1.2, 0.3, 0.1]])
     values = []
     for turn in (0.0, 0.7, 4.0):
@@ -167,8 +170,8 @@ def test_turning_body_and_antenna_together_changes_nothing(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("tilt_deg, rays", [(30.0, 31), (10.0, 16)])
 def test_a_plain_sum_of_sparse_rays_fails_where_facets_do_not(tmp_path: Path, tilt_deg: float, rays: int) -> None:
-    """embree.md: on a square metre tilted by 30 degrees one ray per wavelength meets a grating lobe and reads 38 dB too much,
-    16 rays across at 10 degrees read 8 dB too much; the closed form stays within 0.1 dB of theory."""
+    """embree.md: on a square metre tilted by 30 degrees one ray per wavelength meets a grating lobe and reads 38 dB
+    too much, 16 rays across at 10 degrees read 8 dB too much; the closed form stays within 0.1 dB of theory."""
     t = np.deg2rad(tilt_deg)
     x = (np.arange(rays) + 0.5) / rays - 0.5
     plain = abs(np.exp(2j * K * np.sin(t) * x).mean()) ** 2

@@ -33,8 +33,8 @@ def closed(corners: Floats, gradient: Floats) -> complex:
 
 
 def agree(corners: Floats, gradient: Floats) -> bool:
-    """Brute force takes phases within a cell, which spread by s, as their middle: it errs by s^2 / 36 at most, relatively (35:
-    terms of fourth order); the series leaves out 1e-8."""
+    """Brute force takes phases within a cell, which spread by s, as their middle: it errs by s^2 / 36 at most,
+    relatively (35: terms of fourth order); the series leaves out 1e-8."""
     cell = K * np.ptp(corners @ gradient) / 600
     exact = closed(corners, gradient)
     return abs(brute(corners, gradient) - exact) < cell**2 / 35 * abs(exact) + 1e-8
@@ -56,8 +56,8 @@ def test_closed_form_where_corners_share_their_phase() -> None:
 
 
 def test_series_and_quotient_meet() -> None:
-    """At the spread where the series takes over, both sides agree to the term that it leaves out, 9e-9, and a little more for
-    the step of the argument itself."""
+    """At the spread where the series takes over, both sides agree to the term that it leaves out, 9e-9, and a little
+    more for the step of the argument itself."""
     corners = np.array([[0.0, 0, 0], [1.0, 0.2, 0], [0.3, 0.7, 0.1]])
     gradient = np.array([1.0, 0.3, -0.2])
     spread = np.ptp(corners @ gradient) * K
@@ -78,8 +78,8 @@ def test_halves_make_the_whole() -> None:
 
 @pytest.mark.parametrize("polarization", ["h", "v"])
 def test_plate_at_normal_incidence(polarization: str) -> None:
-    """4 pi A^2 / lambda^2, in either polarization, to rounding; and its phase is that of a reflection, -1, times the j of the
-    first Fresnel zone: -j."""
+    """4 pi A^2 / lambda^2, in either polarization, to rounding; and its phase is that of a reflection, -1, times the
+    j of the first Fresnel zone: -j."""
     toward = np.array([[0.6, 0.64, 0.48]])
     p = polarization_of(toward, polarization)
     a = scattering_amplitude(-toward, p, toward, p, toward, np.array([2.0 + 0j]), 0.03)[0]

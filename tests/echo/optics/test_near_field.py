@@ -14,8 +14,9 @@ SIDE = 5.0
 
 
 def fresnel_section(distance: float, aside: float, up: float) -> float:
-    """Cross-section [m^2] of a square plate seen from (aside, distance, up) over its middle: the product of two Fresnel integrals
-    of exp(-j k (x - x0)^2 / R), the two-way path to second order (Born and Wolf, 1999, section 8.8.1)."""
+    """Cross-section [m^2] of a square plate seen from (aside, distance, up) over its middle: the product of two
+    Fresnel integrals of exp(-j k (x - x0)^2 / R), the two-way path to second order (Born and Wolf, 1999, section
+    8.8.1)."""
     scale = np.sqrt(2 * K / (np.pi * distance))
 
     def strip(offset: float) -> complex:
@@ -48,6 +49,7 @@ def test_five_metres_of_plate_from_100_to_1000_m(tmp_path: Path, distance: float
 
 
 def test_near_limit_is_the_mirror_image(tmp_path: Path) -> None:
-    """So near that the plate spans many Fresnel zones it is a mirror: pi R^2, within the ripple of its edges (1 dB at 20 m)."""
+    """So near that the plate spans many Fresnel zones it is a mirror: pi R^2, within the ripple of its edges (1 dB at
+    20 m)."""
     body = optical(loaded(tmp_path, plate(SIDE, SIDE, 1)))
     assert decibels(cross_section(body, np.array([0.4, 20.0, 0.3]))) == pytest.approx(decibels(np.pi * 400), abs=1.0)
