@@ -11,11 +11,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.antenna import one_way_gain
+from radar_service.echo.antenna import aperture_beamwidth, one_way_gain
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.ensemble import Reflectors, ensemble_of
 from radar_service.echo.held import Held
+from radar_service.echo.intervals import echo_reach, swept_by_interval
 from radar_service.echo.moving import Instants, MovingEchoes
 from radar_service.echo.ray_echoes import RayCaster, RayEnsemble, is_cast
 from radar_service.echo.resting import resting_echoes
@@ -27,7 +27,7 @@ from radar_service.random import NOISE, generator
 from radar_service.receive.beam import Pattern, azimuth_kernel, grid_rows, sweep
 from radar_service.receive.clutter import clutter_of
 from radar_service.receive.compression import compression_for
-from radar_service.receive.grid import lay, lay_swept
+from radar_service.receive.grid import lay
 from radar_service.scene.world import Scene
 from radar_service.threads import in_order
 
@@ -45,8 +45,7 @@ class CorrectedChain:
         self.scene, self.radar, self.fidelity, self.seed = scene, scene.radar, fidelity, seed
         self.range: Floats = (np.arange(scene.radar.bins, dtype=np.float64) + 0.5) * scene.radar.range_step
         self.compression = compression_for(scene.radar, fidelity.kernel_width)
-        self._tables = self.compression.kernel.tables()
-        reach = scene.radar.range_max + SPEED_OF_LIGHT * scene.radar.pulse / 2.0  # sidelobes of farther echoes fall short
+        reach = echo_reach(scene.radar)
         self.landscape = landscape
         still, moving = self._ensembles()
         extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
@@ -82,8 +81,9 @@ class CorrectedChain:
         if not len(self.resting):
             return None
         echoes, radar = self.resting.echoes, self.radar
-        rows = grid_rows(radar.azimuths, radar.beamwidth)
-        kernel = azimuth_kernel(radar.beamwidth, rows, self.fidelity.beam_kernel_width)
+        beamwidth = aperture_beamwidth(radar.beamwidth, radar.pattern)
+        rows = grid_rows(radar.azimuths, beamwidth)
+        kernel = azimuth_kernel(beamwidth, rows, self.fidelity.beam_kernel_width)
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
         grid = lay(
             (rows, self.compression.size), row, self._column(echoes.range), echoes.amplitude, kernel, self.compression.kernel
@@ -134,7 +134,7 @@ class CorrectedChain:
         """Rows (K, size) with every moving echo, and every passing shadow, where it is at its instant."""
         parts = []
         if len(self.moving):
-            parts.append(self.moving.swept(at))
+            parts += swept_by_interval(self.moving.swept, at, self.radar)
         shadows = self._shadows(int(at.middle // self.moving.interval))
         if len(shadows.range):
             parts.append(_swept_at_rest(shadows, at.boresight, self._pattern))
@@ -142,7 +142,7 @@ class CorrectedChain:
             return None
         echoes = joined(parts, len(at.time))
         drift = echoes.drift * np.float32(1.0 / self.radar.range_step)
-        return lay_swept(self.compression.size, self._column(echoes.range), drift, echoes.amplitude, self._tables)
+        return self.compression.laid(self._column(echoes.range), drift, echoes.amplitude)
 
     def _shadowed(self, glance: int) -> Echoes:
         return self.resting.shadows(self.landscape, (glance + 0.5) * self.moving.interval)

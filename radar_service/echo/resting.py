@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from radar_service.echo.echoes import Echoes, path_factor, received_amplitude, two_way_phase
 from radar_service.echo.ensemble import Reflectors, placed, stands_at
+from radar_service.echo.intervals import apparent_range, heard_reach
 from radar_service.echo.sight import Landscape
 from radar_service.frames import Polar, polar_from_map
 from radar_service.scene.world import Scene
@@ -41,7 +42,10 @@ def resting_echoes(scene: Scene, ensemble: Reflectors, landscape: Landscape, rea
     order = np.argsort(np.arctan2(*(place[:, :2] - antenna[:2]).T), kind="stable")
     place, scattering = place[order], seen.amplitude[order]
     polar = polar_from_map(place, antenna, landscape.earth_radius)
+    heard = apparent_range(scene.radar, polar.range) < heard_reach(scene.radar)
+    place, scattering, polar = place[heard], scattering[heard], Polar(*(part[heard] for part in polar))
     path = path_factor(scene.radar, scene.environment, polar, place[:, 2])
     level = received_amplitude(scene.radar, polar.range)
     amplitude = scattering * path * level * two_way_phase(polar.range, scene.radar.wavelength)
-    return RestingEchoes(Echoes(polar.range, polar.azimuth, amplitude), place, polar, antenna)
+    apparent = apparent_range(scene.radar, polar.range)
+    return RestingEchoes(Echoes(apparent, polar.azimuth, amplitude), place, polar, antenna)

@@ -1,10 +1,11 @@
-"""Eclipsing of a chirp: what arrives while a one-antenna radar still transmits is not heard.
+"""Eclipsing: what arrives while a one-antenna radar still transmits is not heard.
 
 The echoes nearer than cT/2 are turned into the signal that would be received, and what of it comes before the end of the
 radar's own pulse is compressed and handed back, to be taken away. So the peak falls, widens and moves as it does in a radar,
 at the cost of a few transforms of two pulse lengths, however many echoes there are.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +13,9 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from radar_service.receive.grid import Kernel
-from radar_service.receive.waveform import chirp_spectrum, matched_filter
-from radar_service.scene.world import Radar
 
+Complexes = NDArray[np.complex128]
+Floats = NDArray[np.float64]
 Profiles = NDArray[np.complex64]
 FINER = 3  # the received signal is cut on a grid this much finer: with half the weight on the cut, it errs by -64 dB
 
@@ -50,19 +51,21 @@ class Blanking:
         return np.asarray(scipy.fft.ifft(spectrum * self.compressed, axis=1)[:, : self.bins])
 
 
-def blanking_for(radar: Radar, kernel: Kernel) -> Blanking:
-    """The blanking of a radar that sends chirps, for echoes laid with `kernel`."""
-    fs, pulse, margin = radar.sample_rate, radar.pulse, kernel.width
+def blanking_for(
+    pulse: float, fs: float, kernel: Kernel, sent: Callable[[Floats], Complexes], passed: Callable[[Floats], Complexes]
+) -> Blanking:
+    """The blanking of a radar sampling at `fs` [Hz] that sends pulses [s] of spectrum `sent` [s] through a filter `passed`,
+    functions of the frequency [Hz] whose product is the spectrum of the compressed pulse; echoes are laid with `kernel`."""
+    margin = kernel.width
     length = int(np.ceil(pulse * fs))
     size = int(scipy.fft.next_fast_len(2 * length + 4 * margin))
     cut = FINER * (length + margin)
     begin = pulse / 2.0 - cut / (FINER * fs)  # time of the first sample, from the middle of the transmitted pulse
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
-    sent = chirp_spectrum(frequency, radar.bandwidth, pulse) / kernel.transform(frequency / fs)
+    laid = sent(frequency) / kernel.transform(frequency / fs)
     place = (margin - 0.5) / fs  # column 0 stands half a sample from range 0 (DESIGN section 2)
-    received = FINER * fs * sent * np.exp(2j * np.pi * frequency * (begin + place))
-    filtered = matched_filter(frequency, radar.bandwidth, pulse, radar.window) / FINER
-    compressed = filtered * np.exp(2j * np.pi * frequency * (0.5 / fs - begin))
+    received = FINER * fs * laid * np.exp(2j * np.pi * frequency * (begin + place))
+    compressed = passed(frequency) / FINER * np.exp(2j * np.pi * frequency * (0.5 / fs - begin))
     return Blanking(
         margin, length + 2 * margin, size, cut, length, received.astype(np.complex64), compressed.astype(np.complex64)
     )

@@ -1,26 +1,30 @@
 """From laid echoes to compressed profiles: one spectrum along range does filter, window and kernel correction."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
 from radar_service.receive.blanking import Blanking, blanking_for
-from radar_service.receive.grid import Kernel
+from radar_service.receive.grid import Kernel, Tables, lay_swept
 from radar_service.receive.plain_pulse import (
     PulseKernel,
+    plain_filter,
     plain_filter_power,
     plain_noise_power,
-    plain_spectrum,
+    plain_sent,
     pulse_kernel,
 )
-from radar_service.receive.waveform import compressed_spectrum, matched_filter, noise_power
+from radar_service.receive.waveform import chirp_spectrum, matched_filter, noise_power
 from radar_service.scene.world import Radar
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Profiles = NDArray[np.complex64]
+Spectrum = Callable[[Floats], Complexes]  # of the frequency [Hz]
 NOISE_FLOOR = (
     1e-5  # noise 50 dB below the filter's middle is not drawn: a third of the draws for a ten-thousandth of the power
 )
@@ -39,6 +43,7 @@ class Compression:
     bins: int
     size: int
     kernel: Kernel
+    tables: Tables
     echo_multiplier: NDArray[np.complex64]
     noise_band: NDArray[np.int64]
     noise_multiplier: NDArray[np.float32]
@@ -54,6 +59,21 @@ class Compression:
         if self.blanking is not None:
             heard -= scipy.fft.fft(self.blanking.lost(laid), self.size, axis=1)
         return heard
+
+    def laid(self, column: Floats, drift: NDArray[np.float32], amplitude: Profiles) -> Profiles:
+        """Rows (K, size) of echoes at places `column` (E,) [samples] that drift (E, K) from row to row; amplitude (E, K)."""
+        clipped = np.zeros(len(column), dtype=np.bool_)
+        if isinstance(self.kernel, PulseKernel):
+            clipped = self.kernel.clips(column + drift.min(axis=1, initial=0.0))
+        if not clipped.any():
+            return lay_swept(self.size, column, drift, amplitude, self.tables)
+        rows = lay_swept(self.size, column[~clipped], drift[~clipped], amplitude[~clipped], self.tables)
+        place, number = column[clipped, None] + drift[clipped], np.arange(len(rows))
+        first, weight = self.kernel.weights(place.ravel())
+        cells = (first[:, None] + np.arange(self.kernel.width)) % self.size
+        row = np.tile(number, clipped.sum())[:, None]
+        np.add.at(rows, (row, cells), amplitude[clipped].reshape(-1, 1) * weight)
+        return rows
 
     def noise_spectrum(self, rows: int, rng: np.random.Generator) -> Profiles:
         """Spectra (rows, size) of compressed receiver noise: white noise only passes the matched filter."""
@@ -85,10 +105,14 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     band = np.flatnonzero(shape > NOISE_FLOOR * shape.max())
     level = receiver_noise_power(radar)
     noise = np.sqrt(level * size**2 * shape[band] / shape[band].sum() / 2.0)  # two draws a sample, each half the power
-    blanking = blanking_for(radar, kernel) if radar.eclipsing and radar.modulation == "lfm" else None
-    echo = _echo_multiplier(radar, kernel, frequency)
+    sent, passed = _spectra(radar)
+    itself = isinstance(kernel, PulseKernel)
+    pulse = np.ones(size) if itself else fs * sent(frequency) * passed(frequency)
+    echo = pulse / kernel.transform(frequency / fs)
+    blanking = blanking_for(radar.pulse, fs, kernel, sent, passed) if radar.eclipsing and not itself else None
     return Compression(
-        radar.bins, size, kernel, echo.astype(np.complex64), band, noise.astype(np.float32), blanking
+        radar.bins, size, kernel, kernel.tables(), echo.astype(np.complex64), band,
+        noise.astype(np.float32), blanking,
     )  # fmt: skip
 
 
@@ -101,15 +125,13 @@ def _kernel(radar: Radar, width: int) -> Kernel:
     return itself if itself.width <= LONGEST_LAID else Kernel(width, max(1.5, radar.sample_rate / (4.4 * radar.bandwidth)))
 
 
-def _echo_multiplier(radar: Radar, kernel: Kernel, frequency: Floats) -> Complexes:
-    """Spectrum of the compressed pulse over that of the kernel, at `frequency` (size,) [Hz]."""
-    if isinstance(kernel, PulseKernel):
-        return np.ones(len(frequency), dtype=np.complex128)
+def _spectra(radar: Radar) -> tuple[Spectrum, Spectrum]:
+    """Of the frequency [Hz]: the spectrum of the pulse sent [s], and the filter that compresses it to a unit peak."""
+    pulse, bandwidth, window = radar.pulse, radar.bandwidth, radar.window
     if radar.modulation == "none":
-        pulse: Complexes = plain_spectrum(frequency, radar.pulse, radar.bandwidth).astype(np.complex128)
-    else:
-        pulse = compressed_spectrum(frequency, radar.bandwidth, radar.pulse, radar.window)
-    return np.asarray(radar.sample_rate * pulse / kernel.transform(frequency / radar.sample_rate))
+        return partial(plain_sent, pulse=pulse), partial(plain_filter, pulse=pulse, bandwidth=bandwidth)
+    sent = partial(chirp_spectrum, bandwidth=bandwidth, pulse=pulse)
+    return sent, partial(matched_filter, bandwidth=bandwidth, pulse=pulse, window=window)
 
 
 def _noise_shape(radar: Radar, frequency: Floats) -> Floats:

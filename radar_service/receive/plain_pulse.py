@@ -39,10 +39,15 @@ def plain_filter_power(frequency: Floats, bandwidth: float) -> Floats:
     return np.asarray(np.exp(-4.0 * np.log(2.0) * (frequency / bandwidth) ** 2))
 
 
-def plain_spectrum(frequency: Floats, pulse: float, bandwidth: float) -> Floats:
-    """Fourier transform [s] of `plain_response`, real, at `frequency` [Hz]: a sinc times the filter."""
+def plain_sent(frequency: Floats, pulse: float) -> NDArray[np.complex128]:
+    """Fourier transform [s] of the rectangular pulse at `frequency` [Hz]."""
+    return np.asarray(pulse * np.sinc(frequency * pulse), dtype=np.complex128)
+
+
+def plain_filter(frequency: Floats, pulse: float, bandwidth: float) -> NDArray[np.complex128]:
+    """Transfer function of the filter at `frequency` [Hz], scaled so that a unit echo has a unit peak."""
     peak = erf(pulse / 2.0 / (np.sqrt(2.0) * filter_spread(bandwidth)))
-    return np.asarray(pulse * np.sinc(frequency * pulse) * np.sqrt(plain_filter_power(frequency, bandwidth)) / peak)
+    return np.asarray(np.sqrt(plain_filter_power(frequency, bandwidth)) / peak, dtype=np.complex128)
 
 
 def plain_noise_power(pulse: float, bandwidth: float, noise_factor: float) -> float:
@@ -62,6 +67,20 @@ class PulseKernel(Kernel):
 
     pulse: float = 0.0  # in samples
     bandwidth: float = 1.0  # per sample
+    eclipsing: bool = False  # whether what arrives before the radar's own pulse has ended is not heard
+
+    def weights(self, x: Floats) -> tuple[NDArray[np.int64], Floats]:
+        """First sample (E,) and weights (E, width) of points at places x (E,) [samples], without what is not heard."""
+        first, weights = super().weights(x)
+        near = np.flatnonzero(self.clips(x))
+        offset = (first[near] - x[near])[:, None] + np.arange(self.width)
+        heard_from = self.pulse / 2.0 - (x[near] + 0.5)  # column x stands at a delay of x + 1/2 samples
+        weights[near] = plain_response(offset, self.pulse, self.bandwidth, heard_from[:, None])
+        return first, weights
+
+    def clips(self, x: Floats) -> NDArray[np.bool_]:
+        """Which echoes at places x [samples] are not heard whole."""
+        return np.asarray((x + 0.5 < self.pulse) & self.eclipsing)
 
     def transform(self, frequency: Floats) -> Floats:
         """1 at every frequency: what is laid is finished."""
@@ -75,4 +94,4 @@ def pulse_kernel(radar: Radar) -> PulseKernel:
     """The kernel of a radar without modulation, as wide as the pulse and the tails of the filter."""
     reach = radar.pulse / 2.0 + TAIL * filter_spread(radar.bandwidth)
     width = 2 * int(np.ceil(reach * radar.sample_rate))
-    return PulseKernel(width, 1.0, radar.pulse * radar.sample_rate, radar.bandwidth / radar.sample_rate)
+    return PulseKernel(width, 1.0, radar.pulse * radar.sample_rate, radar.bandwidth / radar.sample_rate, radar.eclipsing)

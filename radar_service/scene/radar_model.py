@@ -158,8 +158,8 @@ def _check_repetition(radar: RadarModel) -> None:
     unambiguous = SPEED_OF_LIGHT * interval / 2.0
     if radar.range_max_m > unambiguous and not radar.second_time_around:
         raise ValueError(
-            f"range_max_m: {radar.range_max_m:g} m is beyond the {unambiguous:.0f} m that {radar.prf_hz:g} pulses a second leave "
-            "unambiguous; lower one of the two, or set second_time_around = true"
+            f"range_max_m: {radar.range_max_m:g} m is beyond the {unambiguous:.0f} m from which echoes of {radar.prf_hz:g} "
+            "pulses a second arrive in time; lower one of the two, or set second_time_around = true"
         )
 
 

@@ -1,0 +1,111 @@
+"""Slow twin: the field of a scene of points, every azimuth at its own instant, for any pulse, beam and repetition.
+
+Own arithmetic throughout: nothing of the engine but the scene's motions (which have their own tests) is used. Author: this
+project, from the definitions of DESIGN section 2 and the radar equation (Skolnik 2001, eq. 1.7).
+"""
+
+from collections.abc import Callable
+from math import erf, log, pi, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import radar_service as rs
+from tests.reference.compressed_pulse import LIGHT, compressed_pulse, sinc2_beam
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Pulse = Callable[[Floats, Floats], Complexes]  # delay from the peak (A, N) [s], two-way delay of the echo (A, 1) [s]
+COSINE_SUMS = {
+    "none": (1.0,),
+    "hamming": (0.54, 0.46),
+    "hann": (0.5, 0.5),
+    "blackman": (0.42, 0.5, 0.08),
+    "blackman-harris": (0.35875, 0.48829, 0.14128, 0.01168),
+    "nuttall": (0.355768, 0.487396, 0.144232, 0.012604),
+}
+
+
+def chirp_pulse(radar: Any) -> Pulse:
+    """The compressed chirp of a radar; of an eclipsing one, what is heard after its own pulse."""
+
+    def pulse(delay: Floats, late: Floats) -> Complexes:
+        heard_from = radar.pulse / 2 - late if radar.eclipsing else np.full_like(late, -np.inf)
+        return compressed_pulse(delay, radar.bandwidth, radar.pulse, COSINE_SUMS[radar.window], heard_from)
+
+    return pulse
+
+
+def plain_pulse(radar: Any) -> Pulse:
+    """A rectangle behind a Gaussian filter with |H|^2 = 1/2 at +-B/2: its impulse response is a normal density of standard
+    deviation sqrt(ln 2) / (pi B), so the answer is a difference of two normal distribution functions."""
+    spread = sqrt(log(2)) / (pi * radar.bandwidth)
+    half = radar.pulse / 2
+    up_to = np.vectorize(lambda x: 0.5 * (1 + erf(x / sqrt(2))))
+    peak = float(up_to(half / spread) - up_to(-half / spread))
+
+    def pulse(delay: Floats, late: Floats) -> Complexes:
+        begin = np.clip(half - late, -half, half) if radar.eclipsing else np.full_like(late, -half)
+        answer = np.zeros(delay.shape, dtype=np.complex128)
+        near = np.abs(delay) < half + 8 * spread  # beyond, both functions agree to 1e-15
+        rise, fall = (delay - begin)[near] / spread, (delay - half)[near] / spread
+        if near.any():
+            answer[near] = (up_to(rise) - up_to(fall)) / peak
+        return answer
+
+    return pulse
+
+
+def exact_field(made: rs.Scene, scan: rs.Scan, beam: Callable[[Floats, float], Floats] = sinc2_beam) -> Complexes:
+    """Field (A, N) of the points of a scene, free space, folded where the radar asks for second-time-around echoes."""
+    radar = made.radar
+    pulse = plain_pulse(radar) if radar.modulation == "none" else chirp_pulse(radar)
+    field = np.zeros((len(scan.time), len(scan.range)), dtype=np.complex128)
+    for body in made.bodies:
+        late = 0
+        while True:
+            sent = scan.time - (0.0 if radar.prf is None else late / radar.prf)
+            r, azimuth, elevation = _polar(made, body, sent)
+            level = _level(radar, body.rcs, r) * beam(elevation - radar.tilt, radar.beamwidth_el)
+            interval = np.inf if not radar.second_time_around else LIGHT / (2 * radar.prf)
+            belongs = np.floor(r / interval) == late
+            apparent = r - (late * interval if late else 0.0)
+            delay = 2.0 * (scan.range[None, :] - apparent[:, None]) / LIGHT
+            weight = belongs * level * beam(scan.azimuth - azimuth, radar.beamwidth)
+            arrived = 2.0 * apparent[:, None] / LIGHT
+            field += (weight * np.exp(-4j * np.pi * r / radar.wavelength))[:, None] * pulse(delay, arrived)
+            late += 1
+            if (r < late * interval).all():
+                break
+    return field
+
+
+def _polar(made: rs.Scene, body: Any, time: Floats) -> tuple[Floats, Floats, Floats]:
+    offset = body.motion.pose(time).position - made.own_ship.pose(time).position
+    ground = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
+    drop = ground**2 / (2 * made.environment.earth_factor * 6_371_000.0)
+    z = offset[:, 2] - drop - made.radar.height
+    return np.sqrt(ground**2 + z**2), np.arctan2(offset[:, 0], offset[:, 1]), np.arctan2(z, ground)
+
+
+def _level(radar: Any, rcs: float, r: Floats) -> Floats:
+    power = radar.power * radar.gain**2 * radar.wavelength**2 * rcs / ((4 * np.pi) ** 3 * r**4 * radar.loss)
+    return np.asarray(np.sqrt(power))
+
+
+def error_db(made: rs.Scene, scan: rs.Scan, beam: Callable[[Floats, float], Floats] = sinc2_beam) -> float:
+    """Energy of the difference between a scan and the exact field, over that of the exact field."""
+    exact = exact_field(made, scan, beam)
+    return float(10 * np.log10(np.sum(np.abs(scan.field - exact) ** 2) / np.sum(np.abs(exact) ** 2)))
+
+
+def scattered(count: int, nearest: float, farthest: float, seed: int, **motion: Any) -> list[dict[str, Any]]:
+    """Points all round, each about as loud as the others, so that every one of them counts in the error."""
+    rng = np.random.default_rng(seed)
+    bodies = []
+    for i in range(count):
+        r, azimuth, up = rng.uniform(nearest, farthest), rng.uniform(0, 2 * np.pi), rng.uniform(5, 30)
+        place = [r * np.sin(azimuth), r * np.cos(azimuth), up]
+        bodies.append({"name": f"p{i}", "shape": "point", "position_m": place, "rcs_dbsm": 40 * np.log10(r / 100), **motion})
+    return bodies
