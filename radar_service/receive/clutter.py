@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from radar_service.echo.echoes import elevation_gain, received_amplitude
@@ -61,11 +60,17 @@ def resolution_cell(pattern: Pattern, compression: Compression, range_step: floa
 
 def pulse_power(compression: Compression) -> Floats:
     """|spectrum|^2 (size,) in FFT order of the sampled compressed pulse of unit peak."""
-    first, weights = compression.kernel.weights(np.zeros(1))
-    laid = np.zeros(compression.size)
-    laid[first[0] + np.arange(weights.shape[1])] = weights[0]
-    multiplier = 1.0 if compression.echo_multiplier is None else compression.echo_multiplier
-    return np.asarray(np.abs(scipy.fft.fft(laid) * multiplier) ** 2)
+    far = np.array([compression.size // 2])  # past the deaf time of a one-antenna radar
+    return np.asarray(np.abs(compression.spectrum(_unit_echoes(compression, far))[0]) ** 2)
+
+
+def _unit_echoes(compression: Compression, column: NDArray[np.int64]) -> Profiles:
+    """Rows (E, size) with one unit echo each, laid at a column."""
+    laid = np.zeros((len(column), compression.size), dtype=np.complex64)
+    first, weights = compression.kernel.weights(column.astype(np.float64))
+    for row, start in enumerate(first):
+        laid[row, (start + np.arange(weights.shape[1])) % compression.size] = weights[row]
+    return laid
 
 
 def heard_share(scene: Scene, compression: Compression) -> Floats:
@@ -75,11 +80,9 @@ def heard_share(scene: Scene, compression: Compression) -> Floats:
         return np.ones(radar.bins)
     deaf = min(radar.bins, int(np.ceil(radar.pulse * radar.sample_rate)) + 1)  # bins within c T / 2
     column = np.unique(np.linspace(0, deaf - 1, 64).astype(np.int64))
-    laid = np.zeros((len(column), compression.size), dtype=np.complex64)
-    first, weights = compression.kernel.weights(column.astype(np.float64))
-    for row, start in enumerate(first):
-        laid[row, (start + np.arange(weights.shape[1])) % compression.size] = weights[row]
-    energy = np.sum(np.abs(compression.profiles(laid)) ** 2, axis=1) / np.mean(pulse_power(compression))
+    energy = np.sum(np.abs(compression.profiles(_unit_echoes(compression, column))) ** 2, axis=1) / np.mean(
+        pulse_power(compression)
+    )
     return np.asarray(np.interp(np.arange(radar.bins), np.append(column, deaf), np.append(energy, 1.0)))
 
 
