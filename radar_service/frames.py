@@ -61,6 +61,18 @@ def map_from_body(points: Floats, position: Floats, heading: float) -> Floats:
     return points @ body_rotation(heading).T + position
 
 
+def map_from_deck(heading: Floats, roll: Floats, pitch: Floats) -> Floats:
+    """Matrices (K, 3, 3) from a ship's deck (x starboard, y bow, z mast) to the map, for angles (K,) [rad]: roll with the
+    starboard side down, then pitch with the bow up, then heading."""
+    cr, sr, cp, sp, c, s = (f(a) for a in (roll, pitch, heading) for f in (np.cos, np.sin))
+    rows = [
+        [c * cr + s * sp * sr, s * cp, c * sr - s * sp * cr],
+        [-s * cr + c * sp * sr, c * cp, -s * sr - c * sp * cr],
+        [-cp * sr, sp, cp * cr],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
 def body_rotation(heading: float) -> Floats:
     """The (3, 3) matrix map_from_body for a heading [rad] clockwise from north: the bow (+y) points along it."""
     c, s = np.cos(heading), np.sin(heading)

@@ -56,6 +56,7 @@ def _documented_effects(scene: Scene) -> list[Choice]:
         Choice("beam", True, "printed pattern within 1.5 beamwidths, then the Gaussian spread of eq. 19"),
         Choice("earth", False, "flat: the specification bends nothing"),
         Choice("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else "not asked for"),
+        *_sway(scene, "the mast swings and the heading too; the specification does not tilt the beam"),
         Choice("noise", False, "not in the specification"),
         *_documented_clutter(scene),
     ]
@@ -79,6 +80,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity) -> list[Choice]:
             environment.gas_db_per_km > 0 or environment.rain_mm_h > 0,
             f"{environment.gas_db_per_km:.4g} dB/km one way, rain {environment.rain_mm_h:g} mm/h (ITU-R P.838)",
         ),
+        *_sway(scene, "the mast swings, bearings and elevations are those of the tilted antenna; sea clutter keeps level"),
         Choice("noise", environment.noise, "thermal, k T0 F" if environment.noise else "not asked for"),
         *_clutter(scene),
     ]
@@ -92,6 +94,11 @@ def _extent(scene: Scene, fidelity: Fidelity) -> str:
 def _documented_clutter(scene: Scene) -> list[Choice]:
     asked = {"sea clutter": scene.environment.sea_state, "rain clutter": scene.environment.rain_mm_h}
     return [Choice(what, False, "asked for, but not in the specification") for what, much in asked.items() if much]
+
+
+def _sway(scene: Scene, how: str) -> list[Choice]:
+    """How roll, pitch and yaw are modelled, where own ship has them."""
+    return [] if scene.own_ship.sway is None else [Choice("roll, pitch, yaw", True, how)]
 
 
 def _clutter(scene: Scene) -> list[Choice]:

@@ -50,14 +50,16 @@ def received_amplitude(radar: Radar, distance: Floats) -> Floats:
     return np.asarray(np.sqrt(constant) / nearest**2)
 
 
-def path_factor(radar: Radar, environment: Environment, polar: Polar, height: Floats) -> Complexes:
+def path_factor(
+    radar: Radar, environment: Environment, polar: Polar, height: Floats, lifted: Floats | float = 0.0
+) -> Complexes:
     """What the way there and back does to the amplitude, complex (E,): elevation gain, gas and rain, the sea's mirror.
 
-    height: of the scatterers above the sea [m].
+    height: of the scatterers above the sea [m]; lifted: how far the antenna's sway has put each one up in its beam [rad].
     """
     rain = rain_db_per_km(environment.rain_mm_h, radar.polarization, radar.frequency)
     gas = gas_amplitude(polar.range, environment.gas_db_per_km + rain)
-    factor = (elevation_gain(radar, polar.elevation) * gas).astype(np.complex128)
+    factor = (elevation_gain(radar, polar.elevation, lifted) * gas).astype(np.complex128)
     if environment.multipath:
         factor *= (
             two_ray_factor(
@@ -68,16 +70,16 @@ def path_factor(radar: Radar, environment: Environment, polar: Polar, height: Fl
                 earth_radius=effective_earth_radius(environment.earth_factor),
                 polarization=radar.polarization,
                 wave_height=rms_wave_height(environment.sea_state),
-                elevation_gain=partial(elevation_gain, radar),
+                elevation_gain=partial(elevation_gain, radar, lifted=lifted),
             )
             ** 2
         )
     return factor
 
 
-def elevation_gain(radar: Radar, elevation: Floats) -> Floats:
-    """One-way power gain relative to boresight at elevations [rad] from horizontal."""
-    return one_way_gain(elevation - radar.tilt, radar.beamwidth_el, radar.pattern_el)
+def elevation_gain(radar: Radar, elevation: Floats, lifted: Floats | float = 0.0) -> Floats:
+    """One-way power gain relative to boresight at elevations [rad] from horizontal; lifted: as in `path_factor`."""
+    return one_way_gain(elevation + lifted - radar.tilt, radar.beamwidth_el, radar.pattern_el)
 
 
 def two_way_phase(distance: Floats, wavelength: float) -> Complexes:

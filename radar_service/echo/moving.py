@@ -4,12 +4,13 @@ Range, phase and beam weight are those of the very instant of each azimuth. What
 instants of simulated time: sight and scattering each `glance`, elevation gain and multipath once per call.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.echoes import path_factor, received_amplitude, two_way_phase
+from radar_service.echo.echoes import elevation_gain, path_factor, received_amplitude, two_way_phase
 from radar_service.echo.ensemble import Reflections, Reflectors
 from radar_service.echo.fleet import Fleet, Stands, placed_at
 from radar_service.echo.fluctuation import Fluctuation
@@ -21,13 +22,16 @@ from radar_service.echo.sweep import (
     Course,
     Parabola,
     SweptEchoes,
+    apparent,
+    elevation_of,
     exact_course,
     joined,
     parabola,
     smooth_course,
     strays,
+    turned_amplitude,
 )
-from radar_service.frames import Polar, polar_from_map, wrap_angle
+from radar_service.frames import polar_from_map, wrap_angle
 from radar_service.scene.world import Motion, Scene
 
 Floats = NDArray[np.float64]
@@ -35,6 +39,7 @@ Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
 Indices = NDArray[np.int64]
 
+NULL = 1e-3  # of boresight: elevation gains below it do not divide
 ECHOES = 8192  # at a time: arrays of 16 azimuths by so many stay in the L2 cache
 
 
@@ -62,6 +67,18 @@ class Glance:
 
     seen: Reflections
     place: Floats
+
+
+class Moment(NamedTuple):
+    """Some azimuths (K,), and at three nodes and then at each of them: where bodies and the antenna (3 + K, 3) are, how the
+    antenna sways (3 + K, 3, 3). rough: (B,) which bodies do not follow the parabola `over` them."""
+
+    at: Instants
+    over: Parabola
+    stands: Stands
+    antenna: Floats
+    upright: Floats | None
+    rough: NDArray[np.bool_]
 
 
 class MovingEchoes:
@@ -93,59 +110,66 @@ class MovingEchoes:
 
     def swept(self, at: Instants) -> SweptEchoes:
         """Every echo that the beam reaches at any of these azimuths."""
-        glance = self._glance(int(at.middle // self.interval))
+        glance, now = self._glance(int(at.middle // self.interval)), self._moment(at)
+        everywhere = self._places(glance, None, now, 1) - now.antenna[1]
+        chosen = self._under_beam(everywhere if now.upright is None else everywhere @ now.upright[1].T, at)
+        parts = [self._part(glance, chosen[i : i + ECHOES], now) for i in range(0, len(chosen), ECHOES)]
+        return joined(parts, len(at.time))
+
+    def _moment(self, at: Instants) -> Moment:
         over = parabola(at.time)
         time = np.concatenate([over.nodes, at.time])
         stands, antenna = self.fleet.stands(time), self.scene.antenna(time)
         rough = self._rough(stands, antenna, over)
-        everywhere = self._places(glance, None, stands, 1) - antenna[1]
-        chosen = self._under_beam(everywhere, at)
-        parts = [
-            self._part(glance, chosen[i : i + ECHOES], stands, antenna, rough, over, at)
-            for i in range(0, len(chosen), ECHOES)
-        ]
-        return joined(parts, len(at.time))
+        return Moment(at, over, stands, antenna, self.scene.upright_from_map(time), rough)
 
-    def _part(
-        self, glance: Glance, which: Indices, stands: Stands, antenna: Floats, rough: NDArray[np.bool_],
-        over: Parabola, at: Instants,
-    ) -> SweptEchoes:  # fmt: skip
+    def _part(self, glance: Glance, which: Indices, now: Moment) -> SweptEchoes:
         """Some of the echoes, indices into the glance."""
-        body, radius = glance.seen.body[which], self.landscape.earth_radius
-        nodes = [self._places(glance, which, stands, n) - antenna[n] for n in range(3)]
-        polar = polar_from_map(nodes[1], np.zeros(3), radius)
-        course, near = smooth_course(nodes, polar, radius, over)
-        exact = np.union1d(near, np.flatnonzero(rough[body]))
+        body, earth = glance.seen.body[which], self.landscape.earth_radius
+        nodes = [self._places(glance, which, now, n) - now.antenna[n] for n in range(3)]
+        polar = polar_from_map(nodes[1], np.zeros(3), earth)
+        seen = nodes if now.upright is None else [apparent(nodes[n], now.upright[n], earth) for n in range(3)]
+        azimuth = polar.azimuth if now.upright is None else np.arctan2(seen[1][:, 0], seen[1][:, 1])
+        course, near = smooth_course(nodes, seen, polar.range, earth, now.over)
+        exact = np.union1d(near, np.flatnonzero(now.rough[body]))
         if len(exact):
-            places = np.stack([self._places(glance, which[exact], stands, n) - antenna[n] for n in range(3, len(antenna))])
-            exact_course(course, exact, places, polar.azimuth[exact], radius)
-        height = nodes[1][:, 2] + antenna[1, 2]
-        base = glance.seen.amplitude[which] * path_factor(self.scene.radar, self.scene.environment, polar, height)
-        base *= received_amplitude(self.scene.radar, polar.range) * two_way_phase(polar.range, self.scene.radar.wavelength)
-        return SweptEchoes(polar.range, course.drift, self._amplitude(base, course, polar, body, at))
+            instants = range(3, len(now.antenna))
+            places = np.stack([self._places(glance, which[exact], now, n) - now.antenna[n] for n in instants])
+            exact_course(course, exact, places, now.upright, azimuth[exact], earth)
+        weight = self._weight(course, azimuth, now.at)
+        self.fluctuation.apply(weight, now.at.number, azimuth, body)
+        radar, lifted = self.scene.radar, np.zeros(1)
+        if now.upright is not None:
+            radar = replace(radar, height=float(now.antenna[1, 2]))
+            elevations = [elevation_of(direction) for direction in seen]
+            lifted = elevations[1] - polar.elevation
+            weight *= self._nodding(elevations, now.over)
+        height = nodes[1][:, 2] + now.antenna[1, 2]
+        base = glance.seen.amplitude[which] * path_factor(radar, self.scene.environment, polar, height, lifted)
+        base *= received_amplitude(radar, polar.range) * two_way_phase(polar.range, radar.wavelength)
+        return SweptEchoes(polar.range, course.drift, turned_amplitude(base, weight, course.drift, radar.wavelength))
 
-    def _amplitude(
-        self, base: Complexes, course: Course, polar: Polar, body: Indices, at: Instants
-    ) -> NDArray[np.complex64]:
-        """Amplitudes (E, K): those of the middle, turned and weighted for each azimuth."""
+    def _weight(self, course: Course, azimuth: Floats, at: Instants) -> Singles:
+        """Beam weights (E, K), and how much louder each echo is than at the middle, where it stands at `azimuth` (E,)."""
         middle = at.boresight[len(at.boresight) // 2]
         offset = (at.boresight - middle).astype(np.float32) - course.swing
-        offset += wrap_angle(middle - polar.azimuth).astype(np.float32)[:, None]
+        offset += wrap_angle(middle - azimuth).astype(np.float32)[:, None]
         weight = self._beam(offset)
-        nearest = np.maximum(polar.range, self.scene.radar.range_min)
+        nearest = np.maximum(course.range, self.scene.radar.range_min)
         nearer = course.drift * (1.0 / nearest).astype(np.float32)[:, None]
         nearer += np.float32(1.0)
         weight /= np.square(nearer, out=nearer)
-        self.fluctuation.apply(weight, at.number, polar.azimuth, body)
-        phase = course.drift * np.float32(-4.0 * np.pi / self.scene.radar.wavelength)
-        amplitude = np.empty(phase.shape, dtype=np.complex64)
-        np.multiply(np.cos(phase), weight, out=amplitude.real)
-        np.multiply(np.sin(phase), weight, out=amplitude.imag)
-        amplitude *= base.astype(np.complex64)[:, None]
-        return amplitude
+        return weight
 
-    def _places(self, glance: Glance, which: Indices | None, stands: Stands, instant: int) -> Floats:
-        """Where reflections `which` (E,), or all, are on the map (E, 3) [m] at one of the instants of `stands`."""
+    def _nodding(self, elevations: list[Floats], over: Parabola) -> Singles:
+        """Elevation gain (E, K) of a swaying beam over that at the middle; 1 about its nulls."""
+        first, middle, last = (elevation_gain(self.scene.radar, elevation) for elevation in elevations)
+        steady = middle < NULL
+        middle[steady] = first[steady] = last[steady] = 1.0
+        return over.change(first / middle - 1.0, last / middle - 1.0) + np.float32(1.0)
+
+    def _places(self, glance: Glance, which: Indices | None, now: Moment, instant: int) -> Floats:
+        """Where reflections `which` (E,), or all, are on the map (E, 3) [m] at one of the instants of `now`."""
         every = slice(None) if which is None else which
         place, body = glance.place[every], glance.seen.body[every]
         moving = np.flatnonzero(self._moves[body])
@@ -153,7 +177,7 @@ class MovingEchoes:
             return place
         place = place.copy()
         points = glance.seen.position[every][moving]
-        place[moving] = placed_at(points, body[moving], stands.position[instant], stands.heading[instant])
+        place[moving] = placed_at(points, body[moving], now.stands.position[instant], now.stands.heading[instant])
         return place
 
     def _rough(self, stands: Stands, antenna: Floats, over: Parabola) -> NDArray[np.bool_]:
@@ -188,8 +212,8 @@ class MovingEchoes:
 
 def glance_interval(scene: Scene, glance: float) -> float:
     """Time [s] in which nothing moves more than `glance` [m] relative to the antenna, at most one revolution."""
-    own, others = _top_speed(scene.own_ship), max((_top_speed(body.motion) for body in scene.bodies), default=0.0)
-    speed = own + others
+    others = max((_top_speed(body.motion) for body in scene.bodies), default=0.0)
+    speed = _top_speed(scene.own_ship) + mast_speed(scene) + others
     period = scene.radar.rotation_period
     return period if speed * period <= glance else glance / speed
 
@@ -199,4 +223,11 @@ def _top_speed(motion: Motion) -> float:
     legs = np.diff(motion.time)
     steps = np.linalg.norm(np.diff(motion.position, axis=0), axis=1)
     fastest = np.divide(steps, legs, out=np.zeros_like(steps), where=legs > 0).max(initial=0.0)
-    return float(max(fastest, np.linalg.norm(motion.final_velocity)))
+    bent = 0.0 if motion.arcs is None else motion.arcs[:, 1].max()
+    return float(max(fastest, bent, np.linalg.norm(motion.final_velocity)))
+
+
+def mast_speed(scene: Scene) -> float:
+    """The highest speed [m/s] at which sway carries the antenna."""
+    sway = scene.own_ship.sway
+    return 0.0 if sway is None else scene.radar.height * float(np.sum((sway.amplitude * 2.0 * np.pi / sway.period)[:2]))

@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import Polar, wrap_angle
+from radar_service.frames import wrap_angle
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
+Complexes = NDArray[np.complex128]
 Indices = NDArray[np.int64]
 Pattern = Callable[[Floats], Floats]  # offset from boresight [rad] to gain relative to it
 
@@ -72,24 +73,44 @@ class Course(NamedTuple):
     swing: Singles
 
 
-def smooth_course(nodes: list[Floats], middle: Polar, earth_radius: float, over: Parabola) -> tuple[Course, Indices]:
-    """The course of echoes at places (E, 3) relative to the antenna at the three nodes, and which must be done exactly."""
-    first, last = ((slant_range(place, earth_radius) - middle.range) for place in (nodes[0], nodes[2]))
-    turns, steep = zip(*(_turned(nodes[1], place) for place in (nodes[0], nodes[2])), strict=True)
-    course = Course(middle.range, over.change(first, last), over.change(turns[0], turns[1]))
+def smooth_course(
+    nodes: list[Floats], seen: list[Floats], middle: Floats, earth_radius: float, over: Parabola
+) -> tuple[Course, Indices]:
+    """The course of echoes at places (E, 3) relative to the antenna at the three nodes, and which must be done exactly.
+
+    seen: the directions (E, 3) that a swaying antenna takes them for, else the same places; middle: ranges (E,) [m].
+    """
+    first, last = ((slant_range(place, earth_radius) - middle) for place in (nodes[0], nodes[2]))
+    turns, steep = zip(*(_turned(seen[1], place) for place in (seen[0], seen[2])), strict=True)
+    course = Course(middle, over.change(first, last), over.change(turns[0], turns[1]))
     half = nodes[2] - nodes[0]
     reach = np.sqrt(np.einsum("ij,ij->i", half, half)) / 2.0
-    near = NEAR * reach * reach * reach > TOLERANCE * middle.range * middle.range
+    near = NEAR * reach * reach * reach > TOLERANCE * middle * middle
     return course, np.flatnonzero(near | steep[0] | steep[1])
 
 
-def exact_course(course: Course, which: Indices, places: Floats, azimuth: Floats, earth_radius: float) -> None:
+def exact_course(
+    course: Course, which: Indices, places: Floats, upright: Floats | None, azimuth: Floats, earth_radius: float
+) -> None:
     """Lays into `course` the true changes of echoes `which`, at places (K, W, 3) relative to the antenna.
 
-    azimuth: (W,) [rad] from which it is counted.
+    upright: of the three nodes and the K azimuths, as in `Scene.upright_from_map`; azimuth: (W,) [rad] from which it counts.
     """
     course.drift[which] = (slant_range(places, earth_radius) - course.range[which]).T
-    course.swing[which] = wrap_angle(np.arctan2(places[..., 0], places[..., 1]) - azimuth).T
+    seen = places if upright is None else apparent(places, upright[3:], earth_radius)
+    course.swing[which] = wrap_angle(np.arctan2(seen[..., 0], seen[..., 1]) - azimuth).T
+
+
+def apparent(places: Floats, upright: Floats, earth_radius: float) -> Floats:
+    """Directions (..., E, 3) that a swaying antenna takes places relative to it for, by matrices (..., 3, 3)."""
+    bent = places.copy()
+    bent[..., 2] -= (places[..., 0] ** 2 + places[..., 1] ** 2) / (2.0 * earth_radius)
+    return np.asarray(bent @ np.swapaxes(upright, -1, -2))
+
+
+def elevation_of(direction: Floats) -> Floats:
+    """Elevation (...) [rad] of directions (..., 3)."""
+    return np.arctan2(direction[..., 2], np.hypot(direction[..., 0], direction[..., 1]))
 
 
 def slant_range(place: Floats, earth_radius: float) -> Floats:
@@ -115,6 +136,16 @@ def joined(parts: list[SweptEchoes], azimuths: int) -> SweptEchoes:
         return parts[0]
     none = SweptEchoes(np.zeros(0), np.zeros((0, azimuths), np.float32), np.zeros((0, azimuths), np.complex64))
     return SweptEchoes(*(np.concatenate(column) for column in zip(none, *parts, strict=True)))
+
+
+def turned_amplitude(base: Complexes, weight: Singles, drift: Singles, wavelength: float) -> NDArray[np.complex64]:
+    """Amplitudes (E, K): `base` (E,) of the middle, weighted (E, K) and turned by changes of range `drift` (E, K) [m]."""
+    phase = drift * np.float32(-4.0 * np.pi / wavelength)  # some 100 rad: float32 leaves 1e-5 of a radian
+    amplitude = np.empty(phase.shape, dtype=np.complex64)
+    np.multiply(np.cos(phase), weight, out=amplitude.real)
+    np.multiply(np.sin(phase), weight, out=amplitude.imag)
+    amplitude *= base.astype(np.complex64)[:, None]
+    return amplitude
 
 
 class BeamTable:

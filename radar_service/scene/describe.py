@@ -106,13 +106,22 @@ def _unseen(distance_now: float, ground: float, up: float, body: Body, scene: Sc
     return " (below the horizon)" if ground - size > radar_horizon(scene, top) else ""
 
 
+def _sway_text(motion: Motion) -> str:
+    if motion.sway is None:
+        return ""
+    swings = zip(("rolling", "pitching", "yawing"), motion.sway.amplitude, motion.sway.period, strict=True)
+    return "".join(f", {verb} {math.degrees(a):g} degrees in {p:g} s" for verb, a, p in swings if a)
+
+
 def _motion_text(motion: Motion) -> str:
     pose = motion.pose(max(float(motion.time[0]), 0.0))
     place = f"at east {pose.position[0, 0]:.1f}, north {pose.position[0, 1]:.1f}, up {pose.position[0, 2]:.1f} m"
-    heading = f"heading {math.degrees(pose.heading[0]):05.1f}"
+    heading = f"heading {math.degrees(pose.heading[0]):05.1f}{_sway_text(motion)}"
     if motion.at_rest:
         return f"{place}, {heading}, at rest"
     course = f"course {math.degrees(pose.course[0]):05.1f}, {pose.speed[0] / KNOT:.1f} kn"
-    legs = f", {len(motion.time) - 1} legs" if len(motion.time) > 1 else ""
+    bends = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:, 2]))
+    legs = f", {len(motion.time) - 1 - bends} legs" if len(motion.time) > 1 else ""
+    legs += f" and {bends} arcs" if bends else ""
     again = f", round every {motion.period:.0f} s" if motion.period is not None else ""
     return f"{place}, {heading}, {course}{legs}{again}"

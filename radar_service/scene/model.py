@@ -41,6 +41,10 @@ class WaypointModel(Section):
     speed_kn: Number = Field(gt=0, le=2000)
 
 
+Swing = Annotated[float, Field(strict=True, ge=0, le=45)]  # degrees
+Period = Annotated[float, Field(strict=True, ge=1, le=3600)]  # s; ships roll in 4 to 30
+
+
 class MovingSection(Section):
     """Motion that own ship and bodies share: a constant course and speed, or waypoints, or a track from a file."""
 
@@ -49,6 +53,7 @@ class MovingSection(Section):
     speed_kn: Speed = 0.0
     waypoints: tuple[WaypointModel, ...] = Field((), max_length=1000)
     loop: Flag = Field(False, description="after the last waypoint back to the start, for ever")
+    turn_radius_m: Size | None = Field(None, description="rounds the corners at waypoints; the heading follows the arc")
     track: str | None = Field(
         None,
         min_length=1,
@@ -70,13 +75,28 @@ class MovingSection(Section):
             raise ValueError("position_m: the track already says where it is; remove position_m")
         if self.loop and not self.waypoints:
             raise ValueError("loop: only a body with waypoints can go round; add waypoints or remove loop")
+        if self.turn_radius_m is not None and not self.waypoints:
+            raise ValueError("turn_radius_m: only corners at waypoints are rounded; add waypoints or remove turn_radius_m")
         return self
 
 
 class OwnShipModel(MovingSection):
-    """The ship that carries the antenna."""
+    """The ship that carries the antenna. Angles swing as amplitude x sin(2 pi t / period)."""
 
     position_m: EastNorth = (0.0, 0.0)
+    roll_deg: Swing = Field(0.0, description="amplitude; first with the starboard side down")
+    roll_period_s: Period = 10.0
+    pitch_deg: Swing = Field(0.0, description="amplitude; first with the bow up")
+    pitch_period_s: Period = 7.0
+    yaw_deg: Swing = Field(0.0, description="amplitude about the heading; first to starboard")
+    yaw_period_s: Period = 20.0
+
+    @model_validator(mode="after")
+    def _periods_of_something(self) -> Self:
+        for name in ("roll", "pitch", "yaw"):
+            if f"{name}_period_s" in self.model_fields_set and not getattr(self, f"{name}_deg"):
+                raise ValueError(f"{name}_period_s: the period of nothing; add {name}_deg or remove {name}_period_s")
+        return self
 
 
 class EnvironmentModel(Section):

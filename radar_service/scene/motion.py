@@ -4,6 +4,7 @@ import csv
 import io
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 from radar_service.constants import KNOT
 from radar_service.scene.error import SceneError
 from radar_service.scene.geo import Origin, map_from_geographic
-from radar_service.scene.model import MovingSection, WaypointModel
-from radar_service.scene.world import Motion
+from radar_service.scene.model import MovingSection, OwnShipModel, WaypointModel
+from radar_service.scene.turns import Rounded, rounded
+from radar_service.scene.world import Motion, Sway
 
 Floats = NDArray[np.float64]
 
@@ -31,11 +33,27 @@ def motion_from_model(
     place: where the section stands in the scene, for messages; read: (file name, place) -> content of a file of the scene's
     folder. Raises SceneError where a track is not usable.
     """
+    motion = _way(section, start, place, read, origin)
+    return replace(motion, sway=sway_from_model(section)) if isinstance(section, OwnShipModel) else motion
+
+
+def sway_from_model(section: OwnShipModel) -> Sway | None:
+    """The sway of own ship, None where she has none."""
+    amplitude = np.deg2rad([section.roll_deg, section.pitch_deg, section.yaw_deg])
+    period = np.array([section.roll_period_s, section.pitch_period_s, section.yaw_period_s])
+    return Sway(amplitude, period) if amplitude.any() else None
+
+
+def _way(
+    section: MovingSection, start: Floats, place: str, read: Callable[[str, str], bytes], origin: Origin | None
+) -> Motion:
     if section.track is not None:
         where = f"{place}.track" if place else "track"
         return motion_from_track(read(section.track, where), f"{where}: {section.track}", section.heading_deg, origin)
     if section.waypoints:
-        return motion_from_waypoints(section.waypoints, start, section.heading_deg, section.loop)
+        return motion_from_waypoints(
+            section.waypoints, start, section.heading_deg, section.loop, section.turn_radius_m, place
+        )
     return constant_motion(start, section.heading_deg, section.course_deg, section.speed_kn * KNOT)
 
 
@@ -52,28 +70,44 @@ def _first(*values: float | None) -> float:
 
 
 def motion_from_waypoints(
-    waypoints: Sequence[WaypointModel], start: Floats, heading_deg: float | None, loop: bool
+    waypoints: Sequence[WaypointModel],
+    start: Floats,
+    heading_deg: float | None,
+    loop: bool,
+    radius: float | None = None,
+    place: str = "",
 ) -> Motion:
     """From `start` through the waypoints, each at the speed of the leg that leads there; then it stops, or returns to the
     start at the last speed and goes round for ever.
 
-    A waypoint where the body already is makes no leg. The heading follows the leg unless `heading_deg` is given.
+    A waypoint where the body already is makes no leg. The heading follows the leg unless `heading_deg` is given. radius: of
+    the arcs that cut the corners [m], None for sharp ones; place: for messages. Raises SceneError where arcs do not fit.
     """
     stops = [(*waypoint.position_m, start[2]) for waypoint in waypoints]
     speeds = [waypoint.speed_kn * KNOT for waypoint in waypoints]
     if loop:
         stops, speeds = [*stops, (start[0], start[1], start[2])], [*speeds, speeds[-1]]
-    times, places = [0.0], [start]
+    times, places, sailed = [0.0], [start], []
     for stop, speed in zip(stops, speeds, strict=True):
         here = np.array(stop)
         duration = float(np.linalg.norm(here - places[-1])) / speed
         if times[-1] + duration > times[-1]:
             times.append(times[-1] + duration)
             places.append(here)
+            sailed.append(speed)
+    if radius is not None and sailed:
+        return _rounded_motion(rounded(np.array(places), sailed, radius, loop, place), heading_deg, loop)
     position = np.array(places)
     heading = _leg_headings(position, heading_deg)
     period = times[-1] if loop and times[-1] > 0.0 else None
     return Motion(np.array(times), position, heading, period=period)
+
+
+def _rounded_motion(way: Rounded, heading_deg: float | None, loop: bool) -> Motion:
+    fixed = heading_deg is not None
+    heading = np.full(len(way.time), math.radians(heading_deg)) if heading_deg is not None else way.arcs[:, 0]
+    period = float(way.time[-1]) if loop else None
+    return Motion(way.time, way.position, heading, period=period, arcs=way.arcs, fixed=fixed)
 
 
 def _leg_headings(position: Floats, heading_deg: float | None) -> Floats:

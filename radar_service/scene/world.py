@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.frames import map_from_deck
+from radar_service.scene.turns import along_arc
 
 Floats = NDArray[np.float64]
 EDGE = 1e-9  # rad; the ends of a blind sector belong to it whatever the rounding of degrees
@@ -124,12 +126,27 @@ class Pose(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Sway:
+    """A ship in a seaway: angles amplitude x sin(2 pi t / period), (3,) each: roll (starboard side down), pitch (bow up),
+    yaw (to starboard) [rad] and [s]. She turns about the point of the sea's surface that her position names."""
+
+    amplitude: Floats
+    period: Floats
+
+    def angles(self, time: Floats) -> Floats:
+        """Roll, pitch and yaw (K, 3) [rad] at each time (K,) [s]."""
+        return np.asarray(self.amplitude * np.sin(2.0 * np.pi / self.period * time[:, None]))
+
+
+@dataclass(frozen=True)
 class Motion:
     """Piecewise linear motion through knots; beyond the last knot it goes on with `final_velocity`.
 
     time: (M,) rising [s], first knot at or before which the body stands; position: (M, 3) [m]; heading: (M,) [rad], the
     heading on the leg that begins at that knot (or, with `turning`, at that knot, interpolated the short way round).
-    period: after which a closed track starts again [s], or None.
+    period: after which a closed track starts again [s], or None. arcs: (M, 3) where legs bend: course at the knot [rad],
+    speed [m/s] and turn rate [rad/s, 0: straight] of the leg that begins there; the heading turns along unless `fixed`.
+    sway: adds its yaw to the heading; its roll and pitch are `Scene`'s.
     """
 
     time: Floats
@@ -138,6 +155,9 @@ class Motion:
     final_velocity: Floats = field(default_factory=lambda: np.zeros(3))
     turning: bool = False
     period: float | None = None
+    arcs: Floats | None = None
+    fixed: bool = False
+    sway: Sway | None = None
 
     def __post_init__(self) -> None:
         assert self.time.ndim == 1 and self.position.shape == (self.time.size, 3) and self.heading.shape == self.time.shape
@@ -146,7 +166,7 @@ class Motion:
     def at_rest(self) -> bool:
         """Whether position and heading never change."""
         still = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any())
-        return still and bool(np.all(self.heading == self.heading[0]))
+        return still and bool(np.all(self.heading == self.heading[0])) and self.sway is None
 
     def pose(self, time: Floats | float) -> Pose:
         """The state at each `time` (K,) [s]."""
@@ -166,7 +186,15 @@ class Motion:
             turn = (self.heading[after] - heading + np.pi) % (2 * np.pi) - np.pi
             share = np.divide(since, span, out=np.zeros_like(since), where=span > 0)
             heading = heading + turn * share
-        return Pose(self.position[leg] + velocity * since[:, None], velocity, heading % (2 * np.pi))
+        made = velocity * since[:, None]
+        if self.arcs is not None:
+            bent = np.flatnonzero(self.arcs[leg, 2])
+            course, speed, rate = self.arcs[leg[bent]].T
+            made[bent], velocity[bent] = along_arc(course, speed, rate, since[bent])
+            heading = heading if self.fixed else heading + self.arcs[leg, 2] * since
+        if self.sway is not None:
+            heading = heading + self.sway.angles(np.broadcast_to(time, t.shape))[:, 2]
+        return Pose(self.position[leg] + made, velocity, heading % (2 * np.pi))
 
 
 @dataclass(frozen=True)
@@ -219,9 +247,24 @@ class Scene:
 
     def antenna(self, time: Floats | float) -> Floats:
         """Antenna places (K, 3) east, north, height above the sea [m] at each time (K,)."""
-        place = self.own_ship.pose(time).position
-        place[:, 2] = self.radar.height
-        return place
+        pose = self.own_ship.pose(time)
+        place = pose.position
+        if self.own_ship.sway is None:
+            place[:, 2] = self.radar.height
+            return place
+        roll, pitch, _ = self.own_ship.sway.angles(np.atleast_1d(np.asarray(time, dtype=np.float64))).T
+        place[:, 2] = 0.0
+        return place + self.radar.height * map_from_deck(pose.heading, roll, pitch)[:, :, 2]
+
+    def upright_from_map(self, time: Floats) -> Floats | None:
+        """Matrices (K, 3, 3) that turn directions on the map into those that the antenna, turning about a mast that sways,
+        takes them for: as they would be if the ship stood upright on the same heading. None where she always does."""
+        if self.own_ship.sway is None:
+            return None
+        roll, pitch, _ = self.own_ship.sway.angles(time).T
+        heading = self.own_ship.pose(time).heading
+        level = map_from_deck(heading, np.zeros(len(time)), np.zeros(len(time)))
+        return np.asarray(level @ map_from_deck(heading, roll, pitch).transpose(0, 2, 1))
 
     def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
         """Whether the radar is silent (K,): boresights (K,) [rad from north] in a blind sector at each time (K,) [s]."""
