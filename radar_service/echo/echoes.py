@@ -28,18 +28,6 @@ class Echoes:
         assert self.range.shape == self.azimuth.shape == self.amplitude.shape
 
 
-@dataclass(frozen=True)
-class SweptEchoes:
-    """Echoes of single azimuths, the beam's weight included: azimuth row, range [m], amplitude [sqrt(W)], all (E,)."""
-
-    row: NDArray[np.int64]
-    range: Floats
-    amplitude: Complexes
-
-    def __post_init__(self) -> None:
-        assert self.row.shape == self.range.shape == self.amplitude.shape
-
-
 def received_amplitude(radar: Radar, distance: Floats) -> Floats:
     """Root of the received power [sqrt(W)] of 1 m^2 at slant range `distance` [m] on boresight, in free space.
 
