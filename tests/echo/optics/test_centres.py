@@ -1,0 +1,38 @@
+"""Scattering centres say the same as the points they stand for."""
+
+import numpy as np
+
+from radar_service.echo.optics.centres import scattering_centres
+
+K = 2 * np.pi / 0.03186
+
+
+def test_centres_are_exact_for_the_antenna_and_last_for_a_while() -> None:
+    """Same field at the antenna to rounding; after a turn of the aspect by d each centre errs by k cell d (sqrt 3:
+    diagonals)."""
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-20, 20, size=(4000, 3))
+    amplitude = rng.normal(size=4000) + 1j * rng.normal(size=4000)
+    antenna = np.array([900.0, 700.0, 30.0])
+    centre, merged = scattering_centres(points, amplitude, antenna, 2.0, K)
+    assert len(centre) < 0.8 * len(points)
+
+    def field(place: np.ndarray, value: np.ndarray, seen_from: np.ndarray) -> complex:
+        return complex(np.sum(value * np.exp(-2j * K * np.linalg.norm(place - seen_from, axis=1))))
+
+    assert abs(field(points, amplitude, antenna) - field(centre, merged, antenna)) < 1e-6
+    turned = antenna + [0.02, -0.02, 0.0]
+    error = abs(field(points, amplitude, turned) - field(centre, merged, turned))
+    turn = np.hypot(0.02, 0.02) / np.linalg.norm(antenna)
+    assert 0.0 < error < K * 2.0 * np.sqrt(3) * turn * np.abs(amplitude).sum()
+    assert error < 0.02 * abs(field(points, amplitude, turned))
+
+
+def test_nothing_stays_nothing() -> None:
+    centre, merged = scattering_centres(np.zeros((0, 3)), np.zeros(0, dtype=complex), np.ones(3), 2.0, K)
+    assert len(centre) == len(merged) == 0
+
+
+def test_silent_points_make_no_nan() -> None:
+    centre, merged = scattering_centres(np.ones((3, 3)), np.zeros(3, dtype=complex), np.array([50.0, 0, 0]), 2.0, K)
+    assert np.isfinite(centre).all() and (merged == 0).all()
