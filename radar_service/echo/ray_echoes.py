@@ -26,8 +26,8 @@ STILL = Stand(np.zeros(3), 0.0)
 
 
 def is_cast(body: Body) -> bool:
-    """Whether rays estimate what a body sends back: it has a diffuse surface and no declared cross-section."""
-    return body.mesh is not None and body.rcs is None and body.scattering == "diffuse"
+    """Whether rays estimate what a body sends back: it has a diffuse surface (none is declared)."""
+    return body.mesh is not None and body.scattering == "diffuse"
 
 
 @dataclass(frozen=True)

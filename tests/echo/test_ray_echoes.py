@@ -11,7 +11,7 @@ from scipy import stats
 import radar_service as rs
 from radar_service.corrected import CorrectedChain
 from radar_service.echo.ensemble import Reflections, Reflectors, ensemble_of
-from radar_service.echo.ray_echoes import Hits, RayCaster, RayEnsemble
+from radar_service.echo.ray_echoes import Hits, RayCaster, RayEnsemble, is_cast
 from radar_service.echo.sight import Landscape
 from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
@@ -110,7 +110,7 @@ def compact_target() -> rs.Scene:
 
 def test_uniform_rays_starve_a_compact_target_as_the_binomial_law_says() -> None:
     """p = (w/R)(h/R) over 2 pi x 3 beamwidths; of 400 turns a share (1 - p)^M meets nothing: exact binomial test. What is
-    met carries more for it: the mean stays the area, with the spread of Poisson counts, 5 sigma. Scatterers always see it."""
+    met carries more for it: the mean stays the area, with the spread of Poisson counts, 5 sigma. Scatterers see it."""
     made = compact_target()
     turns = [caster(made, "rays", seed).hits(made.antenna(0.0)[0], 0.0, 1e5) for seed in range(400)]
     thrown, chance = 256 * 30, (20 / 2000) ** 2 / (2 * np.pi * np.deg2rad(12))
@@ -139,6 +139,14 @@ def test_declared_bodies_stop_rays_and_answer_themselves() -> None:
     plain = CorrectedChain(made, PRESETS["balanced"], 3, Landscape(made.bodies, EARTH))
     np.testing.assert_array_equal(rays.resting.place, plain.resting.place)
     np.testing.assert_array_equal(rays.resting.echoes.amplitude, plain.resting.echoes.amplitude)
+
+
+def test_only_diffuse_surfaces_are_cast() -> None:
+    box = {"shape": "box", "length_m": 20, "width_m": 10, "height_m": 8}
+    kinds = [{"scattering": "diffuse"}, {"scattering": "optics"}, {"rcs_dbsm": 3}, {"material": "wood"}]
+    bodies = [{**box, "name": str(k), "position_m": [100 * k, 300, 0], **kind} for k, kind in enumerate(kinds)]
+    made = scene([*bodies, point("p", 0, -900)])
+    assert [is_cast(body) for body in made.bodies] == [True, False, False, True, False]
 
 
 def test_hits_lie_on_the_bodies_that_were_hit() -> None:
