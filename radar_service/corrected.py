@@ -17,6 +17,7 @@ from radar_service.echo.ensemble import Reflectors, ensemble_of
 from radar_service.echo.held import Held
 from radar_service.echo.intervals import echo_reach, swept_by_interval
 from radar_service.echo.moving import Instants, MovingEchoes
+from radar_service.echo.optics.passing import BeamPassing
 from radar_service.echo.ray_echoes import RayCaster, RayEnsemble, is_cast
 from radar_service.echo.resting import resting_echoes
 from radar_service.echo.sight import Landscape
@@ -64,12 +65,15 @@ class CorrectedChain:
         caster = None if sampler == "scatterers" else RayCaster(bodies, self.radar, earth_radius, sampler, self.seed)
         anchored = self.scene.own_ship.at_rest
         still = [anchored and body.motion.at_rest and body.swerling == 0 for body in bodies]
-        per_cell = self.fidelity.scatterers_per_cell
+        per_cell, bounces = self.fidelity.scatterers_per_cell, self.fidelity.bounces
 
         def gathered(flag: bool) -> Reflectors:
             keys = [i for i, rests in enumerate(still) if rests == flag]
             laid = [i for i in keys if caster is None or not is_cast(bodies[i])]
-            scatterers = ensemble_of([bodies[i] for i in laid], self.radar, antenna, per_cell, self.seed, laid)
+            passing = None if flag else BeamPassing(self.scene)
+            scatterers = ensemble_of(
+                [bodies[i] for i in laid], self.radar, antenna, per_cell, self.seed, laid, bounces, passing
+            )
             if caster is None:
                 return scatterers
             return RayEnsemble(tuple(bodies[i] for i in keys), np.array(keys, dtype=np.int64), scatterers, caster)
