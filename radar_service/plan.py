@@ -9,7 +9,8 @@ from radar_service.echo.rain_clutter import RAIN_HEIGHT
 from radar_service.echo.sea_clutter import HIGHEST_SEA_STATE
 from radar_service.fidelity import Fidelity
 from radar_service.receive.clutter import MATTERS
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.describe import pattern_text
+from radar_service.scene.world import Body, Radar, Scene
 
 SAMPLER_WORDS = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
 
@@ -54,6 +55,7 @@ def _documented_effects(scene: Scene) -> list[Choice]:
             "signal chain", True, f"the specification as printed, {radar.rays} rays per azimuth ({radar.azimuths} azimuths)"
         ),
         Choice("beam", True, "printed pattern within 1.5 beamwidths, then the Gaussian spread of eq. 19"),
+        *([Choice("plain pulse", False, "the specification knows chirps alone")] if radar.modulation == "none" else []),
         Choice("earth", False, "flat: the specification bends nothing"),
         Choice("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else "not asked for"),
         *_sway(scene, "the mast swings and the heading too; the specification does not tilt the beam"),
@@ -67,8 +69,8 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity) -> list[Choice]:
     curved = environment.earth_factor != float("inf")
     rest = "the full circle" if scene.own_ship.at_rest else _extent(scene, fidelity)
     return [
-        Choice("range", True, f"exact delays, Kaiser-Bessel grid of {fidelity.kernel_width} bins, closed-form spectrum"),
-        Choice("beam", True, f"{scene.radar.pattern if isinstance(scene.radar.pattern, str) else 'table'}, {rest}"),
+        *_waveform(scene.radar, fidelity),
+        Choice("beam", True, f"{pattern_text(scene.radar.pattern)}, {rest}"),
         Choice(
             "earth",
             curved,
@@ -86,14 +88,31 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity) -> list[Choice]:
     ]
 
 
-def _extent(scene: Scene, fidelity: Fidelity) -> str:
-    whole = fidelity.beam_extent * scene.radar.beamwidth >= pi
-    return "the full circle" if whole else f"{fidelity.beam_extent:g} beamwidths each side"
+def _waveform(radar: Radar, fidelity: Fidelity) -> list[Choice]:
+    laid = f"exact delays, Kaiser-Bessel grid of {fidelity.kernel_width} bins, closed-form spectrum"
+    pulse = (
+        "plain pulse behind a Gaussian receiver, laid in closed form at exact delays" if radar.modulation == "none" else laid
+    )
+    eclipsed = f"what comes within {radar.pulse * 1e6:g} us is not heard, echo by echo; noise stays as it is"
+    choices = [
+        Choice("range", True, pulse),
+        Choice("eclipsing", radar.eclipsing, eclipsed if radar.eclipsing else "not asked for"),
+    ]
+    if radar.prf is not None:
+        folds = f"echoes beyond {radar.unambiguous_range:.0f} m fold, with the phase of their own pulse"
+        how = folds if radar.second_time_around else "not asked for: what lies beyond is left out"
+        choices.append(Choice("second-time echoes", radar.second_time_around, how))
+    return choices
 
 
 def _documented_clutter(scene: Scene) -> list[Choice]:
     asked = {"sea clutter": scene.environment.sea_state, "rain clutter": scene.environment.rain_mm_h}
     return [Choice(what, False, "asked for, but not in the specification") for what, much in asked.items() if much]
+
+
+def _extent(scene: Scene, fidelity: Fidelity) -> str:
+    whole = fidelity.beam_extent * scene.radar.beamwidth >= pi
+    return "the full circle" if whole else f"{fidelity.beam_extent:g} beamwidths each side"
 
 
 def _sway(scene: Scene, how: str) -> list[Choice]:

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.echo.intervals import apparent_range
 from radar_service.echo.sight import Landscape
 from radar_service.frames import map_from_body, polar_from_map
 from radar_service.records import BodyTruth, Truth
@@ -39,7 +40,7 @@ class TruthTeller:
     def _why_unseen(self, places: Floats, antenna: Floats, time: float) -> str:
         """Why none of the places (W, 3) is seen from the antenna; "" where one is."""
         polar = polar_from_map(places, antenna, self.earth_radius)
-        near = polar.range <= self.scene.radar.range_max
+        near = apparent_range(self.scene.radar, polar.range) <= self.scene.radar.range_max
         if not near.any():
             return "beyond range"
         over = beyond_horizon(polar.distance, places[:, 2], float(antenna[2]), self.earth_radius)

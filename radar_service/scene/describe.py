@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import KNOT
+from radar_service.constants import KNOT, SPEED_OF_LIGHT
 from radar_service.frames import effective_earth_radius, polar_from_map
 from radar_service.scene.model import SceneModel
-from radar_service.scene.world import Body, Motion, Radar, Scene
+from radar_service.scene.world import Body, Motion, Pattern, Radar, Scene, Taylor
 
 TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam (DESIGN section 3, row 2)
 
@@ -50,19 +50,41 @@ def radar_horizon(scene: Scene, height: float = 0.0) -> float:
 def _radar_lines(radar: Radar) -> list[str]:
     two_way = two_way_beamwidth(radar)
     beam = "" if two_way is None else f", two-way {math.degrees(two_way):.3f}"
-    pattern = radar.pattern if isinstance(radar.pattern, str) else f"a table of {len(radar.pattern)} rows"
-    resolution = radar.range_step * radar.sample_rate / radar.bandwidth
+    pattern = pattern_text(radar.pattern)
+    if radar.pattern_el != radar.pattern:
+        pattern += f", vertical {pattern_text(radar.pattern_el)}"
     rpm, rate = 60.0 / radar.rotation_period, 1.0 / radar.spoke_period
     step = math.degrees(radar.azimuth_step)
     width, height = math.degrees(radar.beamwidth), math.degrees(radar.beamwidth_el)
     return [
         f"radar       {radar.frequency / 1e9:.4g} GHz, wavelength {radar.wavelength * 1e3:.2f} mm, {radar.power / 1e3:g} kW",
-        f"  pulse     {radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, product {radar.pulse * radar.bandwidth:.0f}",
+        f"  pulse     {_pulse_text(radar)}",
         f"  range     to {radar.range_max:g} m in {radar.bins} bins of {radar.range_step:.4f} m",
-        f"  resolves  {resolution:.3f} m before the window ({radar.window}) widens it",
+        f"  resolves  {_resolution_text(radar)}",
         f"  scan      {radar.azimuths} spokes, {step:.4g} degrees, {rpm:g} rpm, {rate:.1f} spokes/s",
         f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern})",
     ]
+
+
+def pattern_text(pattern: Pattern) -> str:
+    """An antenna pattern in a few words."""
+    if isinstance(pattern, Taylor):
+        return f"taylor {pattern.sidelobe_db:g} dB, nbar {pattern.nbar}"
+    return pattern if isinstance(pattern, str) else f"a table of {len(pattern)} rows"
+
+
+def _pulse_text(radar: Radar) -> str:
+    kind = f"product {radar.pulse * radar.bandwidth:.0f}" if radar.modulation == "lfm" else "not modulated"
+    rate = "" if radar.prf is None else f", {radar.prf:g} a second: unambiguous to {radar.unambiguous_range:.0f} m"
+    folded = ", second-time-around echoes fold" if radar.second_time_around else ""
+    deaf = f", deaf to {SPEED_OF_LIGHT * radar.pulse / 2.0:.0f} m" if radar.eclipsing else ""
+    return f"{radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, {kind}{rate}{folded}{deaf}"
+
+
+def _resolution_text(radar: Radar) -> str:
+    if radar.modulation == "none":
+        return f"{SPEED_OF_LIGHT * radar.pulse / 2.0:.3f} m, the length of the pulse there and back"
+    return f"{SPEED_OF_LIGHT / (2.0 * radar.bandwidth):.3f} m before the window ({radar.window}) widens it"
 
 
 def _environment_lines(scene: Scene) -> list[str]:
@@ -101,7 +123,10 @@ def _unseen(distance_now: float, ground: float, up: float, body: Body, scene: Sc
     if body.mesh is not None:
         size = float(np.linalg.norm(body.mesh.vertices[:, :2], axis=1).max())
         top = up + float(body.mesh.vertices[:, 2].max())
-    if distance_now - size > scene.radar.range_max:
+    if top < 0.0:
+        return " (below the sea)"
+    reach = math.inf if scene.radar.second_time_around else scene.radar.range_max
+    if distance_now - size > reach:
         return " (beyond range)"
     return " (below the horizon)" if ground - size > radar_horizon(scene, top) else ""
 

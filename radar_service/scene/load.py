@@ -4,6 +4,7 @@ Whatever is wrong ends as a SceneError that names the place, the value, what is 
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from radar_service.scene.materials import material_from_name
 from radar_service.scene.mesh import MAX_FILE_BYTES, LoadedMesh, mesh_from_bytes
 from radar_service.scene.model import SHAPE_SIZES, BodyModel, SceneModel
 from radar_service.scene.motion import MAX_TRACK_BYTES, motion_from_model
+from radar_service.scene.odd_places import odd_places
 from radar_service.scene.shapes import shape_mesh
 from radar_service.scene.source import Source, model_and_folder
 from radar_service.scene.world import Body, Mesh, Motion, Radar, Scattering, Scene
@@ -53,9 +55,10 @@ def scene_from_model(model: SceneModel, folder: Path | None) -> Scene:
         raise limited(loader.problems)
     assert loader.own_ship is not None and loader.environment is not None
     loader.warn_of_distance()
-    return Scene(
+    scene = Scene(
         model.name, loader.origin, loader.radar, loader.environment, loader.own_ship, tuple(bodies), tuple(loader.warnings)
     )
+    return replace(scene, warnings=(*scene.warnings, *odd_places(scene)))
 
 
 class _Loader:
@@ -141,7 +144,8 @@ class _Loader:
         way = np.zeros((1, 3)) if self.own_ship is None else self.own_ship.position
         for_ever = self.own_ship is not None and bool(self.own_ship.final_velocity.any())
         strayed = np.inf if for_ever else float(np.hypot(*(way - way[0])[:, :2].T).max())
-        return Sight(float(way[0, 0]), float(way[0, 1]), self.radar.range_max + strayed)
+        reach = np.inf if self.radar.second_time_around else self.radar.range_max
+        return Sight(float(way[0, 0]), float(way[0, 1]), reach + strayed)
 
     def _mesh(self, body: BodyModel, place: str) -> Mesh | None:
         if body.mesh is not None:
