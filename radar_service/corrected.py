@@ -109,20 +109,31 @@ class CorrectedChain:
         index = np.arange(start, min(start + TILE, self.radar.azimuths))
         number = scan * self.radar.azimuths + index
         at = Instants(number, *self.radar.schedule(number))
-        transmitting = ~self.scene.blind(at.time, at.boresight)[:, None]
-        spectrum = np.zeros((len(index), self.compression.size), dtype=np.complex64)
-        laid = self._laid_moving(at)
-        if laid is not None:
-            spectrum += self.compression.spectrum(laid * transmitting)
-        if self.scene.environment.noise:
-            rng = generator(self.seed, NOISE, scan, start // TILE)
-            spectrum += self.compression.noise_spectrum(len(index), rng)
-        field = self.compression.from_spectrum(spectrum)
+        blind = self.scene.blind(at.time, at.boresight)
+        transmitting = ~blind[:, None]
+        field = self._received(at, blind, scan, start)
         if self._profiles is not None:
-            field += self._profiles[index] * transmitting
+            field += (
+                np.where(transmitting, self._profiles[index], 0) if blind.any() else self._profiles[start : start + TILE]
+            )
         if self._clutter is not None:
             self._clutter.add(field, number, transmitting)
         return field
+
+    def _received(self, at: Instants, blind: NDArray[np.bool_], scan: int, start: int) -> Profiles:
+        """Profiles (K, bins) of all that moves and of the receiver's noise."""
+        spectrum = None
+        laid = self._laid_moving(at)
+        if laid is not None:
+            laid[blind] = 0.0
+            spectrum = self.compression.spectrum(laid)
+        if self.scene.environment.noise:
+            rng = generator(self.seed, NOISE, scan, start // TILE)
+            noise = self.compression.noise_spectrum(len(at.time), rng)
+            spectrum = noise if spectrum is None else np.add(spectrum, noise, out=spectrum)
+        if spectrum is None:
+            return np.zeros((len(at.time), self.radar.bins), dtype=np.complex64)
+        return self.compression.from_spectrum(spectrum)
 
     def _laid_moving(self, at: Instants) -> Profiles | None:
         """Rows (K, size) of all that moves and passes, as many azimuths swept together as the fidelity says."""
