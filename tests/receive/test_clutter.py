@@ -212,8 +212,8 @@ def test_no_sea_where_there_is_land() -> None:
 
 
 def test_rain_power_is_the_radar_equation_of_its_volume() -> None:
-    """Pt G^2 lambda^2 eta V L / ((4 pi)^3 R^4), V = R^2 x two-way beam in both planes (by quadrature) x length; eta of 4 mm/h
-    = 5.077e-7; loss 0.0556 dB/km one way (P.838). Exponential power, 5 sigma."""
+    """Pt G^2 lambda^2 eta V L / ((4 pi)^3 R^4), V = R^2 x two-way beam in both planes (by quadrature) x length; eta 5.077e-7
+    at 4 mm/h; loss 0.0556 dB/km one way (P.838). Exponential power, 5 sigma."""
     made = sea(APART | {"range_max_m": 6000}, sea_state=0, rain_mm_h=4)
     sim = rs.Simulator(made, seed=2)
     scans = [sim.scan() for _ in range(12)]
