@@ -7,23 +7,52 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
+WIDER = 2.0  # cells across the line of sight, where range does not divide, over those along it
+DROPPED = 10.0 ** (-50.0 / 20.0)  # of the loudest centre's amplitude: all that are left out, whatever their phases
+
+
 def scattering_centres(
     points: Floats, amplitude: Complexes, antenna: Floats, cell: float, wavenumber: float
 ) -> tuple[Floats, Complexes]:
     """Points (C, 3) [m] and amplitudes (C,) [m] that the antenna (3,) cannot tell from points (M, 3), amplitude (M,).
 
-    Each stands at the power-weighted middle of a cube of side `cell` [m], with the phases of its points carried there
-    exactly for this antenna; seen from a place so far off that the cube turns by d, they err by k cell d at most.
+    Each stands at the power-weighted middle of a cell, `cell` [m] along the level line of sight and upward and WIDER times
+    that across, with the phases of its points carried there exactly for this antenna; seen from a place so far off that the
+    body turns by d, they err by k WIDER cell d at most. The faintest, together DROPPED, are left out.
     """
     if not len(points):
         return points, amplitude
-    corner = points.min(axis=0)
-    index = np.floor((points - corner) / cell).astype(np.int64)
-    size = index.max(axis=0) + 1
-    _, where = np.unique((index[:, 0] * size[1] + index[:, 1]) * size[2] + index[:, 2], return_inverse=True)
+    where = _cells(points, antenna, cell)
     power = amplitude.real**2 + amplitude.imag**2 + 1e-300
     weight = np.bincount(where, power)
     centre = np.stack([np.bincount(where, power * points[:, i]) / weight for i in range(3)], axis=1)
-    path = np.linalg.norm(points - antenna, axis=1) - np.linalg.norm(centre - antenna, axis=1)[where]
+    path = _distance(points, antenna) - _distance(centre, antenna)[where]
     carried = amplitude * np.exp(-2j * wavenumber * path)
-    return centre, np.bincount(where, carried.real) + 1j * np.bincount(where, carried.imag)
+    merged = np.bincount(where, carried.real) + 1j * np.bincount(where, carried.imag)
+    heard = _heard(np.abs(merged))
+    return centre[heard], merged[heard]
+
+
+def _cells(points: Floats, antenna: Floats, cell: float) -> NDArray[np.int64]:
+    """The number of the cell that each point (M, 3) lies in, counted from 0 without gaps."""
+    east, north = antenna[:2] - points[0, :2]
+    turn = np.arctan2(east, north)
+    along = points[:, 0] * np.sin(turn) + points[:, 1] * np.cos(turn)
+    across = points[:, 0] * np.cos(turn) - points[:, 1] * np.sin(turn)
+    steps = np.stack([along, across / WIDER, points[:, 2]], axis=1) / cell
+    index = np.floor(steps - steps.min(axis=0)).astype(np.int64)
+    size = index.max(axis=0) + 1
+    _, where = np.unique((index[:, 0] * size[1] + index[:, 1]) * size[2] + index[:, 2], return_inverse=True)
+    return where.reshape(-1)
+
+
+def _heard(level: Floats) -> NDArray[np.int64]:
+    """Indices of amplitudes (C,), in their order, without the faintest that add up to DROPPED of the loudest."""
+    order = np.argsort(level)
+    faint = int(np.searchsorted(np.cumsum(level[order]), DROPPED * level.max(), side="right"))
+    return np.sort(order[faint:])
+
+
+def _distance(points: Floats, antenna: Floats) -> Floats:
+    offset = points - antenna
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", offset, offset)))

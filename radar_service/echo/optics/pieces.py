@@ -83,8 +83,8 @@ def _halved(corners: Floats, edge: Indices) -> Floats:
 
 
 def far_field_edge(distance: float, wavelength: float) -> float:
-    """The longest edge [m] with which a triangle at `distance` [m] is in its own far field: sqrt(lambda R) / 2.
+    """The longest edge [m] with which a triangle at `distance` [m] is in its own far field, by 2 D^2 / lambda = R.
 
-    Across half of it the two-way path bends by k (D/2)^2 / R = pi/8, half of what the usual 2 D^2 / lambda allows.
+    Across half of it the two-way path bends by k (D/2)^2 / R = pi/4, which neighbours share.
     """
-    return float(np.sqrt(wavelength * distance) / 2.0)
+    return float(np.sqrt(wavelength * distance / 2.0))

@@ -61,10 +61,10 @@ def test_a_mesh_finer_than_the_bound_is_taken_as_it_is() -> None:
     assert len(pieces_of(mesh, np.full(len(mesh.faces), 5.0), 5.0, most=10)) == len(mesh.faces)
 
 
-def test_far_field_edge_bends_the_path_by_a_sixteenth_of_a_turn() -> None:
-    """k (D/2)^2 / R = pi / 8 of two-way phase half an edge off."""
+def test_far_field_edge_bends_the_path_by_an_eighth_of_a_turn() -> None:
+    """k (D/2)^2 / R = pi / 4 of two-way phase half an edge off."""
     edge = far_field_edge(500.0, 0.03186)
-    assert 2 * np.pi / 0.03186 * (edge / 2) ** 2 / 500.0 == pytest.approx(np.pi / 8)
+    assert 2 * np.pi / 0.03186 * (edge / 2) ** 2 / 500.0 == pytest.approx(np.pi / 4)
 
 
 def test_patches_hang_together_across_triangles() -> None:
