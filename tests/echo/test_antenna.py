@@ -4,11 +4,13 @@ from scipy.optimize import brentq
 
 from radar_service.echo.antenna import (
     PATTERNS,
+    aperture_beamwidth,
     one_way_gain,
     printed_gain,
     printed_two_way,
     taylor_gain,
 )
+from radar_service.scene.world import Pattern, Taylor
 
 BEAM = np.deg2rad(3.9)
 TABLE = ((0.0, 1.0), (0.02, 0.1), (0.10, 0.001))
@@ -31,21 +33,34 @@ def test_printed_two_way_is_the_square_of_the_product() -> None:
     assert both == pytest.approx(product**2, rel=1e-14)  # rounding
 
 
-@pytest.mark.parametrize("pattern", ["sinc2", "gaussian", "taylor"])
+@pytest.mark.parametrize("pattern", ["sinc2", "gaussian", "taylor", "cosine", "cosine2", Taylor(40.0, 6)])
 @pytest.mark.parametrize("beamwidth_deg", [0.9, 3.9, 25.0])
-def test_the_gain_is_one_on_boresight_and_half_at_half_the_beamwidth(pattern: str, beamwidth_deg: float) -> None:
+def test_the_gain_is_one_on_boresight_and_half_at_half_the_beamwidth(pattern: Pattern, beamwidth_deg: float) -> None:
     beam = np.deg2rad(beamwidth_deg)
     gain = one_way_gain(np.array([-beam / 2, 0.0, beam / 2]), beam, pattern)
     assert gain == pytest.approx([0.5, 1.0, 0.5], rel=1e-10)  # rounding of the root finder
 
 
-@pytest.mark.parametrize(("pattern", "level_db"), [("sinc2", -13.26), ("printed", -13.26), ("taylor", -30.29)])
-def test_the_highest_sidelobe(pattern: str, level_db: float) -> None:
+@pytest.mark.parametrize(
+    ("pattern", "level_db"),
+    [
+        ("sinc2", -13.26),
+        ("printed", -13.26),
+        ("cosine", -23.00),  # Balanis 2016, table 12.1: 23.0 dB
+        ("cosine2", -31.47),  # Hann (reference values, windows)
+        ("taylor", -30.29),  # reference values, windows, as the next two
+        (Taylor(35.0, 5), -35.19),
+        (Taylor(40.0, 6), -40.13),
+    ],
+)
+def test_the_highest_sidelobe(pattern: Pattern, level_db: float) -> None:
     offset = np.linspace(0.0, 8.0 * BEAM, 40_001)
     gain = one_way_gain(offset, BEAM, pattern)
     first_rise = np.argmax(np.diff(gain) > 0)
-    # Taylor: the same taper as a window of 4096 samples has -30.29; its end samples move that by some 0.02
-    tolerance = 0.02 if pattern == "taylor" else 0.005  # else half the last digit of the uniform aperture's -13.26
+    # Taylor: the same taper as a window of 4096 samples has -30.29; its end samples move that by up to 0.035
+    tolerance = (
+        0.02 if pattern == "taylor" or isinstance(pattern, Taylor) else 0.005
+    )  # else half the last digit of the uniform aperture's -13.26
     assert 10 * np.log10(gain[first_rise:].max()) == pytest.approx(level_db, abs=tolerance)
 
 
@@ -83,3 +98,42 @@ def test_a_table_may_hold_zeros() -> None:
 def test_an_unknown_pattern_is_refused_with_the_known_ones() -> None:
     with pytest.raises(ValueError, match=f'"cosec" is not one of {", ".join(PATTERNS)}'):
         one_way_gain(0.0, BEAM, "cosec")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "null", "half_power"),
+    [("sinc2", 1.0, 0.8859), ("cosine", 1.5, 1.1889), ("cosine2", 2.0, 1.4406)],
+)
+def test_first_nulls_and_widths_of_apertures(pattern: str, null: float, half_power: float) -> None:
+    """In units of lambda / a: nulls at 1, 3/2 and 2, half-power widths 0.886, 1.189, 1.441 (Balanis 2016, table 12.1; Harris
+    1978 for the cosine squared)."""
+    at_null = null / half_power  # in half-power widths, of which the offset is counted
+    assert one_way_gain(at_null, 1.0, pattern) < 1e-8  # 5e-5 of the width in the table's digits, squared
+    before, after = one_way_gain(np.array([0.97, 1.03]) * at_null, 1.0, pattern)
+    assert min(before, after) > 1e-6
+    assert aperture_beamwidth(half_power, pattern) == pytest.approx(0.8859, abs=1e-4)
+
+
+@pytest.mark.parametrize(("sidelobe_db", "nbar", "width"), [(30.0, 4, 1.125), (35.0, 5, 1.187), (40.0, 6, 1.248)])
+def test_taylor_widths_of_the_table(sidelobe_db: float, nbar: int, width: float) -> None:
+    """3 dB widths in bins of a window of 4096 points (reference values, windows); half the last digit."""
+    assert 0.8859 / aperture_beamwidth(1.0, Taylor(sidelobe_db, nbar)) == pytest.approx(width, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "share"), [("sinc2", 0.7200), ("gaussian", np.sqrt(0.5)), ("cosine", 0.7157), ("cosine2", 0.7134)]
+)
+def test_two_way_widths(pattern: str, share: float) -> None:
+    """Where the aperture's transform falls to 2^(-1/4) of its middle, by a sum over 4001 points of the aperture itself."""
+    place = np.linspace(-0.5, 0.5, 4001)
+    tapers = {"sinc2": np.ones(4001), "cosine": np.cos(np.pi * place), "cosine2": np.cos(np.pi * place) ** 2}
+    if pattern in tapers:
+        taper = tapers[pattern] * np.where(np.abs(place) == 0.5, 0.5, 1.0)
+
+        def field(u: float) -> float:
+            return float(np.sum(taper * np.cos(2 * np.pi * u * place)) / taper.sum())
+
+        widths = [brentq(lambda u, level=level: field(u) - level, 1e-6, 0.95) for level in (0.5**0.25, 0.5**0.5)]
+        assert widths[0] / widths[1] == pytest.approx(share, abs=2e-4)  # the share itself, four digits
+    two_way = 2 * half_width(lambda t: one_way_gain(t, 1.0, pattern) ** 2, 0.5, 0.5)
+    assert two_way == pytest.approx(share, abs=2e-4)
