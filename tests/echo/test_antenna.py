@@ -57,10 +57,8 @@ def test_the_highest_sidelobe(pattern: Pattern, level_db: float) -> None:
     offset = np.linspace(0.0, 8.0 * BEAM, 40_001)
     gain = one_way_gain(offset, BEAM, pattern)
     first_rise = np.argmax(np.diff(gain) > 0)
-    # Taylor: the same taper as a window of 4096 samples has -30.29; its end samples move that by up to 0.035
-    tolerance = (
-        0.02 if pattern == "taylor" or isinstance(pattern, Taylor) else 0.005
-    )  # else half the last digit of the uniform aperture's -13.26
+    # Taylor: the same taper as a window of 4096 samples has the figure; its end samples move that by up to 0.035
+    tolerance = 0.04 if pattern == "taylor" or isinstance(pattern, Taylor) else 0.005  # else half the last digit
     assert 10 * np.log10(gain[first_rise:].max()) == pytest.approx(level_db, abs=tolerance)
 
 
