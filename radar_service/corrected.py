@@ -29,6 +29,7 @@ from radar_service.receive.beam import Pattern, azimuth_kernel, grid_rows, sweep
 from radar_service.receive.clutter import clutter_of
 from radar_service.receive.compression import compression_for
 from radar_service.receive.grid import lay
+from radar_service.receive.interference import Interference
 from radar_service.scene.world import Scene
 from radar_service.threads import in_order
 
@@ -56,6 +57,7 @@ class CorrectedChain:
         self.resting = resting_echoes(scene, still, self.landscape, reach)
         self._profiles = self._resting_profiles()
         self._clutter = clutter_of(scene, landscape, self.compression, self._pattern, seed)
+        self._interference = [Interference(scene, i, self._pattern, seed) for i in range(len(scene.interference))]
         self._shadows = Held(self._shadowed)
 
     def _ensembles(self) -> tuple[Reflectors, Reflectors]:
@@ -113,11 +115,11 @@ class CorrectedChain:
         transmitting = ~blind[:, None]
         field = self._received(at, blind, scan, start)
         if self._profiles is not None:
-            field += (
-                np.where(transmitting, self._profiles[index], 0) if blind.any() else self._profiles[start : start + TILE]
-            )
+            field += np.where(transmitting, self._profiles[index], 0) if blind.any() else self._profiles[start : start + TILE]
         if self._clutter is not None:
             self._clutter.add(field, number, transmitting)
+        for other in self._interference:
+            other.add(field, at.boresight, at.time)
         return field
 
     def _received(self, at: Instants, blind: NDArray[np.bool_], scan: int, start: int) -> Profiles:

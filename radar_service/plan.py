@@ -132,7 +132,15 @@ def _clutter(scene: Scene) -> list[Choice]:
     return [
         Choice("sea clutter", sea > 0, sea_text + floor if sea else "sea state 0"),
         Choice("rain clutter", rain > 0, rain_text + floor if rain else "no rain"),
+        *_interference(scene),
     ]
+
+
+def _interference(scene: Scene) -> list[Choice]:
+    if not scene.interference:
+        return []
+    others = f"{len(scene.interference)} other radar{'s' if len(scene.interference) > 1 else ''}"
+    return [Choice("interference", True, f"{others}, each pulse at its instant through both beams and the filter")]
 
 
 def _body(body: Body, scene: Scene, fidelity: Fidelity) -> Choice:

@@ -23,6 +23,7 @@ HOMES = {
     "uvicorn": ("radar_service.stream", "radar_service.__main__"),
     "pydantic": (
         "radar_service.scene.fields",
+        "radar_service.scene.interference_model",
         "radar_service.scene.model",
         "radar_service.scene.radar_model",
         "radar_service.scene.source",

@@ -105,7 +105,7 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     band = np.flatnonzero(shape > NOISE_FLOOR * shape.max())
     level = receiver_noise_power(radar)
     noise = np.sqrt(level * size**2 * shape[band] / shape[band].sum() / 2.0)  # two draws a sample, each half the power
-    sent, passed = _spectra(radar)
+    sent, passed = waveform_spectra(radar)
     itself = isinstance(kernel, PulseKernel)
     pulse = np.ones(size) if itself else fs * sent(frequency) * passed(frequency)
     echo = pulse / kernel.transform(frequency / fs)
@@ -125,7 +125,7 @@ def _kernel(radar: Radar, width: int) -> Kernel:
     return itself if itself.width <= LONGEST_LAID else Kernel(width, max(1.5, radar.sample_rate / (4.4 * radar.bandwidth)))
 
 
-def _spectra(radar: Radar) -> tuple[Spectrum, Spectrum]:
+def waveform_spectra(radar: Radar) -> tuple[Spectrum, Spectrum]:
     """Of the frequency [Hz]: the spectrum of the pulse sent [s], and the filter that compresses it to a unit peak."""
     pulse, bandwidth, window = radar.pulse, radar.bandwidth, radar.window
     if radar.modulation == "none":

@@ -3,9 +3,10 @@
 import math
 
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
+from radar_service.scene.interference_model import InterferenceModel
 from radar_service.scene.model import EnvironmentModel
 from radar_service.scene.radar_model import PatternName, PatternTable, RadarModel
-from radar_service.scene.world import Environment, Pattern, Radar, Taylor
+from radar_service.scene.world import Environment, Interferer, Pattern, Radar, Taylor
 
 
 def radar_from_model(model: RadarModel) -> Radar:
@@ -47,6 +48,20 @@ def _pattern(pattern: PatternName | PatternTable, model: RadarModel) -> Pattern:
     if isinstance(pattern, tuple):
         return tuple((math.radians(offset_deg), 10.0 ** (gain_db / 10.0)) for offset_deg, gain_db in pattern)
     return Taylor(model.taylor_sidelobe_db, model.taylor_nbar) if pattern == "taylor" else pattern
+
+
+def interferer_from_model(model: InterferenceModel) -> Interferer:
+    """Another radar in SI."""
+    return Interferer(
+        bearing=math.radians(model.bearing_deg or 0.0),
+        position=model.position_m,
+        level=10.0 ** (model.level_db / 10.0),
+        frequency_offset=model.frequency_offset_hz,
+        pulse=model.pulse_s,
+        prf=model.prf_hz,
+        rotation_period=60.0 / model.rpm,
+        beamwidth=math.radians(model.beamwidth_deg),
+    )
 
 
 def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment:

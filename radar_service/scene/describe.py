@@ -95,6 +95,7 @@ def _environment_lines(scene: Scene) -> list[str]:
     asked += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
     asked += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
     asked += [f"sea state {e.sea_state}"] if e.sea_state else []
+    asked += [f"{len(scene.interference)} interfering radars"] if scene.interference else []
     extras = ", ".join(asked) or "nothing else asked for"
     return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}"]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from radar_service.constants import EARTH_RADIUS
 from radar_service.scene import raster
-from radar_service.scene.convert import environment_from_model, radar_from_model
+from radar_service.scene.convert import environment_from_model, interferer_from_model, radar_from_model
 from radar_service.scene.error import SceneError
 from radar_service.scene.faults import limited
 from radar_service.scene.files import SceneFolder
@@ -56,8 +56,9 @@ def scene_from_model(model: SceneModel, folder: Path | None) -> Scene:
     assert loader.own_ship is not None and loader.environment is not None
     loader.warn_of_distance()
     scene = Scene(
-        model.name, loader.origin, loader.radar, loader.environment, loader.own_ship, tuple(bodies), tuple(loader.warnings)
-    )
+        model.name, loader.origin, loader.radar, loader.environment, loader.own_ship, tuple(bodies), tuple(loader.warnings),
+        tuple(interferer_from_model(other) for other in model.interference),
+    )  # fmt: skip
     return replace(scene, warnings=(*scene.warnings, *odd_places(scene)))
 
 

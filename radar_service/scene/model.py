@@ -22,6 +22,7 @@ from radar_service.scene.fields import (
     Speed,
     Whole,
 )  # fmt: skip
+from radar_service.scene.interference_model import MAX_INTERFERERS, InterferenceModel
 from radar_service.scene.radar_model import RadarModel
 
 MAX_BODIES = 10_000
@@ -238,6 +239,7 @@ class SceneModel(Section):
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
     body: tuple[BodyModel, ...] = Field((), max_length=MAX_BODIES)
+    interference: tuple[InterferenceModel, ...] = Field((), max_length=MAX_INTERFERERS)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -234,6 +234,20 @@ class Body:
 
 
 @dataclass(frozen=True)
+class Interferer:
+    """Another radar whose pulses are heard; see InterferenceModel."""
+
+    bearing: float  # rad from own ship, where there is no position
+    position: tuple[float, float] | None  # east, north [m]
+    level: float  # power ratio to the receiver's noise, beam to beam
+    frequency_offset: float
+    pulse: float
+    prf: float
+    rotation_period: float
+    beamwidth: float
+
+
+@dataclass(frozen=True)
 class Scene:
     """A loaded scene. warnings: what was found odd but usable, a sentence each, in order."""
 
@@ -244,6 +258,7 @@ class Scene:
     own_ship: Motion  # the antenna stands radar.height above the sea at this place
     bodies: tuple[Body, ...]
     warnings: tuple[str, ...] = ()
+    interference: tuple[Interferer, ...] = ()
 
     def antenna(self, time: Floats | float) -> Floats:
         """Antenna places (K, 3) east, north, height above the sea [m] at each time (K,)."""
