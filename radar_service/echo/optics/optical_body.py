@@ -38,7 +38,7 @@ class OpticalBody:
     hollow: NDArray[np.bool_]
     patch: Floats
     outside: NDArray[np.int8]
-    cuts: dict[int, Pieces] = field(default_factory=dict)
+    cuts: dict[float, Pieces] = field(default_factory=dict)  # by longest edge
 
     def sends_back(self, antenna: Floats, seen: Seen) -> tuple[Floats, Complexes]:
         """Points (C, 3) [m] and scattering amplitudes (C,) [m] for an antenna (3,), all in the body's own frame.
@@ -46,40 +46,38 @@ class OpticalBody:
         seen: which points (M, 3) on triangles (M,) of the mesh the antenna sees.
         """
         nearest = float(np.linalg.norm(antenna - self.scene.centre)) - self.scene.radius
-        octave = int(np.floor(np.log2(max(nearest, NEAREST))))
-        tubes = lit_pieces(self.pieces(octave), self.outside, antenna, self.radio, seen)
+        limit = self.limit(nearest)
+        tubes = lit_pieces(self.pieces(limit), self.outside, antenna, self.radio, seen)
         points, amplitudes = [np.zeros((0, 3))], [np.zeros(0, dtype=np.complex128)]
         for bounce, arrived in enumerate(hits(tubes, self.mesh, self.scene, self.hollow, self.bounces)):
             back = arrived if bounce == 0 else arrived.chosen(seen(arrived.centre, arrived.triangle))
             point, amplitude = sent_back(back, antenna, self.radio)
             points.append(point)
             amplitudes.append(amplitude * self.reflectivity ** ((bounce + 1) / 2.0))
-        return scattering_centres(
-            np.concatenate(points), np.concatenate(amplitudes), antenna, self.limit(octave), self.radio.wavenumber
-        )
+        return scattering_centres(np.concatenate(points), np.concatenate(amplitudes), antenna, limit, self.radio.wavenumber)
 
-    def limit(self, octave: int) -> float:
-        """Longest edge of a piece [m] for antennas from 2^octave m on."""
-        return min(self.edge, far_field_edge(2.0**octave, self.radio.wavelength))
+    def limit(self, distance: float) -> float:
+        """Longest edge of a piece [m] for antennas from `distance` [m] on, the same throughout an octave."""
+        octave = np.floor(np.log2(max(distance, NEAREST)))
+        return min(self.edge, far_field_edge(float(2.0**octave), self.radio.wavelength))
 
-    def pieces(self, octave: int) -> Pieces:
-        """The mesh cut for antennas from 2^octave m on, finer where its flat patches mirror into other parts of it."""
-        if octave not in self.cuts:
-            limit = self.limit(octave)
+    def pieces(self, limit: float) -> Pieces:
+        """The mesh cut to this longest edge [m], finer where its flat patches mirror into other parts of it."""
+        if limit not in self.cuts:
             tube = np.clip(self.patch / TUBES_ACROSS, SHORTEST * self.radio.wavelength, limit)
             mirrors = self.hollow.any(axis=1) & (self.bounces > 1)
-            self.cuts[octave] = pieces_of(self.mesh, np.where(mirrors, tube, limit), limit)
-        return self.cuts[octave]
+            self.cuts[limit] = pieces_of(self.mesh, np.where(mirrors, tube, limit), limit)
+        return self.cuts[limit]
 
 
 def optical_body(body: Body, radar: Radar, bounces: int) -> OpticalBody:
-    """A body with a mesh made ready for this radar: pieces stay below two thirds of what it resolves in range."""
+    """A body with a mesh made ready for this radar: no piece is longer than what it resolves in range."""
     assert body.mesh is not None
     mesh = body.mesh
     return OpticalBody(
         mesh,
         Radio(radar.wavelength, radar.polarization),
-        SPEED_OF_LIGHT / (2.0 * radar.bandwidth) * (2.0 / 3.0),
+        SPEED_OF_LIGHT / (2.0 * radar.bandwidth),
         bounces,
         power_reflectivity(body.material.name),
         TriangleScene(mesh.vertices, mesh.faces),
