@@ -55,8 +55,8 @@ class SeaCells:
         rests = scene.own_ship.at_rest
         step = scene.radar.range_step
         self.bins = max(1, round((FINE_CELL if rests else COARSE_CELL) / step))  # range bins per cell
-        cells = int(np.ceil(reach / (step * self.bins)))
-        middle = (np.arange(cells, dtype=np.float64) + 0.5) * step * self.bins
+        self.count = int(np.ceil(reach / (step * self.bins) - 1e-9))
+        middle = (np.arange(self.count, dtype=np.float64) + 0.5) * step * self.bins
         self._place = sea_place(middle, scene.radar.height, landscape.earth_radius)
         self.rows = TurnRows(rows, self._looked_at)
         if rests:

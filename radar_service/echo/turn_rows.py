@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Pattern = Callable[[Floats], Floats]  # offset from boresight [rad] to gain relative to it
+Weights = NDArray[np.float32]
 Make = Callable[[int, int, int], NDArray[np.generic]]
 
 BLOCK = 16  # rows made together, so that a random generator is set up for many thousands of draws
@@ -47,6 +48,28 @@ class TurnRows:
 
     def _block_of(self, row: int) -> int:
         return row // self.turn * self._blocks + row % self.turn // BLOCK
+
+
+class BeamRows:
+    """Which rows of the turn the beam sees from each azimuth of the scan, and how strongly; worked out once per index."""
+
+    def __init__(self, azimuths: int, turn: int, pattern: Pattern, reach: float, order: int) -> None:
+        """pattern: weight at an offset from boresight [rad], 0 beyond `reach` [rad]; order: 1 makes the weights of each
+        azimuth sum to 1, 2 their squares."""
+        self._azimuths, self._turn, self._pattern, self._reach, self._order = azimuths, turn, pattern, reach, order
+        self._known: dict[tuple[int, int], tuple[int, int, Weights]] = {}
+
+    def seen(self, number: NDArray[np.int64]) -> tuple[int, int, Weights]:
+        """First row, row after the last, weights (K, J) for consecutive azimuths (K,) of a scan, counted from the start."""
+        scan, index = divmod(int(number[0]), self._azimuths)
+        key = (index, len(number))
+        if key not in self._known:
+            azimuth = np.arange(index, index + len(number), dtype=np.float64) * (2.0 * np.pi / self._azimuths)
+            first, stop, weight = beam_weights(azimuth, self._turn, self._pattern, self._reach)
+            weight /= np.sum(weight**self._order, axis=1)[:, None] ** (1.0 / self._order)
+            self._known[key] = first, stop, weight.astype(np.float32)
+        first, stop, weights = self._known[key]
+        return first + scan * self._turn, stop + scan * self._turn, weights
 
 
 def beam_weights(azimuth: Floats, turn: int, pattern: Pattern, reach: float) -> tuple[int, int, Floats]:

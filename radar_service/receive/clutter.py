@@ -24,8 +24,8 @@ from radar_service.echo.sea_clutter import (
     wind_factor,
 )  # fmt: skip
 from radar_service.echo.sight import Landscape
-from radar_service.echo.turn_rows import Pattern, TurnRows, beam_weights
-from radar_service.receive.compression import Compression
+from radar_service.echo.turn_rows import BeamRows, Pattern, TurnRows
+from radar_service.receive.compression import Compression, receiver_noise_power
 from radar_service.receive.texture import SpeckleRows, TextureMotion, TextureRows, TextureTable, gaussian_correlation
 from radar_service.scene.world import Scene
 
@@ -86,11 +86,6 @@ def heard_share(scene: Scene, compression: Compression) -> Floats:
     return np.asarray(np.interp(np.arange(radar.bins), np.append(column, deaf), np.append(energy, 1.0)))
 
 
-def noise_level(compression: Compression) -> float:
-    """Mean power [W] of receiver noise in a sample."""
-    return float(2.0 * np.sum(np.square(compression.noise_multiplier, dtype=np.float64)) / compression.size**2)
-
-
 def sea_power(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: float) -> Floats:
     """Mean received power [W] of the sea at slant ranges (N,) [m], averaged over the wind's direction.
 
@@ -119,83 +114,127 @@ def _unit_power(scene: Scene, distance: Floats) -> Floats:
     return (received_amplitude(radar, distance) * gas_amplitude(distance, environment.gas_db_per_km + rain)) ** 2
 
 
-@dataclass
+@dataclass(frozen=True)
+class Sea:
+    """What the sea adds to speckle. mean: (cells, bins of a cell) root of the mean power over directions [sqrt(W)]."""
+
+    mean: Reals
+    cells: SeaCells
+    beam: BeamRows  # over the cells' rows: two-way power
+    texture: TurnRows  # Gaussian
+    table: TextureTable
+
+    def reach(self, level: Reals, floor: float) -> int:
+        """Bins to which any of the levels (K, cells) lifts the mean power above `floor` [W]."""
+        mattering = np.flatnonzero(level.max(axis=0) * self.mean.max(axis=1) ** 2 > floor)
+        return (int(mattering[-1]) + 1) * self.mean.shape[1] if len(mattering) else 0
+
+    def level(self, number: NDArray[np.int64]) -> Reals:
+        """What the beam sees of the cells (K, cells) from azimuths (K,), a factor on the mean power."""
+        first, stop, weights = self.beam.seen(number)
+        return weights @ self.cells.rows.span(first, stop).view(np.float32)
+
+    def amplitude(self, level: Reals, columns: int) -> Reals:
+        """Root of the mean power (K, columns) [sqrt(W)] for levels (K, cells)."""
+        cells = -(-columns // self.mean.shape[1])
+        spread = np.sqrt(level[:, :cells, None]) * self.mean[:cells]
+        return spread.reshape(len(level), -1)[:, :columns]
+
+
+@dataclass(frozen=True)
 class Clutter:
     """Sea and rain clutter of one radar in one scene, ready to be added to profiles."""
 
-    sea: Reals  # (columns,) W, mean over directions
-    rain: Reals  # (columns,)
+    rain: Reals  # (raining bins,) W
     floor: float  # W; clutter below is left out
-    pattern: Pattern
-    azimuth_step: float
-    reach: float  # rad, of the beam
+    beam: BeamRows  # over the rows of speckle and texture: field
     speckle: TurnRows
-    texture: TurnRows | None  # with the sea: Gaussian rows
-    table: TextureTable | None
-    cells: SeaCells | None
+    sea: Sea | None
 
     def add(self, profiles: Profiles, number: NDArray[np.int64], transmitting: NDArray[np.bool_]) -> None:
-        """Adds clutter to profiles (K, bins) [sqrt(W)] of consecutive azimuths (K,), counted from the start, to those that
-        are `transmitting` (K, 1)."""
-        azimuth = number.astype(np.float64) * self.azimuth_step
-        power = self._mean(azimuth)
-        columns = power.shape[1]
+        """Adds clutter to profiles (K, bins) [sqrt(W)] of consecutive azimuths (K,) of a scan, counted from the start, to
+        those that are `transmitting` (K, 1)."""
+        level = None if self.sea is None else self.sea.level(number)
+        columns = len(self.rain)
+        if self.sea is not None and level is not None:
+            columns = min(profiles.shape[1], max(columns, self.sea.reach(level, self.floor)))
         if columns == 0:
             return
-        first, stop, weight = beam_weights(azimuth, self.speckle.turn, self.pattern, self.reach)
-        weight32 = (weight / np.sqrt(np.sum(weight**2, axis=1))[:, None]).astype(np.float32)
+        first, stop, weights = self.beam.seen(number)
         rows = self.speckle.span(first, stop)[:, :columns].view(np.float32)
-        speckle = (weight32 @ rows).view(np.complex64)
-        if self.texture is not None and self.table is not None:
-            gaussian = weight32 @ self.texture.span(first, stop)[:, :columns]
-            power *= self.table.roots(gaussian) ** 2
-        power += self.rain[:columns]
-        profiles[:, :columns] += speckle * np.sqrt(power * transmitting)
+        speckle = (weights * transmitting @ rows).view(np.complex64)
+        speckle *= self._amplitude(level, self.beam.seen(number), columns)
+        profiles[:, :columns] += speckle
 
-    def _mean(self, azimuth: Floats) -> Reals:
-        """Mean power of the sea (K, columns) [W] as far out as any clutter matters on these azimuths (K,)."""
-        raining = np.flatnonzero(self.rain > self.floor)
-        columns = int(raining[-1]) + 1 if len(raining) else 0
-        if self.cells is None:
-            return np.zeros((len(azimuth), columns), dtype=np.float32)
-        first, stop, weight = beam_weights(azimuth, self.cells.rows.turn, lambda x: self.pattern(x) ** 2, self.reach)
-        weight /= weight.sum(axis=1)[:, None]
-        level = weight.astype(np.float32) @ self.cells.rows.span(first, stop).view(np.float32)
-        strongest = np.repeat(level.max(axis=0), self.cells.bins)[: len(self.sea)] * self.sea
-        mattering = np.flatnonzero(strongest > self.floor)
-        columns = max(columns, int(mattering[-1]) + 1 if len(mattering) else 0)
-        return np.repeat(level, self.cells.bins, axis=1)[:, :columns] * self.sea[:columns]
+    def _amplitude(self, level: Reals | None, seen: tuple[int, int, Reals], columns: int) -> Reals:
+        """Root of the local mean power (K, columns) [sqrt(W)], texture and rain in it."""
+        if self.sea is None or level is None:
+            return np.sqrt(self.rain[:columns])
+        first, stop, weights = seen
+        amplitude = self.sea.table.roots(weights @ self.sea.texture.span(first, stop)[:, :columns].view(np.float32))
+        amplitude *= self.sea.amplitude(level, columns)
+        if len(self.rain):
+            rain = np.pad(self.rain, (0, columns - len(self.rain)))
+            amplitude = np.sqrt(amplitude * amplitude + rain)
+        return amplitude
 
 
 def clutter_of(scene: Scene, landscape: Landscape, compression: Compression, pattern: Pattern, seed: int) -> Clutter | None:
     """The clutter that a scene asks for, None where neither sea nor rain. pattern: one-way gain in azimuth."""
     radar, environment = scene.radar, scene.environment
-    if not environment.sea_state and not environment.rain_mm_h:
-        return None
     distance = (np.arange(radar.bins, dtype=np.float64) + 0.5) * radar.range_step
     cell = resolution_cell(pattern, compression, radar.range_step)
     radius = landscape.earth_radius
-    sea = sea_power(scene, distance, cell, radius) if environment.sea_state else np.zeros(radar.bins)
-    rain = rain_power(scene, distance, cell, radius) if environment.rain_mm_h else np.zeros(radar.bins)
+    floor = MATTERS * receiver_noise_power(radar) if environment.noise else 0.0
     heard = heard_share(scene, compression)
-    sea, rain = sea * heard, rain * heard
-    floor = MATTERS * noise_level(compression) if environment.noise else 0.0
-    upwind = float(wind_factor(np.zeros(1), np.zeros(1), radar.wavelength)[0])
-    mattering = np.flatnonzero(np.maximum(sea * upwind, rain) > floor)
-    columns = int(mattering[-1]) + 1 if len(mattering) else 1
-    turn = min(radar.azimuths, int(np.ceil(2.0 * np.pi / cell.width * ROWS_PER_BEAM)))
-    speckle = TurnRows(turn, SpeckleRows(pulse_power(compression), columns, seed).make)
-    made = Clutter(
-        sea[:columns].astype(np.float32), rain[:columns].astype(np.float32), floor, pattern, radar.azimuth_step,
-        REACH * cell.width, speckle, None, None, None,
-    )  # fmt: skip
+    rain = np.zeros(0)
+    if environment.rain_mm_h:
+        rain = _mattering(rain_power(scene, distance, cell, radius) * heard, floor)
+    sea = np.zeros(0)
     if environment.sea_state:
-        made.cells = SeaCells(scene, landscape, min(radar.azimuths, 2 * turn), float(distance[columns - 1]))
-        shape = _shape(scene, distance[:columns], cell, radius)
-        made.table = TextureTable(shape)
-        motion = _texture_motion(scene, turn, float(np.median(shape)))
-        made.texture = TurnRows(turn, TextureRows(motion, columns, seed).make)
-    return made
+        upwind = float(wind_factor(np.zeros(1), np.zeros(1), radar.wavelength)[0])
+        sea = _mattering(sea_power(scene, distance, cell, radius) * heard, floor / upwind)
+    columns = max(len(rain), len(sea))
+    if columns == 0:
+        return None
+    turn = min(radar.azimuths, int(np.ceil(2.0 * np.pi / cell.width * ROWS_PER_BEAM)))
+    reach = REACH * cell.width
+    return Clutter(
+        rain.astype(np.float32),
+        floor,
+        BeamRows(radar.azimuths, turn, pattern, reach, order=2),
+        TurnRows(turn, SpeckleRows(pulse_power(compression), columns, seed).make),
+        _sea_of(scene, landscape, sea, cell, columns, pattern, turn, seed) if len(sea) else None,
+    )
+
+
+def _mattering(power: Floats, floor: float) -> Floats:
+    """The first bins of power (N,), as far as any is above the floor."""
+    above = np.flatnonzero(power > floor)
+    return power[: int(above[-1]) + 1] if len(above) else power[:0]
+
+
+def _sea_of(
+    scene: Scene,
+    landscape: Landscape,
+    power: Floats,
+    cell: ResolutionCell,
+    columns: int,
+    pattern: Pattern,
+    turn: int,
+    seed: int,
+) -> Sea:
+    """The sea of mean power (n,) [W] on speckle of n or more `columns` bins and `turn` rows."""
+    radar = scene.radar
+    distance = (np.arange(columns, dtype=np.float64) + 0.5) * radar.range_step
+    cells = SeaCells(scene, landscape, min(radar.azimuths, 2 * turn), columns * radar.range_step)
+    whole = cells.count * cells.bins
+    mean = np.pad(np.sqrt(power), (0, whole - len(power))).astype(np.float32).reshape(-1, cells.bins)
+    shape = _shape(scene, distance, cell, landscape.earth_radius)
+    motion = _texture_motion(scene, turn, float(np.median(shape)))
+    texture = TurnRows(turn, TextureRows(motion, columns, seed).make)
+    beam = BeamRows(radar.azimuths, cells.rows.turn, lambda x: pattern(x) ** 2, REACH * cell.width, order=1)
+    return Sea(mean, cells, beam, texture, TextureTable(shape))
 
 
 def _shape(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: float) -> Floats:
@@ -213,17 +252,19 @@ def _texture_motion(scene: Scene, turn: int, shape: float) -> TextureMotion:
     bearing = np.arange(turn, dtype=np.float64) * (2.0 * np.pi / turn)
     published = texture_length(bearing - environment.wind_from, environment.sea_state)
     length = published / -np.log(gaussian_correlation(shape, float(np.exp(-1.0))))
-    drift = partial(_drift, scene, turn)
+    drift = partial(_drift, scene, np.stack([np.sin(bearing), np.cos(bearing)], axis=1))
     lifetime = peak_wave_period(environment.sea_state)
     return TextureMotion(turn, radar.rotation_period, lifetime, radar.range_step, length, drift)
 
 
-def _drift(scene: Scene, turn: int, row: NDArray[np.int64], since: Floats, until: Floats) -> Floats:
-    """How far the waves have moved outward along rows (J,) of the turn, seen from the antenna, between instants (J,) [m]."""
+def _drift(scene: Scene, outward: Floats, row: NDArray[np.int64], since: Floats, until: Floats) -> Floats:
+    """How far the waves have moved along rows (J,) of the turn, seen from the antenna, between instants (J,) [m].
+
+    outward: (turn, 2) unit vectors east, north of all rows.
+    """
     environment = scene.environment
-    bearing = row.astype(np.float64) * (2.0 * np.pi / turn)
-    outward = np.stack([np.sin(bearing), np.cos(bearing)], axis=1)
     downwind = -np.array([np.sin(environment.wind_from), np.cos(environment.wind_from)])
-    waves = downwind * (peak_wave_speed(environment.sea_state) * (until - since))[:, None]
-    own = scene.antenna(until)[:, :2] - scene.antenna(since)[:, :2]
-    return np.asarray(np.einsum("ij,ij->i", waves - own, outward))
+    moved = downwind * (peak_wave_speed(environment.sea_state) * (until - since))[:, None]
+    if not scene.own_ship.at_rest:
+        moved -= scene.antenna(until)[:, :2] - scene.antenna(since)[:, :2]
+    return np.asarray(np.einsum("ij,ij->i", moved, outward[row]))

@@ -89,9 +89,10 @@ class TextureRows:
         for later, weight in ((0, np.cos(share)), (1, np.sin(share))):
             since = np.asarray((k + later) * motion.lifetime, dtype=np.float64)
             moved = motion.drift(row, since, time)
+            shift = np.rint(moved / motion.range_step).astype(np.int64)
+            fields = {int(each): self._field(int(each) + later, start, stop) for each in np.unique(k)}
             for j in range(len(row)):
-                field = self._field(int(k[j]) + later, start, stop)[j]
-                _add_rolled(total[j], field, round(float(moved[j]) / motion.range_step), np.float32(weight[j]))
+                _add_rolled(total[j], fields[int(k[j])][j], int(shift[j]), np.float32(weight[j]))
         return total
 
     def _field(self, k: int, start: int, stop: int) -> Reals:
