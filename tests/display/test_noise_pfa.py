@@ -1,0 +1,45 @@
+"""Receiver noise through the whole video chain: as often over the threshold as the gain says."""
+
+import numpy as np
+import pytest
+import scipy.stats
+
+import radar_service as rs
+from radar_service.display.video import PFA, Controls, display_video, layout
+from tests.scenes import scene
+
+NOISE = {"environment": {"noise": True}, "radar": {"range_max_m": 3000, "azimuths": 720}}
+PLAIN = {"modulation": "none", "pulse_s": 0.25e-6, "sample_rate_hz": 8e6}
+
+
+@pytest.mark.parametrize(
+    "radar", [{}, {"window": "blackman"}, {"window": "none"}, PLAIN], ids=["hamming", "blackman", "none", "plain"]
+)
+def test_noise_lights_one_cell_in_ten_thousand_at_gain_50(radar: dict[str, object]) -> None:
+    """At gain 50 a byte is not 0 where power exceeds ln(1/1e-4) times its mean by half a step (0.125 dB): exp(-9.2103 x
+    10^0.0125) = 7.65e-5. 8 scans; 5 sigma of a Poisson count of clumps of three neighbours."""
+    sim = rs.Simulator(scene([], environment=NOISE["environment"], radar=NOISE["radar"] | radar), seed=1)
+    cells = layout(len(sim.range), float(sim.range[0]), sim.range_step)
+    lit = total = 0
+    for _ in range(8):
+        video = display_video(sim.scan().power, cells, Controls(gain=50.0), sim.noise_power)
+        lit, total = lit + int(np.count_nonzero(video)), total + video.size
+    expected = total * np.exp(np.log(PFA) * 10**0.0125)
+    assert lit == pytest.approx(expected, abs=5 * np.sqrt(3 * expected))
+
+
+@pytest.mark.parametrize("gain", [42.0, 45.0, 55.0])
+def test_gain_shifts_the_threshold_by_its_decibels(gain: float) -> None:
+    """Pfa(gain) = Pfa^(10^((50.125 - gain) / 10)): a display set 8 dB under the threshold's 9.64 dB shows half of all noise."""
+    sim = rs.Simulator(scene([], **NOISE), seed=2)
+    cells = layout(len(sim.range), float(sim.range[0]), sim.range_step)
+    video = display_video(sim.scan().power, cells, Controls(gain=gain), sim.noise_power)
+    expected = video.size * PFA ** (10 ** ((50.125 - gain) / 10))
+    assert np.count_nonzero(video) == pytest.approx(expected, abs=5 * np.sqrt(3 * expected) + 1)
+
+
+def test_noise_power_is_exponential_with_the_stated_mean() -> None:
+    """Every 6th bin of three scans: Kolmogorov-Smirnov at 1e-4 against the exponential law of sim.noise_power."""
+    sim = rs.Simulator(scene([], **NOISE), seed=3)
+    power = np.concatenate([sim.scan().power[:, ::6].ravel() for _ in range(3)]) / sim.noise_power
+    assert scipy.stats.kstest(power, "expon").pvalue > 1e-4
