@@ -5,6 +5,8 @@ from dataclasses import asdict, dataclass
 from math import pi
 from typing import Any
 
+from radar_service.echo.optics.optical_body import coarsening
+from radar_service.echo.optics.pieces import MOST
 from radar_service.echo.rain_clutter import RAIN_HEIGHT
 from radar_service.echo.sea_clutter import HIGHEST_SEA_STATE
 from radar_service.fidelity import Fidelity
@@ -155,8 +157,15 @@ def _body(body: Body, scene: Scene, fidelity: Fidelity) -> Choice:
         kind = f"declared cross-section, Swerling {body.swerling}" if body.swerling else "declared cross-section, steady"
         return Choice(what, True, f"{kind}, {laid}")
     if body.scattering == "optics":
-        return Choice(what, True, f"physical optics, up to {fidelity.bounces} bounces, {laid}")
+        return Choice(what, True, f"physical optics, up to {fidelity.bounces} bounces, {laid}{_coarsely(body, scene)}")
     if fidelity.sampler != "scatterers":
         rays = f"{SAMPLER_WORDS[fidelity.sampler]} rays, {scene.radar.rays} to 3 x 3 beamwidths"
         return Choice(what, True, f"diffuse, {laid}, by {rays}; beyond 1.5 beamwidths above and below nothing is met")
     return Choice(what, True, f"diffuse, {laid}, {fidelity.scatterers_per_cell:g} scatterers to a resolution cell")
+
+
+def _coarsely(body: Body, scene: Scene) -> str:
+    """What is said of a body by optics that is too large for its pieces to be as fine as they should."""
+    distance = math.dist(body.motion.pose(0.0).position[0], scene.antenna(0.0)[0]) - body.length / 2.0
+    times = coarsening(body, scene.radar, distance)
+    return "" if times == 1.0 else f"; pieces {times:.1f} times longer than they should be, at most {MOST} of them"

@@ -1,4 +1,4 @@
-"""A body prepared for physical optics: cut once for each octave of range, then asked what it sends back to an antenna."""
+"""A body prepared for physical optics: cut once for each half octave of range, then asked what it sends back."""
 
 from dataclasses import dataclass, field
 
@@ -9,7 +9,8 @@ from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.optics.bounces import Radio, Seen, hits, lit_pieces, sent_back
 from radar_service.echo.optics.centres import scattering_centres
 from radar_service.echo.optics.patches import faces_something, outward_side, patch_sizes
-from radar_service.echo.optics.pieces import Pieces, far_field_edge, pieces_of
+from radar_service.echo.optics.pieces import MOST, Pieces, far_field_edge, pieces_of
+from radar_service.echo.scatterers import triangle_frames
 from radar_service.scene.materials import power_reflectivity
 from radar_service.scene.world import Body, Mesh, Radar
 from radar_service.trace.embree import TriangleScene
@@ -57,9 +58,8 @@ class OpticalBody:
         return scattering_centres(np.concatenate(points), np.concatenate(amplitudes), antenna, limit, self.radio.wavenumber)
 
     def limit(self, distance: float) -> float:
-        """Longest edge of a piece [m] for antennas from `distance` [m] on, the same throughout an octave."""
-        octave = np.floor(np.log2(max(distance, NEAREST)))
-        return min(self.edge, far_field_edge(float(2.0**octave), self.radio.wavelength))
+        """Longest edge of a piece [m] for antennas from `distance` [m] on."""
+        return longest_edge(distance, self.edge, self.radio.wavelength)
 
     def pieces(self, limit: float) -> Pieces:
         """The mesh cut to this longest edge [m], finer where its flat patches mirror into other parts of it."""
@@ -70,6 +70,28 @@ class OpticalBody:
         return self.cuts[limit]
 
 
+def coarsening(body: Body, radar: Radar, distance: float) -> float:
+    """How many times longer than asked the pieces of a body are, seen from `distance` [m], because it is so large; 1 where
+    they are not."""
+    assert body.mesh is not None
+    limit = longest_edge(distance, range_resolution(radar), radar.wavelength)
+    _, _, area = triangle_frames(body.mesh)
+    if len(area) + 16.0 * area.sum() / limit**2 <= MOST:  # halving leaves some limit^2 / 8 a piece, slivers less
+        return 1.0
+    return pieces_of(body.mesh, np.full(len(area), limit), limit, tubes=0).coarser
+
+
+def longest_edge(distance: float, edge: float, wavelength: float) -> float:
+    """`edge` [m], or the far field's limit where that is shorter, the same throughout half an octave of distance [m]."""
+    octave = np.floor(2.0 * np.log2(max(distance, NEAREST))) / 2.0
+    return min(edge, far_field_edge(float(2.0**octave), wavelength))
+
+
+def range_resolution(radar: Radar) -> float:
+    """c / 2B [m]."""
+    return SPEED_OF_LIGHT / (2.0 * radar.bandwidth)
+
+
 def optical_body(body: Body, radar: Radar, bounces: int) -> OpticalBody:
     """A body with a mesh made ready for this radar: no piece is longer than what it resolves in range."""
     assert body.mesh is not None
@@ -77,7 +99,7 @@ def optical_body(body: Body, radar: Radar, bounces: int) -> OpticalBody:
     return OpticalBody(
         mesh,
         Radio(radar.wavelength, radar.polarization),
-        SPEED_OF_LIGHT / (2.0 * radar.bandwidth),
+        range_resolution(radar),
         bounces,
         power_reflectivity(body.material.name),
         TriangleScene(mesh.vertices, mesh.faces),

@@ -13,7 +13,7 @@ Flags = NDArray[np.bool_]
 
 MOST = 60_000  # pieces of one body: some 100 MB and 60 ms while they are evaluated
 TUBES = 4_000  # of these, how many a body may have for the sake of its mirrors, beyond what its size asks for
-COARSER = np.sqrt(2.0)  # one more cut through a right isosceles triangle shortens its longest edge by this
+COARSER = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
 
 
 @dataclass(frozen=True)

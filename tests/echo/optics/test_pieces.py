@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from radar_service.echo.optics.optical_body import optical_body
 from radar_service.echo.optics.patches import faces_something, outward_side, patch_sizes
-from radar_service.echo.optics.pieces import far_field_edge, pieces_of
+from radar_service.echo.optics.pieces import MOST, far_field_edge, pieces_of
+from radar_service.fidelity import Fidelity
+from radar_service.plan import plan_for
 from radar_service.scene.shapes import box, dihedral, plate, sphere
 from radar_service.scene.world import Mesh
+from tests.scenes import scene
 
 Floats = NDArray[np.float64]
 
@@ -59,6 +63,21 @@ def test_tubes_have_a_budget_of_their_own() -> None:
 def test_a_mesh_finer_than_the_bound_is_taken_as_it_is() -> None:
     mesh = sphere(1.0)
     assert len(pieces_of(mesh, np.full(len(mesh.faces), 5.0), 5.0, most=10)) == len(mesh.faces)
+
+
+def test_a_huge_ship_at_close_quarters_is_said_in_the_plan() -> None:
+    """300 x 50 x 40 m: at 1000 m her pieces are as fine as they should be, at 60 m they would be too many and the plan
+    says so."""
+    giant = {"name": "giant", "shape": "box", "length_m": 300, "width_m": 50, "height_m": 40, "scattering": "optics"}
+    said = {}
+    for north in (1150, 210):
+        made = scene([{**giant, "position_m": [0, north, 0]}])
+        said[north] = plan_for(made, Fidelity("test")).choices[-1].how
+        body = optical_body(made.bodies[0], made.radar, 3)
+        cut = body.pieces(body.limit(north - 150.0))
+        assert len(cut) <= MOST
+        assert (cut.coarser > 1.0) == ("longer than they should be" in said[north])
+    assert "longer than they should be" in said[210] and "longer" not in said[1150]
 
 
 def test_far_field_edge_bends_the_path_by_an_eighth_of_a_turn() -> None:
