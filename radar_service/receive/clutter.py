@@ -147,6 +147,7 @@ class Clutter:
 
     rain: Reals  # (raining bins,) W
     floor: float  # W; clutter below is left out
+    columns: int  # bins of the rows
     beam: BeamRows  # over the rows of speckle and texture: field
     speckle: TurnRows
     sea: Sea | None
@@ -157,7 +158,7 @@ class Clutter:
         level = None if self.sea is None else self.sea.level(number)
         columns = len(self.rain)
         if self.sea is not None and level is not None:
-            columns = min(profiles.shape[1], max(columns, self.sea.reach(level, self.floor)))
+            columns = min(self.columns, max(columns, self.sea.reach(level, self.floor)))
         if columns == 0:
             return
         first, stop, weights = self.beam.seen(number)
@@ -202,6 +203,7 @@ def clutter_of(scene: Scene, landscape: Landscape, compression: Compression, pat
     return Clutter(
         rain.astype(np.float32),
         floor,
+        columns,
         BeamRows(radar.azimuths, turn, pattern, reach, order=2),
         TurnRows(turn, SpeckleRows(pulse_power(compression), columns, seed).make),
         _sea_of(scene, landscape, sea, cell, columns, pattern, turn, seed) if len(sea) else None,
