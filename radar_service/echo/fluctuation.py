@@ -12,6 +12,7 @@ from radar_service.scene.world import Body
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+BLOCK = 16  # azimuths drawn together
 
 
 class Fluctuation:
@@ -20,7 +21,7 @@ class Fluctuation:
     def __init__(self, bodies: Sequence[Body], key: Indices, azimuths: int, seed: int) -> None:
         self._case = np.array([body.swerling for body in bodies], dtype=np.int64)
         self._key, self._azimuths, self._seed = key, azimuths, seed
-        self._draw = lru_cache(maxsize=65_536)(self._drawn)
+        self._draw = lru_cache(maxsize=64 + 4 * len(bodies))(self._drawn)
 
     def apply(self, weight: NDArray[np.float32], number: Indices, azimuth: Floats, body: Indices) -> None:
         """Multiplies weights (E, K) of echoes at `azimuth` (E,) [rad] on `body` (E,) by their amplitude factors at azimuths
@@ -33,11 +34,14 @@ class Fluctuation:
             return
         for b in np.unique(body[self._case[body] > 0]):
             mine = np.flatnonzero(body == b)
+            if per_azimuth(int(self._case[b])):
+                weight[mine] *= np.array([self._draw(int(b), int(n) // BLOCK)[int(n) % BLOCK] for n in number], np.float32)
+                continue
             fraction = azimuth[mine[0]] % (2.0 * np.pi) / (2.0 * np.pi)
             crossing = np.floor(number / self._azimuths - fraction + 1.5).astype(np.int64)
-            draws = number if per_azimuth(int(self._case[b])) else crossing
-            weight[mine] *= np.array([self._draw(int(b), int(draw)) for draw in draws], dtype=np.float32)
+            weight[mine] *= np.array([self._draw(int(b), int(draw))[0] for draw in crossing], np.float32)
 
-    def _drawn(self, body: int, draw: int) -> float:
-        rng = generator(self._seed, FLUCTUATION, int(self._key[body]), draw)
-        return float(np.sqrt(swerling_factor(int(self._case[body]), rng)))
+    def _drawn(self, body: int, draw: int) -> tuple[float, ...]:
+        """Amplitude factors of a crossing, or of BLOCK azimuths: making a generator costs as much as some 30 draws."""
+        rng, case = generator(self._seed, FLUCTUATION, int(self._key[body]), draw), int(self._case[body])
+        return tuple(float(np.sqrt(swerling_factor(case, rng))) for _ in range(BLOCK if per_azimuth(case) else 1))
