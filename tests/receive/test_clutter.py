@@ -268,6 +268,21 @@ def test_a_deaf_radar_hears_less_clutter(pulse: dict[str, Any]) -> None:
         assert deaf.power[:, near].sum() < 0.5 * open_ears.power[:, near].sum()
 
 
+@pytest.mark.parametrize("range_max_m", [3000, 3077, 9000])
+def test_clutter_ends_where_it_no_longer_matters(range_max_m: float) -> None:
+    """At 10 mW the sea sinks below the noise within 1 km, at any bin of a cell; added to noise drawn alike it
+    changes the near bins and none beyond the last at which the mean upwind, by hand, is 15 dB below the noise."""
+    radar = {"range_max_m": range_max_m, "bandwidth_hz": 10e6, "pulse_s": 4e-6, "azimuths": 32, "beamwidth_deg": 20}
+    made = sea(radar | {"power_w": 0.01}, noise=True)
+    both = rs.Simulator(made, seed=1).scan()
+    alone = rs.Simulator(scene([], radar=radar, environment={"noise": True}), seed=1).scan()
+    changed = np.flatnonzero((both.field != alone.field).any(axis=0))
+    mean = mean_by_hand(made, both).max(axis=0)
+    mattering = np.flatnonzero(mean > rs.Simulator(made).noise_power * 10**-1.5)
+    assert 0 < mattering[-1] < both.field.shape[1] - 20
+    assert changed[-1] == pytest.approx(mattering[-1], abs=3)  # a cell of two bins
+
+
 def test_a_point_target_stands_in_the_clutter_as_it_does_without() -> None:
     """Clutter is added to echoes: the field with it less the field of clutter alone is the target's, to float32."""
     target = point("t", 0, 1000, 4, 30)
