@@ -108,7 +108,8 @@ def _waveform(radar: Radar, fidelity: Fidelity) -> list[Choice]:
 
 
 def _documented_clutter(scene: Scene) -> list[Choice]:
-    asked = {"sea clutter": scene.environment.sea_state, "rain clutter": scene.environment.rain_mm_h}
+    environment = scene.environment
+    asked = {"sea clutter": environment.sea_state, "rain clutter": environment.rain_mm_h, "interference": scene.interference}
     return [Choice(what, False, "asked for, but not in the specification") for what, much in asked.items() if much]
 
 

@@ -15,7 +15,10 @@ class InterferenceModel(Section):
     bearing_deg: Bearing | None = Field(None, description="where it stands as own ship sees it, for ever")
     position_m: EastNorth | None = Field(None, description="or its place: east, north")
     level_db: Number = Field(
-        60.0, ge=0, le=150, description="its pulse over the receiver's noise while both beams look at each other"
+        110.0,  # 25 kW and 30 dBi at either end of 6 km, a receiver of 5 MHz
+        ge=0,
+        le=150,
+        description="its pulse over the receiver's noise while both beams look at each other",
     )
     frequency_offset_hz: Number = Field(0.0, ge=-1e9, le=1e9, description="of its carrier from own; the filter decides")
     pulse_s: Number = Field(0.25e-6, ge=1e-8, le=1e-4)
