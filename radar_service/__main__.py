@@ -19,7 +19,7 @@ import uvicorn
 from tqdm import tqdm
 
 from radar_service.display.video import Controls
-from radar_service.fidelity import PRESETS
+from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.records import SpokeBlock
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
@@ -81,7 +81,8 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     scene_help = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
     common = argparse.ArgumentParser(add_help=False)
-    common.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS])
+    presets = "; ".join(f"{name}: {purpose}" for name, purpose in PURPOSE.items())
+    common.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto means balanced")
     common.add_argument("--seed", default=0, type=partial(whole, least=0, most=2**63 - 1))
 
     serve = commands.add_parser("serve", parents=[common], help="put radars on the air")

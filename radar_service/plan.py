@@ -73,6 +73,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity) -> list[Choice]:
     return [
         *_waveform(scene.radar, fidelity),
         Choice("beam", True, f"{pattern_text(scene.radar.pattern)}, {rest}"),
+        *_motion(scene, fidelity),
         Choice(
             "earth",
             curved,
@@ -116,6 +117,15 @@ def _documented_clutter(scene: Scene) -> list[Choice]:
 def _extent(scene: Scene, fidelity: Fidelity) -> str:
     whole = fidelity.beam_extent * scene.radar.beamwidth >= pi
     return "the full circle" if whole else f"{fidelity.beam_extent:g} beamwidths each side"
+
+
+def _motion(scene: Scene, fidelity: Fidelity) -> list[Choice]:
+    """How what moves relative to the antenna is followed, where anything does."""
+    if scene.own_ship.at_rest and all(body.motion.at_rest for body in scene.bodies):
+        return []
+    together = f"swept {fidelity.swept_together} azimuths at a time" if fidelity.swept_together > 1 else "each by itself"
+    how = f"range, phase and beam weight of every azimuth, {together}; sight looked at anew every {fidelity.glance:g} m"
+    return [Choice("motion", True, how)]
 
 
 def _sway(scene: Scene, how: str) -> list[Choice]:

@@ -5,7 +5,8 @@ import pytest
 from scipy import stats
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
+from radar_service.__main__ import parser
+from radar_service.fidelity import PRESETS, PURPOSE
 from tests.scenes import scene
 from tests.test_corrected import COARSE, error_db, scattered
 
@@ -53,3 +54,18 @@ def test_the_plan_says_how_far_the_beam_reaches() -> None:
     said = {name: str(rs.Simulator(made, name).plan) for name in STATED}
     assert "3 beamwidths each side" in said["fast"] and "12 beamwidths each side" in said["balanced"]
     assert "the full circle" in said["reference"]
+
+
+def test_the_plan_says_how_motion_is_followed_where_there_is_any() -> None:
+    still, moving = scene(scattered(1, 900, 1)), scene(scattered(1, 900, 1, speed_kn=5))
+    assert "motion" not in str(rs.Simulator(still).plan)
+    assert "swept 16 azimuths at a time; sight looked at anew every 5 m" in str(rs.Simulator(moving).plan)
+    assert "each by itself; sight looked at anew every 1 m" in str(rs.Simulator(moving, "reference").plan)
+
+
+def test_the_command_line_says_what_each_preset_is_for(capsys: pytest.CaptureFixture[str]) -> None:
+    assert set(PURPOSE) == set(PRESETS)
+    with pytest.raises(SystemExit):
+        parser().parse_args(["scan", "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert all(f"{name}: {purpose.split(',')[0]}" in said for name, purpose in PURPOSE.items())

@@ -62,7 +62,9 @@ class RadarModel(Section):
     noise_figure_db: Number = Field(4.0, ge=0, le=40)
     polarization: Literal["h", "v"] = "h"
     eclipsing: Flag = Field(False, description="a one-antenna radar is blind while it transmits")
-    rays: Whole = Field(2000, ge=1, le=1_000_000, description="per azimuth, for the documented sampler only")
+    rays: Whole = Field(
+        2000, ge=1, le=1_000_000, description="per azimuth, of the documented fidelity and of the ray samplers"
+    )
     blind_sectors_deg: tuple[tuple[Bearing, Bearing], ...] = Field(
         (), max_length=16, description="no transmission between these angles, clockwise from the bow"
     )
