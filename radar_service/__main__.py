@@ -9,7 +9,7 @@ import math
 import signal
 import socket
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,8 @@ from radar_service.fidelity import PRESETS
 from radar_service.records import SpokeBlock
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
-from radar_service.scene.load import load_scene
+from radar_service.scene.load import IN_PROCESS, load_scene
+from radar_service.scene.sandbox import Sandbox
 from radar_service.simulate import Simulator
 from radar_service.stream.app import create_app
 from radar_service.stream.pace import Pace
@@ -41,9 +42,9 @@ PICTURE_SIZE = 900  # pixels
 class Server(uvicorn.Server):
     """A server that takes leave of the feeds before it closes their sockets."""
 
-    def __init__(self, config: uvicorn.Config, stations: Sequence[Station]) -> None:
+    def __init__(self, config: uvicorn.Config, stations: Sequence[Station], started: Callable[[], None]) -> None:
         super().__init__(config)
-        self._stations = stations
+        self._stations, self._started = stations, started
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """As usual, then say where to look."""
@@ -51,6 +52,7 @@ class Server(uvicorn.Server):
         for listener in sockets or []:
             host, port = listener.getsockname()[:2]
             print(f"radar on the air: open http://{f'[{host}]' if ':' in host else host}:{port}/", flush=True)
+        self._started()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Say bye to every client, then close as usual."""
@@ -91,6 +93,11 @@ def parser() -> argparse.ArgumentParser:
     serve.add_argument("--pace", default=Pace(), type=pace, help="simulated seconds per second, or max (default 1)")
     serve.add_argument("--truth", action="store_true", help="let clients ask for the truth")
     serve.add_argument("--scene-folder", action="append", default=[], type=Path, help="offer the scenes of this folder too")
+    serve.add_argument(
+        "--sandbox-all",
+        action="store_true",
+        help="parse the files of every scene, not only of uploads, in a limited process",
+    )
     serve.set_defaults(run=run_serve)
 
     scan = commands.add_parser("scan", parents=[common], help="compute scans into a file")
@@ -114,19 +121,21 @@ def parser() -> argparse.ArgumentParser:
 def run_serve(wanted: argparse.Namespace) -> int:
     """Serve until stopped."""
     factory = partial(Simulator, fidelity=wanted.fidelity, seed=wanted.seed)
-    settings = Settings(pace=wanted.pace)
+    settings, sandbox = Settings(pace=wanted.pace), Sandbox()
+    builder = sandbox if wanted.sandbox_all else IN_PROCESS
     stations = [
-        Station(str(k), factory(load_scene(source)), factory, settings=settings, allow_truth=wanted.truth)
+        Station(str(k), factory(load_scene(source, builder=builder)), factory, settings=settings, allow_truth=wanted.truth)
         for k, source in enumerate(wanted.scenes or [DEFAULT_SCENE])
     ]
+    app = create_app(stations, scene_folders=wanted.scene_folder, sandbox=sandbox, sandbox_all=wanted.sandbox_all)
     config = uvicorn.Config(
-        create_app(stations, scene_folders=wanted.scene_folder), host=wanted.host, port=wanted.port, log_level="warning",
+        app, host=wanted.host, port=wanted.port, log_level="warning",
         ws_max_size=INBOUND_LIMIT, ws_per_message_deflate=False, timeout_graceful_shutdown=SHUTDOWN_SECONDS,
     )  # fmt: skip
     listener = listening_socket(wanted.host, wanted.port)
     for wish in (signal.SIGTERM, signal.SIGINT):
         signal.signal(wish, lambda *_: None)  # uvicorn stops at either and raises it again, which must not be our end
-    server = Server(config, stations)
+    server = Server(config, stations, sandbox.warm)
     with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
         runner.run(server.serve(sockets=[listener]))
     return 0 if server.started else 1

@@ -16,6 +16,8 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from radar_service.scene.error import SceneError
+from radar_service.scene.load import IN_PROCESS
+from radar_service.scene.sandbox import Sandbox
 from radar_service.stream.ahead import EngineFault
 from radar_service.stream.api import api, problem_lines
 from radar_service.stream.scenes import MAX_UPLOAD_BYTES, Conflict, SceneShelf
@@ -30,12 +32,17 @@ SECURITY_HEADERS = {
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 
 
-def create_app(stations: Sequence[Station], *, scene_folders: Iterable[Path] = ()) -> FastAPI:
+def create_app(
+    stations: Sequence[Station], *, scene_folders: Iterable[Path] = (), sandbox: Sandbox | None = None,
+    sandbox_all: bool = False,
+) -> FastAPI:  # fmt: skip
     """The application that puts these radars on the air when it starts and takes them off when it stops.
 
-    scene_folders: whose scenes are offered besides the packaged ones.
+    scene_folders: whose scenes are offered besides the packaged ones. sandbox: parses the files of uploads, with
+    sandbox_all those of every scene asked for by REST; it is closed when the application stops.
     """
-    shelf = SceneShelf(scene_folders)
+    sandbox = sandbox or Sandbox()
+    shelf = SceneShelf(scene_folders, sandbox if sandbox_all else IN_PROCESS, sandbox)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
@@ -46,6 +53,7 @@ def create_app(stations: Sequence[Station], *, scene_folders: Iterable[Path] = (
         finally:
             await asyncio.gather(*(station.stop() for station in stations))
             shelf.close()
+            await asyncio.to_thread(sandbox.close)
 
     app = FastAPI(
         title="radar-service",

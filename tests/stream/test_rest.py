@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 
 from radar_service.scene.error import SceneError
+from radar_service.scene.sandbox import Sandbox
 from radar_service.stream import scenes as scenes_module
 from radar_service.stream.app import create_app
 from radar_service.stream.pace import Pace
@@ -194,6 +195,28 @@ def test_a_scene_with_its_mesh_comes_as_a_form() -> None:
         assert answer.status_code == 200
 
     play(test)
+
+
+def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on() -> None:
+    """A soup of 200 000 triangles (10 MB) needs more than the 48 MiB that this server allows; the next upload is taken."""
+    soup = np.zeros(200_000, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+    soup["corners"] = np.random.default_rng(0).random((200_000, 3, 3))
+    bomb = bytes(80) + np.uint32(200_000).tobytes() + soup.tobytes()
+    limited = Sandbox(memory=48 * 2**20)
+
+    async def test(server: Server) -> None:
+        feed = await server.feed()
+        epoch = (await feed.until("hello"))["epoch"]
+        for content, status in ((bomb, 422), (TRIANGLE, 201)):
+            ending = "stl" if content is bomb else "obj"
+            parts = [("scene", ("m.toml", MESHED.replace(b"obj", ending.encode()))), ("files", (f"thing.{ending}", content))]
+            answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
+            assert answer.status_code == status, answer.text
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
+        assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
+
+    play(test, sandbox=limited)
+    assert limited._child is None  # it goes with the server
 
 
 @pytest.mark.parametrize(
