@@ -18,6 +18,7 @@ from radar_service.stream.station import Station
 BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503
 GRACE = 2.0  # s to take the last message before the line is cut
 PARAMETERS = ("encoding", "bins", "truth", "mode", "since")
+TICKET = "ticket"  # read before the request comes here
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Request:
 def request_from_query(query: Mapping[str, str]) -> Request:
     """The request that a query string means. Raises ValueError naming the parameter, its value and what is allowed."""
     for key in query:
-        if key not in PARAMETERS:
+        if key not in (*PARAMETERS, TICKET):
             raise ValueError(f"{key[:40]}: the feed has no such parameter; it takes {', '.join(PARAMETERS)}")
     encoding = query.get("encoding", "u8")
     if encoding not in wire.DTYPES:
@@ -65,8 +66,11 @@ def _since(text: str) -> tuple[str, int] | None:
     return found[1], int(found[2])
 
 
-async def serve(socket: WebSocket, station: Station | None) -> None:
-    """Serve one client until it goes, is let go, or the server stops. A refusal is a `bye` and a close code from 4400."""
+async def serve(socket: WebSocket, station: Station | None, may_command: bool = True) -> None:
+    """Serve one client until it goes, is let go, or the server stops. A refusal is a `bye` and a close code from 4400.
+
+    may_command: whether it may do what others feel, as `lossless` is.
+    """
     await socket.accept()
     if station is None:
         return await _refuse(socket, NOT_FOUND, f'radar: there is no "{socket.path_params["radar"][:40]}"; see /api/radars')
@@ -76,6 +80,10 @@ async def serve(socket: WebSocket, station: Station | None) -> None:
         return await _refuse(socket, BAD_REQUEST, str(fault))
     if request.truth and not station.allow_truth:
         return await _refuse(socket, FORBIDDEN, "truth: this server does not give it; start it with --truth")
+    if request.mode == "lossless" and not may_command:
+        return await _refuse(
+            socket, FORBIDDEN, "mode: lossless holds up the radar for everybody; it needs the token to command"
+        )
     client = Client(request.view, request.mode, request.truth)
     try:
         station.join(client, request.since)

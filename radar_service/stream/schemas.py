@@ -166,6 +166,12 @@ class Health(BaseModel):
     radars: list[RadarHealth]
 
 
+class Yes(BaseModel):
+    """The answer to a probe."""
+
+    yes: bool
+
+
 class BodyState(BaseModel):
     """True state of a body, SI and radians; see records.BodyTruth."""
 
@@ -191,6 +197,13 @@ class TruthState(BaseModel):
     time: float
     own_ship: BodyState
     bodies: list[BodyState]
+
+
+class Ticket(BaseModel):
+    """What opens one websocket (its parameter `ticket`), for so many seconds."""
+
+    ticket: str
+    seconds: float
 
 
 class Problem(BaseModel):

@@ -124,6 +124,12 @@ class Station:
             return "behind"
         return "running" if self.settings.transmit else "standby"
 
+    @property
+    def ready(self) -> bool:
+        """Whether clients are taken and spokes come, or would but for the pause or standby that was asked for."""
+        waiting = self.settings.pace.state == "pause" or not self.settings.transmit
+        return not self._stopping and not self.transmitter.fault and (waiting or self.transmitter.sent > 0)
+
     def health(self) -> dict[str, Any]:
         """How the radar does, in plain data."""
         clients = self.hub.clients
