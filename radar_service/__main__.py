@@ -24,8 +24,10 @@ from radar_service.scene.error import SceneError
 from radar_service.scene.load import IN_PROCESS, load_scene
 from radar_service.scene.sandbox import Sandbox
 from radar_service.simulate import Simulator
+from radar_service.stream import journal
 from radar_service.stream.access import Access, checked_token, is_loopback
 from radar_service.stream.app import create_app
+from radar_service.stream.journal import Refusals
 from radar_service.stream.pace import Pace
 from radar_service.stream.picture import ppi_png
 from radar_service.stream.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
@@ -79,6 +81,7 @@ def parser() -> argparse.ArgumentParser:
     serve.add_argument("--token-file-for-reading", dest="read_token_file", type=Path, help="a file with that one")
     serve.add_argument("--insecure", action="store_true", help="let anybody who reaches the server do anything")
     serve.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a name that this server goes by")
+    serve.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="what happens, on standard error")
     serve.add_argument("--connections", default=MAX_CONNECTIONS, type=partial(whole, least=1, most=100_000), help="at most")
     serve.add_argument(
         "--connections-per-address", default=MAX_PER_ADDRESS, type=partial(whole, least=1, most=100_000),
@@ -111,7 +114,8 @@ def parser() -> argparse.ArgumentParser:
 
 def run_serve(wanted: argparse.Namespace) -> int:
     """Serve until stopped."""
-    access = access_for(wanted)
+    access, refused = access_for(wanted), Refusals()
+    journal.write(wanted.log)
     factory = partial(Simulator, fidelity=wanted.fidelity, seed=wanted.seed)
     settings, sandbox = Settings(pace=wanted.pace), Sandbox()
     builder = sandbox if wanted.sandbox_all else IN_PROCESS
@@ -120,9 +124,10 @@ def run_serve(wanted: argparse.Namespace) -> int:
         for k, source in enumerate(wanted.scenes or [DEFAULT_SCENE])
     ]
     app = create_app(
-        stations, scene_folders=wanted.scene_folder, sandbox=sandbox, sandbox_all=wanted.sandbox_all, access=access
+        stations, scene_folders=wanted.scene_folder, sandbox=sandbox, sandbox_all=wanted.sandbox_all, access=access,
+        refused=refused,
     )  # fmt: skip
-    config = configuration(app, connections=wanted.connections, per_address=wanted.connections_per_address)
+    config = configuration(app, connections=wanted.connections, per_address=wanted.connections_per_address, refused=refused)
     listener = listening_socket(wanted.host, wanted.port)
     for wish in (signal.SIGTERM, signal.SIGINT):
         signal.signal(wish, lambda *_: None)  # uvicorn stops at either and raises it again, which must not be our end

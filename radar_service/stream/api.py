@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import metadata
 from pathlib import PurePosixPath
@@ -64,12 +64,12 @@ GUARDED: dict[int | str, dict[str, Any]] = {
 }
 
 
-def api(stations: Mapping[str, Station], shelf: SceneShelf, access: Access) -> APIRouter:
+def api(stations: Mapping[str, Station], shelf: SceneShelf, access: Access, refused: Callable[[str], None]) -> APIRouter:
     """All routes under /api."""
     router = APIRouter(prefix="/api", responses=GUARDED)
     _add_scenes(router, stations, shelf)
     _add_radars(router, stations)
-    _add_feed(router, stations, access)
+    _add_feed(router, stations, access, refused)
     _add_control(router, stations, shelf)
     _add_health(router, stations)
     return router
@@ -172,7 +172,7 @@ def _add_radars(router: APIRouter, stations: Mapping[str, Station]) -> None:
         return Response(data, media_type="image/png", headers={"Cache-Control": "no-store"})
 
 
-def _add_feed(router: APIRouter, stations: Mapping[str, Station], access: Access) -> None:
+def _add_feed(router: APIRouter, stations: Mapping[str, Station], access: Access, refused: Callable[[str], None]) -> None:
     @router.post("/tickets", status_code=201)
     async def ticket(request: Request) -> say.Ticket:
         """A word that opens one websocket, as its parameter `ticket`: for browsers, which send no token with it."""
@@ -181,7 +181,7 @@ def _add_feed(router: APIRouter, stations: Mapping[str, Station], access: Access
 
     @router.websocket("/radars/{radar}/feed")
     async def native_feed(socket: WebSocket, radar: str) -> None:
-        await feed.serve(socket, stations.get(radar), access.may(socket.scope.get(RANK), "command"))
+        await feed.serve(socket, stations.get(radar), access.may(socket.scope.get(RANK), "command"), refused)
 
 
 def _add_control(router: APIRouter, stations: Mapping[str, Station], shelf: SceneShelf) -> None:

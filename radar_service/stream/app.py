@@ -8,32 +8,34 @@ from pathlib import Path
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
+from fastapi.responses import JSONResponse, Response
 from starlette.exceptions import HTTPException
 from starlette.staticfiles import StaticFiles
 
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import IN_PROCESS
 from radar_service.scene.sandbox import Sandbox
+from radar_service.stream import metrics
 from radar_service.stream.access import Access
 from radar_service.stream.ahead import EngineFault
 from radar_service.stream.api import api, problem_lines
 from radar_service.stream.guard import Guard
+from radar_service.stream.journal import Refusals
 from radar_service.stream.scenes import MAX_UPLOAD_BYTES, Conflict, SceneShelf
 from radar_service.stream.station import Station
 
 
 def create_app(
     stations: Sequence[Station], *, scene_folders: Iterable[Path] = (), sandbox: Sandbox | None = None,
-    sandbox_all: bool = False, access: Access | None = None,
+    sandbox_all: bool = False, access: Access | None = None, refused: Refusals | None = None,
 ) -> FastAPI:  # fmt: skip
     """The application that puts these radars on the air when it starts and takes them off when it stops.
 
     scene_folders: whose scenes are offered besides the packaged ones. sandbox: parses the files of uploads, with
     sandbox_all those of every scene asked for by REST; it is closed when the application stops. access: who may do what,
-    by default everybody everything.
+    by default everybody everything. refused: who is told of what is turned away, here and elsewhere.
     """
-    sandbox, access = sandbox or Sandbox(), access or Access()
+    sandbox, access, refused = sandbox or Sandbox(), access or Access(), refused or Refusals()
     shelf = SceneShelf(scene_folders, sandbox if sandbox_all else IN_PROCESS, sandbox)
 
     @asynccontextmanager
@@ -57,11 +59,16 @@ def create_app(
         redoc_url=None,
         max_body_size=MAX_UPLOAD_BYTES,
     )
-    app.include_router(api({station.identity: station for station in stations}, shelf, access))
+    app.include_router(api({station.identity: station for station in stations}, shelf, access, refused))
+    app.add_api_route("/metrics", lambda: _figures(stations, refused), include_in_schema=False)
     app.mount("/", StaticFiles(directory=str(resources.files("clients.web")), html=True, check_dir=False))
     _answer_faults(app)
-    app.add_middleware(Guard, access=access)
+    app.add_middleware(Guard, access=access, refused=refused)
     return app
+
+
+def _figures(stations: Sequence[Station], refused: Refusals) -> Response:
+    return Response(metrics.exposition(stations, refused.counts), media_type=metrics.CONTENT_TYPE)
 
 
 def _answer_faults(app: FastAPI) -> None:

@@ -63,7 +63,7 @@ class Hub:
         self.views: tuple[View, ...] = ()  # what the producer encodes; replaced whole
         self.epoch = ""
         self.next = 0  # sequence number of the next spoke
-        self.lost = 0  # spokes that clients now gone had lost
+        self.lost = self.gaps = self.bytes = 0  # of clients now gone: spokes lost, gaps announced, bytes taken
         self.truth_wanted = False  # by some client; read by the producer
         self._hello: Callable[[View, Mode], bytes] | None = None
         self._kept: dict[View, _Kept] = {}
@@ -99,7 +99,7 @@ class Hub:
         self.clients.discard(client)
         self._left.set()
         self.truth_wanted = any(other.truth for other in self.clients)
-        self.lost += client.lost
+        self.lost, self.gaps, self.bytes = self.lost + client.lost, self.gaps + client.gaps, self.bytes + client.bytes
         client.closed = True
         client._room.set()
         if all(other.view != client.view for other in self.clients) and client.view in self._kept:

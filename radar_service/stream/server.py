@@ -12,6 +12,7 @@ from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from radar_service.stream.access import is_loopback
+from radar_service.stream.journal import note
 from radar_service.stream.station import Station
 
 INBOUND_LIMIT = 4096  # bytes of a websocket message: clients have nothing to say
@@ -96,11 +97,13 @@ class Server(uvicorn.Server):
         await super().startup(sockets)
         for listener in sockets or []:
             host, port = listener.getsockname()[:2]
+            note("started", host=host, port=port)
             print(f"radar on the air: open http://{f'[{host}]' if ':' in host else host}:{port}/", flush=True)
         self._started()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Take no more connections, say bye to every client, then close as usual."""
+        note("stopping")
         for server in self.servers:
             server.close()  # else who has been told bye comes back at once, and is cut off without a word
         await asyncio.gather(*(station.stop() for station in self._stations))
@@ -114,8 +117,8 @@ def configuration(
     """How the application is served. connections, per_address: most at a time; refused: told what was turned away."""
     door: Any = partial(Door, most=connections, per_address=per_address, seconds=seconds, refused=refused)
     return uvicorn.Config(
-        app, http=door, log_level="warning", access_log=False, server_header=False, ws_max_size=INBOUND_LIMIT,
-        ws_max_queue=4, ws_per_message_deflate=False, timeout_graceful_shutdown=SHUTDOWN_SECONDS, backlog=BACKLOG,
+        app, http=door, log_level="warning", access_log=False, log_config=None, server_header=False,
+        ws_max_size=INBOUND_LIMIT, ws_max_queue=4, ws_per_message_deflate=False, timeout_graceful_shutdown=SHUTDOWN_SECONDS, backlog=BACKLOG,
         proxy_headers=False,  # the address of a connection is the one it comes from
     )  # fmt: skip
 

@@ -1,6 +1,7 @@
 """One radar on the air: a transmitter in its own threads, a hub on the event loop, and what REST asks of both."""
 
 import asyncio
+import logging
 import time
 from collections.abc import Callable, Coroutine
 from dataclasses import replace
@@ -13,6 +14,7 @@ from radar_service.scene.world import Scene
 from radar_service.stream import messages, wire
 from radar_service.stream.ahead import Ahead, EngineFault
 from radar_service.stream.hub import Batch, Hub, Refused
+from radar_service.stream.journal import note
 from radar_service.stream.mailbox import Client, Mode, View
 from radar_service.stream.messages import Engine
 from radar_service.stream.pace import KEEPING_UP
@@ -78,6 +80,12 @@ class Station:
         if self.transmitter.fault:
             raise Refused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
         self.hub.join(client, since)
+        note("client joined", radar=self.identity, client=client.number, encoding=client.view.encoding, mode=client.mode)
+
+    def leave(self, client: Client) -> None:
+        """Remove a client from the feed."""
+        self.hub.leave(client)
+        note("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
 
     async def swap(self, scene: Scene) -> tuple[str, Engine]:
         """Prepare another scene beside the running one and let it take over; gives its epoch and engine.
@@ -149,6 +157,22 @@ class Station:
             "views": len(self.hub.views),
         }
 
+    def figures(self) -> dict[str, float | None]:
+        """The figures of `metrics`, by name; None: not known yet."""
+        hub, transmitter, clients = self.hub, self.transmitter, list(self.hub.clients)
+        return {
+            "radar_azimuths": transmitter.sent,
+            "radar_spokes_lost": hub.lost + sum(client.lost for client in clients),
+            "radar_gaps": hub.gaps + sum(client.gaps for client in clients),
+            "radar_bytes": hub.bytes + sum(client.bytes for client in clients),
+            "radar_slips": transmitter.schedule.slips,
+            "radar_restarts": transmitter.restarts,
+            "radar_lag_seconds": transmitter.schedule.lag,
+            "radar_real_time_factor": transmitter.reached(),
+            "radar_factor_asked": self.settings.pace.factor,
+            "radar_views": len(hub.views),
+        }
+
     # The transmitter's outlet, called from its thread.
 
     def open_epoch(self, epoch: Epoch) -> None:
@@ -169,6 +193,7 @@ class Station:
 
     def died(self, reason: str) -> None:
         """Tell the clients that no more spokes come."""
+        note("radar failed", logging.ERROR, radar=self.identity, reason=reason)
         self._on_loop(self._close_soon(f"the radar has stopped: {reason}"))
 
     def _on_loop(self, call: Coroutine[Any, Any, None]) -> None:
@@ -192,6 +217,7 @@ class Station:
             )  # fmt: skip
 
         self.hub.open_epoch(epoch.name, hello)
+        note("epoch", radar=self.identity, epoch=epoch.name, scene=epoch.engine.scene.name)
 
     def _prepare(self, scene: Scene) -> Ahead:
         ahead = Ahead(self._factory(scene))

@@ -88,6 +88,8 @@ class Transmitter:
         self.sent = 0  # spokes since the start
         self.simulated = 0.0  # time of the next spoke, s
         self.schedule = Schedule()
+        self.restarts = 0  # times the engine died and was started again
+        self.encoding: dict[str, tuple[int, float]] = {}  # batches encoded, and the time that took [s], by encoding
         self._outlet, self._clock = outlet, clock
         self._ahead = Ahead(engine)
         self._next: tuple[str, Ahead] | None = None  # epoch to come
@@ -262,10 +264,13 @@ class Transmitter:
     def _batch(self, part: SpokeBlock, controls: Controls) -> Batch:
         epoch, data = self.epoch, {}
         for view in self._outlet.views():
+            began = self._clock()
             message = messages.spokes(
                 epoch.name, self._number, part, view.encoding, epoch.layout(view.bins), controls, epoch.engine
             )
             data[view] = wire.pack(message)
+            count, seconds = self.encoding.get(view.encoding, (0, 0.0))
+            self.encoding[view.encoding] = count + 1, seconds + self._clock() - began
         return Batch(epoch.name, self._number, len(part), data, self._truths(part))
 
     def _truths(self, part: SpokeBlock) -> tuple[bytes, ...]:
