@@ -81,6 +81,7 @@ def parser() -> argparse.ArgumentParser:
     serve.add_argument("--token-file-for-reading", dest="read_token_file", type=Path, help="a file with that one")
     serve.add_argument("--insecure", action="store_true", help="let anybody who reaches the server do anything")
     serve.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a name that this server goes by")
+    serve.add_argument("--exit-when-failed", action="store_true", help="exit with 1 once a radar cannot go on")
     serve.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="what happens, on standard error")
     serve.add_argument("--connections", default=MAX_CONNECTIONS, type=partial(whole, least=1, most=100_000), help="at most")
     serve.add_argument(
@@ -132,9 +133,12 @@ def run_serve(wanted: argparse.Namespace) -> int:
     for wish in (signal.SIGTERM, signal.SIGINT):
         signal.signal(wish, lambda *_: None)  # uvicorn stops at either and raises it again, which must not be our end
     server = Server(config, stations, sandbox.warm)
+    if wanted.exit_when_failed:
+        for station in stations:
+            station.failed = server.give_up
     with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
         runner.run(server.serve(sockets=[listener]))
-    return 0 if server.started else 1
+    return 0 if server.started and not server.gave_up else 1
 
 
 def access_for(wanted: argparse.Namespace) -> Access:

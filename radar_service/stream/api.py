@@ -76,13 +76,13 @@ def api(stations: Mapping[str, Station], shelf: SceneShelf, access: Access, refu
 
 
 def _add_health(router: APIRouter, stations: Mapping[str, Station]) -> None:
-    @router.get("/health", responses={503: {"model": say.Health, "description": "a radar has failed"}})
+    @router.get("/health", responses={503: {"model": say.Health, "description": "a radar has failed or is starting again"}})
     async def health(response: Response) -> say.Health:
         """How the server and each radar do."""
         radars = [station.health() for station in stations.values()]
         states = {radar["state"] for radar in radars}
-        status = next((bad for bad in ("failed", "behind") if bad in states), "ok")
-        response.status_code = 503 if status == "failed" else 200
+        status = next((bad for bad in ("failed", "restarting", "behind") if bad in states), "ok")
+        response.status_code = 503 if status in ("failed", "restarting") else 200
         return say.Health.model_validate({"status": status, "version": metadata.version("radar-service"), "radars": radars})
 
     @router.get("/health/alive")

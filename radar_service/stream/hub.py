@@ -120,6 +120,17 @@ class Hub:
         self.next = batch.first + batch.count
         self._forget_idle_views()
 
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        """Announce to everybody that the next spokes of this epoch will never come."""
+        if epoch != self.epoch or count <= 0:
+            return
+        lost = gap(epoch, self.next, count, reason)
+        for kept in self._kept.values():
+            kept.keep(lost)
+        for client in self.clients:
+            client.put(lost)
+        self.next += count
+
     def close(self, reason: str) -> None:
         """Say bye to every client."""
         for client in list(self.clients):
@@ -181,6 +192,12 @@ class Hub:
         if start > wanted:
             return [gap(self.epoch, wanted, start - wanted, "no longer held"), *held]
         if held and start < wanted:
-            rest = held[0].first + held[0].count - wanted
-            held[0] = Item(last_spokes(held[0].data, rest), self.epoch, wanted, rest, True)
+            held[0] = self._rest(held[0], wanted)
         return held
+
+    def _rest(self, item: Item, wanted: int) -> Item:
+        """The part of a kept message from number `wanted` on."""
+        count = item.first + item.count - wanted
+        if not item.droppable:
+            return gap(self.epoch, wanted, count, "the radar did not make them")
+        return Item(last_spokes(item.data, count), self.epoch, wanted, count, True)

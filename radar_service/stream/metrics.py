@@ -10,7 +10,7 @@ from prometheus_client.registry import Collector
 from radar_service.stream.station import Station
 
 CONTENT_TYPE = CONTENT_TYPE_LATEST
-STATES = ("running", "behind", "paused", "standby", "failed")
+STATES = ("running", "behind", "paused", "standby", "restarting", "failed")
 
 COUNTERS = {
     "radar_azimuths": "Spokes sent since the start",

@@ -91,6 +91,11 @@ class Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, stations: Sequence[Station], started: Callable[[], None]) -> None:
         super().__init__(config)
         self._stations, self._started = stations, started
+        self.gave_up = False
+
+    def give_up(self) -> None:
+        """Stop, for a radar cannot go on. May be called from any thread."""
+        self.gave_up = self.should_exit = True
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """As usual, then say where to look."""
@@ -117,10 +122,19 @@ def configuration(
     """How the application is served. connections, per_address: most at a time; refused: told what was turned away."""
     door: Any = partial(Door, most=connections, per_address=per_address, seconds=seconds, refused=refused)
     return uvicorn.Config(
-        app, http=door, log_level="warning", access_log=False, log_config=None, server_header=False,
-        ws_max_size=INBOUND_LIMIT, ws_max_queue=4, ws_per_message_deflate=False, timeout_graceful_shutdown=SHUTDOWN_SECONDS, backlog=BACKLOG,
+        app,
+        http=door,
+        log_level="warning",
+        access_log=False,
+        log_config=None,  # see journal
+        server_header=False,
         proxy_headers=False,  # the address of a connection is the one it comes from
-    )  # fmt: skip
+        ws_max_size=INBOUND_LIMIT,
+        ws_max_queue=4,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=SHUTDOWN_SECONDS,
+        backlog=BACKLOG,
+    )
 
 
 def listening_socket(host: str, port: int) -> socket.socket:
