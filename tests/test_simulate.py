@@ -121,5 +121,5 @@ def test_a_skipped_scan_changes_nothing_but_which_scan_comes_next() -> None:
     whole.scan(), whole.scan()
     later.skip_to(2)
     wanted, got = whole.scan(), later.scan()
-    assert got.scan == wanted.scan == 2 and np.array_equal(got.time, wanted.time)
+    assert got.number == wanted.number == 2 and np.array_equal(got.time, wanted.time)
     assert np.array_equal(got.field, wanted.field) and np.array_equal(got.power, wanted.power)
