@@ -7,7 +7,6 @@ import errno
 import json
 import math
 import signal
-import socket
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -15,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import uvicorn
 from tqdm import tqdm
 
 from radar_service.display.video import Controls
@@ -23,39 +21,25 @@ from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.records import SpokeBlock
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
-from radar_service.scene.load import load_scene
+from radar_service.scene.load import IN_PROCESS, load_scene
+from radar_service.scene.sandbox import Sandbox
 from radar_service.simulate import Simulator
+from radar_service.stream import journal
+from radar_service.stream.access import Access, checked_token, is_loopback
 from radar_service.stream.app import create_app
+from radar_service.stream.journal import Refusals
 from radar_service.stream.pace import Pace
 from radar_service.stream.picture import ppi_png
+from radar_service.stream.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
 from radar_service.stream.station import Station
 from radar_service.stream.transmitter import Settings
 
 DEFAULT_SCENE = "harbour"
-INBOUND_LIMIT = 4096  # bytes of a websocket message: clients have nothing to say
-SHUTDOWN_SECONDS = 5
-SEND_BUFFER = 128 * 2**10  # bytes: what a stalled client later gets as stale spokes (reference/streaming.md, section 2)
 PICTURE_SIZE = 900  # pixels
 
 
-class Server(uvicorn.Server):
-    """A server that takes leave of the feeds before it closes their sockets."""
-
-    def __init__(self, config: uvicorn.Config, stations: Sequence[Station]) -> None:
-        super().__init__(config)
-        self._stations = stations
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """As usual, then say where to look."""
-        await super().startup(sockets)
-        for listener in sockets or []:
-            host, port = listener.getsockname()[:2]
-            print(f"radar on the air: open http://{f'[{host}]' if ':' in host else host}:{port}/", flush=True)
-
-    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Say bye to every client, then close as usual."""
-        await asyncio.gather(*(station.stop() for station in self._stations))
-        await super().shutdown(sockets)
+class UsageError(Exception):
+    """A command line that cannot be run. Its text says what to do."""
 
 
 def pace(text: str) -> Pace:
@@ -92,6 +76,24 @@ def parser() -> argparse.ArgumentParser:
     serve.add_argument("--pace", default=Pace(), type=pace, help="simulated seconds per second, or max (default 1)")
     serve.add_argument("--truth", action="store_true", help="let clients ask for the truth")
     serve.add_argument("--scene-folder", action="append", default=[], type=Path, help="offer the scenes of this folder too")
+    serve.add_argument("--token", help="what it takes to change anything; seen by who lists processes, so rather:")
+    serve.add_argument("--token-file", type=Path, help="a file whose first line is that token")
+    serve.add_argument("--token-for-reading", dest="read_token", help="what it takes to see anything")
+    serve.add_argument("--token-file-for-reading", dest="read_token_file", type=Path, help="a file with that one")
+    serve.add_argument("--insecure", action="store_true", help="let anybody who reaches the server do anything")
+    serve.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a name that this server goes by")
+    serve.add_argument("--exit-when-failed", action="store_true", help="exit with 1 once a radar cannot go on")
+    serve.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="what happens, on standard error")
+    serve.add_argument("--connections", default=MAX_CONNECTIONS, type=partial(whole, least=1, most=100_000), help="at most")
+    serve.add_argument(
+        "--connections-per-address", default=MAX_PER_ADDRESS, type=partial(whole, least=1, most=100_000),
+        help="at most from one other machine",
+    )  # fmt: skip
+    serve.add_argument(
+        "--sandbox-all",
+        action="store_true",
+        help="parse the files of every scene, not only of uploads, in a limited process",
+    )
     serve.set_defaults(run=run_serve)
 
     scan = commands.add_parser("scan", parents=[common], help="compute scans into a file")
@@ -114,33 +116,54 @@ def parser() -> argparse.ArgumentParser:
 
 def run_serve(wanted: argparse.Namespace) -> int:
     """Serve until stopped."""
+    access, refused = access_for(wanted), Refusals()
+    journal.write(wanted.log)
     factory = partial(Simulator, fidelity=wanted.fidelity, seed=wanted.seed)
-    settings = Settings(pace=wanted.pace)
+    settings, sandbox = Settings(pace=wanted.pace), Sandbox()
+    builder = sandbox if wanted.sandbox_all else IN_PROCESS
     stations = [
-        Station(str(k), factory(load_scene(source)), factory, settings=settings, allow_truth=wanted.truth)
+        Station(str(k), factory(load_scene(source, builder=builder)), factory, settings=settings, allow_truth=wanted.truth)
         for k, source in enumerate(wanted.scenes or [DEFAULT_SCENE])
     ]
-    config = uvicorn.Config(
-        create_app(stations, scene_folders=wanted.scene_folder), host=wanted.host, port=wanted.port, log_level="warning",
-        ws_max_size=INBOUND_LIMIT, ws_per_message_deflate=False, timeout_graceful_shutdown=SHUTDOWN_SECONDS,
+    app = create_app(
+        stations, scene_folders=wanted.scene_folder, sandbox=sandbox, sandbox_all=wanted.sandbox_all, access=access,
+        refused=refused,
     )  # fmt: skip
+    config = configuration(app, connections=wanted.connections, per_address=wanted.connections_per_address, refused=refused)
     listener = listening_socket(wanted.host, wanted.port)
     for wish in (signal.SIGTERM, signal.SIGINT):
         signal.signal(wish, lambda *_: None)  # uvicorn stops at either and raises it again, which must not be our end
-    server = Server(config, stations)
+    server = Server(config, stations, sandbox.warm)
+    if wanted.exit_when_failed:
+        for station in stations:
+            station.failed = server.give_up
     with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
         runner.run(server.serve(sockets=[listener]))
-    return 0 if server.started else 1
+    return 0 if server.started and not server.gave_up else 1
 
 
-def listening_socket(host: str, port: int) -> socket.socket:
-    """A socket that takes connections there. Raises OSError naming the place."""
+def access_for(wanted: argparse.Namespace) -> Access:
+    """Who may do what on this server. Raises UsageError where it would be open to others and nobody has said so."""
+    tokens = [token(*where) for where in ((wanted.token, wanted.token_file), (wanted.read_token, wanted.read_token_file))]
+    if tokens[0] is None and not is_loopback(wanted.host) and not wanted.insecure:
+        raise UsageError(
+            f"--host: {wanted.host} is open to other machines, and anybody there could command the radar; give --token-file "
+            "FILE (`openssl rand -hex 16 > FILE`), or --insecure where everybody may"
+        )
+    if tokens[0] is None and tokens[1] is not None:
+        raise UsageError("--token-for-reading: guards nothing where everybody may command; give --token-file FILE as well")
+    return Access(tokens[0], tokens[1], frozenset(name.lower() for name in (wanted.host, *wanted.allow_host)))
+
+
+def token(text: str | None, path: Path | None) -> str | None:
+    """A token from the command line or the first line of a file. Raises UsageError, without saying the token."""
+    if path is not None:
+        lines = path.read_text(errors="replace").splitlines()
+        text = lines[0].strip() if lines else ""
     try:
-        listener = socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
-    except OSError as fault:
-        raise OSError(fault.errno, fault.strerror, f"{host}:{port}") from None
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # every connection inherits it
-    return listener
+        return None if text is None else checked_token(text)
+    except ValueError as fault:
+        raise UsageError(f"{path or '--token'}: {fault}") from None
 
 
 def run_scan(wanted: argparse.Namespace) -> int:
@@ -207,6 +230,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status: int = wanted.run(wanted)
     except SceneError as fault:
         print(*fault.problems, sep="\n", file=sys.stderr)
+        return 2
+    except UsageError as fault:
+        print(fault, file=sys.stderr)
         return 2
     except OSError as fault:
         print(f"{fault.filename or 'file'}: {fault.strerror}", file=sys.stderr)

@@ -89,6 +89,10 @@ class Simulator:
             number, self._next_scan = self._next_scan, self._next_scan + 1
             yield from regrouped((self._block(number, *part) for part in self._chain.parts(number)), size)
 
+    def skip_to(self, scan: int) -> None:
+        """Let `scan` be the next one, counted from 0 at t = 0; earlier ones are not computed."""
+        self._next_scan = scan
+
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
         return self._truth.at(t)

@@ -31,6 +31,7 @@ HOMES = {
         "radar_service.stream",
     ),
     "pydantic_core": ("radar_service.scene.faults",),
+    "prometheus_client": ("radar_service.stream.metrics",),
     "msgpack": ("radar_service.stream.wire",),
     "websockets": ("clients.ppi",),
     "PIL": ("radar_service.scene", "radar_service.display"),

@@ -134,3 +134,14 @@ def test_a_negative_seed_and_an_empty_block_are_refused() -> None:
         rs.Simulator(scene(), seed=-1)
     with pytest.raises(ValueError, match="size: 0 is not allowed"):
         next(rs.Simulator(scene()).blocks(size=0))
+
+
+def test_a_skipped_scan_changes_nothing_but_which_scan_comes_next() -> None:
+    """Of what stands still: what moves is seen anew from where it is met, within the budget of sight."""
+    still = scene([point("a", 100, 400), point("c", 300, -200, swerling=2)], **BUSY)
+    whole, later = rs.Simulator(still, seed=7), rs.Simulator(still, seed=7)
+    whole.scan(), whole.scan()
+    later.skip_to(2)
+    wanted, got = whole.scan(), later.scan()
+    assert got.number == wanted.number == 2 and np.array_equal(got.time, wanted.time)
+    assert np.array_equal(got.field, wanted.field) and np.array_equal(got.power, wanted.power)

@@ -25,7 +25,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     client = FeedClient(
         options.url, encoding=options.encoding, bins=options.bins, mode=options.mode, timeout=options.timeout,
-        reconnect=options.reconnect,
+        reconnect=options.reconnect, token=options.token_file or "",
     )  # fmt: skip
     try:
         collector = asyncio.run(_receive(client, options.scans, None if options.npz else 1))
@@ -63,6 +63,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument(
         "--timeout", type=_positive, default=TIMEOUT, metavar="S", help=f"give up after this silence (default {TIMEOUT:g})"
     )
+    p.add_argument("--token-file", type=_first_line, metavar="FILE", help="a file with the token that the service wants")
     p.add_argument("--reconnect", action="store_true", help="come back after a break and go on")
     return p
 
@@ -84,6 +85,13 @@ def _positive(text: str) -> float:
     if not 0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"{text}: a number above 0 is wanted")
     return number
+
+
+def _first_line(text: str) -> str:
+    try:
+        return (Path(text).read_text().splitlines() or [""])[0].strip()
+    except (OSError, ValueError) as fault:
+        raise argparse.ArgumentTypeError(f"{text}: cannot be read ({fault})") from None
 
 
 def _writable(text: str) -> Path:

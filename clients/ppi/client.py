@@ -81,6 +81,7 @@ class FeedOptions(TypedDict, total=False):
     reconnect: bool
     timeout: float
     backoff: Sequence[float]
+    token: str
 
 
 class FeedClient:
@@ -88,13 +89,13 @@ class FeedClient:
 
     encoding, bins, truth, mode: as the service takes them. since: (epoch, first number wanted) of an earlier feed.
     reconnect: come back after a break, after waiting `backoff` [s], and go on where it broke off.
-    timeout: [s] without any message after which the feed counts as dead.
+    timeout: [s] without any message after which the feed counts as dead. token: where the service asks for one.
     """
 
     def __init__(
         self, url: str, *, encoding: str = "u8", bins: int | None = None, truth: bool = False, mode: str = "live",
         since: tuple[str, int] | None = None, reconnect: bool = False, timeout: float = TIMEOUT,
-        backoff: Sequence[float] = BACKOFF,
+        backoff: Sequence[float] = BACKOFF, token: str = "",
     ) -> None:  # fmt: skip
         if encoding not in wire.DTYPES:
             raise ValueError(f'encoding: "{encoding}" is not one of {", ".join(wire.DTYPES)}')
@@ -102,6 +103,7 @@ class FeedClient:
         self._query = query | ({"bins": str(bins)} if bins else {}) | ({"truth": "1"} if truth else {})
         self._url, self._since, self._timeout = url, since, timeout
         self._backoff = tuple(backoff) if reconnect else ()
+        self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self.hello: dict[str, Any] | None = None
         self.ledger = Ledger()
         self.reconnections = 0
@@ -180,7 +182,12 @@ class FeedClient:
         )  # with `since` even a new epoch is sent, or announced, from its beginning
         # No proxy: a radar stands on this machine or on the ship's own network.
         self._socket = await connect(
-            self._address, max_size=wire.MAX_MESSAGE, compression=None, proxy=None, open_timeout=self._timeout
+            self._address,
+            max_size=wire.MAX_MESSAGE,
+            compression=None,
+            proxy=None,
+            open_timeout=self._timeout,
+            additional_headers=self._headers,
         )
 
     def _read(self, data: bytes) -> dict[str, Any]:

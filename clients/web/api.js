@@ -1,9 +1,22 @@
 // The REST side of the service. Addresses are relative to the page, so that it also works behind a path of a proxy.
 
-/** Answers the JSON of an address under api/. Throws an Error with the service's own words where it refuses. */
+const KEPT = "radar-token"; // for this tab alone
+let token = sessionStorage.getItem(KEPT) ?? "";
+
+/** The token that every request carries from now on; empty for none. */
+export function useToken(text) {
+  token = text.trim();
+  sessionStorage.setItem(KEPT, token);
+}
+
+/** Answers the JSON of an address under api/. Throws an Error with the service's own words where it refuses.
+ *  Where it wants a token the document hears of it by the event "token-wanted". */
 export async function ask(path, method = "GET", body = undefined) {
-  const options = body === undefined ? { method } : { method, body: JSON.stringify(body), headers: { "Content-Type": "application/json" } };
+  const headers = token ? { Authorization: `Bearer ${token}` } : {};
+  if (body !== undefined) headers["Content-Type"] = "application/json";
+  const options = { method, headers, body: body === undefined ? undefined : JSON.stringify(body) };
   const answer = await fetch(new URL(`api/${path}`, document.baseURI), options);
+  if (answer.status === 401) document.dispatchEvent(new Event("token-wanted"));
   const text = await answer.text();
   if (!answer.ok) throw new Error(refusal(text) || `${method} ${path}: the service answered ${answer.status}`);
   return text ? JSON.parse(text) : null;
@@ -19,12 +32,15 @@ function refusal(text) {
   }
 }
 
-/** The websocket address of a radar's feed. since: "EPOCH:SEQ" to go on from, or empty. */
-export function feedAddress(radar, bins, since) {
+/** The websocket address of a radar's feed, with a ticket that opens it once where there is a token.
+ *  since: "EPOCH:SEQ" to go on from, or empty. */
+export async function feedAddress(radar, bins, since) {
+  const ticket = token ? (await ask("tickets", "POST")).ticket : "";
   const address = new URL(`api/radars/${encodeURIComponent(radar)}/feed`, document.baseURI);
   address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
   address.searchParams.set("encoding", "u8");
   address.searchParams.set("bins", bins);
   if (since) address.searchParams.set("since", since);
+  if (ticket) address.searchParams.set("ticket", ticket);
   return address.href;
 }

@@ -12,7 +12,7 @@ export function backOff(failures, random) {
 }
 
 export class Feed {
-  /** address(since) gives the URL. Handlers: hello(message, isNew), spokes(message), gap(message), state(name, detail). */
+  /** address(since) gives the URL, or a promise of it. Handlers: hello(message, isNew), spokes(message), gap(message), state(name, detail). */
   constructor(address, handlers) {
     this.address = address;
     this.handlers = handlers;
@@ -30,7 +30,15 @@ export class Feed {
     this.reason = "";
     this.heard = performance.now();
     this.handlers.state("connecting", "");
-    const socket = new WebSocket(this.address(since));
+    const dial = (this.dial = {}); // of several attempts only the last may come to something
+    Promise.resolve(this.address(since)).then(
+      (address) => this.dial === dial && this.connect(address),
+      (fault) => this.dial === dial && this.closed(1006, fault.message),
+    );
+  }
+
+  connect(address) {
+    const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
     socket.onmessage = ({ data }) => this.socket === socket && this.receive(data);
     socket.onclose = ({ code, reason }) => this.socket === socket && this.closed(code, reason);
@@ -40,6 +48,7 @@ export class Feed {
   /** Ends this feed for good. */
   end() {
     this.ended = true;
+    this.dial = null;
     clearTimeout(this.timer);
     this.socket?.close();
   }

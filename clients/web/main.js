@@ -1,6 +1,6 @@
 // Wires the page: which radar, its feed, its controls, the picture, and the viewer's settings.
 
-import { ask, feedAddress } from "./api.js";
+import { ask, feedAddress, useToken } from "./api.js";
 import { Controls } from "./controls.js";
 import { Feed } from "./feed.js";
 import { Meter } from "./meter.js";
@@ -26,6 +26,7 @@ let feed = null;
 let radar = null; // of the last hello
 let connection = ["connecting", ""];
 let spokeAt = now();
+let tryAgain = () => {}; // ends the wait between two attempts to begin
 
 function watch(id) {
   feed?.end();
@@ -161,10 +162,23 @@ function bind() {
   element("scene").onchange = showLoadable;
   bindPointer(scope, showPlaces);
   document.addEventListener("keydown", shortcut);
+  document.addEventListener("token-wanted", () => (element("access").hidden = false));
+  element("access").onsubmit = enter;
+}
+
+/** Takes the token, and dials again: what was refused without it may be allowed now. */
+function enter(event) {
+  event.preventDefault();
+  useToken(element("token").value);
+  element("token").value = "";
+  element("access").hidden = true;
+  element("notice").textContent = "";
+  feed?.redial("a token was given");
+  tryAgain();
 }
 
 function shortcut(event) {
-  if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("select, input[type=number]")) return;
+  if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("select, input[type=number], input[type=password]")) return;
   const action = {
     "+": () => controls.stepRange(1),
     "=": () => controls.stepRange(1), // the same key without Shift on many keyboards
@@ -207,7 +221,10 @@ async function start() {
   for (let failures = 0; !radars; failures++) {
     radars = await ask("radars").catch((fault) => {
       state("waiting", fault.message);
-      return new Promise((resolve) => setTimeout(resolve, Math.min(500 * 2 ** failures, 10_000)));
+      return new Promise((resolve) => {
+        tryAgain = resolve;
+        setTimeout(resolve, Math.min(500 * 2 ** failures, 10_000));
+      });
     });
   }
   const wanted = radars.find((one) => one.id === address.get("radar")) ?? radars[0];

@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 
 from radar_service.constants import EARTH_RADIUS
 from radar_service.scene import raster
+from radar_service.scene.builder import Builder, InProcess
 from radar_service.scene.convert import environment_from_model, interferer_from_model, radar_from_model
 from radar_service.scene.error import SceneError
 from radar_service.scene.faults import limited
 from radar_service.scene.files import SceneFolder
 from radar_service.scene.geo import Origin, map_from_geographic
-from radar_service.scene.heightmap import Sight, Terrain, heightmap_terrain
+from radar_service.scene.heightmap import Sight, Terrain
 from radar_service.scene.materials import material_from_name
-from radar_service.scene.mesh import MAX_FILE_BYTES, LoadedMesh, mesh_from_bytes
+from radar_service.scene.mesh import MAX_FILE_BYTES, LoadedMesh
 from radar_service.scene.model import SHAPE_SIZES, BodyModel, SceneModel
 from radar_service.scene.motion import MAX_TRACK_BYTES, motion_from_model
 from radar_service.scene.odd_places import odd_places
@@ -30,16 +31,18 @@ from radar_service.scene.world import Body, Mesh, Motion, Radar, Scattering, Sce
 Floats = NDArray[np.float64]
 
 FAR_FROM_ORIGIN = 200_000.0  # m; there the azimuthal map is stretched by 0.02 %, and 44 m in 200 km show on no radar
-MAX_TRIANGLES = 40_000_000  # of all bodies together: some 2 GB as vertices, faces and ray-tracing tree
+IN_PROCESS = InProcess()
 
 
-def load_scene(source: Source, *, folder: Path | None = None) -> Scene:
+def load_scene(source: Source, *, folder: Path | None = None, builder: Builder = IN_PROCESS) -> Scene:
     """The scene in a TOML or JSON file, or in a mapping of the same form (then its files are looked for in `folder`).
+
+    builder: who parses its meshes and height maps; files of strangers are for scene.sandbox.Sandbox.
 
     A name that is no file on disk is looked for among the packaged ones: "harbour" and "scenes/harbour.toml" work anywhere.
     Raises SceneError, and nothing else, for whatever cannot be run.
     """
-    return scene_from_model(*model_and_folder(source, folder))
+    return scene_from_model(*model_and_folder(source, folder), builder)
 
 
 def model_from(source: Source) -> SceneModel:
@@ -47,9 +50,9 @@ def model_from(source: Source) -> SceneModel:
     return model_and_folder(source, None)[0]
 
 
-def scene_from_model(model: SceneModel, folder: Path | None) -> Scene:
+def scene_from_model(model: SceneModel, folder: Path | None, builder: Builder = IN_PROCESS) -> Scene:
     """The scene in SI with its files from `folder`. Raises SceneError with up to twenty problems, a line each."""
-    loader = _Loader(model, SceneFolder(folder))
+    loader = _Loader(model, SceneFolder(folder), builder)
     bodies = [body for k in range(len(model.body)) if (body := loader.attempted(k)) is not None]
     if loader.problems:
         raise limited(loader.problems)
@@ -65,8 +68,8 @@ def scene_from_model(model: SceneModel, folder: Path | None) -> Scene:
 class _Loader:
     """Builds the bodies of one scene, one file or shape once however many bodies share it; gathers problems and warnings."""
 
-    def __init__(self, model: SceneModel, folder: SceneFolder) -> None:
-        self.model, self.folder = model, folder
+    def __init__(self, model: SceneModel, folder: SceneFolder, builder: Builder) -> None:
+        self.model, self.folder, self.builder = model, folder, builder
         self.problems: list[str] = []
         self.warnings: list[str] = []
         self.triangles = 0
@@ -137,8 +140,7 @@ class _Loader:
     def _terrain(self, body: BodyModel, start: Floats, place: str) -> Terrain:
         name = str(body.heightmap)
         content = self.folder.read(name, f"{place}.heightmap", raster.MAX_FILE_BYTES)
-        samples = raster.raster_from_bytes(content, name, f"{place}.heightmap: {name}")
-        return heightmap_terrain(body, samples, start, self.origin, self._sight(), place)
+        return self.builder.terrain(content, name, body, start, self.origin, self._sight(), place)
 
     def _sight(self) -> Sight:
         """What own ship can see from anywhere on her way; everything, where she goes on for ever."""
@@ -163,7 +165,7 @@ class _Loader:
 
         def load() -> LoadedMesh:
             content = self.folder.read(name, place, MAX_FILE_BYTES)
-            return mesh_from_bytes(content, name, f"{place}: {name}", body.scale, body.up)
+            return self.builder.mesh(content, name, f"{place}: {name}", body.scale, body.up)
 
         return self._once((name, body.scale, body.up), load)
 
@@ -181,9 +183,10 @@ class _Loader:
 
     def _count(self, mesh: Mesh | None, place: str) -> None:
         self.triangles += 0 if mesh is None else len(mesh.faces)
-        if self.triangles > MAX_TRIANGLES:
+        if self.triangles > self.builder.max_triangles:
             raise SceneError(
-                f"{place}: brings the scene to {self.triangles} triangles; at most {MAX_TRIANGLES}: simplify or remove some"
+                f"{place}: brings the scene to {self.triangles} triangles; at most {self.builder.max_triangles}: "
+                "simplify or remove some"
             )
 
     def _read_track(self, name: str, place: str) -> bytes:

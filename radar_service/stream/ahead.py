@@ -2,12 +2,18 @@
 
 import threading
 from collections import deque
+from collections.abc import Callable
 
 from radar_service.records import SpokeBlock
 from radar_service.stream.messages import Engine
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: hides a slow block, and a new scene is not late
 BLOCK = 32  # spokes; the most that one message can hold
+
+
+PREPARE_TIMEOUT = 120.0  # s that an engine may take to its first spokes
+RESTARTS = 3  # within
+RESTART_WINDOW = 60.0  # s: an engine that dies more often will not do better the next time
 
 
 class EngineFault(Exception):
@@ -75,3 +81,30 @@ class Ahead:
         with self._changed:
             self._fault = reason
             self._changed.notify_all()
+
+
+def prepared(engine: Engine, scan: int = 0) -> Ahead:
+    """An engine with its first spokes computed, those of `scan`. Raises EngineFault where they do not come."""
+    engine.skip_to(scan)
+    ahead = Ahead(engine)
+    ahead.start()
+    if not ahead.ready(PREPARE_TIMEOUT):
+        ahead.stop()
+        raise EngineFault(f"no spokes after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine")
+    return ahead
+
+
+class Deaths:
+    """How often engines died lately: up to `limit` times in RESTART_WINDOW is bearable."""
+
+    def __init__(self, limit: int, clock: Callable[[], float]) -> None:
+        self._limit, self._clock = limit, clock
+        self._times: deque[float] = deque()
+
+    def bearable(self) -> bool:
+        """Count one more; whether another engine is worth its while."""
+        now = self._clock()
+        while self._times and now - self._times[0] > RESTART_WINDOW:
+            self._times.popleft()
+        self._times.append(now)
+        return len(self._times) <= self._limit

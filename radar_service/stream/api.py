@@ -3,7 +3,8 @@
 import asyncio
 import contextlib
 import math
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import metadata
 from pathlib import PurePosixPath
@@ -18,6 +19,8 @@ from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.stream import feed, messages, picture, wire
 from radar_service.stream import schemas as say
+from radar_service.stream.access import TICKET_SECONDS, Access
+from radar_service.stream.guard import RANK
 from radar_service.stream.pace import Pace
 from radar_service.stream.scenes import MAX_UPLOAD_FILES, SceneShelf, json_bytes
 from radar_service.stream.station import Station
@@ -55,23 +58,44 @@ UPLOAD_BODY: dict[str, Any] = {
 }  # fmt: skip
 
 
-def api(stations: Mapping[str, Station], shelf: SceneShelf) -> APIRouter:
+GUARDED: dict[int | str, dict[str, Any]] = {
+    401: {"model": say.Problem, "description": "a token is needed"},
+    421: {"model": say.Problem, "description": "the server does not go by that name"},
+}
+
+
+def api(stations: Mapping[str, Station], shelf: SceneShelf, access: Access, refused: Callable[[str], None]) -> APIRouter:
     """All routes under /api."""
-    router = APIRouter(prefix="/api")
+    router = APIRouter(prefix="/api", responses=GUARDED)
     _add_scenes(router, stations, shelf)
     _add_radars(router, stations)
+    _add_feed(router, stations, access, refused)
     _add_control(router, stations, shelf)
+    _add_health(router, stations)
+    return router
 
-    @router.get("/health", responses={503: {"model": say.Health, "description": "a radar has failed"}})
+
+def _add_health(router: APIRouter, stations: Mapping[str, Station]) -> None:
+    @router.get("/health", responses={503: {"model": say.Health, "description": "a radar has failed or is starting again"}})
     async def health(response: Response) -> say.Health:
         """How the server and each radar do."""
         radars = [station.health() for station in stations.values()]
         states = {radar["state"] for radar in radars}
-        status = next((bad for bad in ("failed", "behind") if bad in states), "ok")
-        response.status_code = 503 if status == "failed" else 200
+        status = next((bad for bad in ("failed", "restarting", "behind") if bad in states), "ok")
+        response.status_code = 503 if status in ("failed", "restarting") else 200
         return say.Health.model_validate({"status": status, "version": metadata.version("radar-service"), "radars": radars})
 
-    return router
+    @router.get("/health/alive")
+    async def alive() -> say.Yes:
+        """Whether the server answers at all; needs no token."""
+        return say.Yes(yes=True)
+
+    @router.get("/health/ready", responses={503: {"model": say.Yes, "description": "not yet, or no more"}})
+    async def ready(response: Response) -> say.Yes:
+        """Whether every radar is on the air and takes clients; needs no token."""
+        yes = all(station.ready for station in stations.values())
+        response.status_code = 200 if yes else 503
+        return say.Yes(yes=yes)
 
 
 def _station(stations: Mapping[str, Station], radar: str) -> Station:
@@ -147,9 +171,17 @@ def _add_radars(router: APIRouter, stations: Mapping[str, Station]) -> None:
         data = await asyncio.to_thread(picture.ppi_png, engine, sweep, video, size, reach, now)
         return Response(data, media_type="image/png", headers={"Cache-Control": "no-store"})
 
+
+def _add_feed(router: APIRouter, stations: Mapping[str, Station], access: Access, refused: Callable[[str], None]) -> None:
+    @router.post("/tickets", status_code=201)
+    async def ticket(request: Request) -> say.Ticket:
+        """A word that opens one websocket, as its parameter `ticket`: for browsers, which send no token with it."""
+        rank = request.scope.get(RANK)
+        return say.Ticket(ticket=access.ticket(rank, time.monotonic), seconds=TICKET_SECONDS)
+
     @router.websocket("/radars/{radar}/feed")
     async def native_feed(socket: WebSocket, radar: str) -> None:
-        await feed.serve(socket, stations.get(radar))
+        await feed.serve(socket, stations.get(radar), access.may(socket.scope.get(RANK), "command"), refused)
 
 
 def _add_control(router: APIRouter, stations: Mapping[str, Station], shelf: SceneShelf) -> None:

@@ -1,41 +1,42 @@
-"""The web server: REST, the native feed, the page; and what guards them. The only place that knows FastAPI's application."""
+"""The application: REST, the native feed, the page, and the guard before them. The only place that knows FastAPI's own."""
 
 import asyncio
 from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import asynccontextmanager
 from importlib import metadata, resources
 from pathlib import Path
-from urllib.parse import urlsplit
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
-from starlette.datastructures import Headers, MutableHeaders
+from fastapi.responses import JSONResponse, Response
 from starlette.exceptions import HTTPException
 from starlette.staticfiles import StaticFiles
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from radar_service.scene.error import SceneError
+from radar_service.scene.load import IN_PROCESS
+from radar_service.scene.sandbox import Sandbox
+from radar_service.stream import metrics
+from radar_service.stream.access import Access
 from radar_service.stream.ahead import EngineFault
 from radar_service.stream.api import api, problem_lines
+from radar_service.stream.guard import Guard
+from radar_service.stream.journal import Refusals
 from radar_service.stream.scenes import MAX_UPLOAD_BYTES, Conflict, SceneShelf
 from radar_service.stream.station import Station
 
-SECURITY_HEADERS = {
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'self'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Opener-Policy": "same-origin",
-}
-SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 
-
-def create_app(stations: Sequence[Station], *, scene_folders: Iterable[Path] = ()) -> FastAPI:
+def create_app(
+    stations: Sequence[Station], *, scene_folders: Iterable[Path] = (), sandbox: Sandbox | None = None,
+    sandbox_all: bool = False, access: Access | None = None, refused: Refusals | None = None,
+) -> FastAPI:  # fmt: skip
     """The application that puts these radars on the air when it starts and takes them off when it stops.
 
-    scene_folders: whose scenes are offered besides the packaged ones.
+    scene_folders: whose scenes are offered besides the packaged ones. sandbox: parses the files of uploads, with
+    sandbox_all those of every scene asked for by REST; it is closed when the application stops. access: who may do what,
+    by default everybody everything. refused: who is told of what is turned away, here and elsewhere.
     """
-    shelf = SceneShelf(scene_folders)
+    sandbox, access, refused = sandbox or Sandbox(), access or Access(), refused or Refusals()
+    shelf = SceneShelf(scene_folders, sandbox if sandbox_all else IN_PROCESS, sandbox)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
@@ -46,6 +47,7 @@ def create_app(stations: Sequence[Station], *, scene_folders: Iterable[Path] = (
         finally:
             await asyncio.gather(*(station.stop() for station in stations))
             shelf.close()
+            await asyncio.to_thread(sandbox.close)
 
     app = FastAPI(
         title="radar-service",
@@ -57,11 +59,16 @@ def create_app(stations: Sequence[Station], *, scene_folders: Iterable[Path] = (
         redoc_url=None,
         max_body_size=MAX_UPLOAD_BYTES,
     )
-    app.include_router(api({station.identity: station for station in stations}, shelf))
+    app.include_router(api({station.identity: station for station in stations}, shelf, access, refused))
+    app.add_api_route("/metrics", lambda: _figures(stations, refused), include_in_schema=False)
     app.mount("/", StaticFiles(directory=str(resources.files("clients.web")), html=True, check_dir=False))
     _answer_faults(app)
-    app.add_middleware(Guard)
+    app.add_middleware(Guard, access=access, refused=refused)
     return app
+
+
+def _figures(stations: Sequence[Station], refused: Refusals) -> Response:
+    return Response(metrics.exposition(stations, refused.counts), media_type=metrics.CONTENT_TYPE)
 
 
 def _answer_faults(app: FastAPI) -> None:
@@ -89,39 +96,3 @@ def _answer_faults(app: FastAPI) -> None:
         detail: object = fault.detail  # our own are lists of lines, the framework's are words
         lines = detail if isinstance(detail, list) else [str(detail)]
         return JSONResponse({"detail": lines}, fault.status_code, fault.headers)
-
-
-class Guard:
-    """Pages of other sites may neither listen nor command; every answer carries the security headers.
-
-    A browser names the page's origin; programs name none and pass. Plain requests that change nothing pass too: without
-    leave by CORS, which is never given, a foreign page cannot read the answers.
-    """
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "websocket" and _foreign(scope):
-            await receive()
-            await send({"type": "websocket.close", "code": 1008, "reason": "cross-origin"})  # before accept: HTTP 403
-        elif scope["type"] == "http" and scope["method"] not in SAFE_METHODS and _foreign(scope):
-            answer = JSONResponse({"detail": ["origin: this page belongs to another site"]}, 403)
-            await answer(scope, receive, send)
-        else:
-            await self._app(scope, receive, _adding_headers(send) if scope["type"] == "http" else send)
-
-
-def _adding_headers(send: Send) -> Send:
-    async def sending(message: Message) -> None:
-        if message["type"] == "http.response.start":
-            MutableHeaders(scope=message).update(SECURITY_HEADERS)
-        await send(message)
-
-    return sending
-
-
-def _foreign(scope: Scope) -> bool:
-    headers = Headers(scope=scope)
-    origin = headers.get("origin")
-    return origin is not None and urlsplit(origin).netloc.lower() != headers.get("host", "").lower()

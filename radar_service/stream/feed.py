@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import cast
 
@@ -16,8 +16,10 @@ from radar_service.stream.mailbox import Client, Mode, View
 from radar_service.stream.station import Station
 
 BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503
+REFUSALS = {BAD_REQUEST: "feed request", FORBIDDEN: "feed rights", NOT_FOUND: "feed radar", UNAVAILABLE: "feed full or down"}
 GRACE = 2.0  # s to take the last message before the line is cut
 PARAMETERS = ("encoding", "bins", "truth", "mode", "since")
+TICKET = "ticket"  # read before the request comes here
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class Request:
 def request_from_query(query: Mapping[str, str]) -> Request:
     """The request that a query string means. Raises ValueError naming the parameter, its value and what is allowed."""
     for key in query:
-        if key not in PARAMETERS:
+        if key not in (*PARAMETERS, TICKET):
             raise ValueError(f"{key[:40]}: the feed has no such parameter; it takes {', '.join(PARAMETERS)}")
     encoding = query.get("encoding", "u8")
     if encoding not in wire.DTYPES:
@@ -65,26 +67,50 @@ def _since(text: str) -> tuple[str, int] | None:
     return found[1], int(found[2])
 
 
-async def serve(socket: WebSocket, station: Station | None) -> None:
-    """Serve one client until it goes, is let go, or the server stops. A refusal is a `bye` and a close code from 4400."""
+async def serve(
+    socket: WebSocket, station: Station | None, may_command: bool = True, refused: Callable[[str], None] = lambda _: None
+) -> None:
+    """Serve one client until it goes, is let go, or the server stops. A refusal is a `bye` and a close code from 4400.
+
+    may_command: whether it may do what others feel, as `lossless` is. refused: told the kind of a refusal.
+    """
     await socket.accept()
-    if station is None:
-        return await _refuse(socket, NOT_FOUND, f'radar: there is no "{socket.path_params["radar"][:40]}"; see /api/radars')
     try:
-        request = request_from_query(socket.query_params)
-    except ValueError as fault:
-        return await _refuse(socket, BAD_REQUEST, str(fault))
-    if request.truth and not station.allow_truth:
-        return await _refuse(socket, FORBIDDEN, "truth: this server does not give it; start it with --truth")
-    client = Client(request.view, request.mode, request.truth)
-    try:
-        station.join(client, request.since)
+        station, client, since = _admitted(socket, station, may_command)
+        station.join(client, since)
+    except _Refusal as fault:
+        refused(REFUSALS[fault.code])
+        return await _refuse(socket, fault.code, str(fault))
     except Refused as fault:
+        refused(REFUSALS[UNAVAILABLE])
         return await _refuse(socket, UNAVAILABLE, str(fault))
     try:
         await _converse(socket, client)
     finally:
-        station.hub.leave(client)
+        station.leave(client)
+
+
+class _Refusal(Exception):
+    def __init__(self, code: int, reason: str) -> None:
+        super().__init__(reason)
+        self.code = code
+
+
+def _admitted(
+    socket: WebSocket, station: Station | None, may_command: bool
+) -> tuple[Station, Client, tuple[str, int] | None]:
+    """The station, a client for it, and where that goes on. Raises _Refusal."""
+    if station is None:
+        raise _Refusal(NOT_FOUND, f'radar: there is no "{socket.path_params["radar"][:40]}"; see /api/radars')
+    try:
+        request = request_from_query(socket.query_params)
+    except ValueError as fault:
+        raise _Refusal(BAD_REQUEST, str(fault)) from None
+    if request.truth and not station.allow_truth:
+        raise _Refusal(FORBIDDEN, "truth: this server does not give it; start it with --truth")
+    if request.mode == "lossless" and not may_command:
+        raise _Refusal(FORBIDDEN, "mode: lossless holds up the radar for everybody; it needs the token to command")
+    return station, Client(request.view, request.mode, request.truth), request.since
 
 
 async def _refuse(socket: WebSocket, code: int, reason: str) -> None:

@@ -63,7 +63,7 @@ class Hub:
         self.views: tuple[View, ...] = ()  # what the producer encodes; replaced whole
         self.epoch = ""
         self.next = 0  # sequence number of the next spoke
-        self.lost = 0  # spokes that clients now gone had lost
+        self.lost = self.gaps = self.bytes = 0  # of clients now gone: spokes lost, gaps announced, bytes taken
         self.truth_wanted = False  # by some client; read by the producer
         self._hello: Callable[[View, Mode], bytes] | None = None
         self._kept: dict[View, _Kept] = {}
@@ -99,7 +99,7 @@ class Hub:
         self.clients.discard(client)
         self._left.set()
         self.truth_wanted = any(other.truth for other in self.clients)
-        self.lost += client.lost
+        self.lost, self.gaps, self.bytes = self.lost + client.lost, self.gaps + client.gaps, self.bytes + client.bytes
         client.closed = True
         client._room.set()
         if all(other.view != client.view for other in self.clients) and client.view in self._kept:
@@ -119,6 +119,17 @@ class Hub:
             self._deliver(client, batch)
         self.next = batch.first + batch.count
         self._forget_idle_views()
+
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        """Announce to everybody that the next spokes of this epoch will never come."""
+        if epoch != self.epoch or count <= 0:
+            return
+        lost = gap(epoch, self.next, count, reason)
+        for kept in self._kept.values():
+            kept.keep(lost)
+        for client in self.clients:
+            client.put(lost)
+        self.next += count
 
     def close(self, reason: str) -> None:
         """Say bye to every client."""
@@ -181,6 +192,12 @@ class Hub:
         if start > wanted:
             return [gap(self.epoch, wanted, start - wanted, "no longer held"), *held]
         if held and start < wanted:
-            rest = held[0].first + held[0].count - wanted
-            held[0] = Item(last_spokes(held[0].data, rest), self.epoch, wanted, rest, True)
+            held[0] = self._rest(held[0], wanted)
         return held
+
+    def _rest(self, item: Item, wanted: int) -> Item:
+        """The part of a kept message from number `wanted` on."""
+        count = item.first + item.count - wanted
+        if not item.droppable:
+            return gap(self.epoch, wanted, count, "the radar did not make them")
+        return Item(last_spokes(item.data, count), self.epoch, wanted, count, True)

@@ -1,12 +1,15 @@
 """A listener's mailbox: bounded, and what it loses it announces in the place of what was lost."""
 
 import asyncio
+import itertools
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
 from radar_service.stream import wire
+
+_NUMBERS = itertools.count(1)
 
 Mode = Literal["live", "lossless"]
 
@@ -49,7 +52,10 @@ class Client:
         size: int = MAILBOX_BYTES,
     ) -> None:  # fmt: skip
         self.view, self.mode, self.truth = view, mode, truth
+        self.number = next(_NUMBERS)  # by which a line of the journal names it
         self.delivered = self.lost = 0  # spokes
+        self.gaps = 0  # announced for what it was too slow for
+        self.bytes = 0  # taken out
         self.closed = False  # nothing more comes after what is queued
         self.code = GOING_AWAY  # websocket close code, once closed
         self._over = asyncio.Event()
@@ -106,8 +112,11 @@ class Client:
             self._changed.clear()
             await self._changed.wait()
         if self._backlog:
-            return self._backlog.popleft()
+            item = self._backlog.popleft()
+            self.bytes += len(item.data)
+            return item
         item = self._queue.popleft()
+        self.bytes += len(item.data)
         if item.droppable:
             self._droppable -= 1
             self._bytes -= len(item.data)
@@ -145,4 +154,6 @@ class Client:
         ):  # a gap, and what it announces ends where this begins: another epoch's has a hello between
             del self._queue[at]
             at, first = at - 1, before.first
+        else:
+            self.gaps += 1
         self._queue[at] = gap(item.epoch, first, item.first + item.count - first, "this client is too slow")

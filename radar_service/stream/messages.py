@@ -59,6 +59,9 @@ class Engine(Protocol):
     def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
         """Consecutive blocks of at most `size` spokes, none of which spans two scans; for ever when scans is None."""
 
+    def skip_to(self, scan: int) -> None:
+        """Let `scan` be the next one, counted from 0."""
+
     def truth(self, t: float) -> Truth:
         """State of everything at time t [s]."""
 

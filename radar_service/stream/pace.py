@@ -41,6 +41,7 @@ class Schedule:
 
     def __init__(self) -> None:
         self.slips = 0  # times the schedule had to start afresh because the engine was late
+        self.lag = 0.0  # how late what was last asked about is, s
         self._anchor: tuple[float, float] | None = None  # wall, simulated
         self._seen: deque[tuple[float, float]] = deque()
 
@@ -51,12 +52,14 @@ class Schedule:
 
     def delay(self, now: float, simulated: float, factor: float) -> float:
         """Seconds until this simulated time is due; 0 or less: now. Too late by LATE_LIMIT and the schedule slips."""
+        self.lag = 0.0
         if math.isinf(factor):
             return 0.0
         if self._anchor is None:
             self._anchor = (now, simulated)
         wall, start = self._anchor
         delay = wall + (simulated - start) / factor - now
+        self.lag = max(0.0, -delay)
         if delay < -LATE_LIMIT:
             self.slips += 1
             self._anchor = (now, simulated)

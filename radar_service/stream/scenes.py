@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from radar_service.scene.builder import Builder
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene, model_from
 from radar_service.scene.source import packaged_scenes, scene_path
@@ -60,10 +61,14 @@ def checked_name(name: str) -> str:
 
 
 class SceneShelf:
-    """All scenes on offer. Uploads live in a temporary folder that goes with the shelf."""
+    """All scenes on offer. Uploads live in a temporary folder that goes with the shelf.
 
-    def __init__(self, folders: Iterable[Path] = ()) -> None:
+    own, strange: who parses the files of the server's owner, and those of uploads.
+    """
+
+    def __init__(self, folders: Iterable[Path], own: Builder, strange: Builder) -> None:
         self._folders = tuple(folders)
+        self._builders: dict[Origin, Builder] = {"packaged": own, "folder": own, "uploaded": strange}
         self._home = Path(tempfile.mkdtemp(prefix="radar-scenes-"))
         self._uploads: dict[str, Offer] = {}
 
@@ -81,7 +86,11 @@ class SceneShelf:
 
     def load(self, name: str) -> Scene:
         """The scene of that name, built. Raises KeyError where there is none, SceneError where it cannot be run."""
-        return load_scene({offer.name: offer for offer in self.offers()}[name].path)
+        offer = {offer.name: offer for offer in self.offers()}[name]
+        try:
+            return load_scene(offer.path, builder=self._builders[offer.origin])
+        except SceneError as fault:
+            raise SceneError(*_discreet(fault.problems, offer.path.parent)) from None
 
     def add(self, name: str, scene: bytes, kind: str, files: Mapping[str, bytes]) -> Scene:
         """Take in an uploaded scene (TOML or JSON text, kind ".toml" or ".json") and its files; it replaces one of its name.
@@ -95,7 +104,7 @@ class SceneShelf:
         folder = Path(tempfile.mkdtemp(dir=self._home))
         try:
             path = _stored(folder, scene, kind, files)
-            built = load_scene(path)
+            built = load_scene(path, builder=self._builders["uploaded"])
         except BaseException as fault:
             shutil.rmtree(folder, ignore_errors=True)
             if isinstance(fault, SceneError):

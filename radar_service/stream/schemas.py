@@ -134,7 +134,7 @@ class RadarState(BaseModel):
     fidelity: str
     plan: dict[str, Any]
     controls: ControlsState
-    state: Literal["running", "behind", "paused", "standby", "failed"]
+    state: Literal["running", "behind", "paused", "standby", "restarting", "failed"]
     epoch: str
     feed: str = Field(description="address of the native feed, relative to the server")
     encodings: list[str]
@@ -144,10 +144,12 @@ class RadarHealth(BaseModel):
     """How one radar does. slips: times the engine was so late that the schedule started afresh."""
 
     id: str
-    state: Literal["running", "behind", "paused", "standby", "failed"]
+    state: Literal["running", "behind", "paused", "standby", "restarting", "failed"]
     fault: str | None
     pace: PaceState
     factor_reached: float | None = Field(description="simulated seconds per second over the last seconds")
+    restarts: int = Field(description="times the engine died and was started again")
+    lag_s: float = Field(description="how late the newest spokes went out")
     slips: int
     simulated_s: float
     epoch: str
@@ -159,11 +161,17 @@ class RadarHealth(BaseModel):
 
 
 class Health(BaseModel):
-    """How the server does: failed when any radar has failed (status 503), behind when any cannot keep its pace."""
+    """How the server does: failed or restarting when any radar is (status 503), behind when any cannot keep its pace."""
 
-    status: Literal["ok", "behind", "failed"]
+    status: Literal["ok", "behind", "restarting", "failed"]
     version: str
     radars: list[RadarHealth]
+
+
+class Yes(BaseModel):
+    """The answer to a probe."""
+
+    yes: bool
 
 
 class BodyState(BaseModel):
@@ -191,6 +199,13 @@ class TruthState(BaseModel):
     time: float
     own_ship: BodyState
     bodies: list[BodyState]
+
+
+class Ticket(BaseModel):
+    """What opens one websocket (its parameter `ticket`), for so many seconds."""
+
+    ticket: str
+    seconds: float
 
 
 class Problem(BaseModel):

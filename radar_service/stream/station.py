@@ -1,6 +1,7 @@
 """One radar on the air: a transmitter in its own threads, a hub on the event loop, and what REST asks of both."""
 
 import asyncio
+import logging
 import time
 from collections.abc import Callable, Coroutine
 from dataclasses import replace
@@ -11,21 +12,22 @@ import numpy as np
 from radar_service.records import Truth
 from radar_service.scene.world import Scene
 from radar_service.stream import messages, wire
-from radar_service.stream.ahead import Ahead, EngineFault
+from radar_service.stream.ahead import RESTARTS, Ahead, prepared
 from radar_service.stream.hub import Batch, Hub, Refused
+from radar_service.stream.journal import note
 from radar_service.stream.mailbox import Client, Mode, View
 from radar_service.stream.messages import Engine
+from radar_service.stream.outlet import Epoch
 from radar_service.stream.pace import KEEPING_UP
-from radar_service.stream.transmitter import Epoch, Settings, Transmitter
+from radar_service.stream.transmitter import Settings, Transmitter
 
 Factory = Callable[[Scene], Engine]
-PREPARE_TIMEOUT = 120.0  # s that a new scene may take to its first spokes
 LEAVE_TIMEOUT = 2.0  # s for clients to take their bye
 STOP_TIMEOUT = 3.0  # s to wait for each thread
 
 
 class Station:
-    """One radar. All methods are for the event loop, except the four that the transmitter calls."""
+    """One radar. All methods are for the event loop, except those that the transmitter calls."""
 
     def __init__(
         self,
@@ -37,11 +39,14 @@ class Station:
         settings: Settings | None = None,
         allow_truth: bool = False,
         clock: Callable[[], float] = time.monotonic,
+        restarts: int = RESTARTS,
+        failed: Callable[[], None] = lambda: None,
     ) -> None:
+        """restarts: how often an engine that dies is replaced, see transmitter; failed: called when it is not any more."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
         self.hub = Hub(clock)
-        self.transmitter = Transmitter(engine, settings or Settings(), self, clock)
-        self._factory = factory
+        self.transmitter = Transmitter(engine, settings or Settings(), self, clock, factory, restarts)
+        self._factory, self.failed = factory, failed
         self._swapping = asyncio.Lock()
         self._stopping = False
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -78,6 +83,12 @@ class Station:
         if self.transmitter.fault:
             raise Refused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
         self.hub.join(client, since)
+        note("client joined", radar=self.identity, client=client.number, encoding=client.view.encoding, mode=client.mode)
+
+    def leave(self, client: Client) -> None:
+        """Remove a client from the feed."""
+        self.hub.leave(client)
+        note("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
 
     async def swap(self, scene: Scene) -> tuple[str, Engine]:
         """Prepare another scene beside the running one and let it take over; gives its epoch and engine.
@@ -114,15 +125,28 @@ class Station:
         }
 
     def state(self) -> str:
-        """failed, paused, behind, standby or running."""
+        """failed, restarting, paused, behind, standby or running."""
         if self.transmitter.fault:
             return "failed"
+        if self.transmitter.reviving:
+            return "restarting"
         if self.settings.pace.state == "pause":
             return "paused"
         factor, reached = self.settings.pace.factor, self.transmitter.reached()
         if np.isfinite(factor) and reached is not None and reached < KEEPING_UP * factor:
             return "behind"
         return "running" if self.settings.transmit else "standby"
+
+    @property
+    def ready(self) -> bool:
+        """Whether clients are taken and spokes come, or would but for the pause or standby that was asked for."""
+        waiting = self.settings.pace.state == "pause" or not self.settings.transmit
+        return (
+            not self._stopping
+            and not self.transmitter.fault
+            and not self.transmitter.reviving
+            and (waiting or self.transmitter.sent > 0)
+        )
 
     def health(self) -> dict[str, Any]:
         """How the radar does, in plain data."""
@@ -133,6 +157,8 @@ class Station:
             "fault": self.transmitter.fault,
             "pace": self.settings.pace.as_dict(),
             "factor_reached": self.transmitter.reached(),
+            "restarts": self.transmitter.restarts,
+            "lag_s": self.transmitter.schedule.lag,
             "slips": self.transmitter.schedule.slips,
             "simulated_s": self.transmitter.simulated,
             "epoch": self.hub.epoch,
@@ -141,6 +167,22 @@ class Station:
             "spokes_lost": self.hub.lost + sum(client.lost for client in clients),
             "clients": len(clients),
             "views": len(self.hub.views),
+        }
+
+    def figures(self) -> dict[str, float | None]:
+        """The figures of `metrics`, by name; None: not known yet."""
+        hub, transmitter, clients = self.hub, self.transmitter, list(self.hub.clients)
+        return {
+            "radar_azimuths": transmitter.sent,
+            "radar_spokes_lost": hub.lost + sum(client.lost for client in clients),
+            "radar_gaps": hub.gaps + sum(client.gaps for client in clients),
+            "radar_bytes": hub.bytes + sum(client.bytes for client in clients),
+            "radar_slips": transmitter.schedule.slips,
+            "radar_restarts": transmitter.restarts,
+            "radar_lag_seconds": transmitter.schedule.lag,
+            "radar_real_time_factor": transmitter.reached(),
+            "radar_factor_asked": self.settings.pace.factor,
+            "radar_views": len(hub.views),
         }
 
     # The transmitter's outlet, called from its thread.
@@ -163,11 +205,24 @@ class Station:
 
     def died(self, reason: str) -> None:
         """Tell the clients that no more spokes come."""
+        note("radar failed", logging.ERROR, radar=self.identity, reason=reason)
         self._on_loop(self._close_soon(f"the radar has stopped: {reason}"))
+        self.failed()
 
     def _on_loop(self, call: Coroutine[Any, Any, None]) -> None:
         assert self._loop is not None, "start() comes first"
         asyncio.run_coroutine_threadsafe(call, self._loop).result()
+
+    def missed(self, epoch: str, count: int, reason: str) -> None:
+        """Announce spokes that will never come."""
+        self._on_loop(self._skip_soon(epoch, count, reason))
+
+    def restarting(self, reason: str) -> None:
+        """Note that an engine died and is being replaced."""
+        note("engine restarted", logging.WARNING, radar=self.identity, reason=reason)
+
+    async def _skip_soon(self, epoch: str, count: int, reason: str) -> None:
+        self.hub.skip(epoch, count, reason)
 
     async def _open_epoch_soon(self, epoch: Epoch) -> None:
         self._open_epoch(epoch)
@@ -186,11 +241,7 @@ class Station:
             )  # fmt: skip
 
         self.hub.open_epoch(epoch.name, hello)
+        note("epoch", radar=self.identity, epoch=epoch.name, scene=epoch.engine.scene.name)
 
     def _prepare(self, scene: Scene) -> Ahead:
-        ahead = Ahead(self._factory(scene))
-        ahead.start()
-        if not ahead.ready(PREPARE_TIMEOUT):
-            ahead.stop()
-            raise EngineFault(f"no spokes after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine")
-        return ahead
+        return prepared(self._factory(scene))

@@ -3,26 +3,26 @@
 What happens when:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
 - range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed.
-- the engine dies: the outlet is told the reason once; the next scene revives the radar.
+- the engine dies: another one takes over in the same epoch from the next scan on, and what lies between is a gap. If that
+  happens too often, the outlet is told the reason once; the next scene revives the radar.
 """
 
-import secrets
 import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.display.video import Controls, Layout
+from radar_service.display.video import Controls
 from radar_service.records import SpokeBlock
+from radar_service.scene.world import Scene
 from radar_service.stream import messages, wire
-from radar_service.stream.ahead import Ahead, EngineFault
+from radar_service.stream.ahead import RESTARTS, Ahead, Deaths, EngineFault, prepared
 from radar_service.stream.hub import Batch
-from radar_service.stream.mailbox import View
 from radar_service.stream.messages import Engine
+from radar_service.stream.outlet import Epoch, Outlet, new_epoch_name
 from radar_service.stream.pace import Pace, Schedule, batch_spokes
 
 TRUTHS_PER_SCAN = 8  # enough to draw a track; their cost stays unseen
@@ -41,54 +41,26 @@ class Settings:
     pace: Pace = field(default_factory=Pace)
 
 
-@dataclass(frozen=True)
-class Epoch:
-    """A stretch of the feed over which sequence numbers count and the cells stay the same."""
-
-    name: str
-    engine: Engine
-    range: float | None
-
-    def layout(self, bins: int | None) -> Layout:
-        """How a spoke of this epoch becomes that many bins."""
-        return messages.engine_layout(self.engine, bins, self.range)
-
-
-class Outlet(Protocol):
-    """Where spokes go. Called from the transmitter's thread; each call returns when it has been heeded."""
-
-    def open_epoch(self, epoch: Epoch) -> None:
-        """Another epoch begins; numbers start at 0."""
-
-    def views(self) -> tuple[View, ...]:
-        """What to encode."""
-
-    def wants_truth(self) -> bool:
-        """Whether anybody listens to the truth."""
-
-    def publish(self, batch: Batch) -> None:
-        """The next spokes."""
-
-    def died(self, reason: str) -> None:
-        """No more spokes come until another epoch begins."""
-
-
-def new_epoch_name() -> str:
-    """A name that no other epoch has had, in this process or an earlier one."""
-    return secrets.token_hex(4)
-
-
 class Transmitter:
     """The sending half of a radar. Commands may come from any thread."""
 
-    def __init__(self, engine: Engine, settings: Settings, outlet: Outlet, clock: Callable[[], float]) -> None:
+    def __init__(
+        self, engine: Engine, settings: Settings, outlet: Outlet, clock: Callable[[], float],
+        again: Callable[[Scene], Engine], restarts: int = RESTARTS,
+    ) -> None:  # fmt: skip
+        """again: makes another engine for the scene of one that died; restarts: how often within RESTART_WINDOW."""
         self.settings = settings
         self.epoch = Epoch(new_epoch_name(), engine, settings.range)
         self.fault: str | None = None
+        self.reviving = False  # an engine has died and another is on its way
         self.sent = 0  # spokes since the start
         self.simulated = 0.0  # time of the next spoke, s
         self.schedule = Schedule()
-        self._outlet, self._clock = outlet, clock
+        self.restarts = 0  # times the engine died and was started again
+        self.encoding: dict[str, tuple[int, float]] = {}  # batches encoded, and the time that took [s], by encoding
+        self._outlet, self._clock, self._again = outlet, clock, again
+        self._deaths = Deaths(restarts, clock)
+        self._made = 0  # spokes of the running engine's scene that have been dealt with, from t = 0
         self._ahead = Ahead(engine)
         self._next: tuple[str, Ahead] | None = None  # epoch to come
         self._steps = 0  # spokes still to send while paused
@@ -173,7 +145,9 @@ class Transmitter:
                 self._transmit()
             except Exception as fault:  # whatever it is, the listeners must be told
                 if not self._stopping:
-                    self._die(str(fault) if isinstance(fault, EngineFault) else f"{type(fault).__name__}: {fault}")
+                    reason = str(fault) if isinstance(fault, EngineFault) else f"{type(fault).__name__}: {fault}"
+                    if not self._revive(reason):
+                        self._die(reason)
 
     def _transmit(self) -> None:
         while not self._stopping:
@@ -184,6 +158,35 @@ class Transmitter:
             self._send(block)
             if self._next and block.index + len(block) == self.epoch.engine.scene.radar.azimuths:
                 self._take_over()
+
+    def _revive(self, reason: str) -> bool:
+        """Go on in the next scan with another engine of the same scene; whether that has worked."""
+        self._ahead.stop()
+        self.reviving = True
+        try:
+            while self._deaths.bearable() and not self._stopping and not self._next:
+                self._outlet.restarting(reason)
+                self.restarts += 1
+                try:
+                    self._resume(reason)
+                    return True
+                except Exception as fault:  # an engine that cannot even be made counts as another one that died
+                    reason = str(fault)
+            return False
+        finally:
+            self.reviving = False
+
+    def _resume(self, reason: str) -> None:
+        azimuths = self.epoch.engine.scene.radar.azimuths
+        scan = self._made // azimuths + 1  # the one at hand would kill the next engine too
+        ahead = prepared(self._again(self.epoch.engine.scene), scan)
+        missed = scan * azimuths - self._made if self.settings.transmit else 0
+        with self._changed:
+            self._ahead, self.epoch = ahead, replace(self.epoch, engine=ahead.engine)
+            self.schedule.restart()
+        self._outlet.missed(self.epoch.name, missed, f"the radar was started again after: {reason}")
+        self._number += missed
+        self._made = scan * azimuths
 
     def _die(self, reason: str) -> None:
         self.fault = reason
@@ -211,6 +214,7 @@ class Transmitter:
             self._sweep.clear()
             self.schedule.restart()
             self.simulated = 0.0
+            self._made = 0
         old.stop()
         self._open(Epoch(name, ahead.engine, self.settings.range))
         self.fault = None
@@ -253,6 +257,7 @@ class Transmitter:
             self._outlet.publish(self._batch(part, settings.video))
             self._number += len(part)
             self.sent += len(part)
+        self._made = part.first + len(part)
         with self._changed:
             self.simulated = float(part.time[-1]) + self.epoch.engine.scene.radar.spoke_period
             self.schedule.sent(self._clock(), float(part.time[-1]))
@@ -262,10 +267,13 @@ class Transmitter:
     def _batch(self, part: SpokeBlock, controls: Controls) -> Batch:
         epoch, data = self.epoch, {}
         for view in self._outlet.views():
+            began = self._clock()
             message = messages.spokes(
                 epoch.name, self._number, part, view.encoding, epoch.layout(view.bins), controls, epoch.engine
             )
             data[view] = wire.pack(message)
+            count, seconds = self.encoding.get(view.encoding, (0, 0.0))
+            self.encoding[view.encoding] = count + 1, seconds + self._clock() - began
         return Batch(epoch.name, self._number, len(part), data, self._truths(part))
 
     def _truths(self, part: SpokeBlock) -> tuple[bytes, ...]:

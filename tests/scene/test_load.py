@@ -417,7 +417,7 @@ def test_packaged_scenes_are_found_by_name(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_too_many_triangles_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radar_service.scene.load.MAX_TRIANGLES", 700)
+    monkeypatch.setattr("radar_service.scene.builder.InProcess.max_triangles", 700)
     bodies = [{"name": f"s{k}", "shape": "sphere", "radius_m": 0.1} for k in range(3)]
     assert problems({"body": bodies})[0].startswith("body[2]: brings the scene to 960 triangles; at most 700")
 

@@ -44,15 +44,19 @@ class FakeEngine:
         self.range_step = of.radar.range_step
         self.range = (np.arange(of.radar.bins) + 0.5) * self.range_step
         self._dies_at, self._turns = dies_at, turns
+        self._first = 0
 
     def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
-        number = 0
+        number = self._first * self.scene.radar.azimuths
         while scans is None or number < scans * self.scene.radar.azimuths:
             if self._turns:
                 self._turns.acquire()
             index = number % self.scene.radar.azimuths
             yield self.block(number, min(5, size, self.scene.radar.azimuths - index))
             number += min(5, size, self.scene.radar.azimuths - index)
+
+    def skip_to(self, scan: int) -> None:
+        self._first = scan
 
     def block(self, number: int, count: int) -> SpokeBlock:
         if self._dies_at is not None and number + count > self._dies_at:

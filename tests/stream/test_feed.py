@@ -370,7 +370,7 @@ def test_when_the_engine_dies_clients_and_health_are_told_and_a_new_scene_revive
             await asyncio.sleep(0)
         assert (await (await server.feed()).receive())["scene"]["name"] == "second"
 
-    play(test, station(FLAT_OUT, engine=FakeEngine(scene(), dies_at=40)))
+    play(test, station(FLAT_OUT, engine=FakeEngine(scene(), dies_at=40), restarts=0))
 
 
 def test_stopping_says_bye() -> None:

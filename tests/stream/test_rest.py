@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 
 from radar_service.scene.error import SceneError
+from radar_service.scene.sandbox import Sandbox
 from radar_service.stream import scenes as scenes_module
 from radar_service.stream.app import create_app
 from radar_service.stream.pace import Pace
@@ -196,6 +197,28 @@ def test_a_scene_with_its_mesh_comes_as_a_form() -> None:
     play(test)
 
 
+def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on() -> None:
+    """A soup of 200 000 triangles (10 MB) needs more than the 48 MiB that this server allows; the next upload is taken."""
+    soup = np.zeros(200_000, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+    soup["corners"] = np.random.default_rng(0).random((200_000, 3, 3))
+    bomb = bytes(80) + np.uint32(200_000).tobytes() + soup.tobytes()
+    limited = Sandbox(memory=48 * 2**20)
+
+    async def test(server: Server) -> None:
+        feed = await server.feed()
+        epoch = (await feed.until("hello"))["epoch"]
+        for content, status in ((bomb, 422), (TRIANGLE, 201)):
+            ending = "stl" if content is bomb else "obj"
+            parts = [("scene", ("m.toml", MESHED.replace(b"obj", ending.encode()))), ("files", (f"thing.{ending}", content))]
+            answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
+            assert answer.status_code == status, answer.text
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
+        assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
+
+    play(test, sandbox=limited)
+    assert limited._child is None  # it goes with the server
+
+
 @pytest.mark.parametrize(
     ("name", "parts", "line"),
     [
@@ -346,6 +369,9 @@ def test_openapi_tells_every_answer_and_gives_examples() -> None:
         schema = (await server.http.get("/api/openapi.json")).json()
         expected = {
             ("/api/health", "get"): {"200", "503"},
+            ("/api/health/alive", "get"): {"200"},
+            ("/api/health/ready", "get"): {"200", "503"},
+            ("/api/tickets", "post"): {"201"},
             ("/api/scenes", "get"): {"200"},
             ("/api/scenes", "post"): {"201", "400", "409", "413", "422"},
             ("/api/scenes/{name}", "delete"): {"204", "404", "409", "422"},
@@ -362,7 +388,7 @@ def test_openapi_tells_every_answer_and_gives_examples() -> None:
             for path, ways in schema["paths"].items()
             for method, about in ways.items()
         }
-        assert told == expected
+        assert told == {way: answers | {"401", "421"} for way, answers in expected.items()}
         for path, method in (("/api/radars/{radar}/controls", "patch"), ("/api/radars/{radar}/scene", "put")):
             body = schema["paths"][path][method]["requestBody"]["content"]["application/json"]["schema"]["$ref"]
             assert schema["components"]["schemas"][body.rsplit("/", 1)[1]]["examples"]

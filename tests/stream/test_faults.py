@@ -1,0 +1,228 @@
+"""What breaks is said, mended where it can be, and nobody's numbers lie: engines that die, scenes swapped, lines cut."""
+
+import ast
+import asyncio
+import math
+import random
+from collections.abc import Awaitable, Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service.stream
+from radar_service.records import SpokeBlock
+from radar_service.stream import wire
+from radar_service.stream.ahead import RESTART_WINDOW, Deaths
+from radar_service.stream.app import create_app
+from radar_service.stream.hub import Batch, Hub
+from radar_service.stream.mailbox import Client, View
+from radar_service.stream.pace import Pace
+from radar_service.stream.station import Station
+from radar_service.stream.transmitter import Settings
+from tests.stream.asgi import Closed, Server, Socket, running
+from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene
+
+FLAT_OUT = Settings(pace=Pace("run", math.inf))
+
+
+def station(**options: Any) -> Station:
+    engine, make = options.pop("engine", FakeEngine(scene())), options.pop("make", factory())
+    return Station("0", engine, make, settings=options.pop("settings", FLAT_OUT), **options)
+
+
+def play(test: Callable[[Server], Awaitable[None]], only: Station) -> None:
+    async def body() -> None:
+        async with running(create_app([only])) as server:
+            await test(server)
+
+    asyncio.run(asyncio.wait_for(body(), 30))
+
+
+async def covered(feed: Socket, upto: int) -> Iterator[tuple[str, int, int]]:
+    """(type, first, end) of the messages that count, until number `upto` is covered."""
+    spans, end = [], 0
+    while end < upto:
+        message = await feed.receive()
+        if "first" in message:
+            end = message["first"] + message["count"]
+            spans.append((message["type"], message["first"], end))
+    return iter(spans)
+
+
+def test_an_engine_that_dies_is_replaced_in_the_next_scan_and_the_rest_is_a_gap() -> None:
+    """Spokes come in fives, so 39 to 43 is the block that kills it at spoke 40; scans have 24."""
+
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=lossless&encoding=f32")
+        messages, end = [await feed.receive()], 0
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "run"}})
+        epoch = messages[0]["epoch"]
+        while end < 4 * AZIMUTHS:
+            messages.append(await feed.receive())
+            assert messages[-1]["epoch"] == epoch and messages[-1]["first"] == end
+            end = messages[-1]["first"] + messages[-1]["count"]
+        gaps = [m for m in messages if m["type"] == "gap"]
+        assert [(gap["first"], gap["count"]) for gap in gaps] == [(39, 9)] and "the wheel came off" in gaps[0]["reason"]
+        for message in messages[1:]:
+            if message["type"] == "spokes":
+                numbers = message["first"] + np.arange(message["count"])
+                np.testing.assert_array_equal(wire.samples(message), power_of(numbers, BINS))
+                assert message["scan"] * AZIMUTHS + message["index"] == message["first"]
+        health = (await server.http.get("/api/health")).json()["radars"][0]
+        assert health["restarts"] == 1 and health["state"] in ("running", "behind") and health["fault"] is None
+        for wanted in (30, 39, 42, 47, 48, 50):
+            late = await server.feed(f"?encoding=f32&since={epoch}:{wanted}")
+            spans = list(await covered(late, 60))
+            assert spans[0][1] == wanted and all(a[2] == b[1] for a, b in zip(spans, spans[1:], strict=False))
+            lost = [(first, stop) for kind, first, stop in spans if kind == "gap"]
+            assert lost == ([(max(wanted, 39), 48)] if wanted < 48 else [])
+
+    play(test, station(engine=FakeEngine(scene(), dies_at=40), settings=Settings(pace=Pace("pause", math.inf))))
+
+
+def test_an_engine_that_keeps_dying_fails_the_radar_and_says_so() -> None:
+    told: list[str] = []
+
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=lossless")
+        assert "the wheel came off" in (await feed.until("bye"))["reason"]
+        with pytest.raises(Closed):
+            await feed.receive()
+        answer = await server.http.get("/api/health")
+        assert (answer.status_code, answer.json()["status"], answer.json()["radars"][0]["restarts"]) == (503, "failed", 3)
+        assert (await server.http.get("/api/health/ready")).status_code == 503
+        assert (await server.http.get("/api/health/alive")).status_code == 200
+        assert told == ["failed"]
+
+    dying = factory(dies_at=0)
+    play(test, station(engine=FakeEngine(scene(), dies_at=40), make=dying, failed=lambda: told.append("failed")))
+
+
+def test_only_so_many_deaths_in_a_while_are_bearable() -> None:
+    now = 0.0
+    deaths = Deaths(2, lambda: now)
+    bearable = []
+    for now in (0.0, 1.0, 2.0, RESTART_WINDOW + 1.5, 2 * RESTART_WINDOW + 9.0):  # noqa: B007
+        bearable.append(deaths.bearable())
+    assert bearable == [True, True, False, True, True]
+
+
+def test_a_dead_engine_in_standby_loses_no_numbers() -> None:
+    async def test(server: Server) -> None:
+        while not (await server.http.get("/api/health")).json()["radars"][0]["restarts"]:
+            await asyncio.sleep(0)
+        assert (await server.http.get("/api/health")).json()["radars"][0]["next"] == 0
+
+    play(test, station(engine=FakeEngine(scene(), dies_at=40), settings=Settings(transmit=False, pace=FLAT_OUT.pace)))
+
+
+class StallingEngine(FakeEngine):
+    """Makes 24 spokes, each as if the machine took a second of `clock` for it."""
+
+    def __init__(self, clock: list[float]) -> None:
+        super().__init__(scene())
+        self._clock = clock
+
+    def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
+        for block in super().blocks(scans, 1):
+            self._clock[0] += 1.0
+            yield block
+
+
+def test_a_machine_too_slow_says_so_with_the_factor_and_keeps_order() -> None:
+    """A spoke is 60/24/24 s of simulation; with a second for each, the factor reached is 0.104 of real time."""
+    clock = [0.0]
+
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=lossless")
+        spans = list(await covered(feed, 3 * AZIMUTHS))
+        assert all(a[2] == b[1] for a, b in zip(spans, spans[1:], strict=False))
+        health = (await server.http.get("/api/health")).json()
+        assert health["status"] == "behind" and health["radars"][0]["slips"] > 0
+        assert health["radars"][0]["factor_reached"] < 0.97
+
+    play(test, station(engine=StallingEngine(clock), settings=Settings(), clock=lambda: clock[0]))
+
+
+def test_scenes_swapped_under_load_each_begin_anew_for_everybody() -> None:
+    swaps = 60
+
+    async def follow(feed: Socket) -> list[str]:
+        epochs: list[str] = []
+        end = None  # the first epoch has begun before
+        while True:
+            message = await feed.receive()
+            if message["type"] == "hello":
+                epochs.append(message["epoch"])
+                end = 0 if epochs[1:] else None
+                if message["scene"]["name"] == f"scene {swaps - 1}":
+                    return epochs
+            elif message["type"] in ("spokes", "gap"):
+                assert message["epoch"] == epochs[-1] and end in (None, message["first"])
+                end = message["first"] + message["count"]
+
+    async def test(server: Server) -> None:
+        feeds = [await server.feed(f"?encoding={kind}") for kind in ("u8", "u8", "f32", "u8-log")]
+        followers = [asyncio.create_task(follow(feed)) for feed in feeds]
+        named = []
+        for k in range(swaps):
+            answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": f"scene {k}"}})
+            assert answer.status_code == 200
+            named.append(answer.json()["epoch"])
+        seen = await asyncio.gather(*followers)
+        for epochs in seen:
+            assert len(set(epochs)) == len(epochs) and epochs == seen[0]
+            assert [e for e in named if e in epochs] == epochs[1:]  # in order; overtaken ones never began
+
+    play(test, station())
+
+
+def batch(first: int, count: int, view: View) -> Batch:
+    text = {"type": "spokes", "epoch": "e", "first": first, "count": count, "index": first, "time": list(range(count)),
+            "azimuth": list(range(first, first + count)), "data": bytes(range(count))}  # fmt: skip
+    text |= {key: list(range(count)) for key in ("heading", "position", "course", "speed")}
+    return Batch("e", first, count, {view: wire.pack(text)})
+
+
+def test_a_thousand_forced_disconnects_lose_nothing_that_is_held() -> None:
+    """At random moments, after any number of messages read or unread, some in the middle of a batch."""
+    view, dice = View("u8"), random.Random(5)
+
+    async def whole() -> None:
+        hub = Hub(lambda: 0.0)
+        hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
+        had: list[int] = []
+        hub.join(client := Client(view))
+        for _ in range(1000):
+            for _ in range(dice.randrange(4)):
+                await hub.publish(batch(hub.next, dice.randint(1, 9), view))
+            while client._queue or client._backlog:
+                message = wire.unpack((await client.get() or pytest.fail()).data)
+                if message["type"] == "spokes":
+                    had.extend(message["azimuth"][: dice.randint(0, 9) if not dice.randrange(9) else None])
+                    if had[-1:] != message["azimuth"][-1:]:
+                        break  # cut off within a batch
+                if not dice.randrange(5):
+                    break
+            hub.leave(client)
+            hub.join(client := Client(view), ("e", had[-1] + 1 if had else 0))
+        while client._queue or client._backlog:
+            had.extend(wire.unpack((await client.get() or pytest.fail()).data).get("azimuth", []))
+        assert had == list(range(hub.next)) and hub.next > 5000
+
+    asyncio.run(asyncio.wait_for(whole(), 20))
+
+
+def test_pacing_knows_no_wall_clock() -> None:
+    """The time of day, which people and NTP set, is only ever told: in a hello and in lines of the journal."""
+    folder = Path(str(radar_service.stream.__file__)).parent
+    users = {
+        file.name
+        for file in folder.glob("*.py")
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.Attribute) and f"{ast.unparse(node.value)}.{node.attr}" in
+        ("time.time", "datetime.now", "datetime.utcnow", "time.localtime", "time.time_ns", "datetime.today")
+    }  # fmt: skip
+    assert users == {"messages.py"}

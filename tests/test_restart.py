@@ -1,0 +1,86 @@
+"""A service that is killed and started again: a new epoch, soon, and clients that come back by themselves."""
+
+import asyncio
+import json
+import math
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from clients.ppi.client import FeedClient
+
+SCENE = {
+    "name": "one target",
+    "radar": {"azimuths": 60, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
+    "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
+}
+
+
+def started(scene: Path, port: int) -> subprocess.Popen[str]:
+    """A service that has said that it is on the air."""
+    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", str(port), "--pace", "3"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline().startswith("radar on the air")
+    return process
+
+
+def test_after_kill_9_clients_come_back_and_no_number_comes_twice(tmp_path: Path) -> None:
+    (tmp_path / "one.json").write_text(json.dumps(SCENE))
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    services: list[subprocess.Popen[str]] = []
+    up = []
+
+    async def follow() -> tuple[list[tuple[str, int]], float, int]:
+        got: list[tuple[str, int]] = []
+        first = math.inf
+        services.append(await asyncio.to_thread(started, tmp_path / "one.json", port))
+        async with FeedClient(f"ws://127.0.0.1:{port}", reconnect=True, backoff=(0.05, 0.1)) as radar:
+            async for spoke in radar.spokes():
+                got.append((spoke.epoch, spoke.number))
+                if len(got) == 100:
+                    services[0].send_signal(signal.SIGKILL)
+                    services[0].communicate()
+                    services.append(await asyncio.to_thread(started, tmp_path / "one.json", port))
+                    up.append(time.monotonic())
+                if got[0][0] != spoke.epoch:
+                    first = min(first, time.monotonic() - up[0])
+                if len(got) == 400:
+                    return got, first, radar.ledger.lost
+        raise AssertionError
+
+    try:
+        got, first, lost = asyncio.run(asyncio.wait_for(follow(), 60))
+    finally:
+        for service in services:
+            service.kill()
+            service.communicate()
+    epochs = list(dict.fromkeys(epoch for epoch, _ in got))
+    assert len(epochs) == 2
+    assert first < 2.0  # s from being up to the first spoke at a client that was waiting
+    for epoch in epochs:
+        numbers = [number for name, number in got if name == epoch]
+        assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    assert numbers[0] == lost  # what the new epoch had sent before the client was back is a gap
+
+
+def test_a_radar_that_cannot_go_on_ends_the_service_where_that_is_asked_for(tmp_path: Path) -> None:
+    """A scene whose engine dies in the thick of it: the simulator is broken on purpose in the process itself."""
+    (tmp_path / "one.json").write_text(json.dumps(SCENE))
+    broken = """
+import sys
+from radar_service import Simulator
+from radar_service.__main__ import main
+def blocks(self, scans=None, size=16):
+    raise RuntimeError("the wheel came off")
+    yield
+Simulator.blocks = blocks
+sys.exit(main(sys.argv[1:]))
+"""
+    command = [sys.executable, "-c", broken, "serve", str(tmp_path / "one.json"), "--port", "0", "--exit-when-failed"]
+    out = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert out.returncode == 1 and "the wheel came off" in out.stderr
