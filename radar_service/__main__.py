@@ -1,4 +1,4 @@
-"""Command line: serve, scan, check, plan, schema. The only place that wires everything together."""
+"""Command line: serve, scan, check, plan, schema, stability. The only place that wires everything together."""
 
 import argparse
 import asyncio
@@ -30,6 +30,8 @@ from radar_service.stream.pace import Pace
 from radar_service.stream.picture import ppi_png
 from radar_service.stream.station import Station
 from radar_service.stream.transmitter import Settings
+from radar_service.study.stability import STUDIES
+from radar_service.study.stability.report import write_report
 
 DEFAULT_SCENE = "harbour"
 INBOUND_LIMIT = 4096  # bytes of a websocket message: clients have nothing to say
@@ -107,6 +109,10 @@ def parser() -> argparse.ArgumentParser:
         command = commands.add_parser(name, parents=[common] if name == "plan" else [], help=text)
         command.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
         command.set_defaults(run=run)
+    stability = commands.add_parser("stability", help="drive every method to where it fails, and report")
+    stability.add_argument("-o", "--out", type=Path, required=True, help="folder for stability.html and stability.json")
+    stability.add_argument("--fine", default=1, type=partial(whole, least=1, most=20), help="times as many places and draws")
+    stability.set_defaults(run=run_stability)
     commands.add_parser("schema", help="print the JSON Schema of a scene").set_defaults(run=run_schema)
     return top
 
@@ -190,6 +196,15 @@ def run_check(wanted: argparse.Namespace) -> int:
 def run_plan(wanted: argparse.Namespace) -> int:
     """Say what would be modelled."""
     print(Simulator(load_scene(wanted.scene), wanted.fidelity, wanted.seed).plan)
+    return 0
+
+
+def run_stability(wanted: argparse.Namespace) -> int:
+    """Find where methods fail, with a progress bar on a terminal."""
+    wanted.out.mkdir(parents=True, exist_ok=True)  # said now, not after the studies
+    findings = [study(wanted.fine) for study in tqdm(STUDIES, unit="regions", disable=None)]
+    write_report(wanted.out, findings)
+    print(f"{wanted.out / 'stability.html'}: {len(findings)} regions")
     return 0
 
 

@@ -2,7 +2,7 @@
 
 What rests relative to the antenna is laid once for the whole turn and kept as finished profiles. What moves, what
 fluctuates, and what a mover shadows, is laid azimuth by azimuth with its exact range, phase and beam weight. Arithmetic
-runs in tiles of TILE azimuths that are the same however spokes are grouped afterwards, so bytes do not depend on it.
+runs in tiles of at most TILE azimuths that are the same however spokes are grouped afterwards, so bytes do not depend on it.
 """
 
 from collections.abc import Iterator
@@ -33,7 +33,7 @@ from radar_service.threads import in_order
 Floats = NDArray[np.float64]
 Profiles = NDArray[np.complex64]
 
-TILE = 16  # azimuths per arithmetic tile: FFTs of 16 rows stay in the L2 cache
+TILE = 16  # azimuths per arithmetic tile: FFTs of 16 rows stay in the L2 cache; fewer where things move far meanwhile
 
 
 class CorrectedChain:
@@ -51,6 +51,7 @@ class CorrectedChain:
         extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
         beam = BeamTable(self._pattern, scene.radar.beamwidth, extent, TILE * scene.radar.azimuth_step)
         self.moving = MovingEchoes(scene, moving, self.landscape, reach, beam, seed)
+        self.rows = int(np.clip(self.moving.interval / scene.radar.spoke_period, 1, TILE))  # a tile is one glance at most
         self.resting = resting_echoes(scene, still, self.landscape, reach)
         self._profiles = self._resting_profiles()
         self._shadows = Held(self._shadowed)
@@ -93,13 +94,13 @@ class CorrectedChain:
 
     def parts(self, scan: int) -> Iterator[tuple[int, Profiles, NDArray[np.float32]]]:
         """One revolution piece by piece: index of the first azimuth, field (K, bins) [sqrt(W)], power (K, bins) [W]."""
-        starts = range(0, self.radar.azimuths, TILE)
+        starts = range(0, self.radar.azimuths, self.rows)
         for start, field in zip(starts, in_order(partial(self.tile, scan), starts, self.threads), strict=True):
             yield start, field, field.real**2 + field.imag**2
 
     def tile(self, scan: int, start: int) -> Profiles:
-        """Profiles (K, bins) [sqrt(W)] of azimuths `start` to `start` + K of a scan; start is a multiple of TILE."""
-        index = np.arange(start, min(start + TILE, self.radar.azimuths))
+        """Profiles (K, bins) [sqrt(W)] of azimuths `start` to `start` + K of a scan; start is a multiple of `rows`."""
+        index = np.arange(start, min(start + self.rows, self.radar.azimuths))
         number = scan * self.radar.azimuths + index
         at = Instants(number, *self.radar.schedule(number))
         transmitting = ~self.scene.blind(at.time, at.boresight)[:, None]
@@ -108,7 +109,7 @@ class CorrectedChain:
         if laid is not None:
             spectrum += self.compression.spectrum(laid * transmitting)
         if self.scene.environment.noise:
-            rng = generator(self.seed, NOISE, scan, start // TILE)
+            rng = generator(self.seed, NOISE, scan, start // self.rows)
             spectrum += self.compression.noise_spectrum(len(index), rng)
         field = self.compression.from_spectrum(spectrum)
         if self._profiles is not None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from radar_service.constants import EARTH_RADIUS
 from radar_service.scene import raster
 from radar_service.scene.convert import environment_from_model, radar_from_model
+from radar_service.scene.doubts import check_power, doubts
 from radar_service.scene.error import SceneError
 from radar_service.scene.faults import limited
 from radar_service.scene.files import SceneFolder
@@ -52,7 +53,9 @@ def scene_from_model(model: SceneModel, folder: Path | None) -> Scene:
     if loader.problems:
         raise limited(loader.problems)
     assert loader.own_ship is not None and loader.environment is not None
+    check_power(loader.radar, bodies)
     loader.warn_of_distance()
+    loader.warnings.extend(doubts(loader.radar, loader.own_ship, bodies))
     return Scene(
         model.name, loader.origin, loader.radar, loader.environment, loader.own_ship, tuple(bodies), tuple(loader.warnings)
     )
