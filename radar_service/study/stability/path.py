@@ -104,7 +104,7 @@ def horizon(fine: int = 1) -> Finding:
         (curve("path difference [quarter wavelengths]", quarters), curve("F^4 [dB]", decibels(factor, 1e-6))), 1.0,
         "below a quarter wavelength diffraction, which is not modelled, takes over",
         crossing(ground, 1.0 - quarters, 0.0), "says so",
-        "Beyond the horizon F is 0. plan says that nothing diffracts, and that ray optics ends before the horizon.",
+        "Beyond the horizon F is 0. plan says that nothing diffracts: too strong close before it.",
     )  # fmt: skip
 
 

@@ -115,7 +115,7 @@ def dynamic_range(fine: int = 1) -> Finding:
     return Finding(
         "dynamic range", "a ship of 60 dBsm and a buoy of 0 dBsm apart in range, 10 us, 50 MHz",
         Axis("ship to buoy [m]", log=True), places(apart), Axis("the ship's sidelobes over the buoy's peak [dB]"),
-        tuple(curves), 0.0, "the buoy's own level; boundary: with a Hamming window", edges["hamming"], "says so",
+        tuple(curves), 0.0, "the buoy's own level; boundary: with a Hamming window", edges["hamming"], "computes right",
         "As a real radar would: the window decides. The engine adds less than that: errors stay below the "
         "buoy, at rest and moving.",
     )  # fmt: skip

@@ -83,8 +83,8 @@ def doppler_in_the_pulse(fine: int = 1) -> Finding:
         Axis("closing speed [kn]", log=True), places(knots), Axis("shift [cells of c/2B]", log=True),
         tuple(curve(f"pulse of {name}", values) for name, values in shifts.items()), 0.5,
         "half a resolution cell; boundary: with a pulse of 1 ms", longest, "warns",
-        "Phase from spoke to spoke is exact; within a pulse targets stand still. A scene where that errs by half a cell "
-        "is warned of when loaded.",
+        "Phase from spoke to spoke is exact; within a pulse targets stand still. plan says by how much that errs, and a "
+        "scene where it is half a cell or more is warned of when loaded.",
     )  # fmt: skip
 
 
