@@ -32,7 +32,7 @@ HOMES = {
     "pydantic_core": ("radar_service.scene.faults",),
     "msgpack": ("radar_service.stream.wire",),
     "websockets": ("clients.ppi",),
-    "PIL": ("radar_service.scene", "radar_service.display"),
+    "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
 }
 NAMELESS = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")
 
