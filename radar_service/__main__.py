@@ -1,4 +1,4 @@
-"""Command line: serve, scan, check, plan, schema. The only place that wires everything together."""
+"""Command line: serve, scan, check, plan, chart, stability, schema. The only place that wires everything together."""
 
 import argparse
 import asyncio
@@ -33,6 +33,9 @@ from radar_service.stream.picture import ppi_png
 from radar_service.stream.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
 from radar_service.stream.station import Station
 from radar_service.stream.transmitter import Settings
+from radar_service.study.chart import chart
+from radar_service.study.stability import STUDIES
+from radar_service.study.stability.report import write_report
 
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
@@ -110,6 +113,18 @@ def parser() -> argparse.ArgumentParser:
         command = commands.add_parser(name, parents=[common] if name == "plan" else [], help=text)
         command.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
         command.set_defaults(run=run)
+    stability = commands.add_parser("stability", help="drive every method to where it fails, and report")
+    stability.add_argument("-o", "--out", type=Path, required=True, help="folder for stability.html and stability.json")
+    stability.add_argument("--fine", default=1, type=partial(whole, least=1, most=20), help="times as many places and draws")
+    stability.set_defaults(run=run_stability)
+    study = commands.add_parser("chart", help="measure every method on a scene, speed against accuracy")
+    study.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
+    study.add_argument(
+        "-o", "--out", type=Path, required=True, help="existing folder for chart.svg, .png, .json and reading.txt"
+    )
+    study.add_argument("--seed", default=0, type=partial(whole, least=0, most=2**63 - 1))
+    study.add_argument("--quick", action="store_true", help="seconds instead of minutes, and rougher")
+    study.set_defaults(run=run_chart)
     commands.add_parser("schema", help="print the JSON Schema of a scene").set_defaults(run=run_schema)
     return top
 
@@ -214,6 +229,25 @@ def run_check(wanted: argparse.Namespace) -> int:
 def run_plan(wanted: argparse.Namespace) -> int:
     """Say what would be modelled."""
     print(Simulator(load_scene(wanted.scene), wanted.fidelity, wanted.seed).plan)
+    return 0
+
+
+def run_stability(wanted: argparse.Namespace) -> int:
+    """Find where methods fail, with a progress bar on a terminal."""
+    wanted.out.mkdir(parents=True, exist_ok=True)  # said now, not after the studies
+    findings = [study(wanted.fine) for study in tqdm(STUDIES, unit="regions", disable=None)]
+    write_report(wanted.out, findings)
+    print(f"{wanted.out / 'stability.html'}: {len(findings)} regions")
+    return 0
+
+
+def run_chart(wanted: argparse.Namespace) -> int:
+    """Measure all methods on a scene, with progress bars on a terminal."""
+    if not wanted.out.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(wanted.out))
+    effort = chart.QUICK if wanted.quick else chart.FULL
+    said = chart.write(chart.measured(load_scene(wanted.scene), wanted.seed, effort, bar=True), wanted.out)
+    print(said["reading"])
     return 0
 
 

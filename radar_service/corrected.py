@@ -2,7 +2,7 @@
 
 What rests relative to the antenna is laid once for the whole turn and kept as finished profiles. What moves, what
 fluctuates, and what a mover shadows, is laid azimuth by azimuth with its exact range, phase and beam weight. Arithmetic
-runs in tiles of TILE azimuths that are the same however spokes are grouped afterwards, so bytes do not depend on it.
+runs in tiles of at most TILE azimuths that are the same however spokes are grouped afterwards, so bytes do not depend on it.
 """
 
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ from radar_service.threads import in_order
 Floats = NDArray[np.float64]
 Profiles = NDArray[np.complex64]
 
-TILE = 16  # azimuths per arithmetic tile: FFTs of 16 rows stay in the L2 cache
+TILE = 16  # azimuths per arithmetic tile: FFTs of 16 rows stay in the L2 cache; fewer where things move far meanwhile
 
 
 class CorrectedChain:
@@ -54,6 +54,7 @@ class CorrectedChain:
         span, steps = TILE * scene.radar.azimuth_step, fidelity.fineness * TABLE_STEPS
         beam = BeamTable(self._pattern, scene.radar.beamwidth, extent, span, steps)
         self.moving = MovingEchoes(scene, moving, self.landscape, reach, beam, fidelity.glance, seed)
+        self.rows = int(np.clip(self.moving.interval / scene.radar.spoke_period, 1, TILE))  # a tile is one glance at most
         self.resting = resting_echoes(scene, still, self.landscape, reach)
         self._profiles = self._resting_profiles()
         self._clutter = clutter_of(scene, landscape, self.compression, self._pattern, seed)
@@ -102,20 +103,21 @@ class CorrectedChain:
 
     def parts(self, scan: int) -> Iterator[tuple[int, Profiles, NDArray[np.float32]]]:
         """One revolution piece by piece: index of the first azimuth, field (K, bins) [sqrt(W)], power (K, bins) [W]."""
-        starts = range(0, self.radar.azimuths, TILE)
+        starts = range(0, self.radar.azimuths, self.rows)
         for start, field in zip(starts, in_order(partial(self.tile, scan), starts, self.threads), strict=True):
             yield start, field, field.real**2 + field.imag**2
 
     def tile(self, scan: int, start: int) -> Profiles:
-        """Profiles (K, bins) [sqrt(W)] of azimuths `start` to `start` + K of a scan; start is a multiple of TILE."""
-        index = np.arange(start, min(start + TILE, self.radar.azimuths))
+        """Profiles (K, bins) [sqrt(W)] of azimuths `start` to `start` + K of a scan; start is a multiple of `rows`."""
+        index = np.arange(start, min(start + self.rows, self.radar.azimuths))
         number = scan * self.radar.azimuths + index
         at = Instants(number, *self.radar.schedule(number))
         blind = self.scene.blind(at.time, at.boresight)
         transmitting = ~blind[:, None]
         field = self._received(at, blind, scan, start)
         if self._profiles is not None:
-            field += np.where(transmitting, self._profiles[index], 0) if blind.any() else self._profiles[start : start + TILE]
+            rest = self._profiles[start : start + len(index)]
+            field += np.where(transmitting, rest, 0) if blind.any() else rest
         if self._clutter is not None:
             self._clutter.add(field, number, transmitting)
         for other in self._interference:
@@ -130,7 +132,7 @@ class CorrectedChain:
             laid[blind] = 0.0
             spectrum = self.compression.spectrum(laid)
         if self.scene.environment.noise:
-            rng = generator(self.seed, NOISE, scan, start // TILE)
+            rng = generator(self.seed, NOISE, scan, start // self.rows)
             noise = self.compression.noise_spectrum(len(at.time), rng)
             spectrum = noise if spectrum is None else np.add(spectrum, noise, out=spectrum)
         if spectrum is None:

@@ -12,8 +12,11 @@ from radar_service.echo.sea_clutter import HIGHEST_SEA_STATE
 from radar_service.fidelity import Fidelity
 from radar_service.receive.clutter import MATTERS
 from radar_service.scene.describe import pattern_text
+from radar_service.scene.doubts import pulse_doppler_shift, top_speed
 from radar_service.scene.world import Body, Radar, Scene
+from radar_service.trace.rays import REACH
 
+TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 SAMPLER_WORDS = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
 
 
@@ -54,7 +57,9 @@ def _documented_effects(scene: Scene) -> list[Choice]:
     environment, radar = scene.environment, scene.radar
     return [
         Choice(
-            "signal chain", True, f"the specification as printed, {radar.rays} rays per azimuth ({radar.azimuths} azimuths)"
+            "signal chain",
+            True,
+            f"the specification as printed, {radar.rays} rays per azimuth ({radar.azimuths} azimuths); {_missed(scene)}",
         ),
         Choice("beam", True, "printed pattern within 1.5 beamwidths, then the Gaussian spread of eq. 19"),
         *([Choice("plain pulse", False, "the specification knows chirps alone")] if radar.modulation == "none" else []),
@@ -79,7 +84,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity) -> list[Choice]:
             curved,
             f"effective radius {environment.earth_factor:.4g} x the earth's" if curved else "asked to be flat",
         ),
-        Choice("multipath", environment.multipath, "two-ray, complex F^2" if environment.multipath else "not asked for"),
+        Choice("multipath", environment.multipath, TWO_RAY if environment.multipath else "not asked for"),
         Choice(
             "gas and rain loss",
             environment.gas_db_per_km > 0 or environment.rain_mm_h > 0,
@@ -87,6 +92,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity) -> list[Choice]:
         ),
         *_sway(scene, "the mast swings, bearings and elevations are those of the tilted antenna; sea clutter keeps level"),
         Choice("noise", environment.noise, "thermal, k T0 F" if environment.noise else "not asked for"),
+        *_doppler(scene),
         *_clutter(scene),
     ]
 
@@ -106,6 +112,29 @@ def _waveform(radar: Radar, fidelity: Fidelity) -> list[Choice]:
         how = folds if radar.second_time_around else "not asked for: what lies beyond is left out"
         choices.append(Choice("second-time echoes", radar.second_time_around, how))
     return choices
+
+
+def _doppler(scene: Scene) -> list[Choice]:
+    """What is made of the speed at which echoes come nearer; nothing is said where all is at rest."""
+    speed = top_speed(scene.own_ship) + max((top_speed(body.motion) for body in scene.bodies), default=0.0)
+    if speed == 0.0 or scene.radar.modulation != "lfm":
+        return []
+    cells = pulse_doppler_shift(speed, scene.radar.pulse, scene.radar.wavelength)
+    left_out = f"from spoke to spoke it is exact; within a pulse it would move echoes by up to {cells:.2g} range cells"
+    return [Choice("Doppler within the pulse", False, left_out)]
+
+
+def _missed(scene: Scene) -> str:
+    """From where on rays miss a square metre."""
+    radar = scene.radar
+    return f"a square metre is missed by one azimuth in twenty or more beyond {starving_range(radar):.0f} m"
+
+
+def starving_range(radar: Radar) -> float:
+    """Range [m] from which uniform rays miss a square metre at boresight with 5 % probability or more: (1 - p)^N, p its
+    share of the box of rays."""
+    share = -math.expm1(math.log(0.05) / radar.rays)
+    return 1.0 / math.sqrt(share * (2.0 * REACH) ** 2 * radar.beamwidth * radar.beamwidth_el)
 
 
 def _documented_clutter(scene: Scene) -> list[Choice]:
@@ -170,7 +199,7 @@ def _body(body: Body, scene: Scene, fidelity: Fidelity) -> Choice:
     if body.scattering == "optics":
         return Choice(what, True, f"physical optics, up to {fidelity.bounces} bounces, {laid}{_coarsely(body, scene)}")
     if fidelity.sampler != "scatterers":
-        rays = f"{SAMPLER_WORDS[fidelity.sampler]} rays, {scene.radar.rays} to 3 x 3 beamwidths"
+        rays = f"{SAMPLER_WORDS[fidelity.sampler]} rays, {scene.radar.rays} to 3 x 3 beamwidths ({_missed(scene)})"
         return Choice(what, True, f"diffuse, {laid}, by {rays}; beyond 1.5 beamwidths above and below nothing is met")
     return Choice(what, True, f"diffuse, {laid}, {fidelity.scatterers_per_cell:g} scatterers to a resolution cell")
 

@@ -4,6 +4,7 @@ import numpy as np
 
 SCATTER, NOISE, FLUCTUATION, RAYS, CAST = 1, 2, 3, 4, 5  # purposes, the first key after the seed
 SPECKLE, TEXTURE, INTERFERENCE = 21, 22, 23
+CHART = 40  # draws of the study of speed against accuracy
 _WORD = 2**64  # each key is one 64-bit word, so (2**32,) and (0, 1) cannot meet
 
 

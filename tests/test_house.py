@@ -34,7 +34,7 @@ HOMES = {
     "prometheus_client": ("radar_service.stream.metrics",),
     "msgpack": ("radar_service.stream.wire",),
     "websockets": ("clients.ppi",),
-    "PIL": ("radar_service.scene", "radar_service.display"),
+    "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
 }
 NAMELESS = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")
 

@@ -18,7 +18,7 @@ from tests.reference import make_scenes
 Floats = NDArray[np.float64]
 
 FOLDER = Path(__file__).parents[1] / "scenes"
-NAMES = ["harbour", "open-sea", "orientation", "worked-example"]
+NAMES = ["far-target", "harbour", "open-sea", "orientation", "worked-example"]
 
 
 @cache

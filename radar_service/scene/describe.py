@@ -10,6 +10,7 @@ from radar_service.frames import effective_earth_radius, polar_from_map
 from radar_service.scene.model import SceneModel
 from radar_service.scene.world import Body, Motion, Pattern, Radar, Scene, Taylor
 
+APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
 TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam (DESIGN section 3, row 2)
 
 
@@ -39,6 +40,28 @@ def two_way_beamwidth(radar: Radar) -> float | None:
     return None if share is None else share * radar.beamwidth
 
 
+def far_field(radar: Radar) -> float:
+    """Range [m] from which the beam is formed: 2 D^2 / lambda of a uniform aperture D that has the narrower beamwidth."""
+    aperture = APERTURE * radar.wavelength / min(radar.beamwidth, radar.beamwidth_el)
+    return 2.0 * aperture**2 / radar.wavelength
+
+
+def _pattern_text(pattern: Pattern) -> str:
+    if isinstance(pattern, Taylor):
+        return f"taylor, sidelobes {pattern.sidelobe_db:g} dB down, nbar {pattern.nbar}"
+    return pattern if isinstance(pattern, str) else f"a table of {len(pattern)} rows"
+
+
+def _straddling(radar: Radar) -> str:
+    """What half-way between spokes is lost, where that is more than half the power."""
+    steps = radar.beamwidth / radar.azimuth_step
+    if radar.pattern != "sinc2" or TWO_WAY_SINC2 * steps >= 1.0:
+        return ""
+    offset = APERTURE / (2.0 * steps)
+    loss_db = -40.0 * math.log10(max(abs(np.sinc(offset)), 1e-6))
+    return f"; half-way between spokes {loss_db:.1f} dB are lost"
+
+
 def radar_horizon(scene: Scene, height: float = 0.0) -> float:
     """Ground distance [m] at which a target `height` [m] above the sea sinks below the horizon; inf on a flat earth."""
     radius = effective_earth_radius(scene.environment.earth_factor)
@@ -62,7 +85,8 @@ def _radar_lines(radar: Radar) -> list[str]:
         f"  range     to {radar.range_max:g} m in {radar.bins} bins of {radar.range_step:.4f} m",
         f"  resolves  {_resolution_text(radar)}",
         f"  scan      {radar.azimuths} spokes, {step:.4g} degrees, {rpm:g} rpm, {rate:.1f} spokes/s",
-        f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern})",
+        f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern}){_straddling(radar)}",
+        f"  far field from {far_field(radar):.3g} m on; nearer the beam is not formed, which is not modelled",
     ]
 
 

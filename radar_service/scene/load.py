@@ -14,6 +14,7 @@ from radar_service.constants import EARTH_RADIUS
 from radar_service.scene import raster
 from radar_service.scene.builder import Builder, InProcess
 from radar_service.scene.convert import environment_from_model, interferer_from_model, radar_from_model
+from radar_service.scene.doubts import check_power, doubts
 from radar_service.scene.error import SceneError
 from radar_service.scene.faults import limited
 from radar_service.scene.files import SceneFolder
@@ -57,7 +58,9 @@ def scene_from_model(model: SceneModel, folder: Path | None, builder: Builder = 
     if loader.problems:
         raise limited(loader.problems)
     assert loader.own_ship is not None and loader.environment is not None
+    check_power(loader.radar, bodies)
     loader.warn_of_distance()
+    loader.warnings.extend(doubts(loader.radar, loader.own_ship, bodies))
     scene = Scene(
         model.name, loader.origin, loader.radar, loader.environment, loader.own_ship, tuple(bodies), tuple(loader.warnings),
         tuple(interferer_from_model(other) for other in model.interference),

@@ -1,0 +1,164 @@
+"""The study of speed against accuracy: measure, judge, draw, write."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from radar_service.scene.error import SceneError
+from radar_service.scene.world import Scene
+from radar_service.study.chart.drawing import Panel, chart_sheet
+from radar_service.study.chart.field_panel import field_points, task_for, turns_of
+from radar_service.study.chart.point import Point, pareto
+from radar_service.study.chart.power_panel import power_points, windows_of
+from radar_service.study.chart.provenance import commit, machine
+from radar_service.study.chart.reading import reading
+from radar_service.study.chart.samplers import samplers
+from radar_service.study.chart.signal_chain import methods
+from radar_service.study.chart.still import all_echoes, diffuse_alone, landscape_of, stopped
+from radar_service.study.chart.surface_twin import SurfaceTwin
+from radar_service.study.chart.twin import twin_error_db
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much is measured: echoes kept for errors, tiles of spokes compared, repeats of each time, targets, most draws of a
+    sampler, most rays to a box, and directions across and up the lattice of the surfaces' twin."""
+
+    echoes: int
+    tiles: int
+    repeats: int
+    targets: int
+    draws: int
+    rays: int
+    lattice: tuple[int, int]
+
+
+FULL = Effort(400, 3, 3, 8, 512, 32_000, (128, 256))
+QUICK = Effort(40, 1, 2, 3, 4, 2_000, (32, 64))
+FIELD_TITLE, POWER_TITLE = "Signal chain: field against the closed form", "Samplers: mean power of targets"
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Points, and what else chart.json says."""
+
+    scene: Scene
+    points: tuple[Point, ...]
+    facts: dict[str, Any]
+
+    @property
+    def real_time(self) -> float:
+        """Seconds that one azimuth may take at the scene's rpm."""
+        return self.scene.radar.spoke_period
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data: every point, the front of each panel as indices, the reading, the machine and the commit."""
+        fronts = {
+            panel: [self.points.index(p) for p in pareto(q for q in self.points if q.panel == panel)]
+            for panel in ("field", "power")
+        }
+        return {
+            "scene": self.scene.name, "commit": commit(), "machine": machine(),
+            "real_time_seconds_per_azimuth": self.real_time,
+            **self.facts, "reading": reading(self.points, self.real_time), "fronts": fronts,
+            "points": [point.as_dict() for point in self.points],
+        }  # fmt: skip
+
+
+def measured(scene: Scene, seed: int = 0, effort: Effort = FULL, bar: bool = False) -> Chart:
+    """All methods on one scene. bar: show progress on a terminal. Raises SceneError where there is nothing to compare."""
+    still = stopped(scene)
+    found, facts = [], {"seed": seed}
+    for part in (_field, _power):
+        points, said = part(still, seed, effort, bar)
+        found += points
+        facts |= said
+    if not found:
+        raise SceneError(
+            f'scene "{scene.name}": it has neither a chirp with an echo nor a diffuse surface in sight, so nothing can be '
+            "compared; add a body in sight"
+        )  # fmt: skip
+    return Chart(scene, tuple(found), facts)
+
+
+def _field(scene: Scene, seed: int, effort: Effort, bar: bool) -> tuple[list[Point], dict[str, Any]]:
+    """Points of the signal chain, none where there is no chirp or no echo."""
+    radar = scene.radar
+    echoes = all_echoes(scene, seed)
+    if radar.modulation != "lfm" or not np.any(echoes.range < radar.range_max):
+        return [], {}
+    task, all_methods = task_for(radar, echoes, effort.echoes, effort.tiles, seed), methods(radar)
+    points = _with_bar(
+        "signal chain", turns_of(all_methods, effort.repeats), bar,
+        lambda done: field_points(task, all_methods, effort.repeats, done),
+    )  # fmt: skip
+    return points, {
+        "field_echoes": len(echoes.range),
+        "field_echoes_compared": len(task.thinned.range),
+        "field_spokes_compared": len(task.spokes),
+        "field_twin_error_db": twin_error_db(radar),
+    }
+
+
+def _power(scene: Scene, seed: int, effort: Effort, bar: bool) -> tuple[list[Point], dict[str, Any]]:
+    """Points of the samplers, none where there is no diffuse surface in sight."""
+    scene = diffuse_alone(scene)
+    if not scene.bodies:
+        return [], {}
+    windows = windows_of(scene, all_echoes(scene, seed + 1), effort.targets)
+    twin, (across, upward) = SurfaceTwin(scene), effort.lattice
+    truth = np.array([twin.power(window, across, upward) for window in windows])
+    coarse = np.array([twin.power(window, across // 2, upward // 2) for window in windows])
+    seen = np.flatnonzero((truth > 0.0) & (coarse > 0.0))
+    if not len(seen):
+        return [], {}
+    kept = [windows[k] for k in seen]
+    tried = samplers(scene, kept, landscape_of(scene), effort.rays)
+    points = _with_bar(
+        "samplers", sum(min(effort.draws, s.draws) for s in tried), bar,
+        lambda done: power_points(tried, truth[seen], effort.draws, seed, done),
+    )  # fmt: skip
+    doubt = float(np.abs(10.0 * np.log10(truth[seen] / coarse[seen])).max())
+    return points, {"power_targets": len(kept), "power_twin_error_db": doubt}
+
+
+def _with_bar(words: str, total: int, wanted: bool, work: Callable[[Callable[[], object]], list[Point]]) -> list[Point]:
+    with tqdm(total=total, desc=words, disable=None if wanted else True) as bar:
+        return work(bar.update)
+
+
+def write(chart: Chart, folder: Path) -> dict[str, Any]:
+    """chart.svg, chart.png, chart.json and reading.txt into an existing folder; what chart.json says."""
+    said = chart.as_dict()
+    sheet = chart_sheet(f'Speed against accuracy on "{chart.scene.name}"', _subtitle(said), _panels(chart), chart.real_time)
+    (folder / "chart.svg").write_text(sheet.svg(said["reading"]), encoding="utf-8")
+    (folder / "chart.png").write_bytes(sheet.png())
+    (folder / "chart.json").write_text(json.dumps(said, indent=1), encoding="utf-8")
+    (folder / "reading.txt").write_text(said["reading"] + "\n", encoding="utf-8")
+    return said
+
+
+def _panels(chart: Chart) -> list[Panel]:
+    field, power = ([p for p in chart.points if p.panel == panel] for panel in ("field", "power"))
+    panels = [
+        Panel(FIELD_TITLE, "relative field error, dB", field, logarithmic=False, lowest=-120.0),
+        Panel(POWER_TITLE, "error of the mean and spread of one draw, dB", power, logarithmic=True, lowest=0.01),
+    ]
+    return [panel for panel in panels if panel.points]
+
+
+def _subtitle(said: dict[str, Any]) -> str:
+    where = said["machine"]
+    return (
+        f"lower left is better; grey band: Pareto front; hollow: time carried over from fewer echoes. "
+        f"{where['processor']}, {_short(said['commit'])}"
+    )
+
+
+def _short(commit: str) -> str:
+    return commit if commit.startswith("version") else f"commit {commit[:10]}"
