@@ -14,7 +14,7 @@ def pixel_size(fine: int = 1) -> Finding:
     left: dict[Interpolation, list[float]] = {"bilinear": [], "peak": []}
     for ratio in ratios:
         for kind, found in left.items():
-            found.append(_faintest(kind, max(4, round(2 * BINS / ratio)), 12 * fine))
+            found.append(_faintest(kind, max(4, round(2 * BINS / ratio)), 12))
     return Finding(
         "pixels against bins", "single bright cells, scan converted with pixels of different size",
         Axis("pixel / range bin [1]", log=True), places(ratios), Axis("brightness left of the faintest [1]"),

@@ -37,7 +37,7 @@ def page(findings: Sequence[Finding]) -> str:
     count = Counter(finding.verdict for finding in findings)
     summary = ", ".join(f"{count[verdict]} {verdict}" for verdict in VERDICTS if count[verdict])
     rows = "".join(_row(k, finding) for k, finding in enumerate(findings))
-    head = "<tr><th>region</th><th>fails beyond</th><th>what the service does</th></tr>"
+    head = "<tr><th>region</th><th>where it fails</th><th>what the service does</th></tr>"
     return (
         "<!doctype html><html lang='en'><head><meta charset='utf-8'><title>Where it breaks</title>"
         f"<meta name='viewport' content='width=device-width'><style>{STYLE}</style></head><body><h1>Where it breaks</h1>"
@@ -49,7 +49,7 @@ def page(findings: Sequence[Finding]) -> str:
 def boundary_text(finding: Finding) -> str:
     """Where it fails, in words; it may hold SVG's raised exponents, see `plain`."""
     if finding.boundary is None:
-        return f"nowhere: {escape(finding.driven.label)} {plain(finding.places[0])} to {plain(finding.places[-1])}"
+        return f"no place driven, {escape(finding.driven.label)} {plain(finding.places[0])} to {plain(finding.places[-1])}"
     return f"{escape(finding.driven.label)} = {plain(finding.boundary)}"
 
 
@@ -68,6 +68,6 @@ def _sections(findings: Sequence[Finding]) -> Iterator[str]:
         yield (
             f"<section id='r{k}'><h2>{escape(finding.name)}</h2><p>{escape(finding.method)}</p>"
             f"{svg(finding)}{legend(finding)}"
-            f"<p>Fails beyond {boundary_text(finding)} ({escape(finding.why)}).</p>"
+            f"<p>Fails at {boundary_text(finding)} ({escape(finding.why)}).</p>"
             f"<p><span class='verdict'>The service: {finding.verdict}.</span> {escape(finding.service)}</p></section>"
         )
