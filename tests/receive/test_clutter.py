@@ -1,6 +1,6 @@
 """Clutter as it arrives in the profiles: level by the radar equation, laws and correlations by closed forms."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -11,6 +11,8 @@ from scipy.integrate import quad
 
 import radar_service as rs
 from radar_service.echo.sea_clutter import mean_sigma0, texture_shape, wind_factor
+from radar_service.receive.clutter import resolution_cell, sea_power
+from radar_service.receive.compression import compression_for
 from tests.reference.compressed_pulse import compressed_pulse, sinc2_beam
 from tests.scenes import point, scene
 
@@ -42,13 +44,26 @@ def cell_by_hand(made: rs.Scene, range_step: float) -> tuple[float, float]:
     return 2 / 3 * radar.beamwidth / 0.885893, float(pulse.sum()) * range_step
 
 
-def mean_by_hand(made: rs.Scene, scan: rs.Scan) -> Floats:
+class Instant(NamedTuple):
+    """What of a scan its mean power depends on."""
+
+    range: Floats
+    azimuth: Floats
+    range_step: float
+
+
+def grazing_by_hand(made: rs.Scene, r: Floats) -> Floats:
+    """Grazing angle [rad] at the sea, on the parabola z = -d^2 / (2 ae)."""
+    d = np.sqrt(np.maximum(r**2 - (made.radar.height + r**2 / (2 * EARTH)) ** 2, 0))
+    return np.asarray(np.arcsin(np.minimum((made.radar.height + d**2 / (2 * EARTH)) / r, 1)) - d / EARTH)
+
+
+def mean_by_hand(made: rs.Scene, scan: rs.Scan | Instant) -> Floats:
     """Mean power (A, N) [W]: Pt G^2 lambda^2 sigma0 A G_el^2 L / ((4 pi)^3 R^4), A = R x width x length."""
     radar, r = made.radar, scan.range
     width, length = cell_by_hand(made, scan.range_step)
-    d = np.sqrt(np.maximum(r**2 - (radar.height + r**2 / (2 * EARTH)) ** 2, 0))
-    elevation = -np.arcsin(np.minimum((radar.height + d**2 / (2 * EARTH)) / r, 1))
-    psi = -elevation - d / EARTH
+    psi = grazing_by_hand(made, r)
+    elevation = -psi - r * np.cos(psi) / EARTH
     sigma = mean_sigma0(psi, radar.frequency, made.environment.sea_state, "h") * r * width * length
     sigma = sigma * wind_factor((scan.azimuth - made.environment.wind_from)[:, None], psi, WAVELENGTH)
     loss = 10 ** (-0.2 * made.environment.gas_db_per_km * r / 1000)
@@ -78,6 +93,21 @@ def test_mean_power_is_the_radar_equation() -> None:
     for part in (*np.array_split(ratio, 5, axis=2), *np.array_split(ratio, 9, axis=1)):
         assert part.mean() == pytest.approx(1.0, abs=5 * spread / np.sqrt(part.size))
     assert ratio.mean() == pytest.approx(1.0, abs=5 * spread / np.sqrt(ratio.size))
+
+
+def test_mean_power_by_hand_at_every_range() -> None:
+    """From under the antenna to past the horizon, through a vertical beam of 5 degrees that looks level: the cell's width
+    and length, and with them the power, by hand to 2e-3 (what the sampled band cuts off a chirp of only 20 cycles)."""
+    made = sea(APART | {"range_max_m": 18_000, "beamwidth_el_deg": 5}, gas_db_per_km=0.1)
+    radar = made.radar
+    cell = resolution_cell(lambda x: sinc2_beam(x, radar.beamwidth), compression_for(radar, 6), radar.range_step)
+    assert (cell.width, cell.length) == pytest.approx(cell_by_hand(made, radar.range_step), rel=2e-3)
+    distance = (np.arange(radar.bins, dtype=np.float64) + 0.5) * radar.range_step
+    upwind = Instant(distance, np.array([made.environment.wind_from]), radar.range_step)
+    by_hand = mean_by_hand(made, upwind)[0] / wind_factor(np.array(0.0), grazing_by_hand(made, distance), WAVELENGTH)
+    power = sea_power(made, distance, cell, EARTH)
+    assert power[0] == 0.0  # 10 m, with the antenna 15 m up
+    np.testing.assert_allclose(power[1:], by_hand[1:], rtol=2e-3, atol=1e-30)
 
 
 @pytest.mark.parametrize("shape", [0.5, 1.0, 5.0])
@@ -257,10 +287,11 @@ def test_clutter_below_the_noise_is_left_out() -> None:
 
 
 @pytest.mark.parametrize("pulse", [{"pulse_s": 4e-6}, {"modulation": "none", "pulse_s": 0.25e-6, "bandwidth_hz": None}])
-def test_a_deaf_radar_hears_less_clutter(pulse: dict[str, Any]) -> None:
+@pytest.mark.parametrize("rain", [{}, {"sea_state": 0, "rain_mm_h": 20}], ids=["sea", "rain"])
+def test_a_deaf_radar_hears_less_clutter(pulse: dict[str, Any], rain: dict[str, Any]) -> None:
     """One antenna: an echo that begins while the radar still sends loses that part; past c T / 2 nothing is lost."""
     radar = {key: value for key, value in (CLOSE | pulse).items() if value is not None}
-    open_ears, deaf = (rs.Simulator(sea(radar | {"eclipsing": e}, 1000.0), seed=1).scan() for e in (False, True))
+    open_ears, deaf = (rs.Simulator(sea(radar | {"eclipsing": e}, 1000.0, **rain), seed=1).scan() for e in (False, True))
     past = open_ears.range > 299_792_458 * radar["pulse_s"] / 2 + 60
     np.testing.assert_allclose(deaf.power[:, past], open_ears.power[:, past], rtol=2e-3)
     near = (open_ears.range > 16) & (open_ears.range < 299_792_458 * radar["pulse_s"] / 8)

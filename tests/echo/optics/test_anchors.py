@@ -23,6 +23,7 @@ from tests.echo.optics.meshes import (
     loaded,
     optical,
     plate,
+    sheet,
     sphere,
     toward,
     trihedral,
@@ -144,6 +145,18 @@ def test_trihedral_needs_its_third_bounce(tmp_path: Path) -> None:
     made = loaded(tmp_path, trihedral(0.6, 1, True))
     full, short = (cross_section(optical(made, b), toward([1, 1, 1], 5000)) for b in (3, 2))
     assert decibels(short) < decibels(full) - 10
+
+
+def test_a_path_must_see_the_radar_at_both_ends(tmp_path: Path) -> None:
+    """A slanting screen before one of a dihedral's plates leaves the other lit, but what it mirrors has no way back.
+    (Two bounces: a third, off the screen, leads back indeed.)"""
+    screen = sheet([1.0, 1.0, -0.6], [0.35, 1.05, 0.0], [0.0, 0.0, 1.2], 2)  # in line with the plate along y alone
+    corner = dihedral(0.6, 0.6, 1)
+    free, screened = (cross_section(optical(loaded(tmp_path, m), 2), toward([1, 1, 0], 3000)) for m in (
+        corner, np.concatenate([corner, screen])
+    ))  # fmt: skip
+    assert decibels(free) == pytest.approx(decibels(8 * np.pi * 0.6**4 / WAVELENGTH**2), abs=0.5)
+    assert decibels(screened) < decibels(free) - 15
 
 
 def test_winding_does_not_matter(tmp_path: Path) -> None:
