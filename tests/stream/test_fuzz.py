@@ -1,0 +1,165 @@
+"""REST fuzzed from its OpenAPI, scenes and mesh files by hypothesis: no answer of 500 or above, no hang, nothing left behind."""
+
+import gc
+import json
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import httpx
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
+
+from radar_service.scene.error import SceneError
+from radar_service.scene.sandbox import Sandbox
+from radar_service.scene.source import validated
+from radar_service.stream.app import create_app
+from radar_service.stream.pace import Pace
+from radar_service.stream.station import Station
+from radar_service.stream.transmitter import Settings
+from tests.scene.test_mesh import exported
+from tests.stream.fake import FakeEngine, factory, scene
+from tests.stream.serving import served
+
+FEW, SPOILT, MANY = 100, 50, 10_000
+QUICK = settings(
+    deadline=None, database=None, suppress_health_check=list(HealthCheck), phases=[Phase.generate], print_blob=False
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace(factor=5)), allow_truth=True)
+    with served(create_app([only]), [only]) as (host, port):
+        yield f"http://{host}:{port}"
+
+
+def fuzz(address: str, cases: int) -> dict[str, int]:
+    """So many requests made from the OpenAPI; how often each status came. Raises where one is 500 or above, or hangs."""
+    schema = schemathesis.openapi.from_url(f"{address}/api/openapi.json")
+    seen: dict[str, int] = {}
+    with httpx.Client(base_url=address, timeout=20) as http:
+
+        @seed(1)
+        @settings(QUICK, max_examples=cases)
+        @given(case=schema.as_strategy())
+        def ask(case: Any) -> None:
+            request = case.as_transport_kwargs()
+            told = {key: request.get(key) for key in ("params", "headers")}
+            told |= {"content": request["data"]} if isinstance(request.get("data"), bytes | str) else {}
+            told |= {"data": request["data"]} if isinstance(request.get("data"), dict) else {}
+            told |= {"json": request["json"]} if "json" in request else {}
+            told |= {"files": request["files"]} if request.get("files") else {}
+            try:
+                answer = http.request(request["method"], case.formatted_path, **told)
+            except (httpx.LocalProtocolError, httpx.InvalidURL, UnicodeEncodeError, TypeError):
+                return  # the client's own library will not send that
+            assert answer.status_code < 500 or (answer.status_code == 503 and "/health" in case.path), (request, answer.text)
+            seen[str(answer.status_code)] = seen.get(str(answer.status_code), 0) + 1
+
+        ask()
+    return seen
+
+
+def test_a_hundred_requests_made_from_the_openapi(address: str) -> None:
+    seen = fuzz(address, FEW)
+    assert sum(seen.values()) > FEW / 2 and seen.get("200", 0) > 2 and seen.get("422", 0) > 2, seen
+    assert httpx.get(f"{address}/api/health/ready", timeout=20).status_code == 200
+
+
+@pytest.mark.study
+def test_ten_thousand_requests_made_from_the_openapi(address: str, request: pytest.FixtureRequest) -> None:
+    if "study" not in str(request.config.option.markexpr):
+        pytest.skip("opt-in: -m study")
+
+    def held() -> tuple[int, int]:
+        gc.collect()
+        return len(os.listdir("/proc/self/fd")), len(gc.get_objects())
+
+    fuzz(address, FEW)
+    files, objects = held()
+    seen = fuzz(address, MANY)
+    after = held()
+    print(f"{sum(seen.values())} answers: {seen}; files {files} -> {after[0]}, objects {objects} -> {after[1]}")
+    assert after[0] <= files + 5 and after[1] < 1.2 * objects
+
+
+PLACES = st.sampled_from(
+    ["name", "radar", "radar.azimuths", "radar.rpm", "radar.range_max_m", "radar.window", "radar.pattern", "environment",
+     "environment.sea_state", "own_ship.heading_deg", "own_ship.waypoints", "body", "body.0", "body.0.shape",
+     "body.0.position_m", "body.0.mesh", "body.0.heightmap", "body.0.rcs_dbsm", "body.0.waypoints", "origin"]
+)  # fmt: skip
+ODD = st.recursive(
+    st.one_of(
+        st.none(), st.booleans(), st.integers(-(2**70), 2**70), st.floats(), st.text(max_size=8),
+        st.sampled_from(["../../etc/passwd", "C:\\x", "a.obj", "\x00", "point", "sphere", "hull", 1e308]),
+    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=5), inner, max_size=3)),
+    max_leaves=6,
+)  # fmt: skip
+
+
+def good() -> dict[str, Any]:
+    return {
+        "name": "good", "radar": {"azimuths": 24, "range_max_m": 200}, "environment": {}, "origin": None,
+        "own_ship": {"heading_deg": 0},
+        "body": [{"name": "a", "shape": "sphere", "radius_m": 1, "position_m": [50, 50, 1]}],
+    }  # fmt: skip
+
+
+def spoilt(changes: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A good scene with odd values in some places."""
+    made: Any = good()
+    for place, value in changes:
+        *way, last = place.split(".")
+        here = made
+        for step in way:
+            here = here[int(step)] if isinstance(here, list) and step.isdigit() and int(step) < len(here) else (
+                here.get(step) if isinstance(here, dict) else None
+            )  # fmt: skip
+        if isinstance(here, dict):
+            here[last] = value
+        elif isinstance(here, list) and last.isdigit() and int(last) < len(here):
+            here[int(last)] = value
+    return made  # type: ignore[no-any-return]
+
+
+@seed(2)
+@settings(QUICK, max_examples=SPOILT)
+@given(changes=st.lists(st.tuples(PLACES, ODD), min_size=1, max_size=3))
+def test_odd_scenes_are_taken_or_refused_with_the_place(address: str, changes: list[tuple[str, Any]]) -> None:
+    body = json.dumps({"scene": spoilt(changes)}).encode()  # NaN and Infinity as Python writes them
+    answer = httpx.put(
+        f"{address}/api/radars/0/scene", content=body, headers={"content-type": "application/json"}, timeout=20
+    )  # fmt: skip
+    assert answer.status_code in (200, 404, 422), (changes, answer.status_code, answer.text)
+    if answer.status_code == 422:
+        assert all(": " in line for line in answer.json()["detail"])
+        return
+    validated(spoilt(changes))  # what was taken is what the loader takes
+
+
+@pytest.fixture(scope="module")
+def sandbox() -> Iterator[Sandbox]:
+    limited = Sandbox()
+    yield limited
+    limited.close()
+
+
+@seed(3)
+@settings(QUICK, max_examples=SPOILT)
+@given(kind=st.sampled_from(["obj", "stl", "ply", "glb"]), data=st.data())
+def test_spoilt_mesh_files_are_taken_or_refused(sandbox: Sandbox, kind: str, data: st.DataObject) -> None:
+    content = bytearray(exported(kind))
+    for _ in range(data.draw(st.integers(1, 6))):
+        at = data.draw(st.integers(0, len(content) - 1))
+        content[at] = data.draw(st.integers(0, 255))
+    cut = data.draw(st.integers(1, len(content)))
+    try:
+        mesh = sandbox.mesh(bytes(content[: cut if cut % 3 == 0 else None]), f"a.{kind}", "here", 1.0, "z").mesh
+    except SceneError as fault:
+        assert str(fault).startswith("here")
+    else:
+        assert 0 < len(mesh.faces) <= 2 * 12 and 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices)
