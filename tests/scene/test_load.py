@@ -185,7 +185,10 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ({"body": [point(position_m=[0, 0, 0, 0])]}, "body[0].position_m: [0, 0, 0, 0] is not allowed; a list of 3 values"),
     ({"body": [point(position_m="here")]}, 'body[0].position_m: "here" is not allowed; a list of 3 values'),
     ({"body": [point(positon_m=[0, 0, 0])]}, 'body[0].positon_m: not a known key; did you mean "position_m"? (allowed: '),
-    ({"zzz": 1}, "zzz: not a known key; remove it (allowed: name, origin, radar, own_ship, environment, body, interference)"),
+    (
+        {"zzz": 1},
+        "zzz: not a known key; remove it (allowed: name, origin, radar, own_ship, environment, body, interference)",
+    ),
     ({"radar": {"azimuths": 10**9}}, "radar.azimuths: 1000000000 is not allowed; a whole number from 4 to 16384; lower it"),
     ({"radar": {"azimuths": 10**400}}, "radar.azimuths: an integer of 1329 bits is not allowed; a whole number from 4"),
     ({"radar": {"azimuths": 720.5}}, "radar.azimuths: 720.5 is not allowed; a whole number"),
