@@ -11,6 +11,8 @@ from radar_service.scene.fields import Bearing, Flag, Number, Section, Whole
 MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
 MAX_BINS = 65_536  # 64 NM at 0.9 m
 MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
+ROWS_PER_BEAM = 5.14  # of the grid on which a turn is laid (receive/beam.py: oversampling of 2.9 x 2 x 0.886)
+MAX_GRID = 2**27  # its cells, 24 bytes each while they are laid: 3 GB
 MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
 LEAST_CHIRP = 4  # bandwidth x pulse: below, the chirp's spectrum is that of its edges and twice as wide as the band
 RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: outside, 3 and 13 dB of signal to noise are given away
@@ -171,6 +173,12 @@ def _check_beam(radar: RadarModel) -> None:
         raise ValueError(
             f"beamwidth_deg: {radar.beamwidth_deg:g} is narrower than the {step_deg:.4g} degrees from spoke to spoke, so "
             f"targets fall between; raise azimuths to {math.ceil(360 / radar.beamwidth_deg)} or set coarse_azimuths = true"
+        )
+    rows = ROWS_PER_BEAM * 360.0 / radar.beamwidth_deg * (3.15 if radar.pattern == "printed" else 1.0)
+    if rows * radar.bins > MAX_GRID:
+        raise ValueError(
+            f"beamwidth_deg: {radar.beamwidth_deg:g} degrees take a grid of {rows:.0f} rows x {radar.bins} range bins; at "
+            f"most {MAX_GRID} cells are allowed: widen the beam, or lower range_max_m or sample_rate_hz"
         )
 
 

@@ -30,6 +30,10 @@ LIGHT = 299_792_458.0
         ({"modulation": "none", "bandwidth_hz": 50e6}, "radar.bandwidth_hz: 5e+07 Hz x 1e-05 s is 500; the receiver"),
         ({"modulation": "none", "window": "hamming"}, 'radar.window: "hamming" weighs a chirp, and modulation = "none"'),
         ({"pattern_el": [[0, 0], [0, -3]]}, "radar.pattern_el: the offsets start at 0 and rise strictly"),
+        (
+            {"beamwidth_deg": 0.1, "coarse_azimuths": True, "range_max_m": 20_000},
+            "radar.beamwidth_deg: 0.1 degrees take a grid of 18504 rows x 10007 range bins; at most 134217728 cells",
+        ),
         ({"taylor_nbar": 1}, "radar.taylor_nbar: 1 is not allowed; a whole number from 2 to 20; raise it"),
     ],
 )  # fmt: skip
