@@ -31,7 +31,7 @@ WAVEFORMS: list[dict[str, Any]] = [
     {"modulation": "none", "pulse_s": 1.2e-6, "bandwidth_hz": 1e6, "sample_rate_hz": 60e6},
 ]
 REPETITIONS: list[dict[str, Any]] = [{}, {"prf_hz": 1000}, {"prf_hz": 50_000, "second_time_around": True}]
-PATTERNS = st.sampled_from(["sinc2", "printed", "gaussian", "taylor", "cosine", "cosine2", [[0, 0], [1, -300], [180, -300]]])
+PATTERNS = st.sampled_from(["sinc2", "printed", "gaussian", "taylor", "cosine", "cosine2", [[0, 0], [20, -3], [30, -300]]])
 
 
 @st.composite
