@@ -102,7 +102,7 @@ def lay_swept(
 def _series(drift: float, rows: int) -> tuple[int, int]:
     """Order of the series and number of groups of rows that lay a greatest `drift` [samples] within REACH at least cost."""
     choices = [(order, min(rows, int(np.ceil(drift / reach)) or 1)) for order, reach in enumerate(REACH)]
-    order, groups = min(choices, key=lambda choice: _cost(*choice, rows))
+    order, groups = min(choices, key=lambda choice: _cost(choice[0], choice[1], rows))
     return (order, groups) if groups < rows else (0, rows)
 
 
