@@ -40,7 +40,7 @@ def best_lag(before: NDArray[np.float64], after: NDArray[np.float64], most: int 
 
 
 def test_length_is_the_published_one_after_the_gamma_law() -> None:
-    """Watts at 11 m/s: 19.38 m across the wind, 38.76 m along it. The textures' correlation there is 1/e; 0.06 is the sampling
+    """Watts at 11 m/s: 19.38 m across the wind, 38.76 m along it. The textures' correlation there is 1/e; 0.06 is sampling
     error of 6 x 8 km / 2 L stretches whose texture has a fourth moment of 15."""
     gaussian = rows(60)[::10]
     texture = gamma_from_gaussian(gaussian, 2.0) - 1
