@@ -62,7 +62,7 @@ def db(factor: complex) -> float:
     [(2000, 9.59), (4000, 6.71), (6000, 11.37), (9416.5, 1.86), (12_000, 10.50), (15_000, 7.57), (20_000, -5.35)],
 )
 def test_the_table_of_a_perfect_mirror(distance: float, table_db: float) -> None:
-    """F^4 of 15 and 10 m on the 4/3 earth (reference values, rho = -1): the twin with that mirror to the last digit, and ours,
+    """F^4 of 15 and 10 m on the 4/3 earth (reference values, rho = -1): the twin with that mirror to the last digit; ours,
     which has the sea's own coefficient, within what that changes: (1 - |Gamma|) < 1 %, up to 0.3 dB near a null."""
     assert db(twin_factor(distance, mirror=-1.0)) == pytest.approx(table_db, abs=0.02)
     assert db(seen_factor(distance)) == pytest.approx(table_db, abs=0.3)

@@ -16,7 +16,8 @@ Floats = NDArray[np.float64]
 
 HALF_POWER_U = 0.442946470689452  # root of sinc(u)^2 = 1/2; twice it is the 0.8859 of the half-power width
 PLAIN_TAYLOR = Taylor(30.0, 4)  # nbar 4 is the least that holds 30 dB (Taylor 1955)
-WIDEST = 3.15  # of all patterns: the printed one has 2.783 / 0.8859 times the aperture that its beamwidth asks for
+PRINTED_APERTURE = 2.783 / (2.0 * HALF_POWER_U)  # times the uniform one of its nominal beamwidth
+TABLE_APERTURE = 1.7  # times the uniform one of its half-power width: somewhat more than a cosine-squared taper
 LOWEST_GAIN = 1e-30  # -300 dB: keeps the logarithm of a table's zeros finite
 
 
@@ -102,16 +103,25 @@ def one_way_gain(offset: Floats | float, beamwidth: float, pattern: Pattern = "s
 
 def aperture_beamwidth(beamwidth: float, pattern: Pattern) -> float:
     """Half-power width [rad] that a uniform aperture as long as this antenna's would have: it says how fast the gain
-    varies, and so how finely a turn must be sampled (0.8859 lambda / a; a table may be as fast as the printed pattern)."""
+    varies, and so how finely a turn must be sampled (0.8859 lambda / a)."""
     if isinstance(pattern, Taylor):
         _, _, half_power = _taylor_source(pattern)
         return beamwidth * HALF_POWER_U / half_power
-    if not isinstance(pattern, str) or pattern == "printed":
-        return beamwidth / WIDEST
+    if not isinstance(pattern, str):
+        return _table_beamwidth(pattern) / TABLE_APERTURE
+    if pattern == "printed":
+        return beamwidth / PRINTED_APERTURE
     sources = {"cosine": _cosine_source, "cosine2": _cosine2_source}
     if pattern in sources:
         return beamwidth * HALF_POWER_U / sources[pattern]()[2]
     return beamwidth
+
+
+def _table_beamwidth(table: tuple[tuple[float, float], ...]) -> float:
+    """Half-power width [rad] of a table; of a pattern that never falls so far, a whole turn."""
+    fine = np.linspace(0.0, np.pi, 100_001)
+    below = np.flatnonzero(table_gain(fine, table) < 0.5)
+    return 2.0 * float(fine[below[0]]) if len(below) else 2.0 * np.pi
 
 
 Source = tuple[tuple[float, ...], tuple[float, ...], float]  # places u, weights of the sincs there, u of half power

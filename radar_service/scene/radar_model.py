@@ -1,5 +1,6 @@
 """What a scene file may say about the radar, and which of its settings the physics cannot carry together."""
 
+import itertools
 import math
 from typing import Literal, Self
 
@@ -11,6 +12,9 @@ from radar_service.scene.fields import Bearing, Flag, Number, Section, Whole
 MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
 MAX_BINS = 65_536  # 64 NM at 0.9 m
 MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
+ROWS_PER_BEAM = 5.14  # of the grid on which a turn is laid (receive/beam.py: oversampling of 2.9 x 2 x 0.886)
+MAX_GRID = 2**27  # its cells, 24 bytes each while they are laid: 3 GB
+HALF_POWER_DB = -3.0103
 MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
 LEAST_CHIRP = 4  # bandwidth x pulse: below, the chirp's spectrum is that of its edges and twice as wide as the band
 RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: outside, 3 and 13 dB of signal to noise are given away
@@ -166,12 +170,31 @@ def _check_repetition(radar: RadarModel) -> None:
 
 
 def _check_beam(radar: RadarModel) -> None:
-    step_deg = 360.0 / radar.azimuths
-    if radar.beamwidth_deg < step_deg * (1.0 - 1e-9) and not radar.coarse_azimuths:
+    step_deg, width_deg, place = 360.0 / radar.azimuths, radar.beamwidth_deg, "beamwidth_deg"
+    finer = (
+        {"printed": 3.15}.get(radar.pattern, 1.0) if isinstance(radar.pattern, str) else 1.7
+    )  # as echo/antenna.py has them
+    if isinstance(radar.pattern, tuple):
+        width_deg, place = _half_power_width(radar.pattern), "pattern"
+    if width_deg < step_deg * (1.0 - 1e-9) and not radar.coarse_azimuths:
         raise ValueError(
-            f"beamwidth_deg: {radar.beamwidth_deg:g} is narrower than the {step_deg:.4g} degrees from spoke to spoke, so "
-            f"targets fall between; raise azimuths to {math.ceil(360 / radar.beamwidth_deg)} or set coarse_azimuths = true"
+            f"{place}: {width_deg:g} degrees are narrower than the {step_deg:.4g} degrees from spoke to spoke, so "
+            f"targets fall between; raise azimuths to {math.ceil(360 / width_deg)} or set coarse_azimuths = true"
         )
+    rows = ROWS_PER_BEAM * finer * 360.0 / width_deg
+    if rows * radar.bins > MAX_GRID:
+        raise ValueError(
+            f"{place}: {width_deg:g} degrees take a grid of {rows:.0f} rows x {radar.bins} range bins; at "
+            f"most {MAX_GRID} cells are allowed: widen the beam, or lower range_max_m or sample_rate_hz"
+        )
+
+
+def _half_power_width(table: PatternTable) -> float:
+    """Full width [degrees] at half power of a pattern in dB, straight between its rows; a turn where it stays above."""
+    for (left, high), (right, low) in itertools.pairwise(table):
+        if low < HALF_POWER_DB:
+            return 2.0 * (left + (right - left) * (HALF_POWER_DB - high) / (low - high))
+    return 360.0
 
 
 def _check_table(name: str, table: tuple[tuple[float, float], ...]) -> None:

@@ -130,9 +130,9 @@ def test_a_like_pulse_passes_a_plain_receiver_whole() -> None:
 
 
 def test_a_moving_own_ship_finds_the_other_where_it_stands() -> None:
-    """At (1000, 0), own ship going north at 20 m/s: bearing 090 at first, 135 after 50 s (past the other's beam)."""
-    own = {"course_deg": 0, "speed_kn": 20 / 0.514444}
-    other = OTHER | {"position_m": [1000, 0], "prf_hz": 20_000.0, "beamwidth_deg": 90, "rpm": 0.01}
+    """1000 m east, own ship going north at 20 m/s: bearing 090 at first, 135 after 50 s (past the other's beam)."""
+    own = {"position_m": [-500, 0], "course_deg": 0, "speed_kn": 20 / 0.514444}
+    other = OTHER | {"position_m": [500, 0], "prf_hz": 20_000.0, "beamwidth_deg": 90, "rpm": 0.01}
     del other["bearing_deg"]
     of = scene([], radar=RADAR, own_ship=own, interference=[other])
     found, time = heard(of, 21, seed=4)

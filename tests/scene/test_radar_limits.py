@@ -19,7 +19,7 @@ LIGHT = 299_792_458.0
     ("settings", "said"),
     [
         ({"sample_rate_hz": 40e6}, "radar.sample_rate_hz: 4e+07 is below the bandwidth; complex sampling needs at least"),
-        ({"beamwidth_deg": 0.4}, "radar.beamwidth_deg: 0.4 is narrower than the 0.5 degrees from spoke to spoke"),
+        ({"beamwidth_deg": 0.4}, "radar.beamwidth_deg: 0.4 degrees are narrower than the 0.5 degrees from spoke to spoke"),
         ({"beamwidth_deg": 0.4}, "raise azimuths to 900 or set coarse_azimuths = true"),
         ({"pulse_s": 0.05e-6}, 'radar.pulse_s: bandwidth x pulse is 2.5; a chirp needs at least 4: lengthen the pulse'),
         ({"pulse_s": 1e-3, "prf_hz": 1000, "bandwidth_hz": 1e6}, "radar.pulse_s: 0.001 s is not below the 0.001 s"),
@@ -30,6 +30,12 @@ LIGHT = 299_792_458.0
         ({"modulation": "none", "bandwidth_hz": 50e6}, "radar.bandwidth_hz: 5e+07 Hz x 1e-05 s is 500; the receiver"),
         ({"modulation": "none", "window": "hamming"}, 'radar.window: "hamming" weighs a chirp, and modulation = "none"'),
         ({"pattern_el": [[0, 0], [0, -3]]}, "radar.pattern_el: the offsets start at 0 and rise strictly"),
+        (
+            {"beamwidth_deg": 0.1, "coarse_azimuths": True, "range_max_m": 20_000},
+            "radar.beamwidth_deg: 0.1 degrees take a grid of 18504 rows x 10007 range bins; at most 134217728 cells",
+        ),
+        ({"pattern": [[0, 0], [0.1, -3.0103], [1, -40]]}, "radar.pattern: 0.2 degrees are narrower than the 0.5 degrees"),
+        ({"pattern": [[0, 0], [1e-3, -40]], "coarse_azimuths": True}, "radar.pattern: 0.00015"),
         ({"taylor_nbar": 1}, "radar.taylor_nbar: 1 is not allowed; a whole number from 2 to 20; raise it"),
     ],
 )  # fmt: skip
