@@ -32,6 +32,7 @@ HOMES = {
     ),
     "pydantic_core": ("radar_service.scene.faults",),
     "prometheus_client": ("radar_service.stream.metrics",),
+    "zstandard": ("radar_service.stream.wire",),
     "msgpack": ("radar_service.stream.wire",),
     "websockets": ("clients.ppi",),
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),

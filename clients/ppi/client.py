@@ -136,8 +136,9 @@ class FeedClient:
                     received = spokes_of(message)
                 except (LookupError, TypeError, ValueError) as fault:
                     raise FeedError(f"{self._address}: spokes that cannot be used: {fault!r}") from fault
-                for spoke in received[message["repeated"] :]:
-                    yield spoke
+                for spoke in received:
+                    if spoke.number >= message["first"] + message["repeated"]:
+                        yield spoke
 
     async def close(self) -> None:
         """Leave the radar; iterating again comes back."""
@@ -198,9 +199,9 @@ class FeedClient:
                     self._greet(message)
                 case "spokes":
                     self._check_epoch(message)
-                    if message["count"] != len(message["azimuth"]):
+                    if message["count"] != len(message["azimuth"]) and "row_first" not in message:
                         raise ValueError(f"{message['count']} spokes with {len(message['azimuth'])} azimuths")
-                    message["repeated"] = self.ledger.spokes(int(message["first"]), len(message["azimuth"]))
+                    message["repeated"] = self.ledger.spokes(int(message["first"]), int(message["count"]))
                 case "gap":
                     self._check_epoch(message)
                     self.ledger.gap(int(message["first"]), int(message["count"]))
@@ -249,11 +250,13 @@ def spokes_of(message: dict[str, Any]) -> list[ReceivedSpoke]:
     step = float(message["range_step_m"])
     places = float(message["range_first_m"]) + step * np.arange(samples.shape[1], dtype=np.float64)
     hidden = message.get("blind") or [False] * len(samples)
+    offset = message.get("row_first") or range(len(samples))
     return [
         ReceivedSpoke(
-            message["epoch"], message["first"] + k, message["scan"], message["index"] + k, float(message["time"][k]),
-            float(azimuth[k]), float(heading[k]), (float(message["position"][k][0]), float(message["position"][k][1])),
-            float(course[k]), float(message["speed"][k]), places, step, samples[k], bool(hidden[k]),
+            message["epoch"], message["first"] + offset[k], message["scan"], message["index"] + offset[k],
+            float(message["time"][k]), float(azimuth[k]), float(heading[k]),
+            (float(message["position"][k][0]), float(message["position"][k][1])), float(course[k]),
+            float(message["speed"][k]), places, step, samples[k], bool(hidden[k]),
         )
         for k in range(len(samples))
     ]  # fmt: skip

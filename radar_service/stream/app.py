@@ -10,6 +10,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, Response
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 from starlette.staticfiles import StaticFiles
 
 from radar_service.scene.error import SceneError
@@ -90,6 +91,10 @@ def _answer_faults(app: FastAPI) -> None:
     @app.exception_handler(RequestValidationError)
     async def invalid(_: Request, fault: RequestValidationError) -> JSONResponse:
         return refuse(422, problem_lines(fault.errors()))
+
+    @app.exception_handler(ClientDisconnect)
+    async def stopped(_: Request, fault: ClientDisconnect) -> JSONResponse:
+        return refuse(400, ["body: it stopped coming; send it whole"])
 
     @app.exception_handler(HTTPException)
     async def refused(_: Request, fault: HTTPException) -> JSONResponse:

@@ -11,6 +11,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service.scene.radar_model import MAX_BINS
 from radar_service.stream import wire
+from radar_service.stream.access import is_loopback
 from radar_service.stream.hub import Refused
 from radar_service.stream.mailbox import Client, Mode, View
 from radar_service.stream.station import Station
@@ -18,7 +19,8 @@ from radar_service.stream.station import Station
 BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503
 REFUSALS = {BAD_REQUEST: "feed request", FORBIDDEN: "feed rights", NOT_FOUND: "feed radar", UNAVAILABLE: "feed full or down"}
 GRACE = 2.0  # s to take the last message before the line is cut
-PARAMETERS = ("encoding", "bins", "truth", "mode", "since")
+PARAMETERS = ("encoding", "bins", "truth", "mode", "since", "sector", "spokes", "compress")
+MAX_MERGED = 32  # a message holds no more
 TICKET = "ticket"  # read before the request comes here
 
 
@@ -32,8 +34,11 @@ class Request:
     since: tuple[str, int] | None = None
 
 
-def request_from_query(query: Mapping[str, str]) -> Request:
-    """The request that a query string means. Raises ValueError naming the parameter, its value and what is allowed."""
+def request_from_query(query: Mapping[str, str], is_near: bool = True) -> Request:
+    """The request that a query string means; is_near: on this machine, where `compress=auto` is no compression.
+
+    Raises ValueError naming the parameter, its value and what is allowed.
+    """
     for key in query:
         if key not in (*PARAMETERS, TICKET):
             raise ValueError(f"{key[:40]}: the feed has no such parameter; it takes {', '.join(PARAMETERS)}")
@@ -46,16 +51,31 @@ def request_from_query(query: Mapping[str, str]) -> Request:
     truth = query.get("truth", "0")
     if truth not in ("0", "1"):
         raise ValueError(f'truth: "{truth[:40]}" is not 0 or 1')
-    view = View(encoding, _bins(query.get("bins", "")))
+    spokes = _whole("spokes", query.get("spokes", ""), MAX_MERGED, "leave it out for every spoke") or 1
+    compression = query.get("compress", "none")
+    if compression not in ("none", "auto", *wire.COMPRESSIONS):
+        raise ValueError(f'compress: "{compression[:40]}" is not one of none, auto, {", ".join(wire.COMPRESSIONS)}')
+    packing = {"none": "", "auto": "" if is_near else "zstd"}.get(compression, compression)
+    bins = _whole("bins", query.get("bins", ""), MAX_BINS, "leave it out for every cell")
+    view = View(encoding, bins, _sector(query.get("sector", "")), spokes, packing)
     return Request(view, cast(Mode, mode), truth == "1", _since(query.get("since", "")))
 
 
-def _bins(text: str) -> int | None:
+def _whole(name: str, text: str, most: int, otherwise: str) -> int | None:
     if not text:
         return None
-    if not re.fullmatch(r"[0-9]{1,6}", text) or not 1 <= int(text) <= MAX_BINS:
-        raise ValueError(f'bins: "{text[:40]}" is not a whole number from 1 to {MAX_BINS}; leave it out for every cell')
+    if not re.fullmatch(r"[0-9]{1,6}", text) or not 1 <= int(text) <= most:
+        raise ValueError(f'{name}: "{text[:40]}" is not a whole number from 1 to {most}; {otherwise}')
     return int(text)
+
+
+def _sector(text: str) -> tuple[int, int] | None:
+    if not text:
+        return None
+    found = re.fullmatch(r"([0-9]{1,3}),([0-9]{1,3})", text)
+    if not found or int(found[1]) > 360 or int(found[2]) > 360:
+        raise ValueError(f'sector: "{text[:40]}" is not FROM,TO: true bearings from 0 to 360 in whole degrees, clockwise')
+    return int(found[1]), int(found[2])
 
 
 def _since(text: str) -> tuple[str, int] | None:
@@ -103,7 +123,7 @@ def _admitted(
     if station is None:
         raise _Refusal(NOT_FOUND, f'radar: there is no "{socket.path_params["radar"][:40]}"; see /api/radars')
     try:
-        request = request_from_query(socket.query_params)
+        request = request_from_query(socket.query_params, _is_near(socket))
     except ValueError as fault:
         raise _Refusal(BAD_REQUEST, str(fault)) from None
     if request.truth and not station.allow_truth:
@@ -111,6 +131,10 @@ def _admitted(
     if request.mode == "lossless" and not may_command:
         raise _Refusal(FORBIDDEN, "mode: lossless holds up the radar for everybody; it needs the token to command")
     return station, Client(request.view, request.mode, request.truth), request.since
+
+
+def _is_near(socket: WebSocket) -> bool:
+    return socket.client is None or is_loopback(socket.client.host)
 
 
 async def _refuse(socket: WebSocket, code: int, reason: str) -> None:

@@ -1,7 +1,8 @@
 """One producer, many clients: a bounded mailbox for each, every view encoded once, a bounded history to resume from.
 
 The rules, all of them testable without a socket:
-1. A view is an encoding and a number of bins. A batch is encoded once per view, whoever asks; clients share the bytes.
+1. A view is an encoding, a number of bins, a sector, a merging, a packing. A batch is encoded once per
+   view, whoever asks; clients share the bytes.
 2. A `live` client that falls behind loses whole batches, oldest first, and finds a gap in their place.
 3. A `lossless` client makes the producer wait, at most PATIENCE; then it is told `bye` and let go.
 4. Sequence numbers count spokes within an epoch. A gap names exactly the numbers that this client will not see.
@@ -16,7 +17,7 @@ from dataclasses import dataclass, field
 
 from radar_service.stream import wire
 from radar_service.stream.mailbox import TOO_SLOW, Client, Item, Mode, View, gap
-from radar_service.stream.messages import last_spokes
+from radar_service.stream.shape import cut
 
 PATIENCE = 10.0  # s that a lossless client may hold up the simulation
 HISTORY_BYTES = 16 * 2**20  # per view: about a minute of 1 KiB spokes at 24 rpm and 720 azimuths
@@ -200,4 +201,4 @@ class Hub:
         count = item.first + item.count - wanted
         if not item.droppable:
             return gap(self.epoch, wanted, count, "the radar did not make them")
-        return Item(last_spokes(item.data, count), self.epoch, wanted, count, True)
+        return Item(wire.pack(cut(wire.unpack(item.data), count)), self.epoch, wanted, count, True)

@@ -21,10 +21,21 @@ GOING_AWAY, TOO_SLOW = 1001, 4408  # websocket close codes
 
 @dataclass(frozen=True)
 class View:
-    """What a client wants to see; bins None is one for every cell."""
+    """What a client wants to see; bins None is one for every cell.
+
+    sector: true bearings [degrees] from and to, clockwise, None all; spokes: how many neighbouring azimuths at most are
+    merged by their peaks; compression: of the samples, "" none.
+    """
 
     encoding: str
     bins: int | None = None
+    sector: tuple[int, int] | None = None
+    spokes: int = 1
+    compression: str = ""
+
+    def as_dict(self) -> dict[str, object]:
+        """What is shaped of it, in plain data."""
+        return {"sector_deg": self.sector and list(self.sector), "spokes": self.spokes, "compression": self.compression}
 
 
 @dataclass(frozen=True)

@@ -166,18 +166,6 @@ def spokes(
     return message | {"blind": hidden.tolist()} if hidden.any() else message
 
 
-def last_spokes(data: bytes, count: int) -> bytes:
-    """A packed `spokes` message cut down to its last `count` spokes."""
-    message = wire.unpack(data)
-    left_out = message["count"] - count
-    row = len(message["data"]) // message["count"]
-    for key in ("time", "azimuth", "heading", "position", "course", "speed", "blind"):
-        if key in message:
-            message[key] = message[key][left_out:]
-    changed = {"first": message["first"] + left_out, "count": count, "index": message["index"] + left_out}
-    return wire.pack(message | changed | {"data": message["data"][left_out * row :]})
-
-
 def truth(epoch: str, state: Truth) -> dict[str, Any]:
     """The state of everything, as the feed and REST send it."""
     return {"type": "truth", "epoch": epoch, **state.as_dict()}

@@ -234,7 +234,7 @@ class Station:
         def hello(view: View, mode: Mode) -> bytes:
             to, now = epoch.layout(view.bins), self.transmitter.simulated
             return wire.pack(
-                messages.hello(
+                {"view": view.as_dict()} | messages.hello(
                     epoch.name, self.identity, self.name, epoch.engine, view.encoding, to, now, self.controls(), mode,
                     self.allow_truth,
                 )

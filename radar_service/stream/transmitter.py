@@ -24,6 +24,7 @@ from radar_service.stream.hub import Batch
 from radar_service.stream.messages import Engine
 from radar_service.stream.outlet import Epoch, Outlet, new_epoch_name
 from radar_service.stream.pace import Pace, Schedule, batch_spokes
+from radar_service.stream.shape import shaped
 
 TRUTHS_PER_SCAN = 8  # enough to draw a track; their cost stays unseen
 WAIT_FOR_BLOCK = 0.25  # s between looks at whether there is something else to do
@@ -271,7 +272,7 @@ class Transmitter:
             message = messages.spokes(
                 epoch.name, self._number, part, view.encoding, epoch.layout(view.bins), controls, epoch.engine
             )
-            data[view] = wire.pack(message)
+            data[view] = wire.pack(shaped(message, view))
             count, seconds = self.encoding.get(view.encoding, (0, 0.0))
             self.encoding[view.encoding] = count + 1, seconds + self._clock() - began
         return Batch(epoch.name, self._number, len(part), data, self._truths(part))

@@ -7,11 +7,15 @@ hello   first message, and again whenever the epoch changes:
         protocol 1, epoch, radar {id, name, azimuths, rpm, bins, range_step_m, range_max_m, beamwidth_deg,
         beamwidth_el_deg, frequency_hz, height_m, blind_sectors_deg}, scene {name, origin {latitude_deg, longitude_deg} or
         nil, bodies, warnings}, seed, fidelity, plan, encoding {name, bins, range_step_m, range_first_m, range_m, dtype,
-        db_per_step, offset_db, ...}, controls {...}, clocks {simulated_s, utc, pace}, mode, truth (whether it may be had)
+        db_per_step, offset_db, ...}, view {sector_deg, spokes, compression}, controls {...},
+        clocks {simulated_s, utc, pace}, mode, truth (whether it may be had)
 spokes  first (sequence number of the first one), count, scan, index (of the first one within the scan),
         time [s of simulation, one each], azimuth [one each], heading [one each], position [[east, north] m, one each],
         course [one each], speed [m/s, one each], bins, range_step_m, range_first_m (where sample 0 stands), range (far
-        edge of the last cell, m), encoding, data (spokes x bins, row-major, little-endian), blind (bool each; absent: none)
+        edge of the last cell, m), encoding, data (spokes x bins, row-major, little-endian), blind (bool each; absent: none).
+        Where a view leaves out or merges spokes: row_first, row_count (a row stands for row_count spokes from
+        first + row_first on; lists are one each row; the other numbers were not asked for). Where it packs them: compression
+        (of data: zstd, or deflate as in RFC 1950)
 truth   time, own_ship {...}, bodies [{...}]: see records.BodyTruth, SI and radians
 gap     first, count, reason: exactly the spokes this client lost
 bye     reason; the server closes after it
@@ -23,15 +27,18 @@ f16     10 log10 P as float16 (-inf where P = 0);  f32: P as float32;  c64: the 
 Fewer bins than there are cells are made by keeping the strongest cell of each group.
 """
 
+import zlib
 from typing import Any
 
 import msgpack
 import numpy as np
+import zstandard
 from numpy.typing import NDArray
 
 PROTOCOL = 1
 TURN = 65_536  # wire units per revolution
 DTYPES = {"u8": "|u1", "u8-log": "|u1", "f16": "<f2", "f32": "<f4", "c64": "<c8"}
+COMPRESSIONS = ("zstd", "deflate")
 MAX_MESSAGE = 64 * 2**20  # bytes a decoder accepts
 
 
@@ -69,6 +76,31 @@ def samples(message: dict[str, Any]) -> NDArray[Any]:
     """The samples (spokes, bins) of a `spokes` message, as sent. Raises ValueError where size and shape disagree."""
     dtype = np.dtype(DTYPES[message["encoding"]])
     shape = (len(message["azimuth"]), int(message["bins"]))
-    if len(message["data"]) != shape[0] * shape[1] * dtype.itemsize:
-        raise ValueError(f"data: {len(message['data'])} bytes are not {shape[0]} x {shape[1]} samples of {dtype}")
-    return np.frombuffer(message["data"], dtype=dtype).reshape(shape)
+    size = shape[0] * shape[1] * dtype.itemsize
+    data = _unpacked(message["data"], message["compression"], size) if "compression" in message else message["data"]
+    if len(data) != size:
+        raise ValueError(f"data: {len(data)} bytes are not {shape[0]} x {shape[1]} samples of {dtype}")
+    return np.frombuffer(data, dtype=dtype).reshape(shape)
+
+
+def packed_samples(message: dict[str, Any], compression: str) -> dict[str, Any]:
+    """A `spokes` message with its data packed, at the quickest level."""
+    data = message["data"]
+    packed = zlib.compress(data, 1) if compression == "deflate" else zstandard.ZstdCompressor(level=1).compress(data)
+    return message | {"data": packed, "compression": compression}
+
+
+def _unpacked(data: bytes, compression: str, size: int) -> bytes:
+    """`size` bytes or fewer. Raises ValueError where there would be more, or `data` is nothing of the kind."""
+    if not 0 <= size <= MAX_MESSAGE:
+        raise ValueError(f"data: {size} bytes; at most {MAX_MESSAGE} are allowed")
+    try:
+        if compression == "deflate":
+            return zlib.decompressobj().decompress(data, size + 1)
+        if compression == "zstd":
+            with zstandard.ZstdDecompressor().stream_reader(data) as reader:
+                unpacked: bytes = reader.read(size + 1)
+                return unpacked
+    except (zlib.error, zstandard.ZstdError) as fault:
+        raise ValueError(f"data: not {compression}: {fault}") from fault
+    raise ValueError(f'compression: "{compression}" is not one of {", ".join(COMPRESSIONS)}')

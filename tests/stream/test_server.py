@@ -114,6 +114,23 @@ def test_malformed_requests_end_the_connection_only(rubbish: bytes) -> None:
         assert works(address)
 
 
+def test_a_body_that_stops_coming_is_refused_in_time(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("radar_service.stream.guard.BODY_SECONDS", 0.1)
+    head = (
+        b"POST /api/scenes HTTP/1.1\r\nhost: x\r\nconnection: close\r\ncontent-length: 99\r\ncontent-type: application/json"
+    )
+    with radar() as address:
+        with dialled(address) as connection:
+            connection.sendall(head + b'\r\n\r\n{"name"')
+            assert answer(connection).startswith(b"HTTP/1.1 400 ")
+        with dialled(address) as connection:
+            connection.sendall(head + b'\r\n\r\n{"name"')  # and gone
+        assert works(address)
+    assert "Traceback" not in capfd.readouterr().err
+
+
 FRAMES = {
     "unmasked": b"\x82\x01a", "reserved bits": b"\xf2\x80abcd", "unknown opcode": b"\x83\x80abcd",
     "half a ping": b"\x89\xfe\xff\xff", "claims 2^62 bytes": b"\x82\xff\x40" + b"\x00" * 7 + b"abcd",

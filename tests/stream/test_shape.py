@@ -1,0 +1,163 @@
+"""Sectors, merged spokes, packed samples: held against a slow twin that looks at one spoke at a time, and over the feed."""
+
+import asyncio
+import math
+import zlib
+from typing import Any
+
+import numpy as np
+import pytest
+import zstandard
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from clients.ppi.client import spokes_of
+from radar_service.stream import wire
+from radar_service.stream.app import create_app
+from radar_service.stream.feed import request_from_query
+from radar_service.stream.mailbox import View
+from radar_service.stream.pace import Pace
+from radar_service.stream.shape import cut, shaped
+from radar_service.stream.station import Station
+from radar_service.stream.transmitter import Settings
+from tests.stream.asgi import running
+from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
+
+BINS = 3
+
+
+def message(first: int, index: int, count: int, encoding: str = "f32") -> dict[str, Any]:
+    """Spokes of a scan of 72 azimuths, 5 degrees apart, with samples that say little about their neighbours."""
+    rows = np.random.default_rng(first).random((count, BINS, 2))
+    data = rows @ np.array([1, 1j]) if encoding == "c64" else rows[..., 0] * 255
+    k = np.arange(index, index + count)
+    text = {"type": "spokes", "epoch": "e", "first": first, "count": count, "scan": 2, "index": index, "bins": BINS}
+    text |= {"encoding": encoding, "data": data.astype(wire.DTYPES[encoding]).tobytes(), "time": (k * 0.5).tolist()}
+    text |= {"azimuth": (k * wire.TURN // 72).tolist(), "heading": k.tolist(), "position": [[float(n), 0.0] for n in k]}
+    return text | {"course": k.tolist(), "speed": k.tolist(), "range_first_m": 5.0, "range_step_m": 10.0}
+
+
+def twin(made: dict[str, Any], view: View) -> list[tuple[int, int, list[complex]]]:
+    """(number of the first spoke, how many, samples) of each row, spoke by spoke."""
+    rows: list[tuple[int, int, list[complex]]] = []
+    samples = wire.samples(made)
+    for k in range(made["count"]):
+        bearing_deg = made["azimuth"][k] * 360 / wire.TURN
+        if view.sector and not any(view.sector[0] <= bearing_deg + turn <= _end(*view.sector) for turn in (0, 360)):
+            continue
+        number, group = made["first"] + k, (made["index"] + k) // view.spokes
+        spoke = samples[k].tolist()
+        if rows and rows[-1][0] + rows[-1][1] == number and (made["index"] + k - 1) // view.spokes == group:
+            first, count, kept = rows.pop()
+            spoke = [old if abs(old) >= abs(new) else new for old, new in zip(kept, spoke, strict=True)]
+            rows.append((first, count + 1, spoke))
+        else:
+            rows.append((number, 1, spoke))
+    return rows
+
+
+def _end(start: int, stop: int) -> int:
+    return stop if stop >= start else stop + 360
+
+
+def rows_of(made: dict[str, Any]) -> list[tuple[int, int, list[complex]]]:
+    first = [made["first"] + offset for offset in made["row_first"]]
+    return list(zip(first, made["row_count"], wire.samples(made).tolist(), strict=True))
+
+
+SECTORS = st.one_of(st.none(), st.tuples(st.integers(0, 360), st.integers(0, 360)).filter(lambda s: s[0] != s[1]))
+
+
+@settings(deadline=None, derandomize=True)
+@given(
+    index=st.integers(0, 60), count=st.integers(1, 12), sector=SECTORS, spokes=st.integers(1, 32),
+    encoding=st.sampled_from(["u8", "f16", "f32", "c64"]), packing=st.sampled_from(["", "zstd", "deflate"]),
+)  # fmt: skip
+def test_rows_are_those_of_the_twin(
+    index: int, count: int, sector: tuple[int, int] | None, spokes: int, encoding: str, packing: str
+) -> None:
+    view = View(encoding, BINS, sector, spokes, packing)
+    made = message(1000 + index, index, count, encoding)
+    got = wire.unpack(wire.pack(shaped(made, view)))
+    assert (got["first"], got["count"]) == (made["first"], count)
+    if sector is None and spokes == 1:
+        assert "row_first" not in got and np.array_equal(wire.samples(got), wire.samples(made))
+        return
+    assert rows_of(got) == twin(made, view)
+    for left in range(1, count + 1):
+        rest = cut(got, left)
+        assert rest["first"] + rest["count"] == made["first"] + count and rest["count"] == left
+        held = [(first, size) for first, size, _ in rows_of(got) if first + size > rest["first"]]
+        assert [(f, n) for f, n, _ in rows_of(rest)] == [
+            (max(first, rest["first"]), first + size - max(first, rest["first"])) for first, size in held
+        ]
+        assert ("compression" in rest) == bool(packing)
+
+
+def test_a_row_stands_at_the_middle_of_its_spokes() -> None:
+    """Within 1.5 parts of 65536: half a part for the mean, one for each of its two whole numbers, both rounded down."""
+    got = shaped(message(0, 8, 8), View("f32", BINS, spokes=4))
+    middle = (np.array([9.5, 13.5]) * wire.TURN / 72).tolist()
+    assert got["azimuth"] == pytest.approx(middle, abs=1.5) and got["time"] == [4.75, 6.75]
+    assert [spoke.number for spoke in spokes_of(got)] == [0, 4] and got["heading"] == [9, 13]
+
+
+def test_a_sector_may_cross_north_and_may_be_the_whole_circle() -> None:
+    whole = message(0, 0, 32) | {"azimuth": [k * wire.TURN // 32 for k in range(32)]}
+    assert shaped(whole, View("f32", BINS, (350, 12)))["row_first"] == [0, 1]
+    assert len(shaped(whole, View("f32", BINS, (0, 360)))["row_first"]) == 32
+    nothing = shaped(whole, View("f32", BINS, (1, 2)))
+    assert nothing["row_first"] == [] and wire.samples(nothing).shape == (0, BINS) and nothing["count"] == 32
+
+
+@pytest.mark.parametrize(
+    ("data", "compression"),
+    [
+        (b"rubbish", "zstd"), (b"rubbish", "deflate"), (zlib.compress(bytes(10**8), 9), "deflate"),
+        (zstandard.compress(bytes(10**8)), "zstd"), (zstandard.compress(b"short"), "zstd"), (bytes(12), "brotli"),
+        (b"", "zstd"),
+    ],
+)  # fmt: skip
+def test_packed_samples_that_are_too_many_or_nonsense_are_refused(data: bytes, compression: str) -> None:
+    with pytest.raises(ValueError, match="^(data|compression): "):
+        wire.samples(message(0, 0, 1) | {"data": data, "compression": compression})
+
+
+@pytest.mark.parametrize(
+    ("query", "is_near", "view"),
+    [
+        ({"sector": "350,10", "spokes": "4", "compress": "zstd"}, True, View("u8", None, (350, 10), 4, "zstd")),
+        ({"compress": "auto"}, True, View("u8")), ({"compress": "auto"}, False, View("u8", compression="zstd")),
+        ({"compress": "none"}, False, View("u8")), ({}, False, View("u8")),
+    ],
+)  # fmt: skip
+def test_compression_is_off_on_this_machine_unless_it_is_asked_for(query: dict[str, str], is_near: bool, view: View) -> None:
+    assert request_from_query(query, is_near).view == view
+
+
+@pytest.mark.parametrize(
+    "query", [{"sector": "1"}, {"sector": "1,361"}, {"sector": "-1,5"}, {"sector": "a,b"}, {"spokes": "0"}, {"spokes": "33"},
+              {"compress": "lz4"}, {"spokes": "1e1"}]
+)  # fmt: skip
+def test_an_odd_wish_is_refused_with_its_name(query: dict[str, str]) -> None:
+    with pytest.raises(ValueError, match=f"^{next(iter(query))}: "):
+        request_from_query(query)
+
+
+def test_a_shaped_feed_covers_every_number_and_resumes_without_hole_or_double() -> None:
+    async def whole() -> None:
+        only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("run", math.inf)))
+        async with running(create_app([only])) as server:
+            query = "?encoding=f32&sector=0,90&spokes=2&compress=zstd&mode=lossless"
+            feed = await server.feed(query)
+            hello = await feed.receive()
+            assert hello["view"] == {"sector_deg": [0, 90], "spokes": 2, "compression": "zstd"}
+            messages = await feed.spokes(3 * AZIMUTHS)
+            assert all(a["first"] + a["count"] == b["first"] for a, b in zip(messages, messages[1:], strict=False))
+            azimuths = {spoke.azimuth for m in messages for spoke in spokes_of(m)}
+            assert 0 < len(azimuths) and max(azimuths) <= math.pi / 2 + 1e-3
+            wanted = messages[1]["first"] + 1
+            again = await server.feed(f"{query.replace('&mode=lossless', '')}&since={hello['epoch']}:{wanted}")
+            assert (await again.until("spokes"))["first"] == wanted
+
+    asyncio.run(asyncio.wait_for(whole(), 20))
