@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.corrected import TILE, CorrectedChain
+from radar_service.corrected import CorrectedChain
 from radar_service.echo.sight import Landscape
 from radar_service.fidelity import fidelity_from_name
 from tests.reference.compressed_pulse import point_field, sinc2_beam
@@ -28,8 +28,8 @@ def twin(made: rs.Scene, chain: CorrectedChain, scan: int, ranges: Array) -> Arr
     """The field of what the chain says is seen in each glance, every azimuth at its own instant."""
     radar = made.radar
     rows = []
-    for start in range(0, radar.azimuths, TILE):
-        number = scan * radar.azimuths + np.arange(start, min(start + TILE, radar.azimuths))
+    for start in range(0, radar.azimuths, chain.rows):
+        number = scan * radar.azimuths + np.arange(start, min(start + chain.rows, radar.azimuths))
         time = number * radar.spoke_period
         seen = chain.moving._glance(int(time[len(time) // 2] // chain.moving.interval)).seen
         place = np.empty((len(time), len(seen), 3))
