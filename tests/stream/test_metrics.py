@@ -70,6 +70,9 @@ def lines(style: journal.Style, monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     monkeypatch.setattr(sys, "stderr", out)
     monkeypatch.setattr(logging.getLogger(), "handlers", [])
     monkeypatch.setattr(logging.getLogger("radar_service"), "level", logging.INFO)
+    for name in ("uvicorn", "uvicorn.error"):  # servers of other tests leave them quieter than a new process has them
+        for attribute, value in (("level", logging.NOTSET), ("disabled", False), ("propagate", True), ("handlers", [])):
+            monkeypatch.setattr(logging.getLogger(name), attribute, value)
     logging.getLogger("radar_service").manager._clear_cache()
     journal.write(style)
     return out
