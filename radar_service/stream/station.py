@@ -233,12 +233,11 @@ class Station:
     def _open_epoch(self, epoch: Epoch) -> None:
         def hello(view: View, mode: Mode) -> bytes:
             to, now = epoch.layout(view.bins), self.transmitter.simulated
-            return wire.pack(
-                {"view": view.as_dict()} | messages.hello(
-                    epoch.name, self.identity, self.name, epoch.engine, view.encoding, to, now, self.controls(), mode,
-                    self.allow_truth,
-                )
+            greeting = messages.hello(
+                epoch.name, self.identity, self.name, epoch.engine, view.encoding, to, now, self.controls(), mode,
+                self.allow_truth,
             )  # fmt: skip
+            return wire.pack(greeting | {"view": view.as_dict()})
 
         self.hub.open_epoch(epoch.name, hello)
         note("epoch", radar=self.identity, epoch=epoch.name, scene=epoch.engine.scene.name)

@@ -1,0 +1,127 @@
+"""Many clients of one feed in a process of their own: python -m tests.bench.load HOST PORT CLIENTS SECONDS STALLED QUERY.
+
+Loopback only. Every message is checked for holes and doubles; lateness is that of its last spoke against the best of the
+run, so that it holds the queueing but not the batch. Prints a line of JSON.
+"""
+
+import json
+import selectors
+import socket
+import struct
+import sys
+import time
+from typing import Any
+
+import msgpack
+import numpy as np
+
+UPGRADE = (
+    "GET /api/radars/0/feed?{query} HTTP/1.1\r\nhost: {host}\r\nconnection: upgrade\r\nupgrade: websocket\r\n"
+    "sec-websocket-version: 13\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+MOST_CLIENTS = 1000
+HEAD = 600  # bytes: a message's fields up to the times of its at most 32 spokes
+BUFFER = memoryview(bytearray(1 << 20))
+
+
+class Listener:
+    """One connection: the heads of its messages are read and checked, their samples passed over."""
+
+    def __init__(self, address: tuple[str, int], query: str) -> None:
+        self.socket = socket.create_connection(address)
+        self.socket.sendall(UPGRADE.format(query=query, host=address[0]).encode())
+        self.next, self.spokes, self.lost, self.holes = -1, 0, 0, 0
+        self._held = bytearray()
+        while b"\r\n\r\n" not in self._held:
+            self._held += self.socket.recv(1)
+        if not self._held.startswith(b"HTTP/1.1 101"):
+            raise ConnectionError(bytes(self._held).decode(errors="replace"))
+        self._held.clear()
+        self._over = 0  # bytes of the running message that are of no interest
+        self.socket.setblocking(False)
+
+    def read(self) -> list[float]:
+        """Simulated time of the last spoke of each message that has come."""
+        try:
+            size = self.socket.recv_into(BUFFER)
+        except BlockingIOError:
+            return []
+        if not size:
+            raise ConnectionError("the service closed a connection")
+        at, got = 0, list[float]()
+        while at < size:
+            passed = min(self._over, size - at)
+            at, self._over = at + passed, self._over - passed
+            taken = min(HEAD - len(self._held), size - at)
+            self._held += BUFFER[at : at + taken]
+            at += taken
+            while not self._over and (head := self._head()):
+                got += self._counted(head)
+        return got
+
+    def _head(self) -> bytes:
+        """The first bytes of the next message, once there are enough; the rest of it will be passed over."""
+        if len(self._held) < 10:
+            return b""
+        size, at = self._held[1], 2
+        if size == 126:
+            size, at = struct.unpack_from(">H", self._held, 2)[0], 4
+        elif size == 127:
+            size, at = struct.unpack_from(">Q", self._held, 2)[0], 10
+        if len(self._held) < min(HEAD, at + size):
+            return b""
+        head = bytes(self._held[at : at + size])
+        self._over = max(0, at + size - len(self._held))
+        del self._held[: at + size]
+        return head
+
+    def _counted(self, head: bytes) -> list[float]:
+        read = msgpack.Unpacker()
+        read.feed(head)
+        message: dict[str, Any] = {}
+        for _ in range(read.read_map_header()):
+            key = read.unpack()
+            message[key] = read.unpack()
+            if key == "time" or (key == "type" and message[key] not in ("spokes", "gap")):
+                break
+            if message["type"] == "gap" and "count" in message:
+                break
+        if message["type"] not in ("spokes", "gap"):
+            return []
+        self.holes += self.next not in (-1, message["first"])
+        self.next = message["first"] + message["count"]
+        if message["type"] == "gap":
+            self.lost += message["count"]
+            return []
+        self.spokes += message["count"]
+        return [message["time"][-1]]
+
+
+def main(host: str, port: int, clients: int, seconds: float, stalled: int, query: str) -> dict[str, Any]:
+    """Listen that long [s] with so many clients, some of which never read."""
+    assert host == "127.0.0.1" and clients <= MOST_CLIENTS, "loopback only, and bounded"
+    deaf = [Listener((host, port), query) for _ in range(stalled)]
+    poll = selectors.DefaultSelector()
+    listeners = [Listener((host, port), query) for _ in range(clients - stalled)]
+    for listener in listeners:
+        poll.register(listener.socket, selectors.EVENT_READ, listener)
+    lateness: list[float] = []
+    begun = time.monotonic()
+    while time.monotonic() < begun + seconds:
+        for key, _ in poll.select(0.1):
+            lateness += [time.monotonic() - simulated for simulated in key.data.read()]
+    late_ms = 1000 * (np.array(lateness) - min(lateness))
+    result = {
+        "clients": clients, "stalled": stalled, "seconds": seconds, "messages": len(lateness),
+        "spokes_each": min(listener.spokes for listener in listeners), "lost": sum(listener.lost for listener in listeners),
+        "holes": sum(listener.holes for listener in listeners), "p50_ms": round(float(np.percentile(late_ms, 50)), 2),
+        "p99_ms": round(float(np.percentile(late_ms, 99)), 2), "max_ms": round(float(late_ms.max()), 2),
+    }  # fmt: skip
+    for listener in [*listeners, *deaf]:
+        listener.socket.close()
+    return result
+
+
+if __name__ == "__main__":
+    host, port, clients, seconds, stalled, query = sys.argv[1:]
+    print(json.dumps(main(host, int(port), int(clients), float(seconds), int(stalled), query)))

@@ -1,0 +1,79 @@
+"""The page against the real service: it asks for the token, and comes back by itself after the service was killed."""
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.clients.chromium import Browser
+from tests.clients.screen import BARE, BROWSER
+
+pytestmark = BROWSER
+
+COMMAND, READ = "command-" * 3, "reading-" * 3
+CONNECTED = "document.getElementById('connection').textContent === 'Connected'"
+DRAWN = "Number(document.getElementById('scope').dataset.drawn?.split(':')[1]) > 0"
+EPOCH = "document.getElementById('scope').dataset.drawn?.split(':')[0]"
+ENTER = "document.getElementById('token').value = '{}'; document.getElementById('access').requestSubmit(); 1"
+ASKING = "!document.getElementById('access').hidden"
+
+Serve = Callable[..., tuple[str, "subprocess.Popen[str]"]]
+
+
+def end(service: "subprocess.Popen[str]") -> None:
+    """Kill -9; more than once does no harm."""
+    service.kill()
+    service.wait()
+    assert service.stdout is not None
+    service.stdout.close()
+
+
+@pytest.fixture
+def serve() -> Iterator[Serve]:
+    services: list[subprocess.Popen[str]] = []
+
+    def start(*options: str) -> tuple[str, "subprocess.Popen[str]"]:
+        command = [sys.executable, "-m", "radar_service", "serve", "orientation", "--pace", "4", *options]
+        services.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
+        assert services[-1].stdout is not None
+        return services[-1].stdout.readline().split("open ")[1].strip(), services[-1]
+
+    yield start
+    for service in services:
+        end(service)
+
+
+def test_the_page_asks_for_the_token_and_goes_on_with_it(browser: Browser, serve: Serve, tmp_path: Path) -> None:
+    (tmp_path / "token").write_text(COMMAND)
+    address, _ = serve("--port", "0", "--token-file", str(tmp_path / "token"), "--token-for-reading", READ)
+    page = browser.open(f"{address}?{BARE}")
+    page.wait(ASKING)
+    page.ask(ENTER.format("wrong-token-wrong-token"))
+    page.wait(ASKING)
+    page.ask(ENTER.format(READ))
+    page.wait(f"{CONNECTED} && {DRAWN}")
+    page.ask("document.getElementById('transmit').click(); 1")  # which the token for reading does not allow
+    page.wait("document.getElementById('notice').textContent.includes('needed to command')")
+    page.wait(ASKING)
+    page.ask(ENTER.format(COMMAND))
+    page.wait(f"{CONNECTED} && !({ASKING})")
+    page.ask("document.getElementById('transmit').click(); 1")
+    page.wait("document.getElementById('transmit').textContent === 'Standby'")
+    assert COMMAND not in page.ask("location.href") and READ not in page.ask("location.href")
+    page.ask("sessionStorage.clear(); 1")
+    page.close()
+
+
+def test_the_page_comes_back_by_itself_after_a_kill(browser: Browser, serve: Serve) -> None:
+    address, service = serve("--port", "0")
+    page = browser.open(f"{address}?{BARE}")
+    page.wait(f"{CONNECTED} && {DRAWN}")
+    first = page.ask(EPOCH)
+    end(service)
+    page.wait("!document.getElementById('banner').hidden")  # it says so on the screen
+    port = address.rstrip("/").rpartition(":")[2]
+    serve("--port", port)
+    page.wait(f"{CONNECTED} && {DRAWN} && {EPOCH} !== '{first}'")
+    page.close()
