@@ -37,7 +37,7 @@ def test_a_swaying_ship_sees_points_as_the_closed_form_does() -> None:
         r, azimuth, up = rng.uniform(150, 1900), rng.uniform(0, 2 * np.pi), rng.uniform(0.5, 30)
         bodies.append(point(f"p{i}", r * np.sin(azimuth), r * np.cos(azimuth), up, 40 * np.log10(r / 100)))
     own = {"heading_deg": 40, "course_deg": 40, "speed_kn": 8, **SWAY}
-    made = scene(bodies, radar={"range_max_m": 2000}, own_ship=own)
+    made = scene(bodies, radar={"range_max_m": 2000, "beamwidth_el_deg": 9}, own_ship=own)
     sim = rs.Simulator(made)
     sim.scan()
     scan = sim.scan()

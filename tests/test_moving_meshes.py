@@ -75,6 +75,17 @@ def test_meshes_meet_the_twin_of_every_azimuth(knots: float, who: str) -> None:
     assert error_db(got, twin(made, chain, 1, chain.range)) < -50
 
 
+def test_what_passes_close_by_is_done_exactly() -> None:
+    """Points 6 to 40 m off as own ship passes them at 40 kn, where a parabola over 16 azimuths is metres wide of the mark:
+    -50 dB as anywhere. Their aspect runs through a right angle while the beam passes."""
+    rng = np.random.default_rng(6)
+    spots = [point(f"p{k}", rng.uniform(6, 40) * rng.choice([-1, 1]), rng.uniform(0, 60), 12, -60) for k in range(12)]
+    made = scene(spots, radar=RADAR, own_ship={"speed_kn": 40, "course_deg": 0})
+    chain = engine(made)
+    got = np.concatenate([field for _, field, _ in chain.parts(0)])
+    assert error_db(got, twin(made, chain, 0, chain.range)) < -50
+
+
 def test_a_turning_mesh_meets_the_twin() -> None:
     """40 m of hull turning at 6 degrees a second on an arc that begins and ends within the scan: bow and stern go 2 m/s
     apart, and corners of the track fall between azimuths."""

@@ -131,23 +131,35 @@ class MovingEchoes:
         seen = nodes if now.upright is None else [apparent(nodes[n], now.upright[n], earth) for n in range(3)]
         azimuth = polar.azimuth if now.upright is None else np.arctan2(seen[1][:, 0], seen[1][:, 1])
         course, near = smooth_course(nodes, seen, polar.range, earth, now.over)
+        up = polar.elevation if now.upright is None else elevation_of(seen[1])
         exact = np.union1d(near, np.flatnonzero(now.rough[body]))
         if len(exact):
-            instants = range(3, len(now.antenna))
-            places = np.stack([self._places(glance, which[exact], now, n) - now.antenna[n] for n in instants])
-            exact_course(course, exact, places, now.upright, azimuth[exact], earth)
+            nodding = self._exactly(course, exact, self._every(glance, which[exact], now), azimuth, up, now)
         weight = self._weight(course, azimuth, now.at)
         self.fluctuation.apply(weight, now.at.number, azimuth, body)
-        radar, lifted = self.scene.radar, np.zeros(1)
+        radar = self.scene.radar
         if now.upright is not None:
             radar = replace(radar, height=float(now.antenna[1, 2]))
-            elevations = [elevation_of(direction) for direction in seen]
-            lifted = elevations[1] - polar.elevation
-            weight *= self._nodding(elevations, now.over)
+            smooth = self._nodding([elevation_of(seen[0]), up, elevation_of(seen[2])], now.over)
+            smooth[exact] = 1.0
+            weight *= smooth
+        if len(exact):
+            weight[exact] *= nodding
         height = nodes[1][:, 2] + now.antenna[1, 2]
-        base = glance.seen.amplitude[which] * path_factor(radar, self.scene.environment, polar, height, lifted)
+        base = glance.seen.amplitude[which] * path_factor(radar, self.scene.environment, polar, height, up - polar.elevation)
         base *= received_amplitude(radar, polar.range) * two_way_phase(polar.range, radar.wavelength)
         return SweptEchoes(polar.range, course.drift, turned_amplitude(base, weight, course.drift, radar.wavelength))
+
+    def _every(self, glance: Glance, which: Indices, now: Moment) -> Floats:
+        """Places (K, W, 3) of reflections relative to the antenna at every azimuth."""
+        return np.stack([self._places(glance, which, now, n) - now.antenna[n] for n in range(3, len(now.antenna))])
+
+    def _exactly(self, course: Course, which: Indices, places: Floats, azimuth: Floats, up: Floats, now: Moment) -> Singles:
+        """Lays the true changes of some echoes into `course`; their elevation gains (W, K) over those of the middle, where
+        they stand at `azimuth` (E,) and elevation `up` (E,)."""
+        elevation = exact_course(course, which, places, now.upright, azimuth[which], self.landscape.earth_radius)
+        middle, gain = (elevation_gain(self.scene.radar, angle) for angle in (up[which], elevation))
+        return np.where(middle[:, None] < NULL, 1.0, gain / np.maximum(middle, NULL)[:, None]).astype(np.float32)
 
     def _weight(self, course: Course, azimuth: Floats, at: Instants) -> Singles:
         """Beam weights (E, K), and how much louder each echo is than at the middle, where it stands at `azimuth` (E,)."""

@@ -91,14 +91,18 @@ def smooth_course(
 
 def exact_course(
     course: Course, which: Indices, places: Floats, upright: Floats | None, azimuth: Floats, earth_radius: float
-) -> None:
-    """Lays into `course` the true changes of echoes `which`, at places (K, W, 3) relative to the antenna.
+) -> Floats:
+    """Lays into `course` the true changes of echoes `which`, at places (K, W, 3) relative to the antenna; returns their
+    elevations (W, K) [rad] as the antenna sees them.
 
     upright: of the three nodes and the K azimuths, as in `Scene.upright_from_map`; azimuth: (W,) [rad] from which it counts.
     """
     course.drift[which] = (slant_range(places, earth_radius) - course.range[which]).T
-    seen = places if upright is None else apparent(places, upright[3:], earth_radius)
+    seen = apparent(
+        places, np.broadcast_to(np.eye(3), (len(places), 3, 3)) if upright is None else upright[3:], earth_radius
+    )
     course.swing[which] = wrap_angle(np.arctan2(seen[..., 0], seen[..., 1]) - azimuth).T
+    return elevation_of(seen).T
 
 
 def apparent(places: Floats, upright: Floats, earth_radius: float) -> Floats:
