@@ -115,7 +115,9 @@ class CorrectedChain:
         transmitting = ~blind[:, None]
         field = self._received(at, blind, scan, start)
         if self._profiles is not None:
-            field += np.where(transmitting, self._profiles[index], 0) if blind.any() else self._profiles[start : start + TILE]
+            field += (
+                np.where(transmitting, self._profiles[index], 0) if blind.any() else self._profiles[start : start + TILE]
+            )
         if self._clutter is not None:
             self._clutter.add(field, number, transmitting)
         for other in self._interference:
