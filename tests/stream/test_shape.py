@@ -106,6 +106,8 @@ def test_a_sector_may_cross_north_and_may_be_the_whole_circle() -> None:
     whole = message(0, 0, 32) | {"azimuth": [k * wire.TURN // 32 for k in range(32)]}
     assert shaped(whole, View("f32", BINS, (350, 12)))["row_first"] == [0, 1]
     assert len(shaped(whole, View("f32", BINS, (0, 360)))["row_first"]) == 32
+    cut_out = shaped(message(0, 0, 12), View("f32", BINS, (30, 20), 32))  # 25 degrees is left out
+    assert (cut_out["row_first"], cut_out["row_count"]) == ([0, 6], [5, 6])
     nothing = shaped(whole, View("f32", BINS, (1, 2)))
     assert nothing["row_first"] == [] and wire.samples(nothing).shape == (0, BINS) and nothing["count"] == 32
 
