@@ -50,9 +50,9 @@ def _groups(message: dict[str, Any], view: View) -> tuple[Rows, Rows]:
     azimuth = np.array(message["azimuth"], dtype=np.int64)
     inside = np.ones(azimuth.shape, dtype=np.bool_)
     if view.sector is not None:
-        start, stop = view.sector
-        width = (stop - start) % 360 or (360 if stop != start else 0)
-        inside = np.mod(azimuth - start * wire.TURN / 360.0, wire.TURN) <= width * wire.TURN / 360.0
+        start, stop = (round(degree * wire.TURN / 360) for degree in view.sector)  # as the azimuths are rounded
+        width = (stop - start) % wire.TURN or (wire.TURN if stop != start else 0)
+        inside = np.mod(azimuth - start, wire.TURN) <= width
     offset = np.flatnonzero(inside)
     group = (message["index"] + offset) // view.spokes
     begins = np.flatnonzero(np.diff(group, prepend=-1))

@@ -4,6 +4,7 @@ import io
 import json
 import os
 import resource
+import signal
 import struct
 import subprocess
 import sys
@@ -126,21 +127,25 @@ child.serve(sys.stdin.buffer, sys.stdout.buffer, 0.2)
 """
 
 
-@pytest.mark.parametrize("patience", [0.05, 30.0])
-def test_a_parser_that_never_ends_is_ended(patience: float, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("patience", "ended_by"), [(0.05, signal.SIGKILL), (30.0, signal.SIGXCPU)])
+def test_a_parser_that_never_ends_is_ended(patience: float, ended_by: signal.Signals) -> None:
     """By the parent's patience, and by the child's own limit of processor time."""
+    children = []
 
     class Spinning(Sandbox):
         def _begin(self) -> "subprocess.Popen[bytes]":
             environment = {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
-            return subprocess.Popen(
-                [sys.executable, "-c", SPIN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
-            )
+            command = [sys.executable, "-c", SPIN]
+            children.append(
+                subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+            )  # fmt: skip
+            return children[-1]
 
     limited = Spinning(processor=0.2, patience=patience)
     try:
         with pytest.raises(SceneError, match="here: reading it takes more than 0.2 s of computing"):
             limited.mesh(CUBE, "a.stl", "here", 1.0, "z")
+        assert children[0].returncode == -ended_by
     finally:
         limited.close()
 

@@ -33,7 +33,11 @@ def message(first: int, index: int, count: int, encoding: str = "f32") -> dict[s
     k = np.arange(index, index + count)
     text = {"type": "spokes", "epoch": "e", "first": first, "count": count, "scan": 2, "index": index, "bins": BINS}
     text |= {"encoding": encoding, "data": data.astype(wire.DTYPES[encoding]).tobytes(), "time": (k * 0.5).tolist()}
-    text |= {"azimuth": (k * wire.TURN // 72).tolist(), "heading": k.tolist(), "position": [[float(n), 0.0] for n in k]}
+    text |= {
+        "azimuth": np.rint(k * wire.TURN / 72).astype(int).tolist(),
+        "heading": k.tolist(),
+        "position": [[float(n), 0.0] for n in k],
+    }
     return text | {"course": k.tolist(), "speed": k.tolist(), "range_first_m": 5.0, "range_step_m": 10.0}
 
 
@@ -42,7 +46,7 @@ def twin(made: dict[str, Any], view: View) -> list[tuple[int, int, list[complex]
     rows: list[tuple[int, int, list[complex]]] = []
     samples = wire.samples(made)
     for k in range(made["count"]):
-        bearing_deg = made["azimuth"][k] * 360 / wire.TURN
+        bearing_deg = 5 * (made["index"] + k)
         if view.sector and not any(view.sector[0] <= bearing_deg + turn <= _end(*view.sector) for turn in (0, 360)):
             continue
         number, group = made["first"] + k, (made["index"] + k) // view.spokes
@@ -95,7 +99,7 @@ def test_rows_are_those_of_the_twin(
 
 
 def test_a_row_stands_at_the_middle_of_its_spokes() -> None:
-    """Within 1.5 parts of 65536: half a part for the mean, one for each of its two whole numbers, both rounded down."""
+    """Within 1.5 parts of 65536: half a part for each of two azimuths and a whole one for their mean, rounded down."""
     got = shaped(message(0, 8, 8), View("f32", BINS, spokes=4))
     middle = (np.array([9.5, 13.5]) * wire.TURN / 72).tolist()
     assert got["azimuth"] == pytest.approx(middle, abs=1.5) and got["time"] == [4.75, 6.75]
@@ -106,6 +110,8 @@ def test_a_sector_may_cross_north_and_may_be_the_whole_circle() -> None:
     whole = message(0, 0, 32) | {"azimuth": [k * wire.TURN // 32 for k in range(32)]}
     assert shaped(whole, View("f32", BINS, (350, 12)))["row_first"] == [0, 1]
     assert len(shaped(whole, View("f32", BINS, (0, 360)))["row_first"]) == 32
+    cut_out = shaped(message(0, 0, 12), View("f32", BINS, (30, 20), 32))  # 25 degrees is left out
+    assert (cut_out["row_first"], cut_out["row_count"]) == ([0, 6], [5, 6])
     nothing = shaped(whole, View("f32", BINS, (1, 2)))
     assert nothing["row_first"] == [] and wire.samples(nothing).shape == (0, BINS) and nothing["count"] == 32
 
