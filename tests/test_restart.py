@@ -14,7 +14,7 @@ from clients.ppi.client import FeedClient
 
 SCENE = {
     "name": "one target",
-    "radar": {"azimuths": 60, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
+    "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
     "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
 }
 

@@ -103,7 +103,7 @@ ODD = st.recursive(
 
 def good() -> dict[str, Any]:
     return {
-        "name": "good", "radar": {"azimuths": 24, "range_max_m": 200}, "environment": {}, "origin": None,
+        "name": "good", "radar": {"azimuths": 24, "beamwidth_deg": 20, "range_max_m": 200}, "environment": {}, "origin": None,
         "own_ship": {"heading_deg": 0},
         "body": [{"name": "a", "shape": "sphere", "radius_m": 1, "position_m": [50, 50, 1]}],
     }  # fmt: skip
