@@ -21,6 +21,8 @@ UPGRADE = (
 )
 MOST_CLIENTS = 1000
 HEAD = 600  # bytes: a message's fields up to the times of its at most 32 spokes
+PING, PONG = 9, 10
+NOTHING = msgpack.packb({"type": "none"})
 BUFFER = memoryview(bytearray(1 << 20))
 
 
@@ -61,7 +63,7 @@ class Listener:
 
     def _head(self) -> bytes:
         """The first bytes of the next message, once there are enough; the rest of it will be passed over."""
-        if len(self._held) < 10:
+        if len(self._held) < 2 or len(self._held) < 10 and self._held[1] > 125:
             return b""
         size, at = self._held[1], 2
         if size == 126:
@@ -71,6 +73,9 @@ class Listener:
         if len(self._held) < min(HEAD, at + size):
             return b""
         head = bytes(self._held[at : at + size])
+        if self._held[0] & 0x0F == PING:
+            self.socket.send(bytes([0x80 | PONG, 0x80 | size]) + b"\0\0\0\0" + head)
+            head = NOTHING
         self._over = max(0, at + size - len(self._held))
         del self._held[: at + size]
         return head
