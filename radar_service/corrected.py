@@ -133,8 +133,10 @@ class CorrectedChain:
             spectrum = self.compression.spectrum(laid)
         if self.scene.environment.noise:
             rng = generator(self.seed, NOISE, scan, start // self.rows)
-            noise = self.compression.noise_spectrum(len(at.time), rng)
-            spectrum = noise if spectrum is None else np.add(spectrum, noise, out=spectrum)
+            if spectrum is None:
+                spectrum = self.compression.noise.drawn(len(at.time), rng)
+            else:
+                self.compression.noise.add(spectrum, rng)
         if spectrum is None:
             return np.zeros((len(at.time), self.radar.bins), dtype=np.complex64)
         return self.compression.from_spectrum(spectrum)

@@ -9,6 +9,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from radar_service.receive.blanking import Blanking, blanking_for
+from radar_service.receive.gaussian_spectrum import GaussianSpectrum
 from radar_service.receive.grid import Kernel, Tables, lay_swept
 from radar_service.receive.plain_pulse import (
     PulseKernel,
@@ -25,9 +26,6 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Profiles = NDArray[np.complex64]
 Spectrum = Callable[[Floats], Complexes]  # of the frequency [Hz]
-NOISE_FLOOR = (
-    1e-5  # noise 50 dB below the filter's middle is not drawn: a third of the draws for a ten-thousandth of the power
-)
 LONGEST_LAID = 64  # samples of a plain pulse that is laid as itself; longer ones leave the band empty enough for a kernel
 
 
@@ -36,8 +34,8 @@ class Compression:
     """Everything along range that a radar fixes, made once.
 
     size: length of the transforms; room is left for the sidelobes (cT/2 each side) of every echo that reaches a bin, so
-    that nothing wraps round. echo_multiplier: (size,) for laid echoes; noise_multiplier: for white unit noise, on the
-    frequencies `noise_band` that the filter lets through; blanking: what a one-antenna radar does not hear of a chirp.
+    that nothing wraps round. echo_multiplier: (size,) for laid echoes; noise: the receiver's, behind the filter; blanking:
+    what a one-antenna radar does not hear of a chirp.
     """
 
     bins: int
@@ -45,8 +43,7 @@ class Compression:
     kernel: Kernel
     tables: Tables
     echo_multiplier: NDArray[np.complex64]
-    noise_band: NDArray[np.int64]
-    noise_multiplier: NDArray[np.float32]
+    noise: GaussianSpectrum
     blanking: Blanking | None = None
 
     def profiles(self, laid: Profiles) -> Profiles:
@@ -75,13 +72,6 @@ class Compression:
         np.add.at(rows, (row, cells), amplitude[clipped].reshape(-1, 1) * weight)
         return rows
 
-    def noise_spectrum(self, rows: int, rng: np.random.Generator) -> Profiles:
-        """Spectra (rows, size) of compressed receiver noise: white noise only passes the matched filter."""
-        spectrum = np.zeros((rows, self.size), dtype=np.complex64)
-        draws = rng.standard_normal((rows, len(self.noise_band), 2), dtype=np.float32).view(np.complex64)[..., 0]
-        spectrum[:, self.noise_band] = draws * self.noise_multiplier
-        return spectrum
-
     def from_spectrum(self, spectrum: Profiles) -> Profiles:
         """Profiles (K, bins) of spectra (K, size)."""
         return np.ascontiguousarray(scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self.bins])
@@ -101,19 +91,13 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     reach = int(np.ceil(radar.pulse * fs))
     size = int(scipy.fft.next_fast_len(radar.bins + 2 * reach + kernel.width))
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
-    shape = _noise_shape(radar, frequency)
-    band = np.flatnonzero(shape > NOISE_FLOOR * shape.max())
-    level = receiver_noise_power(radar)
-    noise = np.sqrt(level * size**2 * shape[band] / shape[band].sum() / 2.0)  # two draws a sample, each half the power
+    noise = GaussianSpectrum(_noise_shape(radar, frequency), receiver_noise_power(radar))
     sent, passed = waveform_spectra(radar)
     itself = isinstance(kernel, PulseKernel)
     pulse = np.ones(size) if itself else fs * sent(frequency) * passed(frequency)
     echo = pulse / kernel.transform(frequency / fs)
     blanking = blanking_for(radar.pulse, fs, kernel, sent, passed) if radar.eclipsing and not itself else None
-    return Compression(
-        radar.bins, size, kernel, kernel.tables(), echo.astype(np.complex64), band,
-        noise.astype(np.float32), blanking,
-    )  # fmt: skip
+    return Compression(radar.bins, size, kernel, kernel.tables(), echo.astype(np.complex64), noise, blanking)
 
 
 def _kernel(radar: Radar, width: int) -> Kernel:

@@ -13,13 +13,13 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.special import gammainccinv, gammaincinv, ndtr
 
-from radar_service.random import SPECKLE, TEXTURE, generator
+from radar_service.random import SPECKLE, TEXTURE, generator, normals
+from radar_service.receive.gaussian_spectrum import GaussianSpectrum
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex64]
 Reals = NDArray[np.float32]
 
-FAINT = 1e-5  # frequencies whose power is 50 dB below the strongest are not drawn, as for receiver noise
 SIGMAS = 6.5  # reach of the table of texture: a sample beyond is met once in 10^10
 STEPS = 128  # table entries per sigma: 0.4 % of a sigma off at most
 SHAPE_RATIO = 1.02  # between shapes of the table: 1 % off at most
@@ -36,17 +36,13 @@ class SpeckleRows:
         )  # 64 bins: far past the pulse's main lobe, so the ends are strangers
         grid = np.fft.fftshift(np.fft.fftfreq(len(pulse_power)))
         power = np.interp(np.fft.fftfreq(size), grid, np.fft.fftshift(pulse_power))
-        self._band = np.flatnonzero(power > FAINT * power.max())
-        kept = power[self._band]
-        self._weight = (size * np.sqrt(kept / kept.sum() / 2.0)).astype(np.float32)
-        self._size, self._columns, self._seed = size, columns, seed
+        self._spectrum = GaussianSpectrum(power, 1.0)
+        self._columns, self._seed = columns, seed
 
     def make(self, scan: int, start: int, stop: int) -> Complexes:
         """Rows start to stop (exclusive) of a scan from -1 on, (stop - start, columns)."""
         rng = generator(self._seed, SPECKLE, scan + 1, start)
-        draws = rng.standard_normal((stop - start, 2 * len(self._band)), dtype=np.float32).view(np.complex64)
-        spectrum = np.zeros((stop - start, self._size), dtype=np.complex64)
-        spectrum[:, self._band] = draws * self._weight
+        spectrum = self._spectrum.drawn(stop - start, rng)
         return np.ascontiguousarray(scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self._columns])
 
 
@@ -102,7 +98,7 @@ class TextureRows:
             a = np.exp(-self.motion.range_step / self.motion.length[start:stop, None])
             turn = np.asarray(2.0 * np.pi * scipy.fft.rfftfreq(self._size))
             power = (1.0 - a**2) / (1.0 - 2.0 * a * np.cos(turn) + a**2)  # of the autocorrelation a^|n|
-            draws = rng.standard_normal((stop - start, 2 * len(turn)), dtype=np.float32).view(np.complex64)
+            draws = normals(rng, stop - start, 2 * len(turn)).view(np.complex64)
             spectrum = draws * np.sqrt(self._size / 2.0 * power).astype(np.float32)
             spectrum[:, 0] *= np.float32(np.sqrt(2.0))  # there the imaginary half of the draw goes unused
             if self._size % 2 == 0:
