@@ -159,9 +159,9 @@ class CorrectedChain:
         shadows = self._shadows(int(at.middle // self.moving.interval))
         if len(shadows.range):
             parts.append(_swept_at_rest(shadows, at.boresight, self._pattern))
-        if not parts:
-            return None
         echoes = joined(parts, len(at.time))
+        if not len(echoes.range):
+            return None
         drift = echoes.drift * np.float32(1.0 / self.radar.range_step)
         return self.compression.laid(self._column(echoes.range), drift, echoes.amplitude)
 

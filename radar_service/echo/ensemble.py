@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -89,11 +90,10 @@ class Ensemble:
         self, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool = True
     ) -> Reflections:
         """What the antenna (3,) sees of all bodies as they stand at `time` [s]; arguments as in `Landscape.visible`."""
-        stands = stands_at(self.bodies, time)
-        place = placed(self.position, self.body, stands)
+        place, normal = self._placed(time)
         surface = Surface(self.key[self.body], self.triangle)
         visible = landscape.visible(surface, place, antenna, time, reach, movers)
-        amplitude = self._amplitude(place, turned(self.normal, self.body, stands), visible, antenna, landscape.earth_radius)
+        amplitude = self._amplitude(place, normal, visible, antenna, landscape.earth_radius)
         seen = np.flatnonzero(amplitude)
         parts = [Reflections(self.position[seen], amplitude[seen], self.body[seen])]
         parts += [
@@ -102,6 +102,24 @@ class Ensemble:
             if body is not None
         ]
         return _by_body(parts)
+
+    @cached_property
+    def _at_start(self) -> tuple[Floats, Floats, Indices]:
+        """Places (E, 3) [m] and normals (E, 3) on the map at time 0, and which of them move."""
+        stands = stands_at(self.bodies, 0.0)
+        moves = np.array([not body.motion.at_rest for body in self.bodies], dtype=np.bool_)
+        moving = np.flatnonzero(moves[self.body])
+        return placed(self.position, self.body, stands), turned(self.normal, self.body, stands), moving
+
+    def _placed(self, time: float) -> tuple[Floats, Floats]:
+        """Places (E, 3) [m] and normals (E, 3) on the map at `time` [s]."""
+        place, normal, moving = self._at_start
+        if len(moving):
+            stands, body = stands_at(self.bodies, time), self.body[moving]
+            place, normal = place.copy(), normal.copy()
+            place[moving] = placed(self.position[moving], body, stands)
+            normal[moving] = turned(self.normal[moving], body, stands)
+        return place, normal
 
     def _by_optics(
         self, b: int, body: OpticalBody, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool

@@ -39,6 +39,7 @@ Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
 Indices = NDArray[np.int64]
 
+LEEWAY = 0.05  # rad that what is not close may leave its bearing of the middle of a glance
 NULL = 1e-3  # of boresight: elevation gains below it do not divide
 ECHOES = 8192  # at a time: arrays of 16 azimuths by so many stay in the L2 cache
 
@@ -63,10 +64,23 @@ class Instants:
 
 @dataclass(frozen=True)
 class Glance:
-    """What the antenna sees for a while: reflections (M,), and where those of bodies at rest are (M, 3) on the map [m]."""
+    """What the antenna sees for a while: reflections (M,), and where those of bodies at rest are (M, 3) on the map [m]; which
+    of them are not close, by rising azimuth (F,) [rad] at its middle, and which are (C,), whose azimuth may be any."""
 
     seen: Reflections
     place: Floats
+    order: Indices
+    azimuth: Floats
+    close: Indices
+
+    def about(self, boresight: float, half: float) -> Indices:
+        """Indices of all that may be met within `half` of `boresight` [rad], in rising order."""
+        if half >= np.pi:
+            return np.arange(len(self.place))
+        edges = wrap_angle(np.array([boresight - half, boresight + half]))
+        first, last = np.searchsorted(self.azimuth, edges)
+        met = [self.order[first:last]] if edges[0] <= edges[1] else [self.order[first:], self.order[:last]]
+        return np.sort(np.concatenate([self.close, *met]))
 
 
 class Moment(NamedTuple):
@@ -99,6 +113,8 @@ class MovingEchoes:
         self.scene, self.ensemble, self.landscape = scene, ensemble, landscape
         self.reach, self._beam = reach, beam
         self.interval = glance_interval(scene, glance)
+        sway = scene.own_ship.sway
+        self._moved, self._leeway = glance, LEEWAY + (0.0 if sway is None else float(sway.amplitude[:2].sum()))
         self.fleet = Fleet(ensemble.bodies)
         self._moves = np.zeros(len(ensemble.bodies), dtype=np.bool_)
         self._moves[self.fleet.moving] = True
@@ -110,11 +126,21 @@ class MovingEchoes:
 
     def swept(self, at: Instants) -> SweptEchoes:
         """Every echo that the beam reaches at any of these azimuths."""
-        glance, now = self._glance(int(at.middle // self.interval)), self._moment(at)
-        everywhere = self._places(glance, None, now, 1) - now.antenna[1]
-        chosen = self._under_beam(everywhere if now.upright is None else everywhere @ now.upright[1].T, at)
+        glance = self._glance(int(at.middle // self.interval))
+        middle, half = self._sector(at)
+        about = glance.about(middle, half + self._leeway)
+        if not len(about):
+            return joined([], len(at.time))
+        now = self._moment(at)
+        places = self._places(glance, about, now, 1) - now.antenna[1]
+        chosen = about[_within(places if now.upright is None else places @ now.upright[1].T, middle, half)]
         parts = [self._part(glance, chosen[i : i + ECHOES], now) for i in range(0, len(chosen), ECHOES)]
         return joined(parts, len(at.time))
+
+    def _sector(self, at: Instants) -> tuple[float, float]:
+        """Boresight in the middle and half the width of all that the beam reaches at any of the azimuths [rad]."""
+        middle = at.boresight[len(at.boresight) // 2]
+        return float(middle), float(self._beam.extent + np.abs(at.boresight - middle).max())
 
     def _moment(self, at: Instants) -> Moment:
         over = parabola(at.time)
@@ -204,22 +230,28 @@ class MovingEchoes:
             rough[moving] = away > TOLERANCE
         return rough
 
-    def _under_beam(self, place: Floats, at: Instants) -> Indices:
-        """Which places (M, 3) relative to the antenna the beam reaches at any of the azimuths."""
-        middle = at.boresight[len(at.boresight) // 2]
-        half = self._beam.extent + np.abs(at.boresight - middle).max()
-        if half >= np.pi:
-            return np.arange(len(place))
-        ahead = place[:, 0] * np.sin(middle) + place[:, 1] * np.cos(middle)
-        distance = np.sqrt(place[:, 0] ** 2 + place[:, 1] ** 2)
-        return np.flatnonzero(ahead >= distance * np.cos(half))
-
     def _looked(self, number: int) -> Glance:
         """What the antenna sees of everything during the glance of that number."""
         time = (number + 0.5) * self.interval
-        seen = self.ensemble.reflections(self.landscape, self.scene.antenna(time)[0], time, self.reach)
+        antenna = self.scene.antenna(time)[0]
+        seen = self.ensemble.reflections(self.landscape, antenna, time, self.reach)
         stands = self.fleet.stands(np.array([time]))
-        return Glance(seen, placed_at(seen.position, seen.body, stands.position[0], stands.heading[0]))
+        place = placed_at(seen.position, seen.body, stands.position[0], stands.heading[0])
+        east, north, _ = (place - antenna).T
+        azimuth = np.arctan2(east, north)
+        close = np.hypot(east, north) * LEEWAY < self._moved
+        far = np.flatnonzero(~close)
+        order = far[np.argsort(azimuth[far])]
+        return Glance(seen, place, order, azimuth[order], np.flatnonzero(close))
+
+
+def _within(place: Floats, middle: float, half: float) -> NDArray[np.bool_]:
+    """Which places (M, 3) relative to the antenna lie within `half` of the bearing `middle` [rad]."""
+    if half >= np.pi:
+        return np.ones(len(place), dtype=np.bool_)
+    ahead = place[:, 0] * np.sin(middle) + place[:, 1] * np.cos(middle)
+    distance = np.sqrt(place[:, 0] ** 2 + place[:, 1] ** 2)
+    return np.asarray(ahead >= distance * np.cos(half))
 
 
 def glance_interval(scene: Scene, glance: float) -> float:

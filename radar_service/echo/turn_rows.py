@@ -12,7 +12,8 @@ Weights = NDArray[np.float32]
 Make = Callable[[int, int, int], NDArray[np.generic]]
 
 BLOCK = 16  # rows made together, so that a random generator is set up for many thousands of draws
-SPARE = 4  # blocks kept beyond those of one call, for threads that lag behind
+TOGETHER = 4  # blocks that are joined to windows together, so that rows are not joined anew for every call
+WINDOWS = 2  # kept, for threads that lag behind
 
 
 class TurnRows:
@@ -27,15 +28,25 @@ class TurnRows:
         self.turn, self._make, self._lock = turn, make, Lock()
         self._blocks = -(-turn // BLOCK)  # per turn
         self._kept: dict[int, NDArray[np.generic]] = {}
+        self._windows: dict[tuple[int, int], NDArray[np.generic]] = {}
 
     def span(self, first: int, stop: int) -> NDArray[np.generic]:
         """Rows first to stop (exclusive), (stop - first, N)."""
-        begin, end = self._block_of(first), self._block_of(stop - 1)
+        begin, end = self._block_of(first), self._block_of(stop - 1) + 1
+        begin, end = max(begin // TOGETHER * TOGETHER, -self._blocks), -(-end // TOGETHER) * TOGETHER
         with self._lock:
-            blocks = [self._block(b, end + 1 - begin + SPARE) for b in range(begin, end + 1)]
-        whole = np.concatenate(blocks)
+            window = self._window(begin, end)
         skipped = first - (begin // self._blocks * self.turn + begin % self._blocks * BLOCK)
-        return whole[skipped : skipped + stop - first]
+        return window[skipped : skipped + stop - first]
+
+    def _window(self, begin: int, end: int) -> NDArray[np.generic]:
+        """Blocks begin to end (exclusive) as one array."""
+        if (begin, end) not in self._windows:
+            while len(self._windows) >= WINDOWS:
+                del self._windows[next(iter(self._windows))]
+            blocks = [self._block(b, end - begin + TOGETHER) for b in range(begin, end)]
+            self._windows[begin, end] = np.concatenate(blocks)
+        return self._windows[begin, end]
 
     def _block(self, b: int, room: int) -> NDArray[np.generic]:
         """Block b, kept among at most `room`, the oldest of which goes first."""

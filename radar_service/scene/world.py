@@ -4,6 +4,7 @@
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -162,7 +163,7 @@ class Motion:
     def __post_init__(self) -> None:
         assert self.time.ndim == 1 and self.position.shape == (self.time.size, 3) and self.heading.shape == self.time.shape
 
-    @property
+    @cached_property
     def at_rest(self) -> bool:
         """Whether position and heading never change."""
         still = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any())
@@ -171,6 +172,8 @@ class Motion:
     def pose(self, time: Floats | float) -> Pose:
         """The state at each `time` (K,) [s]."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        if len(self.time) == 1 and self.sway is None:
+            return self._straight(t)
         if self.period is not None:
             t = t % self.period
         leg = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, self.time.size - 1)
@@ -195,6 +198,13 @@ class Motion:
         if self.sway is not None:
             heading = heading + self.sway.angles(np.broadcast_to(time, t.shape))[:, 2]
         return Pose(self.position[leg] + made, velocity, heading % (2 * np.pi))
+
+    def _straight(self, t: Floats) -> Pose:
+        """The state at each t (K,) of a body that knows one leg only: most of them, and most of these at rest."""
+        since = np.maximum(t - self.time[0], 0.0)[:, None]
+        velocity = np.where(t[:, None] >= self.time[0], self.final_velocity, 0.0)
+        heading = np.full(len(t), self.heading[0] % (2 * np.pi))
+        return Pose(self.position[0] + since * self.final_velocity, velocity, heading)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.echo.turn_rows import TurnRows, beam_weights
+from radar_service.echo.turn_rows import TOGETHER, TurnRows, beam_weights
 
 
 def numbered(turn: int) -> TurnRows:
@@ -27,9 +27,11 @@ def test_blocks_are_made_once_while_they_are_in_use_and_never_cross_north() -> N
         return np.zeros((stop - start, 1))
 
     rows = TurnRows(40, make)
-    for first in range(0, 41, 8):
+    for first in range(0, 401, 8):
         rows.span(first, first + 20)
-    assert asked == [(0, 0, 16), (0, 16, 32), (0, 32, 40), (1, 0, 16), (1, 16, 32)]
+    blocks = [(scan, start, min(start + 16, 40)) for scan in range(11) for start in (0, 16, 32)]
+    assert asked == blocks[: len(asked)]
+    assert 0 <= len(asked) - 32 < TOGETHER  # row 420 is in the 32nd block
 
 
 def test_weights_are_the_pattern_within_reach() -> None:
