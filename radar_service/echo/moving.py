@@ -131,7 +131,7 @@ class MovingEchoes:
         about = glance.about(middle, half + self._leeway)
         if not len(about):
             return joined([], len(at.time))
-        now = self._moment(at)
+        now = self._moment(at, np.unique(glance.seen.body[about]))
         places = self._places(glance, about, now, 1) - now.antenna[1]
         chosen = about[_within(places if now.upright is None else places @ now.upright[1].T, middle, half)]
         parts = [self._part(glance, chosen[i : i + ECHOES], now) for i in range(0, len(chosen), ECHOES)]
@@ -142,11 +142,12 @@ class MovingEchoes:
         middle = at.boresight[len(at.boresight) // 2]
         return float(middle), float(self._beam.extent + np.abs(at.boresight - middle).max())
 
-    def _moment(self, at: Instants) -> Moment:
+    def _moment(self, at: Instants, bodies: Indices) -> Moment:
+        """The moment of these azimuths, as far as it concerns some bodies (N,) of the ensemble."""
         over = parabola(at.time)
         time = np.concatenate([over.nodes, at.time])
-        stands, antenna = self.fleet.stands(time), self.scene.antenna(time)
-        rough = self._rough(stands, antenna, over)
+        stands, antenna = self.fleet.stands(time, bodies), self.scene.antenna(time)
+        rough = self._rough(stands, antenna, over, bodies[self._moves[bodies]])
         return Moment(at, over, stands, antenna, self.scene.upright_from_map(time), rough)
 
     def _part(self, glance: Glance, which: Indices, now: Moment) -> SweptEchoes:
@@ -218,11 +219,10 @@ class MovingEchoes:
         place[moving] = placed_at(points, body[moving], now.stands.position[instant], now.stands.heading[instant])
         return place
 
-    def _rough(self, stands: Stands, antenna: Floats, over: Parabola) -> NDArray[np.bool_]:
-        """Which bodies (B,), seen from the antenna, leave their parabola: those at a corner of their track."""
+    def _rough(self, stands: Stands, antenna: Floats, over: Parabola, moving: Indices) -> NDArray[np.bool_]:
+        """Which bodies (B,), seen from the antenna, leave their parabola: those of `moving` (N,) at a corner of their track."""
         own = strays(antenna[3:], antenna[:3], over)
         rough = np.full(len(self._moves), bool(own > TOLERANCE))
-        moving = self.fleet.moving
         if len(moving) and not own > TOLERANCE:
             position, heading = stands.position[:, moving], np.unwrap(stands.heading[:, moving], axis=0)[..., None]
             length = np.array([max(self.ensemble.bodies[b].length, self.ensemble.bodies[b].beam) for b in moving])

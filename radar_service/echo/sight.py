@@ -56,7 +56,8 @@ class Landscape:
             seen = seen[~self._hidden(self._still, STILL, surface, place, antenna, seen, mine)]
         for key, stand in self._stands(time).items() if movers else ():
             mine = surface.body[seen] == key
-            seen = seen[~self._hidden(self._movers[key][0], stand, surface, place, antenna, seen, mine)]
+            if mine.any() or self._movers[key][0].stands_before(stand, antenna, place[seen]):
+                seen = seen[~self._hidden(self._movers[key][0], stand, surface, place, antenna, seen, mine)]
         visible = np.zeros(len(place), dtype=np.bool_)
         visible[seen] = True
         return visible

@@ -56,6 +56,18 @@ class Occluder:
         half = float(np.arcsin(radius / distance)) if distance > radius else np.pi
         return float(np.arctan2(east, north)), half, max(0.0, distance - radius)
 
+    def stands_before(self, stand: Stand, antenna: Floats, places: Floats) -> bool:
+        """Whether this body could hide any of `places` (E, 3) of others from `antenna` (3,), on the map [m]; a quick look from
+        above: each sight line stays within `spread` of the one to the middle of them all."""
+        if not len(places):
+            return False
+        low, high = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
+        spread = float(np.hypot(*(high - low))) / 2.0
+        line = (low + high) / 2.0 - antenna[:2]
+        toward = map_from_body(self._scene.centre, stand.position, stand.heading)[:2] - antenna[:2]
+        along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
+        return float(np.hypot(*(toward - along * line))) <= spread + self._scene.radius * 1.001 + NEARLY
+
     def hides(self, stand: Stand, antenna: Floats, places: Floats) -> Flags:
         """Which of `places` (E, 3) of other bodies this one hides from `antenna` (3,), both on the map [m]."""
         origin, sight = self._sight_lines(stand, antenna, places)
