@@ -1,9 +1,10 @@
 """The floor: what a scan asks of the libraries, done again by them alone.
 
-A scan is watched once: every FFT by its shape, every draw of normal and gamma numbers by its count, every batch of rays by
-itself, and the bytes of the profiles handed over. The floor is the time of the same FFTs over other numbers, the same draws,
-the same rays through the same trees, and one pass over the profiles for each time that a scan must touch them: rest added,
-clutter added, power taken.
+A scan is watched once: every FFT by its shape, every draw of normal numbers by its count, every batch of rays by itself, the
+echoes laid azimuth by azimuth, and the bytes of the profiles handed over. The floor is the time of the same FFTs over other
+numbers, the same draws, the same rays through the same trees, and of moving the bytes: one pass over the profiles for each
+time that a scan must touch them (rest added, clutter added, power taken), and one over the grid cells that each laid echo
+must touch at each azimuth, in pieces that stay in the cache.
 """
 
 import time
@@ -18,7 +19,12 @@ import scipy.fft
 from numpy.typing import NDArray
 
 import radar_service as rs
+from radar_service.random import normals
+from radar_service.receive import compression, gaussian_spectrum, texture
+from radar_service.receive.grid import lay_swept
 from radar_service.trace.embree import TriangleScene
+
+CACHED = 2**14  # grid cells, 128 KiB
 
 
 @dataclass
@@ -26,7 +32,8 @@ class Work:
     """What one scan asked for."""
 
     ffts: list[tuple[str, tuple[int, ...], np.dtype[Any], int | None, int]] = field(default_factory=list)
-    draws: list[tuple[str, int]] = field(default_factory=list)
+    draws: list[tuple[int, int]] = field(default_factory=list)
+    cells: int = 0  # of grids, that echoes were laid on
     rays: list[tuple[Any, NDArray[np.float32], NDArray[np.float32], dict[str, Any]]] = field(default_factory=list)
     profiles: list[tuple[int, int]] = field(default_factory=list)
 
@@ -41,7 +48,9 @@ def watched(work: Work) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for name in ("fft", "ifft"):
             patch.setattr(scipy.fft, name, _noting_fft(getattr(scipy.fft, name), name, work))
-        patch.setattr(np.random, "Generator", _noting_generator(work))
+        for module in (gaussian_spectrum, texture):
+            patch.setattr(module, "normals", _noting_normals(work))
+        patch.setattr(compression, "lay_swept", _noting_laid(work))
         patch.setattr(TriangleScene, "_as_float32", _noting_rays(TriangleScene._as_float32, work))
         yield
 
@@ -54,19 +63,20 @@ def _noting_fft(original: Callable[..., Any], name: str, work: Work) -> Callable
     return noting
 
 
-def _noting_generator(work: Work) -> type[np.random.Generator]:
-    class Noting(np.random.Generator):
-        def standard_normal(self, *args: Any, **more: Any) -> Any:
-            drawn = super().standard_normal(*args, **more)
-            work.draws.append(("normal", np.size(drawn)))
-            return drawn
+def _noting_normals(work: Work) -> Callable[..., Any]:
+    def noting(rng: np.random.Generator, rows: int, columns: int) -> Any:
+        work.draws.append((rows, columns))
+        return normals(rng, rows, columns)
 
-        def gamma(self, *args: Any, **more: Any) -> Any:
-            drawn = super().gamma(*args, **more)
-            work.draws.append(("gamma", np.size(drawn)))
-            return drawn
+    return noting
 
-    return Noting
+
+def _noting_laid(work: Work) -> Callable[..., Any]:
+    def noting(size: int, column: Any, drift: Any, amplitude: Any, tables: Any) -> Any:
+        work.cells += amplitude.size * tables[0].shape[1]
+        return lay_swept(size, column, drift, amplitude, tables)
+
+    return noting
 
 
 def _noting_rays(original: Callable[..., Any], work: Work) -> Callable[..., Any]:
@@ -90,7 +100,7 @@ def floor_seconds(work: Work) -> float:
     """CPU time [s] of doing `work` once, all arrays made beforehand."""
     rng = np.random.default_rng(0)
     transforms = [
-        (getattr(scipy.fft, name), np.zeros(shape, dtype), n, axis) for name, shape, dtype, n, axis in work.ffts[:200]
+        (getattr(scipy.fft, name), np.ones(shape, dtype), n, axis) for name, shape, dtype, n, axis in work.ffts[:200]
     ]
     share = len(work.ffts) / max(len(transforms), 1)
     total = 0.0
@@ -99,17 +109,22 @@ def floor_seconds(work: Work) -> float:
         transform(x, n, axis)
     total += (time.process_time() - start) * share
     start = time.process_time()
-    for kind, count in work.draws:
-        _ = rng.standard_normal(count, dtype=np.float32) if kind == "normal" else rng.standard_gamma(1.0, count, np.float32)
+    for rows, columns in work.draws:
+        normals(rng, rows, columns)
     for scene, origins, directions, _ in work.rays:
         scene.run(origins, directions)
     total += time.process_time() - start
+    cached, grid = np.ones(CACHED, np.complex64), np.ones(CACHED, np.complex64)
+    start = time.process_time()
+    for _ in range(work.cells // CACHED):
+        np.add(cached, cached, out=grid)
+    total += time.process_time() - start
     for shape in set(work.profiles):
-        a, power = np.zeros(shape, np.complex64), np.zeros(shape, np.float32)
+        a, b, power = np.ones(shape, np.complex64), np.ones(shape, np.complex64), np.ones(shape, np.float32)
         start = time.process_time()
         for _ in range(work.profiles.count(shape)):
-            np.add(a, a, out=a)
-            np.add(a, a, out=a)
+            np.add(a, a, out=b)
+            np.add(a, a, out=b)
             np.multiply(a.real, a.real, out=power)
         total += time.process_time() - start
     return total
