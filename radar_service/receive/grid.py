@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 Floats = NDArray[np.float64]
-Tables = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]  # of a kernel and its two derivatives
+Tables = tuple[NDArray[np.float32], ...]  # of a kernel, with none, one and two of its derivatives
 TABLE_STEPS = 8192  # kernel places per sample; nearest entry errs by 1/16384 sample, below -80 dB of the pulse
 REACH = (0.002, 0.05, 0.2)  # samples that series of order 0, 1, 2 may move a point: each errs by about -60 dB
 
@@ -38,13 +38,14 @@ class Kernel:
         return first, self._value(offset)
 
     def tables(self) -> Tables:
-        """Weights (TABLE_STEPS + 1, width) for fractions 0 to 1 of a sample past floor(x), with their first and second
-        derivatives by the place [per sample]."""
+        """Weights for fractions 0 to 1 of a sample past floor(x) with their derivatives by the place [per sample] up to the
+        order of each table, (TABLE_STEPS + 1, order + 1, width)."""
         fraction = np.linspace(0.0, 1.0, TABLE_STEPS + 1)
         value = self._value(np.arange(self.width) - (self.width // 2 - 1) - fraction[:, None])
         slope = np.gradient(value, fraction, axis=0, edge_order=2)
         curve = np.gradient(slope, fraction, axis=0, edge_order=2)
-        return value.astype(np.float32), slope.astype(np.float32), curve.astype(np.float32)
+        every = np.stack([value, slope, curve], axis=1).astype(np.float32)
+        return tuple(np.ascontiguousarray(every[:, : order + 1]) for order in range(3))
 
     def transform(self, frequency: Floats) -> Floats:
         """The kernel's Fourier transform at `frequency` [cycles per sample]."""
@@ -95,7 +96,7 @@ def lay_swept(
         middle = drift[:, (part[0] + part[-1]) // 2]
         about = drift[:, k] if groups == 1 else drift[:, k] - middle[:, None]
         place = column if groups == 1 else column + middle
-        laid[k] = _lay_group(size, place, about, amplitude[:, k], tables, order).T
+        laid[k] = _lay_group(size, place, about, amplitude[:, k], tables[order]).T
     return laid
 
 
@@ -113,20 +114,21 @@ def _cost(order: int, groups: int, rows: int) -> int:
 
 
 def _lay_group(
-    size: int, column: Floats, drift: NDArray[np.float32], amplitude: NDArray[np.complex64], tables: Tables, order: int
+    size: int, column: Floats, drift: NDArray[np.float32], amplitude: NDArray[np.complex64], table: NDArray[np.float32]
 ) -> NDArray[np.complex64]:
-    """A grid (size, K) of points laid with the terms up to `order`."""
-    width = tables[0].shape[1]
+    """A grid (size, K) of points laid with the derivatives of the table: one product for all of them."""
+    count, terms, width = len(column), *table.shape[1:]
     floor = np.floor(column)
     entry = ((column - floor) * TABLE_STEPS + 0.5).astype(np.intp)
     first = floor.astype(np.int32) - (width // 2 - 1)
-    cells = ((first[:, None] + np.arange(width, dtype=np.int32)) % size).ravel()
+    cells = first[:, None] + np.arange(width, dtype=np.int32)
+    if first.min(initial=0) < 0 or first.max(initial=0) + width > size:
+        cells %= size
+    cells = np.repeat(cells, terms, axis=0).ravel()
     ends = np.arange(0, cells.size + 1, width, dtype=np.int32)
-    total = np.zeros((size, 2 * amplitude.shape[1]), dtype=np.float32)
-    term = np.ascontiguousarray(amplitude)
-    for power in range(order + 1):
-        if power:
-            term = term * (drift / np.float32(power))
-        weights = csc_array((tables[power][entry].ravel(), cells, ends), shape=(size, len(column)))
-        total += weights @ term.view(np.float32)
-    return total.view(np.complex64)
+    weights = csc_array((table.take(entry, axis=0).ravel(), cells, ends), shape=(size, count * terms))
+    series = np.empty((count, terms, amplitude.shape[1]), dtype=np.complex64)
+    series[:, 0] = amplitude
+    for power in range(1, terms):
+        np.multiply(series[:, power - 1], drift / np.float32(power), out=series[:, power])
+    return np.ascontiguousarray(weights @ series.reshape(count * terms, -1).view(np.float32)).view(np.complex64)

@@ -73,7 +73,7 @@ def _noting_normals(work: Work) -> Callable[..., Any]:
 
 def _noting_laid(work: Work) -> Callable[..., Any]:
     def noting(size: int, column: Any, drift: Any, amplitude: Any, tables: Any) -> Any:
-        work.cells += amplitude.size * tables[0].shape[1]
+        work.cells += amplitude.size * tables[0].shape[2]
         return lay_swept(size, column, drift, amplitude, tables)
 
     return noting
