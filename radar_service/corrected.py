@@ -36,7 +36,8 @@ from radar_service.threads import in_order
 Floats = NDArray[np.float64]
 Profiles = NDArray[np.complex64]
 
-TILE = 16  # azimuths per arithmetic tile: FFTs of 16 rows stay in the L2 cache; fewer where things move far meanwhile
+TILE = 32  # azimuths per arithmetic tile at most
+TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; 16 azimuths at least, fewer where things move far meanwhile
 
 
 class CorrectedChain:
@@ -51,10 +52,11 @@ class CorrectedChain:
         self.landscape = landscape
         still, moving = self._ensembles()
         extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
-        span, steps = TILE * scene.radar.azimuth_step, fidelity.fineness * TABLE_STEPS
+        most = int(np.clip(TILE_BYTES // (self.compression.size * np.dtype(np.complex64).itemsize), TILE // 2, TILE))
+        span, steps = most * scene.radar.azimuth_step, fidelity.fineness * TABLE_STEPS
         beam = BeamTable(self._pattern, scene.radar.beamwidth, extent, span, steps)
         self.moving = MovingEchoes(scene, moving, self.landscape, reach, beam, fidelity.glance, seed)
-        self.rows = int(np.clip(self.moving.interval / scene.radar.spoke_period, 1, TILE))  # a tile is one glance at most
+        self.rows = int(np.clip(self.moving.interval / scene.radar.spoke_period, 1, most))  # a tile is one glance at most
         self.resting = resting_echoes(scene, still, self.landscape, reach)
         self._profiles = self._resting_profiles()
         self._clutter = clutter_of(scene, landscape, self.compression, self._pattern, seed)

@@ -62,21 +62,22 @@ class Tubes:
         return Tubes(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
 
-def lit_pieces(pieces: Pieces, outside: NDArray[np.int8], antenna: Floats, radio: Radio, seen: Seen) -> Tubes:
+def lit_pieces(
+    pieces: Pieces, mesh: Mesh, outside: NDArray[np.int8], antenna: Floats, radio: Radio, seen: Seen
+) -> Tubes:
     """The tubes that fall from the antenna (3,) on the pieces it sees, whichever way these are wound.
 
     outside: (F,) as from `outward_side`; what is seen from within a closed body is no use looking at.
     """
-    toward, _ = _sight(antenna, pieces.centre)
-    facing = np.einsum("ij,ij->i", pieces.normal, toward)
-    lit = np.flatnonzero(facing * outside[pieces.triangle] + (outside[pieces.triangle] == 0) > 0.0)
+    corner, normal = _plane(mesh, np.arange(len(mesh.faces)))
+    above = np.einsum("ij,ij->i", normal, antenna - corner)  # a whole triangle turns its face, or its back
+    lit = np.flatnonzero((above * outside + (outside == 0) > 0.0)[pieces.triangle])
     lit = lit[seen(pieces.centre[lit], pieces.triangle[lit])]
-    normal = pieces.normal[lit] * np.where(facing[lit] < 0.0, -1.0, 1.0)[:, None]
-    centre, toward = pieces.centre[lit], toward[lit]
+    centre, triangle = pieces.centre[lit], pieces.triangle[lit]
+    facing = pieces.normal[lit] * np.where(above < 0.0, -1.0, 1.0)[triangle, None]
+    toward, _ = _sight(antenna, centre)
     field = polarization_of(toward, radio.polarization)
-    return Tubes(
-        pieces.corners[lit], centre, normal, pieces.triangle[lit], -toward, field, centre, np.zeros(len(lit))
-    )  # fmt: skip
+    return Tubes(pieces.corners[lit], centre, facing, triangle, -toward, field, centre, np.zeros(len(lit)))
 
 
 def hits(tubes: Tubes, mesh: Mesh, scene: TriangleScene, hollow: Flags, bounces: int) -> Iterator[Tubes]:
@@ -126,10 +127,11 @@ def _landed(tubes: Tubes, mesh: Mesh) -> Tubes:
 
 
 def _plane(mesh: Mesh, triangle: Indices) -> tuple[Floats, Floats]:
-    """A corner and the unit normal (M, 3) of triangles (M,)."""
+    """A corner and the unit normal (M, 3), 0 where there is no area, of triangles (M,)."""
     a, b, c = (mesh.vertices[mesh.faces[triangle, i]] for i in range(3))
     cross = np.cross(b - a, c - a)
-    return a, cross / np.linalg.norm(cross, axis=1)[:, None]
+    length = np.linalg.norm(cross, axis=1)
+    return a, cross / np.where(length > 0.0, length, 1.0)[:, None]
 
 
 def sent_back(tubes: Tubes, antenna: Floats, radio: Radio) -> tuple[Floats, Complexes]:

@@ -48,7 +48,7 @@ class OpticalBody:
         """
         nearest = float(np.linalg.norm(antenna - self.scene.centre)) - self.scene.radius
         limit = self.limit(nearest)
-        tubes = lit_pieces(self.pieces(limit), self.outside, antenna, self.radio, seen)
+        tubes = lit_pieces(self.pieces(limit), self.mesh, self.outside, antenna, self.radio, seen)
         points, amplitudes = [np.zeros((0, 3))], [np.zeros(0, dtype=np.complex128)]
         for bounce, arrived in enumerate(hits(tubes, self.mesh, self.scene, self.hollow, self.bounces)):
             back = arrived if bounce == 0 else arrived.chosen(seen(arrived.centre, arrived.triangle))
