@@ -37,7 +37,9 @@ Floats = NDArray[np.float64]
 Profiles = NDArray[np.complex64]
 
 TILE = 32  # azimuths per arithmetic tile at most
-TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; 16 azimuths at least, fewer where things move far meanwhile
+TILE_BYTES = (
+    2**20
+)  # of rows in a tile, which the L2 cache holds; 16 azimuths at least, fewer where things move far meanwhile
 
 
 class CorrectedChain:

@@ -28,8 +28,10 @@ def twin(made: rs.Scene, chain: CorrectedChain, scan: int, ranges: Array) -> Arr
     """The field of what the chain says is seen in each glance, every azimuth at its own instant."""
     radar = made.radar
     rows = []
-    for start in range(0, radar.azimuths, chain.rows):
-        number = scan * radar.azimuths + np.arange(start, min(start + chain.rows, radar.azimuths))
+    tiles = [np.arange(start, min(start + chain.rows, radar.azimuths)) for start in range(0, radar.azimuths, chain.rows)]
+    together = chain.fidelity.swept_together
+    for index in (tile[k : k + together] for tile in tiles for k in range(0, len(tile), together)):
+        number = scan * radar.azimuths + index
         time = number * radar.spoke_period
         seen = chain.moving._glance(int(time[len(time) // 2] // chain.moving.interval)).seen
         place = np.empty((len(time), len(seen), 3))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,26 @@ class Reflections:
         return len(self.body)
 
 
+class Sector(NamedTuple):
+    """Bearings within `half` of `middle` [rad] from an antenna (3,), and all that is nearer than `close` [m]."""
+
+    antenna: Floats
+    middle: float
+    half: float
+    close: float
+
+    def holds(self, place: Floats, size: Floats | float = 0.0) -> NDArray[np.bool_]:
+        """Which places (M, 3) on the map are in it, or have something in it within `size` (M,) [m] around them."""
+        east, north = place[:, 0] - self.antenna[0], place[:, 1] - self.antenna[1]
+        distance = np.sqrt(east * east + north * north)
+        ahead = east * np.sin(self.middle) + north * np.cos(self.middle)
+        near = distance <= self.close + size
+        if self.half >= np.pi:
+            return np.ones(len(place), dtype=np.bool_)
+        aside = np.arcsin(np.divide(size, distance, out=np.ones_like(distance), where=~near))
+        return np.asarray(near | (ahead >= distance * np.cos(np.minimum(self.half + aside, np.pi))))
+
+
 class Reflectors(Protocol):
     """B bodies whose reflections can be asked for."""
 
@@ -59,9 +79,16 @@ class Reflectors(Protocol):
     def __len__(self) -> int: ...
 
     def reflections(
-        self, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool = True
+        self,
+        landscape: Landscape,
+        antenna: Floats,
+        time: float,
+        reach: float,
+        movers: bool = True,
+        sector: Sector | None = None,
     ) -> Reflections:
-        """What the antenna (3,) sees of all bodies as they stand at `time` [s]; arguments as in `Landscape.visible`."""
+        """What the antenna (3,) sees of bodies as they stand at `time` [s]; arguments as in `Landscape.visible`. sector: what
+        is asked for, by default all; more may be there."""
         ...
 
 
@@ -87,21 +114,42 @@ class Ensemble:
         return len(self.bodies)
 
     def reflections(
-        self, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool = True
+        self,
+        landscape: Landscape,
+        antenna: Floats,
+        time: float,
+        reach: float,
+        movers: bool = True,
+        sector: Sector | None = None,
     ) -> Reflections:
-        """What the antenna (3,) sees of all bodies as they stand at `time` [s]; arguments as in `Landscape.visible`."""
+        """What the antenna (3,) sees of bodies as they stand at `time` [s]; arguments as in `Landscape.visible`. sector: what
+        is asked for, by default all; more may be there."""
         place, normal = self._placed(time)
-        surface = Surface(self.key[self.body], self.triangle)
-        visible = landscape.visible(surface, place, antenna, time, reach, movers)
-        amplitude = self._amplitude(place, normal, visible, antenna, landscape.earth_radius)
+        asked = self._asked(place, sector)
+        place, body, triangle = place[asked], self.body[asked], self.triangle[asked]
+        visible = landscape.visible(Surface(self.key[body], triangle), place, antenna, time, reach, movers)
+        amplitude = self._amplitude(asked, place, normal[asked], visible, antenna, landscape.earth_radius)
         seen = np.flatnonzero(amplitude)
-        parts = [Reflections(self.position[seen], amplitude[seen], self.body[seen])]
-        parts += [
-            self._by_optics(b, body, landscape, antenna, time, reach, movers)
-            for b, body in enumerate(self.optical)
-            if body is not None
-        ]
+        parts = [Reflections(self.position[asked][seen], amplitude[seen], body[seen])]
+        for b, optical in enumerate(self.optical):
+            if optical is not None and (sector is None or self._in_sector(b, time, sector)):
+                parts.append(self._by_optics(b, optical, landscape, antenna, time, reach, movers))
         return _by_body(parts)
+
+    def _asked(self, place: Floats, sector: Sector | None) -> Indices | slice:
+        """Which scatterers at places (E, 3) a sector asks for: of bodies with a declared cross-section all or none, as they
+        share it."""
+        if sector is None:
+            return slice(None)
+        held = sector.holds(place)
+        shared = np.zeros(len(self.bodies), dtype=np.bool_)
+        shared[self.body[held]] = True
+        return np.flatnonzero(held | (shared & ~np.isnan(self.rcs))[self.body])
+
+    def _in_sector(self, b: int, time: float, sector: Sector) -> bool:
+        """Whether anything of body b may be in a sector."""
+        stand = stands_at([self.bodies[b]], time)[0]
+        return bool(sector.holds(stand.position[None], np.array([self.bodies[b].length + self.bodies[b].beam]))[0])
 
     @cached_property
     def _at_start(self) -> tuple[Floats, Floats, Indices]:
@@ -144,19 +192,25 @@ class Ensemble:
         return found
 
     def _amplitude(
-        self, place: Floats, normal: Floats, visible: NDArray[np.bool_], antenna: Floats, earth_radius: float
+        self,
+        asked: Indices | slice,
+        place: Floats,
+        normal: Floats,
+        visible: NDArray[np.bool_],
+        antenna: Floats,
+        earth_radius: float,
     ) -> NDArray[np.complex128]:
-        """Root of the cross-section [m] with its phase, (E,): declared ones shared by visible projected area, the others
-        diffuse (constant gamma: sigma = gamma cos(i) A). Zero where not visible."""
+        """Root of the cross-section [m] with its phase of the scatterers `asked` for, (A,): declared ones shared by visible
+        projected area, the others diffuse (constant gamma: sigma = gamma cos(i) A). Zero where not visible."""
         sight = antenna - place
         sight[:, 2] -= (sight[:, 0] ** 2 + sight[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna
         sight /= np.maximum(np.linalg.norm(sight, axis=1), 1e-9)[:, None]
         cosine = np.abs(np.einsum("ij,ij->i", sight, normal))  # real meshes are wound either way
-        cosine[self.triangle < 0] = 1.0
-        facing = cosine * self.area * visible
-        total = np.bincount(self.body, facing, minlength=len(self.bodies))
+        cosine[self.triangle[asked] < 0] = 1.0
+        facing, body = cosine * self.area[asked] * visible, self.body[asked]
+        total = np.bincount(body, facing, minlength=len(self.bodies))
         per_area = np.where(np.isnan(self.rcs), self.gamma, self.rcs / np.where(total > 0, total, 1.0))
-        return np.asarray(np.sqrt(per_area[self.body] * facing) * self.phasor)
+        return np.asarray(np.sqrt(per_area[body] * facing) * self.phasor[asked])
 
 
 def _by_body(parts: Sequence[Reflections]) -> Reflections:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.echoes import elevation_gain, path_factor, received_amplitude, two_way_phase
-from radar_service.echo.ensemble import Reflections, Reflectors
+from radar_service.echo.ensemble import Reflections, Reflectors, Sector
 from radar_service.echo.fleet import Fleet, Stands, placed_at
 from radar_service.echo.fluctuation import Fluctuation
 from radar_service.echo.held import Held
@@ -230,11 +230,18 @@ class MovingEchoes:
             rough[moving] = away > TOLERANCE
         return rough
 
+    def _passed(self, number: int) -> tuple[float, float]:
+        """Middle and half width [rad] of the sector that the beam sees during the glance of that number, and a tile more."""
+        rate = 2.0 * np.pi / self.scene.radar.rotation_period
+        turned = rate * self.interval / 2.0 + self._beam.span
+        return rate * (number + 0.5) * self.interval % (2.0 * np.pi), self._beam.extent + turned + self._leeway
+
     def _looked(self, number: int) -> Glance:
-        """What the antenna sees of everything during the glance of that number."""
+        """What the antenna sees of all that the beam reaches during the glance of that number."""
         time = (number + 0.5) * self.interval
         antenna = self.scene.antenna(time)[0]
-        seen = self.ensemble.reflections(self.landscape, antenna, time, self.reach)
+        sector = Sector(antenna, *self._passed(number), self._moved / LEEWAY)
+        seen = self.ensemble.reflections(self.landscape, antenna, time, self.reach, sector=sector)
         stands = self.fleet.stands(np.array([time]))
         place = placed_at(seen.position, seen.body, stands.position[0], stands.heading[0])
         east, north, _ = (place - antenna).T

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.ensemble import Ensemble, Reflections
+from radar_service.echo.ensemble import Ensemble, Reflections, Sector
 from radar_service.echo.sight import Landscape
 from radar_service.frames import body_rotation, direction, map_from_body
 from radar_service.random import CAST, generator
@@ -114,10 +114,17 @@ class RayEnsemble:
         return len(self.bodies)
 
     def reflections(
-        self, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool = True
+        self,
+        landscape: Landscape,
+        antenna: Floats,
+        time: float,
+        reach: float,
+        movers: bool = True,
+        sector: Sector | None = None,
     ) -> Reflections:
-        """What the antenna (3,) sees of all bodies as they stand at `time` [s]; arguments as in `Landscape.visible`."""
-        declared = self.others.reflections(landscape, antenna, time, reach, movers)
+        """What the antenna (3,) sees of bodies as they stand at `time` [s]; arguments as in `Ensemble.reflections`. Rays are
+        always cast all round."""
+        declared = self.others.reflections(landscape, antenna, time, reach, movers, sector)
         hits = self.caster.hits(antenna, time, reach, movers)
         index = np.full(len(self.caster.bodies), -1, dtype=np.int64)  # of each body of the scene, in this ensemble
         index[self.key[[is_cast(body) for body in self.bodies]]] = np.flatnonzero([is_cast(b) for b in self.bodies])

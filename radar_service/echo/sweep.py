@@ -158,7 +158,7 @@ class BeamTable:
     def __init__(self, pattern: Pattern, beamwidth: float, extent: float, span: float, steps: int = TABLE_STEPS) -> None:
         """extent: offset [rad] up to which echoes count; span: of the boresights that are swept together [rad]; steps: gains
         per beamwidth."""
-        self.extent = extent
+        self.extent, self.span = extent, span
         reach = extent + 2.0 * span  # one that counts for the first boresight is farther from the last
         per_radian = min(steps / beamwidth, TABLE_MOST / reach)
         offset = wrap_angle(np.arange(int(reach * per_radian) + 2) / per_radian)

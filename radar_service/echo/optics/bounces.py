@@ -62,9 +62,7 @@ class Tubes:
         return Tubes(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
 
-def lit_pieces(
-    pieces: Pieces, mesh: Mesh, outside: NDArray[np.int8], antenna: Floats, radio: Radio, seen: Seen
-) -> Tubes:
+def lit_pieces(pieces: Pieces, mesh: Mesh, outside: NDArray[np.int8], antenna: Floats, radio: Radio, seen: Seen) -> Tubes:
     """The tubes that fall from the antenna (3,) on the pieces it sees, whichever way these are wound.
 
     outside: (F,) as from `outward_side`; what is seen from within a closed body is no use looking at.
