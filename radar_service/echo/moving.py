@@ -4,6 +4,7 @@ Range, phase and beam weight are those of the very instant of each azimuth. What
 instants of simulated time: sight and scattering each `glance`, elevation gain and multipath once per call.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -74,13 +75,13 @@ class Glance:
     close: Indices
 
     def about(self, boresight: float, half: float) -> Indices:
-        """Indices of all that may be met within `half` of `boresight` [rad], in rising order."""
+        """Indices of all that may be met within `half` of `boresight` [rad]."""
         if half >= np.pi:
             return np.arange(len(self.place))
         edges = wrap_angle(np.array([boresight - half, boresight + half]))
         first, last = np.searchsorted(self.azimuth, edges)
         met = [self.order[first:last]] if edges[0] <= edges[1] else [self.order[first:], self.order[:last]]
-        return np.sort(np.concatenate([self.close, *met]))
+        return np.concatenate([self.close, *met])
 
 
 class Moment(NamedTuple):
@@ -131,8 +132,8 @@ class MovingEchoes:
         about = glance.about(middle, half + self._leeway)
         if not len(about):
             return joined([], len(at.time))
-        now = self._moment(at, np.unique(glance.seen.body[about]))
-        places = self._places(glance, about, now, 1) - now.antenna[1]
+        now = self._moment(at, np.flatnonzero(np.bincount(glance.seen.body[about])))
+        (places,) = self._places(glance, about, now, [1])
         chosen = about[_within(places if now.upright is None else places @ now.upright[1].T, middle, half)]
         parts = [self._part(glance, chosen[i : i + ECHOES], now) for i in range(0, len(chosen), ECHOES)]
         return joined(parts, len(at.time))
@@ -153,7 +154,7 @@ class MovingEchoes:
     def _part(self, glance: Glance, which: Indices, now: Moment) -> SweptEchoes:
         """Some of the echoes, indices into the glance."""
         body, earth = glance.seen.body[which], self.landscape.earth_radius
-        nodes = [self._places(glance, which, now, n) - now.antenna[n] for n in range(3)]
+        nodes = self._places(glance, which, now, range(3))
         polar = polar_from_map(nodes[1], np.zeros(3), earth)
         seen = nodes if now.upright is None else [apparent(nodes[n], now.upright[n], earth) for n in range(3)]
         azimuth = polar.azimuth if now.upright is None else np.arctan2(seen[1][:, 0], seen[1][:, 1])
@@ -161,7 +162,14 @@ class MovingEchoes:
         up = polar.elevation if now.upright is None else elevation_of(seen[1])
         exact = np.union1d(near, np.flatnonzero(now.rough[body]))
         if len(exact):
-            nodding = self._exactly(course, exact, self._every(glance, which[exact], now), azimuth, up, now)
+            nodding = self._exactly(
+                course,
+                exact,
+                np.stack(self._places(glance, which[exact], now, range(3, len(now.antenna)))),
+                azimuth,
+                up,
+                now,
+            )
         weight = self._weight(course, azimuth, now.at)
         self.fluctuation.apply(weight, now.at.number, azimuth, body)
         radar = self.scene.radar
@@ -176,10 +184,6 @@ class MovingEchoes:
         base = glance.seen.amplitude[which] * path_factor(radar, self.scene.environment, polar, height, up - polar.elevation)
         base *= received_amplitude(radar, polar.range) * two_way_phase(polar.range, radar.wavelength)
         return SweptEchoes(polar.range, course.drift, turned_amplitude(base, weight, course.drift, radar.wavelength))
-
-    def _every(self, glance: Glance, which: Indices, now: Moment) -> Floats:
-        """Places (K, W, 3) of reflections relative to the antenna at every azimuth."""
-        return np.stack([self._places(glance, which, now, n) - now.antenna[n] for n in range(3, len(now.antenna))])
 
     def _exactly(self, course: Course, which: Indices, places: Floats, azimuth: Floats, up: Floats, now: Moment) -> Singles:
         """Lays the true changes of some echoes into `course`; their elevation gains (W, K) over those of the middle, where
@@ -207,17 +211,18 @@ class MovingEchoes:
         middle[steady] = first[steady] = last[steady] = 1.0
         return over.change(first / middle - 1.0, last / middle - 1.0) + np.float32(1.0)
 
-    def _places(self, glance: Glance, which: Indices | None, now: Moment, instant: int) -> Floats:
-        """Where reflections `which` (E,), or all, are on the map (E, 3) [m] at one of the instants of `now`."""
-        every = slice(None) if which is None else which
-        place, body = glance.place[every], glance.seen.body[every]
+    def _places(self, glance: Glance, which: Indices, now: Moment, instants: Iterable[int]) -> list[Floats]:
+        """Where reflections `which` (E,) are from the antenna, on the map (E, 3) [m], at some of the instants of `now`."""
+        place, body = glance.place[which], glance.seen.body[which]
         moving = np.flatnonzero(self._moves[body])
-        if not len(moving):
-            return place
-        place = place.copy()
-        points = glance.seen.position[every][moving]
-        place[moving] = placed_at(points, body[moving], now.stands.position[instant], now.stands.heading[instant])
-        return place
+        points, mover = glance.seen.position[which[moving]], body[moving]
+        places = []
+        for n in instants:
+            places.append(place - now.antenna[n])
+            if len(moving):
+                there = placed_at(points, mover, now.stands.position[n], now.stands.heading[n])
+                places[-1][moving] = there - now.antenna[n]
+        return places
 
     def _rough(self, stands: Stands, antenna: Floats, over: Parabola, moving: Indices) -> NDArray[np.bool_]:
         """Which bodies (B,), seen from the antenna, leave their parabola: those of `moving` (N,) at a corner of their track."""

@@ -46,8 +46,8 @@ class Parabola(NamedTuple):
 
     def change(self, first: Floats, last: Floats) -> Singles:
         """Change (E, K) since the middle of what has changed by `first` and `last` (E,) at the outer nodes."""
-        change = np.multiply.outer(first.astype(np.float32), self.first.astype(np.float32))
-        change += np.multiply.outer(last.astype(np.float32), self.last.astype(np.float32))
+        ends, weights = np.stack([first, last], axis=1), np.stack([self.first, self.last])
+        change: Singles = ends.astype(np.float32) @ weights.astype(np.float32)
         return change
 
 

@@ -224,7 +224,7 @@ def test_both_estimators_agree_patch_by_patch(sampler: str, own_ship: dict[str, 
     """Mean power of every patch that counts, over 24 seeds each: Welch's t of each patch as a normal deviate, their squares
     summed against chi-square at LEVEL over the tests here, and the mean over the patches likewise.
 
-    The error of the whole is computed too, and is below 0.25 dB: the test would see an error of 1.1 dB (4.4 sigma).
+    The error of the whole is computed too, and is below 0.3 dB: the test would see an error of 1.3 dB (4.4 sigma).
     """
     made = coast(tmp_path, own_ship)
     count = 24
@@ -240,4 +240,4 @@ def test_both_estimators_agree_patch_by_patch(sampler: str, own_ship: dict[str, 
     wholes = [(energies[:, counts] / alike).mean(axis=1) for energies in (mine, theirs)]
     assert stats.ttest_ind(*wholes, equal_var=False).pvalue > LEVEL / tests
     spread = [np.std(whole) / np.mean(whole) / np.sqrt(count) for whole in wholes]
-    assert 4.34 * np.hypot(*spread) < 0.25  # dB
+    assert 4.34 * np.hypot(*spread) < 0.3  # dB; it scatters by a seventh itself, over 24 seeds
