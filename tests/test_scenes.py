@@ -11,8 +11,12 @@ from PIL import Image
 from scipy.spatial import cKDTree
 
 import radar_service as rs
+from radar_service.echo.ensemble import antenna_from
+from radar_service.echo.optics.optical_body import optical_body
 from radar_service.frames import map_from_body
 from radar_service.scene.world import Body
+from radar_service.trace.visibility import Stand
+from tests.echo.optics.meshes import cross_section, decibels
 from tests.reference import make_scenes
 
 Floats = NDArray[np.float64]
@@ -74,6 +78,30 @@ def test_harbour_is_as_rich_as_promised() -> None:
     under_way = [b for b in harbour.bodies if not b.motion.at_rest]
     assert fixed >= 50_000 and harbour.radar.range_max >= 5000 and harbour.own_ship.at_rest
     assert sum(b.scattering == "optics" for b in under_way) >= 2 and all(b.motion.period is not None for b in under_way)
+
+
+def test_harbour_ships_by_optics_carry_their_fittings() -> None:
+    """A smooth hull has some 150 triangles; at rest and under way all have ten times that, but in small files."""
+    harbour = scene("harbour")
+    ships = {b.name: b.mesh for b in harbour.bodies if b.mmsi is not None and b.scattering == "optics"}
+    assert set(ships) == {"moored ship", "tanker at anchor", "ferry", "coaster"}
+    assert all(mesh is not None and len(mesh.faces) > 1000 for mesh in ships.values())
+    assert all((FOLDER / f"{name}.obj").stat().st_size < 200e3 for name in ("freighter", "tanker", "ferry", "coaster"))
+    lengths = {b.name: b.length for b in harbour.bodies}
+    assert (lengths["moored ship"], lengths["tanker at anchor"]) == pytest.approx((140.0, 185.0), abs=0.5)  # m
+
+
+def test_harbour_reflectors_return_what_theory_says() -> None:
+    """By optics, from own ship, half a degree off their axes at most: 4 pi a^4 / (3 lambda^2), 27.28 dBsm, to 0.5 dB."""
+    harbour = scene("harbour")
+    theory = 4.0 * np.pi * 0.6**4 / (3.0 * harbour.radar.wavelength**2)
+    reflectors = [b for b in harbour.bodies if b.name.startswith("reflector")]
+    assert len(reflectors) == 3 and all(b.rcs is None and b.scattering == "optics" for b in reflectors)
+    for body in reflectors:
+        pose = body.motion.pose(0.0)
+        antenna = antenna_from(Stand(pose.position[0], float(pose.heading[0])), harbour.antenna(0.0)[0], np.inf)
+        found = cross_section(optical_body(body, harbour.radar, 3), antenna)
+        assert decibels(found / theory) == pytest.approx(0.0, abs=0.5), body.name
 
 
 def sea_floor(places: Floats) -> Floats:
