@@ -17,7 +17,8 @@ import numpy as np
 from tqdm import tqdm
 
 from radar_service.display.video import Controls
-from radar_service.fidelity import PRESETS, PURPOSE
+from radar_service.echo.optics.remarks import optics_remarks
+from radar_service.fidelity import PRESETS, PURPOSE, fidelity_from_name
 from radar_service.records import SpokeBlock
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
@@ -222,7 +223,8 @@ def write_png(path: Path, blocks: Sequence[SpokeBlock], simulator: Simulator) ->
 
 def run_check(wanted: argparse.Namespace) -> int:
     """Say what a scene contains."""
-    print(describe(load_scene(wanted.scene)))
+    scene = load_scene(wanted.scene)
+    print(describe(scene, optics_remarks(scene, fidelity_from_name("auto").bounces)))
     return 0
 
 
