@@ -151,12 +151,13 @@ def _check_repetition(radar: RadarModel) -> None:
         if radar.second_time_around:
             raise ValueError("second_time_around: it takes a pulse repetition frequency; add prf_hz")
         return
-    interval, spokes = 1.0 / radar.prf_hz, radar.azimuths * radar.rpm / 60.0
+    interval = 1.0 / radar.prf_hz
     if radar.pulse_s >= interval:
         raise ValueError(
             f"pulse_s: {radar.pulse_s:g} s is not below the {interval:g} s from pulse to pulse; shorten it or lower prf_hz"
         )
-    if radar.prf_hz < spokes * (1.0 - 1e-9):
+    if radar.rpm > fastest_rpm(radar.prf_hz, radar.azimuths):
+        spokes = radar.azimuths * radar.rpm / 60.0
         raise ValueError(
             f"prf_hz: {radar.prf_hz:g} is less than a pulse for each of the {spokes:g} spokes a second; raise it or lower "
             "azimuths or rpm"
@@ -167,6 +168,11 @@ def _check_repetition(radar: RadarModel) -> None:
             f"range_max_m: {radar.range_max_m:g} m is beyond the {unambiguous:.0f} m from which echoes of {radar.prf_hz:g} "
             "pulses a second arrive in time; lower one of the two, or set second_time_around = true"
         )
+
+
+def fastest_rpm(prf_hz: float, azimuths: int) -> float:
+    """The most revolutions a minute at which every spoke still has a pulse of its own, with a margin for rounding."""
+    return 60.0 * prf_hz / azimuths * (1.0 + 1e-9)
 
 
 def _check_beam(radar: RadarModel) -> None:
