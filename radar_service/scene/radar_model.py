@@ -52,7 +52,8 @@ class RadarModel(Section):
     coarse_azimuths: Flag = Field(False, description="allow a beam narrower than the step between spokes")
     pattern: PatternName | PatternTable = Field(
         "sinc2",
-        description="or a table of (offset in degrees, one-way gain in dB), symmetric about 0, for the horizontal",
+        description="or a table of (offset in degrees, one-way gain in dB), symmetric about 0 and joined by a smooth curve, "
+        "for the horizontal",
     )
     pattern_el: PatternName | PatternTable | None = Field(
         None, description="the vertical one; a table is about tilt_deg; default: as pattern, sinc2 where that is a table"
@@ -196,7 +197,8 @@ def _check_beam(radar: RadarModel) -> None:
 
 
 def _half_power_width(table: PatternTable) -> float:
-    """Full width [degrees] at half power of a pattern in dB, straight between its rows; a turn where it stays above."""
+    """Full width [degrees] at half power of a pattern in dB; a turn where it stays above. Straight between its rows, which
+    is near enough for what is refused."""
     for (left, high), (right, low) in itertools.pairwise(table):
         if low < HALF_POWER_DB:
             return 2.0 * (left + (right - left) * (HALF_POWER_DB - high) / (low - high))
