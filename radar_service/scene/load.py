@@ -65,7 +65,8 @@ def scene_from_model(model: SceneModel, folder: Path | None, builder: Builder = 
         model.name, loader.origin, loader.radar, loader.environment, loader.own_ship, tuple(bodies), tuple(loader.warnings),
         tuple(interferer_from_model(other) for other in model.interference),
     )  # fmt: skip
-    return replace(scene, warnings=(*scene.warnings, *odd_places(scene)))
+    terrain = [k for k, body in enumerate(model.body) if body.heightmap is not None]
+    return replace(scene, warnings=(*scene.warnings, *odd_places(scene, terrain)))
 
 
 class _Loader:
