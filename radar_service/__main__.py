@@ -6,6 +6,7 @@ import contextlib
 import errno
 import json
 import math
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -17,7 +18,8 @@ import numpy as np
 from tqdm import tqdm
 
 from radar_service.display.video import Controls
-from radar_service.fidelity import PRESETS, PURPOSE
+from radar_service.echo.optics.remarks import optics_remarks
+from radar_service.fidelity import PRESETS, PURPOSE, fidelity_from_name
 from radar_service.records import SpokeBlock
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
@@ -39,6 +41,7 @@ from radar_service.study.stability.report import write_report
 
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
+MOST_THREADS = 64  # a tile each: a turn has few more
 
 
 class UsageError(Exception):
@@ -62,6 +65,11 @@ def whole(text: str, least: int, most: int) -> int:
     raise argparse.ArgumentTypeError(f'"{text}" is not a whole number from {least} to {most}')
 
 
+def thread_count(text: str) -> int:
+    """A number of threads, auto for all cores but one, which is left to whatever else goes on. Raises ArgumentTypeError."""
+    return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MOST_THREADS)
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     top = argparse.ArgumentParser("radar-service", description="A simulated marine radar.")
@@ -71,8 +79,13 @@ def parser() -> argparse.ArgumentParser:
     presets = "; ".join(f"{name}: {purpose}" for name, purpose in PURPOSE.items())
     common.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto means balanced")
     common.add_argument("--seed", default=0, type=partial(whole, least=0, most=2**63 - 1))
+    threaded = argparse.ArgumentParser(add_help=False)
+    threaded.add_argument(
+        "--threads", default=1, type=thread_count, metavar="N",
+        help="at work at once on each radar, or auto: all cores but one (default 1); changes no byte",
+    )  # fmt: skip
 
-    serve = commands.add_parser("serve", parents=[common], help="put radars on the air")
+    serve = commands.add_parser("serve", parents=[common, threaded], help="put radars on the air")
     serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {scene_help}")
     serve.add_argument("--host", default="127.0.0.1")
     serve.add_argument("--port", default=8000, type=partial(whole, least=0, most=65535), help="0 takes a free one")
@@ -99,7 +112,7 @@ def parser() -> argparse.ArgumentParser:
     )
     serve.set_defaults(run=run_serve)
 
-    scan = commands.add_parser("scan", parents=[common], help="compute scans into a file")
+    scan = commands.add_parser("scan", parents=[common, threaded], help="compute scans into a file")
     scan.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
     scan.add_argument("-o", "--out", type=Path, required=True, help="file.npz to write")
     scan.add_argument("--png", type=Path, help="picture of the last scan to write")
@@ -133,7 +146,7 @@ def run_serve(wanted: argparse.Namespace) -> int:
     """Serve until stopped."""
     access, refused = access_for(wanted), Refusals()
     journal.write(wanted.log)
-    factory = partial(Simulator, fidelity=wanted.fidelity, seed=wanted.seed)
+    factory = partial(Simulator, fidelity=wanted.fidelity, seed=wanted.seed, threads=wanted.threads)
     settings, sandbox = Settings(pace=wanted.pace), Sandbox()
     builder = sandbox if wanted.sandbox_all else IN_PROCESS
     stations = [
@@ -186,7 +199,7 @@ def run_scan(wanted: argparse.Namespace) -> int:
     for path in (wanted.out, wanted.png):
         if path and not path.parent.is_dir():  # said now, not after an hour of computing
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
-    simulator = Simulator(load_scene(wanted.scene), wanted.fidelity, wanted.seed)
+    simulator = Simulator(load_scene(wanted.scene), wanted.fidelity, wanted.seed, wanted.threads)
     azimuths = simulator.scene.radar.azimuths
     blocks = []
     with tqdm(total=wanted.scans * azimuths, unit="spokes", disable=None) as bar:
@@ -222,7 +235,8 @@ def write_png(path: Path, blocks: Sequence[SpokeBlock], simulator: Simulator) ->
 
 def run_check(wanted: argparse.Namespace) -> int:
     """Say what a scene contains."""
-    print(describe(load_scene(wanted.scene)))
+    scene = load_scene(wanted.scene)
+    print(describe(scene, optics_remarks(scene, fidelity_from_name("auto").bounces)))
     return 0
 
 

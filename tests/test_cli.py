@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -52,6 +53,28 @@ def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsy
     north = picture[100:420, 440:461]  # where a target at half range ahead shows
     south = picture[480:800, 440:461]
     assert north.sum() > south.sum()
+
+
+def test_threads_reach_the_engine_and_change_no_byte(scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    made = rs.Simulator.__init__
+
+    def counted(self: rs.Simulator, scene: rs.Scene, fidelity: str, seed: int, threads: int) -> None:
+        asked.append(threads)
+        made(self, scene, fidelity, seed, threads)
+
+    monkeypatch.setattr(rs.Simulator, "__init__", counted)
+    monkeypatch.setattr(os, "cpu_count", lambda: 4)
+    files = [tmp_path / name for name in ("1", "3", "auto")]
+    for out in files:
+        assert main(["scan", str(scene), "-o", str(out), "--threads", out.name]) == 0
+    with socket.socket() as taken:  # serve makes its radars, and ends where it cannot listen
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        assert main(["serve", str(scene), "--threads", "2", "--port", str(taken.getsockname()[1])]) == 2
+    assert asked == [1, 3, 3, 2]
+    assert files[0].read_bytes() == files[1].read_bytes() == files[2].read_bytes()
+    assert parser().parse_args(["serve"]).threads == 1
 
 
 def test_scan_shows_no_bar_where_there_is_no_terminal(
@@ -115,7 +138,7 @@ def test_a_port_in_use_is_named(scene: Path, capsys: pytest.CaptureFixture[str])
         (["serve", "--pace", "0"], "pace"), (["serve", "--pace", "nan"], "pace"), (["serve", "--pace", "quick"], "pace"),
         (["serve", "--port", "70000"], "port"), (["scan", "-o", "x", "--scans", "0"], "scans"),
         (["scan"], "--out"), (["plan", "--seed", "-1"], "seed"), (["plan", "--fidelity", "best"], "fidelity"),
-        ([], "COMMAND"),
+        ([], "COMMAND"), (["serve", "--threads", "0"], "threads"), (["scan", "-o", "x", "--threads", "many"], "threads"),
     ],
 )  # fmt: skip
 def test_bad_arguments_are_refused_by_name(arguments: list[str], word: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -146,10 +146,11 @@ def rain_level_db(video_db: Power, step: float, rain: float) -> Power:
 
 
 def display_video(power: Power, to: Layout, controls: Controls, noise_power: float) -> Bytes:
-    """The bytes (K, bins) that a display shows of cells (K, N) [W]: 0 nothing, b > 0: b DB_PER_STEP above the threshold.
+    """The bytes (K, bins) that a display shows of cells (K, N) [W]: 0 nothing, b > 0: b - 1 to b steps above the threshold.
 
-    The threshold before the controls is noise_threshold_db(noise_power), which is the scale's offset: gain lifts the
-    video by 1 dB per percent over 50, sea and rain lower it; whatever stays under half a step shows nothing.
+    The threshold before the controls is noise_threshold_db(noise_power): gain lifts the video by 1 dB per percent over 50,
+    sea and rain lower it. What is over the threshold shows, be it ever so little, so that the noise of a cell shows with
+    probability PFA at gain 50.
     """
     cells = power[:, : to.samples]
     lift = (controls.gain - 50.0) - noise_threshold_db(noise_power)
@@ -159,7 +160,7 @@ def display_video(power: Power, to: Layout, controls: Controls, noise_power: flo
         video -= sea_attenuation_db(distance, controls.sea).astype(np.float32)
     if controls.rain > 0:
         video -= rain_level_db(video, to.native_step, controls.rain)
-    return quantise(peaks(video, to), 0.0, DB_PER_STEP)
+    return quantise(peaks(video, to), -0.5 * DB_PER_STEP, DB_PER_STEP)
 
 
 def quantise(level_db: NDArray[np.floating], offset_db: float, db_per_step: float) -> Bytes:
@@ -175,9 +176,9 @@ def log_offset_db(noise_power: float) -> float:
 
 
 def scale(encoding: str, noise_power: float) -> dict[str, float]:
-    """`db_per_step` and `offset_db` [dBW] of the encodings in steps, nothing for the others."""
+    """`db_per_step` and `offset_db` [dBW], so that byte b > 0 is the middle of its step, of the encodings in steps."""
     if encoding == "u8":
-        return {"db_per_step": DB_PER_STEP, "offset_db": noise_threshold_db(noise_power)}
+        return {"db_per_step": DB_PER_STEP, "offset_db": noise_threshold_db(noise_power) - 0.5 * DB_PER_STEP}
     if encoding == "u8-log":
         return {"db_per_step": LOG_DB_PER_STEP, "offset_db": log_offset_db(noise_power)}
     return {}

@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from radar_service.scene.world import Pattern, Taylor
@@ -68,11 +69,25 @@ def cosine2_gain(offset: Floats, beamwidth: float) -> Floats:
 
 
 def table_gain(offset: Floats, table: tuple[tuple[float, float], ...]) -> Floats:
-    """A measured pattern: rows of (offset [rad], one-way power gain) rising from 0; dB linear between, last beyond."""
-    rows = np.asarray(table, dtype=np.float64)
-    levels = np.log10(np.maximum(rows[:, 1], LOWEST_GAIN))
-    gain: Floats = 10.0 ** np.interp(np.abs(offset), rows[:, 0], levels)
+    """A measured pattern: rows of (offset [rad], one-way power gain) rising from 0, the last one holding beyond.
+
+    Between rows the level in dB follows a monotone cubic (Fritsch and Carlson 1980), level at boresight: straight lines leave
+    corners, whose spectrum the beam's filter over the turn cuts off at -50 dB, and a beam 12 dB further from the true one.
+    """
+    inside = np.minimum(np.abs(offset), table[-1][0])
+    gain: Floats = 10.0 ** _table_curve(table)(inside)
     return gain
+
+
+@cache
+def _table_curve(table: tuple[tuple[float, float], ...]) -> PchipInterpolator:
+    """log10 of a table's gain over the offset [rad], symmetric about 0 and flat at its end."""
+    offset, gain = np.asarray(table, dtype=np.float64).T
+    level = np.log10(np.maximum(gain, LOWEST_GAIN))
+    beyond = 2.0 * offset[-1] - offset[-2]
+    return PchipInterpolator(
+        np.concatenate([-offset[:0:-1], offset, [beyond]]), np.concatenate([level[:0:-1], level, level[-1:]])
+    )
 
 
 PATTERNS: dict[str, Callable[[Floats, float], Floats]] = {

@@ -1,12 +1,14 @@
 """The radar and the environment of the scene model in SI and radians."""
 
 import math
+from dataclasses import replace
 
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
+from radar_service.scene.error import SceneError
 from radar_service.scene.interference_model import InterferenceModel
 from radar_service.scene.model import EnvironmentModel
-from radar_service.scene.radar_model import PatternName, PatternTable, RadarModel
-from radar_service.scene.world import Environment, Interferer, Pattern, Radar, Taylor
+from radar_service.scene.radar_model import PatternName, PatternTable, RadarModel, fastest_rpm
+from radar_service.scene.world import Environment, Interferer, Pattern, Radar, Scene, Taylor
 
 
 def radar_from_model(model: RadarModel) -> Radar:
@@ -42,6 +44,18 @@ def radar_from_model(model: RadarModel) -> Radar:
         rays=model.rays,
         blind_sectors=tuple((math.radians(start), math.radians(end)) for start, end in model.blind_sectors_deg),
     )
+
+
+def scene_at_rpm(scene: Scene, rpm: float) -> Scene:
+    """The scene with its radar turning at another rate, as if its file said so. SceneError where the loader would refuse:
+    of its rules, the rate enters into the pulses that a spoke needs alone."""
+    radar = scene.radar
+    if radar.prf is not None and rpm > fastest_rpm(radar.prf, radar.azimuths):
+        raise SceneError(
+            f"rpm: {rpm:g} makes {radar.azimuths * rpm / 60.0:g} spokes a second, more than the {radar.prf:g} pulses of the "
+            f"scene's prf_hz; give {60.0 * radar.prf / radar.azimuths:g} at most, or a scene with a higher prf_hz"
+        )
+    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm))
 
 
 def _pattern(pattern: PatternName | PatternTable, model: RadarModel) -> Pattern:

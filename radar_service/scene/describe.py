@@ -1,6 +1,8 @@
 """A scene in words, for `radar-service check`, and its JSON Schema, for editors."""
 
 import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,18 +13,23 @@ from radar_service.scene.model import SceneModel
 from radar_service.scene.world import Body, Motion, Pattern, Radar, Scene, Taylor
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
+NOTHING: Mapping[str, Sequence[str]] = MappingProxyType({})
 TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam (DESIGN section 3, row 2)
 
 
-def describe(scene: Scene) -> str:
-    """What the scene contains, as text of many lines: the radar's derived numbers, each body at t = 0, warnings."""
+def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NOTHING) -> str:
+    """What the scene contains, as text of many lines: the radar's derived numbers, each body at t = 0, warnings.
+
+    remarks: what else there is to say of bodies, by their names.
+    """
     lines = [f"scene       {scene.name}"]
     if scene.origin is not None:
         lines.append(f"origin      latitude {scene.origin[0]:.6f}, longitude {scene.origin[1]:.6f} degrees")
     lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"own ship    {_motion_text(scene.own_ship)}"]
     triangles = sum(len(body.mesh.faces) for body in scene.bodies if body.mesh is not None)
     lines.append(f"bodies      {len(scene.bodies)} with {triangles} triangles in all")
-    lines += [line for body in scene.bodies for line in _body_lines(body, scene)]
+    for body in scene.bodies:
+        lines += [*_body_lines(body, scene), *(f"    {remark}" for remark in remarks.get(body.name, ()))]
     lines += [f"warning     {warning}" for warning in scene.warnings]
     return "\n".join(lines)
 

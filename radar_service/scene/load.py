@@ -65,7 +65,8 @@ def scene_from_model(model: SceneModel, folder: Path | None, builder: Builder = 
         model.name, loader.origin, loader.radar, loader.environment, loader.own_ship, tuple(bodies), tuple(loader.warnings),
         tuple(interferer_from_model(other) for other in model.interference),
     )  # fmt: skip
-    return replace(scene, warnings=(*scene.warnings, *odd_places(scene)))
+    terrain = [k for k, body in enumerate(model.body) if body.heightmap is not None]
+    return replace(scene, warnings=(*scene.warnings, *odd_places(scene, terrain)))
 
 
 class _Loader:
@@ -122,7 +123,7 @@ class _Loader:
             start = terrain.position
             self._warn(f"{place}.heightmap", body.heightmap, terrain.loaded)
         else:
-            mesh = self._mesh(body, place)
+            mesh = self._mesh(body, place, scattering == "optics")
         self._count(mesh, place)
         motion = motion_from_model(body, start, place, self._read_track, self.origin)
         rcs = None if body.rcs_dbsm is None else 10.0 ** (body.rcs_dbsm / 10.0)
@@ -153,7 +154,7 @@ class _Loader:
         reach = np.inf if self.radar.second_time_around else self.radar.range_max
         return Sight(float(way[0, 0]), float(way[0, 1]), reach + strayed)
 
-    def _mesh(self, body: BodyModel, place: str) -> Mesh | None:
+    def _mesh(self, body: BodyModel, place: str, optics: bool) -> Mesh | None:
         if body.mesh is not None:
             loaded = self._mesh_file(body, f"{place}.mesh")
             self._warn(f"{place}.mesh", body.mesh, loaded)
@@ -161,7 +162,8 @@ class _Loader:
         if body.shape is None or body.shape == "point":
             return None
         sizes = {key: getattr(body, key) for key in SHAPE_SIZES[body.shape]}
-        return self._once((body.shape, *sizes.values()), lambda: LoadedMesh(shape_mesh(str(body.shape), sizes), ())).mesh
+        key = (body.shape, optics, *sizes.values())
+        return self._once(key, lambda: LoadedMesh(shape_mesh(str(body.shape), sizes, optics), ())).mesh
 
     def _mesh_file(self, body: BodyModel, place: str) -> LoadedMesh:
         name = str(body.mesh)

@@ -52,7 +52,8 @@ class RadarModel(Section):
     coarse_azimuths: Flag = Field(False, description="allow a beam narrower than the step between spokes")
     pattern: PatternName | PatternTable = Field(
         "sinc2",
-        description="or a table of (offset in degrees, one-way gain in dB), symmetric about 0, for the horizontal",
+        description="or a table of (offset in degrees, one-way gain in dB), symmetric about 0 and joined by a smooth curve, "
+        "for the horizontal",
     )
     pattern_el: PatternName | PatternTable | None = Field(
         None, description="the vertical one; a table is about tilt_deg; default: as pattern, sinc2 where that is a table"
@@ -151,12 +152,13 @@ def _check_repetition(radar: RadarModel) -> None:
         if radar.second_time_around:
             raise ValueError("second_time_around: it takes a pulse repetition frequency; add prf_hz")
         return
-    interval, spokes = 1.0 / radar.prf_hz, radar.azimuths * radar.rpm / 60.0
+    interval = 1.0 / radar.prf_hz
     if radar.pulse_s >= interval:
         raise ValueError(
             f"pulse_s: {radar.pulse_s:g} s is not below the {interval:g} s from pulse to pulse; shorten it or lower prf_hz"
         )
-    if radar.prf_hz < spokes * (1.0 - 1e-9):
+    if radar.rpm > fastest_rpm(radar.prf_hz, radar.azimuths):
+        spokes = radar.azimuths * radar.rpm / 60.0
         raise ValueError(
             f"prf_hz: {radar.prf_hz:g} is less than a pulse for each of the {spokes:g} spokes a second; raise it or lower "
             "azimuths or rpm"
@@ -167,6 +169,11 @@ def _check_repetition(radar: RadarModel) -> None:
             f"range_max_m: {radar.range_max_m:g} m is beyond the {unambiguous:.0f} m from which echoes of {radar.prf_hz:g} "
             "pulses a second arrive in time; lower one of the two, or set second_time_around = true"
         )
+
+
+def fastest_rpm(prf_hz: float, azimuths: int) -> float:
+    """The most revolutions a minute at which every spoke still has a pulse of its own, with a margin for rounding."""
+    return 60.0 * prf_hz / azimuths * (1.0 + 1e-9)
 
 
 def _check_beam(radar: RadarModel) -> None:
@@ -190,7 +197,8 @@ def _check_beam(radar: RadarModel) -> None:
 
 
 def _half_power_width(table: PatternTable) -> float:
-    """Full width [degrees] at half power of a pattern in dB, straight between its rows; a turn where it stays above."""
+    """Full width [degrees] at half power of a pattern in dB; a turn where it stays above. Straight between its rows, which
+    is near enough for what is refused."""
     for (left, high), (right, low) in itertools.pairwise(table):
         if low < HALF_POWER_DB:
             return 2.0 * (left + (right - left) * (HALF_POWER_DB - high) / (low - high))

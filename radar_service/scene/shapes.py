@@ -14,20 +14,29 @@ from radar_service.scene.world import Mesh
 
 Floats = NDArray[np.float64]
 
-# Facets keep within an eighth of an X-band wavelength (0.032 m) of the curve, Rayleigh's limit for a smooth surface.
-_SAG = 0.004  # m
-_MAX_SPLITS = 6  # 81 920 triangles; a sphere beyond some 40 m radius is coarser than that limit
+SAG = 0.004  # m between facet and curve: an eighth of an X-band wavelength, Rayleigh's limit for a smooth surface
+# For physical optics, which adds facets by their phases: spheres and cylinders then err by up to 0.4 dB, at 1 mm by 1.0, at
+# 4 mm by 2.5 and 15, since of a cylinder whole strips err alike (9.41 GHz, 0.2 to 20 m of radius, 8 to 12 aspects each).
+OPTICS_SAG = 0.0005  # m
+_CURVED = ("sphere", "cylinder")
+_MAX_SPLITS = 6  # 81 920 triangles, where a sphere of radius r sags by r / 14 000: beyond 7 m it is coarser than asked
+_MAX_SIDES = 2048
 
 
-def shape_mesh(shape: str, sizes: dict[str, float]) -> Mesh:
-    """The mesh of a built-in shape; sizes in metres under the names of the scene file (`radius_m`, ...)."""
-    return SHAPES[shape](**{key.removesuffix("_m"): value for key, value in sizes.items()})
+def shape_mesh(shape: str, sizes: dict[str, float], optics: bool = False) -> Mesh:
+    """The mesh of a built-in shape; sizes in metres under the names of the scene file (`radius_m`, ...).
+
+    optics: whether it is to scatter by physical optics; then curves are finer (OPTICS_SAG).
+    """
+    fine = {"sag": OPTICS_SAG} if optics and shape in _CURVED else {}
+    return SHAPES[shape](**{key.removesuffix("_m"): value for key, value in sizes.items()}, **fine)
 
 
-def sphere(radius: float) -> Mesh:
-    """An icosphere about the origin; its vertices lie on the sphere, its facets within lambda/8 of it at X band."""
+def sphere(radius: float, sag: float = SAG) -> Mesh:
+    """An icosphere about the origin; its vertices lie on the sphere, its facets within `sag` [m] of it, unless that takes
+    more than 81 920 of them."""
     longest = 1.05 * 1.26 * radius  # edge of the icosahedron, and how unevenly splitting it spreads
-    splits = math.ceil(math.log2(longest / math.sqrt(6.0 * radius * _SAG)))  # a triangle of edge e sags by e^2 / (6 r)
+    splits = math.ceil(math.log2(longest / math.sqrt(6.0 * radius * sag)))  # a triangle of edge e sags by e^2 / (6 r)
     vertices, faces = _icosahedron()
     for _ in range(min(max(splits, 2), _MAX_SPLITS)):
         vertices, faces = _split(vertices, faces)
@@ -69,9 +78,10 @@ def box(length: float, width: float, height: float) -> Mesh:
     return _prism(np.array(ring), height)
 
 
-def cylinder(radius: float, height: float) -> Mesh:
-    """A closed upright cylinder standing on the origin; the sides keep within lambda/8 of the curve at X band."""
-    sides = 4 * math.ceil(min(max(2.0 * math.pi * math.sqrt(radius / (8.0 * _SAG)), 16.0), 1024.0) / 4.0)
+def cylinder(radius: float, height: float, sag: float = SAG) -> Mesh:
+    """A closed upright cylinder standing on the origin; its sides keep within `sag` [m] of the curve, unless that takes more
+    than 2048 of them."""
+    sides = 4 * math.ceil(min(max(2.0 * math.pi * math.sqrt(radius / (8.0 * sag)), 16.0), _MAX_SIDES) / 4.0)
     turn = np.arange(sides) * (2.0 * np.pi / sides)
     return _prism(radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), height)
 

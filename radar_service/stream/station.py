@@ -4,12 +4,12 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable, Coroutine
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from radar_service.records import Truth
+from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.world import Scene
 from radar_service.stream import messages, wire
 from radar_service.stream.ahead import RESTARTS, Ahead, prepared
@@ -102,10 +102,10 @@ class Station:
     async def turn(self, rpm: float) -> tuple[str, Engine]:
         """The same scene at another rate of rotation, as another scene.
 
-        Simulated time starts again at 0, so that the spokes are those of a scene written with that rpm.
+        Simulated time starts again at 0, so that the spokes are those of a scene written with that rpm. Raises SceneError
+        where such a scene would be refused.
         """
-        scene = self.transmitter.coming.scene
-        return await self.swap(replace(scene, radar=replace(scene.radar, rotation_period=60.0 / rpm)))
+        return await self.swap(scene_at_rpm(self.transmitter.coming.scene, rpm))
 
     def truth(self, at: float | None = None) -> Truth:
         """The state of everything at `at` [s of simulation], by default now."""

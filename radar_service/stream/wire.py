@@ -21,7 +21,7 @@ gap     first, count, reason: exactly the spokes this client lost
 bye     reason; the server closes after it
 
 Encodings. With P the power of a cell in watts:
-u8      the video a display shows: 0 nothing, else (dBW after gain, STC, FTC - offset_db) / db_per_step
+u8      the video a display shows: 0 nothing, else (dBW after gain, STC, FTC - offset_db) / db_per_step, to half a step
 u8-log  untouched: byte b > 0 means 10 log10 P = offset_db + b x db_per_step (b = 255: or more); 0: below the scale
 f16     10 log10 P as float16 (-inf where P = 0);  f32: P as float32;  c64: the complex field, sqrt(W), as complex64
 Fewer bins than there are cells are made by keeping the strongest cell of each group.

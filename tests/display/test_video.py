@@ -82,19 +82,26 @@ def test_the_strongest_sample_keeps_its_phase() -> None:
 def test_noise_passes_the_threshold_at_the_stated_rate() -> None:
     cells_total = 1_000_000
     noise = np.random.default_rng(1).exponential(NOISE, (100, cells_total // 100)).astype(np.float32)
-    edge = 10.0 ** (-HALF_STEP / 10.0)  # the byte rounds up from half a step below the threshold's next step
     rate = np.mean(10 * np.log10(noise) > noise_threshold_db(NOISE))
     five_sigma = 5 * math.sqrt(1e-4 / cells_total)
     assert abs(rate - 1e-4) < five_sigma
-    # a byte of 1 begins half a step above the threshold, where exp(-ln(1e4) x 10^(half a step in bels)) of the noise lies
-    first_step = math.exp(-math.log(1e4) / edge)
-    assert abs(np.mean(shown(noise) > 0) - first_step) < 5 * math.sqrt(first_step / cells_total)
+    assert abs(np.mean(shown(noise) > 0) - 1e-4) < five_sigma
+
+
+@pytest.mark.parametrize("gain", [42.0, 50.0, 65.0])
+def test_a_cell_shows_exactly_from_the_threshold_on(gain: float) -> None:
+    """Where the exponential law leaves 1e-4 of the noise at gain 50; to 1e-4 dB, ten float32 roundings of -150 dB, which is
+    a thousandth of that probability."""
+    edge = 50.0 - gain
+    np.testing.assert_array_equal(shown(cells(edge - 1e-4, edge + 1e-4, edge + DB_PER_STEP + 1e-4), gain=gain)[0], [0, 1, 2])
 
 
 def test_bytes_count_steps_above_the_threshold() -> None:
-    levels = np.array([-20.0, 0.0, 1.0, 20.0, 63.0, 200.0])
-    expected = np.clip(levels, 0.0, 255 * DB_PER_STEP)
-    np.testing.assert_allclose(shown(cells(*levels))[0] * DB_PER_STEP, expected, atol=HALF_STEP)
+    levels = np.array([-20.0, 0.01, 1.0, 20.0, 63.0, 200.0])
+    got = shown(cells(*levels))[0]
+    assert (got[0], got[-1]) == (0, 255)
+    above = scale("u8", NOISE)["offset_db"] + got[1:-1] * DB_PER_STEP - noise_threshold_db(NOISE)
+    np.testing.assert_allclose(above, levels[1:-1], atol=HALF_STEP)
 
 
 def test_gain_is_a_decibel_per_percent() -> None:
@@ -161,7 +168,8 @@ def test_encodings_say_what_the_wire_says_they_say() -> None:
 
 def test_scales_reach_from_the_noise_to_a_ship_alongside() -> None:
     noise_db = 10 * math.log10(NOISE)
-    assert scale("u8", NOISE)["offset_db"] - noise_db == pytest.approx(10 * math.log10(math.log(1e4)), abs=1e-9)
+    first_step_db = scale("u8", NOISE)["offset_db"] + 0.5 * DB_PER_STEP  # its lower edge: where cells begin to show
+    assert first_step_db - noise_db == pytest.approx(10 * math.log10(math.log(1e4)), abs=1e-9)
     assert -21 < log_offset_db(NOISE) - noise_db <= -20
 
 

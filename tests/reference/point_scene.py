@@ -9,6 +9,7 @@ from math import erf, log, pi, sqrt
 from typing import Any
 
 import numpy as np
+import scipy.signal
 from numpy.typing import NDArray
 
 import radar_service as rs
@@ -17,6 +18,17 @@ from tests.reference.compressed_pulse import LIGHT, compressed_pulse, sinc2_beam
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Pulse = Callable[[Floats, Floats], Complexes]  # delay from the peak (A, N) [s], two-way delay of the echo (A, 1) [s]
+
+
+def taylor_sum(sidelobe_db: float, nbar: int) -> tuple[float, ...]:
+    """Cosine coefficients of scipy's Taylor window, by least squares over its samples."""
+    count = 64
+    place = 2.0 * np.pi * (np.arange(count) - (count - 1) / 2.0) / count
+    window = scipy.signal.windows.taylor(count, nbar, -sidelobe_db, norm=False)
+    fitted = np.linalg.lstsq(np.cos(np.outer(place, np.arange(nbar))), window, rcond=None)[0]
+    return tuple(fitted.tolist())
+
+
 COSINE_SUMS = {
     "none": (1.0,),
     "hamming": (0.54, 0.46),
@@ -24,6 +36,7 @@ COSINE_SUMS = {
     "blackman": (0.42, 0.5, 0.08),
     "blackman-harris": (0.35875, 0.48829, 0.14128, 0.01168),
     "nuttall": (0.355768, 0.487396, 0.144232, 0.012604),
+    "taylor": taylor_sum(-35.0, 5),
 }
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import radar_service as rs
 from radar_service.scene import shapes
 from radar_service.scene.shapes import shape_mesh
 from radar_service.scene.world import Mesh
@@ -54,12 +55,42 @@ def test_bodies_are_closed_and_wound_outward(shape: str, sizes: dict[str, float]
 def test_sphere(radius: float) -> None:
     mesh = shapes.sphere(radius)
     np.testing.assert_allclose(np.linalg.norm(mesh.vertices, axis=1), radius, rtol=SMALL)
-    normals, areas = normals_and_areas(mesh)
-    middles = mesh.vertices[mesh.faces].mean(axis=1)
-    sag = radius - np.einsum("ij,ij->i", middles, normals).min()
-    assert sag < 0.032 / 8  # m: the rule that sets the fineness
+    _, areas = normals_and_areas(mesh)
+    assert sag_of_sphere(mesh, radius) < 0.032 / 8  # m: the rule that sets the fineness
     assert areas.sum() == pytest.approx(4 * math.pi * radius**2, rel=2 * 0.004 / radius)  # area shrinks by 2 sag / r at most
     assert volume(mesh) == pytest.approx(4 / 3 * math.pi * radius**3, rel=3 * 0.004 / radius)
+
+
+def sag_of_sphere(mesh: Mesh, radius: float) -> float:
+    """Largest distance [m] between the sphere and the middle of a facet."""
+    normals, _ = normals_and_areas(mesh)
+    return radius - float(np.einsum("ij,ij->i", mesh.vertices[mesh.faces].mean(axis=1), normals).min())
+
+
+@pytest.mark.parametrize("radius", [0.1, 1.0, 10.0])
+def test_curves_by_optics_are_finer(radius: float) -> None:
+    """Phases ask for half a millimetre, bounds end it at 7 m of radius, and shapes without curves stay as they are."""
+    assert sag_of_sphere(shape_mesh("sphere", {"radius_m": radius}, optics=True), radius) < max(0.0005, radius / 14_000)
+    size = {"radius_m": radius, "height_m": 3.0}
+    sides = len(shape_mesh("cylinder", size, optics=True).faces) // 4
+    assert radius * (1.0 - math.cos(math.pi / sides)) < 0.0005
+    assert sides > 1.3 * len(shape_mesh("cylinder", size).faces) // 4
+    plain = {"length_m": 4.0, "width_m": 2.0, "height_m": 1.0}
+    assert len(shape_mesh("box", plain, optics=True).faces) == len(shape_mesh("box", plain).faces)
+
+
+def test_large_curves_by_optics_stay_within_bounds() -> None:
+    """50 m takes 81,920 triangles, which sag by r / 14 000, as `check` then says; a cylinder has 2048 sides at most."""
+    large = shape_mesh("sphere", {"radius_m": 50.0}, optics=True)
+    assert len(large.faces) == 20 * 4**6 and sag_of_sphere(large, 50.0) < 50.0 / 14_000
+    assert len(shape_mesh("cylinder", {"radius_m": 50_000.0, "height_m": 3.0}, optics=True).faces) == 4 * 2048
+
+
+def test_the_loader_makes_curves_fine_where_they_scatter_by_optics() -> None:
+    ball = {"shape": "sphere", "radius_m": 1.0, "position_m": [0, 900, 0]}
+    bodies = [{**ball, "name": "o", "scattering": "optics"}, {**ball, "name": "d", "rcs_dbsm": 5}]
+    counts = [len(body.mesh.faces) for body in rs.load_scene({"body": bodies}).bodies if body.mesh is not None]
+    assert counts == [20 * 4**5, 20 * 4**4]
 
 
 def test_spheres_stay_within_bounds() -> None:

@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 
 from radar_service.scene.error import SceneError
+from radar_service.scene.load import load_scene
 from radar_service.scene.sandbox import Sandbox
 from radar_service.stream import scenes as scenes_module
 from radar_service.stream.app import create_app
@@ -107,6 +108,39 @@ def test_bad_controls_are_refused_with_the_place(change: str, place: str) -> Non
         assert (await server.http.get("/api/radars/0/controls")).json() == before
 
     play(test)
+
+
+@pytest.mark.parametrize(
+    ("radar", "rpm", "said"),
+    [
+        (
+            {"prf_hz": 12.0},
+            31.0,
+            "rpm: 31 makes 12.4 spokes a second, more than the 12 pulses of the scene's prf_hz; give 30",
+        ),
+        ({"prf_hz": 12.0}, 30.0, None),  # exactly a pulse to a spoke
+        ({}, 600.0, None),
+    ],
+)
+def test_a_rate_of_rotation_that_the_scene_file_could_not_have_is_refused(
+    radar: dict[str, Any], rpm: float, said: str | None
+) -> None:
+    async def test(server: Server) -> None:
+        before = (await server.http.get("/api/radars/0/controls")).json()
+        answer = await server.http.patch("/api/radars/0/controls", json={"rpm": rpm, "gain": 61})
+        after = (await server.http.get("/api/radars/0/controls")).json()
+        if said is None:
+            assert answer.status_code == 200 and after["rpm"] == pytest.approx(rpm)
+            load_scene({"radar": {"azimuths": AZIMUTHS, "coarse_azimuths": True, "rpm": rpm} | radar})
+            return
+        assert answer.status_code == 422 and answer.json()["detail"][0].startswith(said), answer.text
+        assert after == before  # not even what could have been had
+        with pytest.raises(SceneError, match=r"radar\.prf_hz: 12 is less than a pulse"):
+            load_scene({"radar": {"azimuths": AZIMUTHS, "coarse_azimuths": True, "rpm": rpm} | radar})
+
+    slow = {"rpm": 20.0} | radar
+    made = Station("0", FakeEngine(scene(**slow)), factory(), settings=Settings(pace=Pace("pause")))
+    play(test, made)
 
 
 @pytest.mark.parametrize("body", ["{", "[" * 100_000, "\x00", '{"scene": ' + '{"a":' * 50_000])

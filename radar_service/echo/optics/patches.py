@@ -21,7 +21,7 @@ def patch_sizes(mesh: Mesh) -> Floats:
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
-    one, other = _neighbours(mesh)
+    one, other = neighbours(mesh)
     across = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
     flat = across < COPLANAR
     links = coo_array((np.ones(int(flat.sum())), (one[flat], other[flat])), shape=(len(corners), len(corners)))
@@ -32,13 +32,18 @@ def patch_sizes(mesh: Mesh) -> Floats:
     return np.asarray(np.linalg.norm(high - low, axis=1)[patch])
 
 
-def _neighbours(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def neighbours(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Pairs of triangles that share an edge, whether or not the file shares their vertices."""
-    ends, face = _welded_edges(mesh)
-    ends = np.sort(ends, axis=1)
+    one, other = shared_edges(mesh)
+    return one // 3, other // 3
+
+
+def shared_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pairs of edges that coincide, edge i of triangle f (from its corner i to the next) as 3 f + i."""
+    ends = np.sort(_welded_edges(mesh)[0], axis=1)
     order = np.lexsort(ends.T)
     same = (np.diff(ends[order], axis=0) == 0).all(axis=1)
-    return face[order[:-1]][same], face[order[1:]][same]
+    return order[:-1][same], order[1:][same]
 
 
 def _welded_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -56,7 +61,7 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     """
     ends, face = _welded_edges(mesh)
     forth = ends[:, 0] < ends[:, 1]
-    one, other = _neighbours(mesh)
+    one, other = neighbours(mesh)
     links = coo_array((np.ones(len(one)), (one, other)), shape=(len(mesh.faces), len(mesh.faces)))
     count, part = connected_components(links, directed=False)
     key = np.sort(ends, axis=1)

@@ -10,7 +10,17 @@ import radar_service as rs
 from radar_service.echo.ensemble import antenna_from
 from radar_service.echo.optics.optical_body import optical_body
 from radar_service.trace.visibility import Stand
-from tests.echo.optics.meshes import WAVELENGTH, decibels, plate, sphere, trihedral, write_obj
+from tests.echo.optics.meshes import (
+    WAVELENGTH,
+    cross_section,
+    decibels,
+    optical,
+    plate,
+    sphere,
+    toward,
+    trihedral,
+    write_obj,
+)
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import point, scene
 
@@ -110,6 +120,18 @@ def test_built_in_corner_by_optics_is_as_bright_as_declared() -> None:
         for how in ({"scattering": "optics"}, {"rcs_dbsm": 27.28})
     )
     assert decibels(float(by_optics / declared)) == pytest.approx(0.0, abs=0.5)
+
+
+@pytest.mark.parametrize(("shape", "radius"), [("sphere", 0.5), ("sphere", 1.0), ("cylinder", 0.2), ("cylinder", 5.0)])
+def test_built_in_curves_by_optics_return_what_theory_says(shape: str, radius: float) -> None:
+    """pi r^2, and k r h^2 side on, at several aspects: 0.5 dB, the sag of their facets (scene/shapes.py)."""
+    size = {"sphere": {"radius_m": radius}, "cylinder": {"radius_m": radius, "height_m": 1.0}}[shape]
+    made = scene([{"name": "b", "shape": shape, "scattering": "optics", "position_m": [0, 900, 0], **size}], radar=RADAR)
+    body = optical(made)
+    theory = {"sphere": np.pi * radius**2, "cylinder": K * radius}[shape]
+    for turn in (0.1, 0.9, 2.3, 4.0, 5.5):
+        antenna = toward([np.sin(turn), np.cos(turn), 0.0], 15_000) + [0, 0, 0.5]
+        assert decibels(cross_section(body, antenna) / theory) == pytest.approx(0.0, abs=0.5)
 
 
 def test_a_ship_hides_what_stands_behind_her_and_is_hidden_herself() -> None:

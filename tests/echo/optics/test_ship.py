@@ -1,4 +1,8 @@
-"""A ship by optics: a signature that depends on the aspect, repeats itself, and is as large as ships are."""
+"""A ship by optics: a signature that depends on the aspect, repeats itself, and is as large as ships are.
+
+The meshes are this project's own drawings after no particular ship, none was surveyed: what ties them to real ones is the
+formula fitted to measured ships.
+"""
 
 from pathlib import Path
 
@@ -8,7 +12,7 @@ from numpy.typing import NDArray
 
 from radar_service.echo.optics.optical_body import OpticalBody
 from tests.echo.optics.meshes import cross_section, decibels, loaded, optical
-from tests.reference.make_ships import FOLDER, coaster, ferry, obj_text
+from tests.reference.make_ships import FOLDER, coaster, ferry, freighter, obj_text, tanker
 
 Floats = NDArray[np.float64]
 
@@ -25,12 +29,12 @@ def skolnik(tonnes: float) -> float:
     return 52.0 * 9410**0.5 * (tonnes / 1000) ** 1.5
 
 
-@pytest.mark.parametrize("draw, tonnes", [(coaster, 4700), (ferry, 6700)])
+@pytest.mark.parametrize("draw, tonnes", [(coaster, 4700), (ferry, 6700), (freighter, 17_600), (tanker, 27_300)])
 def test_median_over_aspect_is_that_of_ships_of_her_size(tmp_path: Path, draw: type, tonnes: float) -> None:
     """Within +4 and -8 dB of Skolnik's formula, which was fitted to naval ships of 2 to 17 kilotons; for the ships of
     radar performance standards it is 5 dB high (IMO MSC.192(79): 50,000 m^2 above 5,000 GT, some 10 kilotons, where it says
-    160,000). Displacements: length x beam x draught x block coefficient."""
-    found = signature(optical(loaded(tmp_path, draw())), 90)
+    160,000). Displacements: length x beam x draught x block coefficient; the tanker's is beyond the formula's range."""
+    found = signature(optical(loaded(tmp_path, draw())), 60)
     assert -8.0 < decibels(float(np.median(found)) / skolnik(tonnes)) < 4.0
 
 
@@ -55,6 +59,6 @@ def test_fittings_are_what_returns(tmp_path: Path) -> None:
 
 
 def test_files_of_the_scenes_are_what_the_program_draws() -> None:
-    for name, draw in (("coaster", coaster), ("ferry", ferry)):
+    for name, draw in (("coaster", coaster), ("ferry", ferry), ("freighter", freighter), ("tanker", tanker)):
         lines = (FOLDER / f"{name}.obj").read_text().splitlines()
         assert lines[2:] == obj_text(draw(), "").splitlines()[2:]
