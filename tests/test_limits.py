@@ -20,6 +20,7 @@ SHAPES: list[dict[str, Any]] = [
     {"shape": "box", "length_m": 1e-3, "width_m": 1e-3, "height_m": 1e-3, "material": "concrete"},
     {"shape": "box", "length_m": 40, "width_m": 40, "height_m": 60, "material": "concrete", "scattering": "diffuse"},
     {"shape": "plate", "width_m": 5, "height_m": 3, "scattering": "optics"},
+    {"shape": "trihedral", "edge_m": 0.3, "speed_kn": 3, "course_deg": 10},
     {"shape": "hull", "length_m": 30, "beam_m": 6, "height_m": 9, "rcs_dbsm": 20, "speed_kn": 12, "course_deg": 200},
 ]
 WAVEFORMS: list[dict[str, Any]] = [
@@ -57,6 +58,9 @@ def worlds(draw: st.DrawFn) -> dict[str, Any]:
         "earth": draw(st.sampled_from(["4/3", "flat", 1e-3])),
         "multipath": draw(st.booleans()),
         "noise": draw(st.booleans()),
+        "sea_state": draw(st.sampled_from([0, 3, 9])),
+        "rain_mm_h": draw(st.sampled_from([0.0, 1e-9, 300.0])),
+        "gas_db_per_km": draw(st.sampled_from(["itu", 0.0, 10.0])),
     }
     kinds = draw(st.lists(st.sampled_from(SHAPES), min_size=1, max_size=3))
     bodies = [
@@ -69,7 +73,7 @@ def worlds(draw: st.DrawFn) -> dict[str, Any]:
 QUIET: dict[str, Any] = {"deadline": None, "derandomize": True, "database": None, "suppress_health_check": list(HealthCheck)}
 
 
-@settings(max_examples=40, **QUIET)
+@settings(max_examples=30, **QUIET)
 @given(worlds())
 def test_every_field_is_finite_or_the_scene_is_refused(world: dict[str, Any]) -> None:
     check_finite(world)

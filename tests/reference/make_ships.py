@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.reference.ship_parts import (
+    SECTION,
     Drawing,
     Floats,
     bulwarks,
@@ -77,7 +78,7 @@ def freighter() -> Floats:
     for aft in (-43.0, -20.0, 3.0, 26.0):
         coaming(drawing, 7.2, (aft, aft + 18.5), deck, 2.2)
     for at in (-22.2, 23.8):
-        derricks(drawing, 4.6, at, deck, 17.5)
+        derricks(drawing, 4.6, at, deck, SECTION)
     mast(drawing, -55.0, roof, roof + 9.0, 0.25)
     mast(drawing, 62.0, forecastle, forecastle + 10.0, 0.2)
     funnel(drawing, 2.4, (-63.5, -59.0), (roof - 7.0, roof + 2.0))

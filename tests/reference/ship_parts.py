@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+SECTION = 11.5  # m, of long thin parts: two halvings make them as short as a resolution cell of 3 m
 # y as a share of half the length from the stern (-1) to the stem (1), half breadths of deck and waterline, of half the beam
 STATIONS = ((-1.0, 0.86, 0.62), (-0.8, 0.96, 0.86), (-0.5, 1.0, 0.97), (-0.1, 1.0, 1.0), (0.3, 1.0, 0.98), (0.5, 0.96, 0.86),
             (0.65, 0.86, 0.66), (0.78, 0.68, 0.42), (0.88, 0.46, 0.22), (0.95, 0.24, 0.08), (1.0, 0.02, 0.0))  # fmt: skip
@@ -175,21 +176,21 @@ def derricks(drawing: Drawing, x: float, y: float, deck: float, reach: float) ->
         drawing.post((side, y, deck), (side, y, top), 0.45)
         for ahead in (1.0, -1.0):
             heel, head = (side, y + 0.7 * ahead, deck + 4.2), (side, y + reach * ahead, deck + 5.4)
-            drawing.post(heel, head, 0.25, 8)
+            drawing.post(heel, head, 0.25, 6)
         drawing.box((side - 0.7, side + 0.7), (y - 0.7, y + 0.7), (top - 0.9, top))
         drawing.box((side - 0.8, side + 0.8), (y - 0.8, y + 0.8), (deck + 3.4, deck + 4.6))
     drawing.box((-x, x), (y - 0.3, y + 0.3), (top - 2.2, top - 1.6))
 
 
 def rails(drawing: Drawing, length: float, beam: float, deck: float, forecastle: float) -> None:
-    """Three bars on flat stanchions along the deck's edge, on a gutter plate a hand high."""
+    """A bar on flat stanchions along the deck's edge, over a gutter plate a hand high."""
     y, wide, _ = (np.array(column) for column in zip(*STATIONS, strict=True))
     y, wide = y * length / 2, wide * beam / 2
     for side in (1.0, -1.0):
         for k in range(len(y) - 1):
             z = forecastle if y[k] > 0.36 * length else deck
             near, far = (side * wide[k], y[k]), (side * wide[k + 1], y[k + 1])
-            for low, high in ((0.0, 0.2), (0.48, 0.54), (0.76, 0.82), (1.05, 1.11)):
+            for low, high in ((0.0, 0.2), (1.05, 1.11)):
                 drawing.sheet((*near, z + low), (*far, z + low), (*far, z + high), (*near, z + high))
             count = int((y[k + 1] - y[k]) / 3.0)
             for share in (np.arange(count) + 0.5) / max(count, 1):
@@ -198,22 +199,24 @@ def rails(drawing: Drawing, length: float, beam: float, deck: float, forecastle:
 
 
 def pipes(drawing: Drawing, y: tuple[float, float], deck: float) -> None:
-    """Cargo lines along the deck on saddles."""
-    for x in (-4.4, -3.6, -2.8, 2.8, 3.6, 4.4):
-        drawing.post((x, y[0], deck + 1.1), (x, y[1], deck + 1.1), 0.22, 8)
+    """Cargo lines along the deck, in lengths of SECTION with a gap between, on saddles."""
+    for aft in np.arange(y[0], y[1] - SECTION, SECTION + 0.3):
+        for x in (-4.3, -3.0, 3.0, 4.3):
+            drawing.post((x, aft, deck + 1.1), (x, aft + SECTION, deck + 1.1), 0.22, 6)
     for at in np.arange(y[0] + 2.0, y[1], 6.0):
         for side in (1.0, -1.0):
             drawing.box((side * 2.4, side * 4.8), (at, at + 0.25), (deck, deck + 0.85))
 
 
 def catwalk(drawing: Drawing, y: tuple[float, float], deck: float) -> None:
-    """A gangway in the middle, on frames, with a plate along either side of it."""
+    """A gangway in the middle, in lengths of SECTION on frames, with a plate along either side of it."""
     z = deck + 2.6
-    drawing.box((-0.8, 0.8), y, (z, z + 0.1))
-    for at in np.arange(y[0], y[1], 8.0):
-        drawing.box((-1.0, 1.0), (at, at + 0.3), (deck, z))
-    for side in (0.8, -0.8):
-        drawing.sheet((side, y[0], z), (side, y[1], z), (side, y[1], z + 0.5), (side, y[0], z + 0.5))
+    for aft in np.arange(y[0], y[1] - SECTION, SECTION):
+        fore = aft + SECTION
+        drawing.sheet((-0.8, aft, z), (0.8, aft, z), (0.8, fore, z), (-0.8, fore, z))
+        drawing.box((-1.0, 1.0), (aft, aft + 0.3), (deck, z))
+        for side in (0.8, -0.8):
+            drawing.sheet((side, aft, z), (side, fore, z), (side, fore, z + 0.5), (side, aft, z + 0.5))
 
 
 def manifold(drawing: Drawing, y: float, beam: float, deck: float) -> None:

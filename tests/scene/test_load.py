@@ -127,7 +127,11 @@ def test_the_example_of_the_design(folder: Path) -> None:
     )
     np.testing.assert_allclose(ferry.motion.pose(1.0).velocity, [[12 * KNOT, 0, 0]], atol=1e-12)
     assert island.scattering == "diffuse" and island.motion.at_rest
-    assert [w.split(",")[0] for w in scene.warnings] == ["body[2]: the antenna stands in or under island"]
+    assert [w.split(",")[0] for w in scene.warnings] == [
+        "body[0]: reflector lies under the ground of island",
+        "body[1]: ferry lies under the ground of island",
+        "body[2]: the antenna stands in or under island",
+    ]
 
 
 def test_json_mapping_and_model_agree(folder: Path) -> None:
@@ -421,7 +425,7 @@ def test_packaged_scenes_are_found_by_name(tmp_path: Path, monkeypatch: pytest.M
 
 def test_too_many_triangles_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("radar_service.scene.builder.InProcess.max_triangles", 700)
-    bodies = [{"name": f"s{k}", "shape": "sphere", "radius_m": 0.1} for k in range(3)]
+    bodies = [{"name": f"s{k}", "shape": "sphere", "radius_m": 0.1, "rcs_dbsm": 0} for k in range(3)]
     assert problems({"body": bodies})[0].startswith("body[2]: brings the scene to 960 triangles; at most 700")
 
 

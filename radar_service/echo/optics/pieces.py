@@ -45,10 +45,11 @@ def pieces_of(mesh: Mesh, tube: Floats, longest: float, tubes: int = TUBES, most
     bound, coarser = max(most, len(whole)), 1.0
     while (plain := _cut(whole, np.full(len(whole), longest * coarser), bound)) is None:
         coarser *= COARSER
-    allowed, wider = min(len(plain[1]) + tubes, bound), 1.0
-    while (cut := _cut(whole, np.minimum(tube * wider, longest * coarser), allowed)) is None:
+    corners, origin = plain
+    allowed, wider = min(len(origin) + tubes, bound), 1.0
+    while (cut := _cut(corners, np.minimum(tube * wider, longest * coarser)[origin], allowed)) is None:
         wider *= COARSER
-    corners, triangle = cut
+    corners, triangle = cut[0], origin[cut[1]]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(cross, axis=1)
     sound = double > 0.0
