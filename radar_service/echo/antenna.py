@@ -4,7 +4,7 @@ An echo's amplitude goes as the one-way power gain, its power as the square of i
 """
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ HALF_POWER_U = 0.442946470689452  # root of sinc(u)^2 = 1/2; twice it is the 0.8
 PLAIN_TAYLOR = Taylor(30.0, 4)  # nbar 4 is the least that holds 30 dB (Taylor 1955)
 PRINTED_APERTURE = 2.783 / (2.0 * HALF_POWER_U)  # times the uniform one of its nominal beamwidth
 TABLE_APERTURE = 1.7  # times the uniform one of its half-power width: somewhat more than a cosine-squared taper
+TABLE_STEPS = 2**17  # to half a turn
 LOWEST_GAIN = 1e-30  # -300 dB: keeps the logarithm of a table's zeros finite
 
 
@@ -114,6 +115,26 @@ def one_way_gain(offset: Floats | float, beamwidth: float, pattern: Pattern = "s
     if pattern not in PATTERNS:
         raise ValueError(f'pattern: "{pattern}" is not one of {", ".join(PATTERNS)}; or give a table of (offset, gain)')
     return PATTERNS[pattern](offsets, beamwidth)
+
+
+def quick_gain(offset: Floats, beamwidth: float, pattern: Pattern) -> Floats:
+    """`one_way_gain` for many offsets, by lines between TABLE_STEPS places of half a turn: within 3e-6 of it for beams of half
+    a degree and more (h^2 / 8 of the second derivative), several times faster."""
+    gain, rise = _gain_table(beamwidth, pattern)
+    place = np.abs(offset)
+    place *= TABLE_STEPS / np.pi
+    entry = place.astype(np.intp)
+    place -= entry
+    place *= rise.take(entry, mode="clip")
+    place += gain.take(entry, mode="clip")
+    return place
+
+
+@lru_cache(maxsize=8)
+def _gain_table(beamwidth: float, pattern: Pattern) -> tuple[Floats, Floats]:
+    """Gains at offsets from 0 to pi, and the rise from each to the next."""
+    gain = one_way_gain(np.arange(TABLE_STEPS + 2, dtype=np.float64) * (np.pi / TABLE_STEPS), beamwidth, pattern)
+    return gain[:-1], np.diff(gain)
 
 
 def aperture_beamwidth(beamwidth: float, pattern: Pattern) -> float:

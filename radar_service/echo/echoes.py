@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.antenna import one_way_gain
+from radar_service.echo.antenna import quick_gain
 from radar_service.echo.propagation import gas_amplitude, rain_db_per_km, two_ray_factor
 from radar_service.echo.sea_surface import rms_wave_height
 from radar_service.frames import Polar, effective_earth_radius
@@ -67,7 +67,7 @@ def path_factor(
 
 def elevation_gain(radar: Radar, elevation: Floats, lifted: Floats | float = 0.0) -> Floats:
     """One-way power gain relative to boresight at elevations [rad] from horizontal; lifted: as in `path_factor`."""
-    return one_way_gain(elevation + lifted - radar.tilt, radar.beamwidth_el, radar.pattern_el)
+    return quick_gain(elevation + lifted - radar.tilt, radar.beamwidth_el, radar.pattern_el)
 
 
 def two_way_phase(distance: Floats, wavelength: float) -> Complexes:

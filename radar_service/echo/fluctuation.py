@@ -32,7 +32,7 @@ class Fluctuation:
         """
         if not self._case.any():
             return
-        for b in np.unique(body[self._case[body] > 0]):
+        for b in np.flatnonzero(np.bincount(body, minlength=len(self._case)) * self._case):
             mine = np.flatnonzero(body == b)
             if per_azimuth(int(self._case[b])):
                 weight[mine] *= np.array([self._draw(int(b), int(n) // BLOCK)[int(n) % BLOCK] for n in number], np.float32)

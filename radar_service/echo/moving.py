@@ -160,16 +160,10 @@ class MovingEchoes:
         azimuth = polar.azimuth if now.upright is None else np.arctan2(seen[1][:, 0], seen[1][:, 1])
         course, near = smooth_course(nodes, seen, polar.range, earth, now.over)
         up = polar.elevation if now.upright is None else elevation_of(seen[1])
-        exact = np.union1d(near, np.flatnonzero(now.rough[body]))
+        exact = np.flatnonzero(near | now.rough[body])
         if len(exact):
-            nodding = self._exactly(
-                course,
-                exact,
-                np.stack(self._places(glance, which[exact], now, range(3, len(now.antenna)))),
-                azimuth,
-                up,
-                now,
-            )
+            every = np.stack(self._places(glance, which[exact], now, range(3, len(now.antenna))))
+            nodding = self._exactly(course, exact, every, azimuth, up, now)
         weight = self._weight(course, azimuth, now.at)
         self.fluctuation.apply(weight, now.at.number, azimuth, body)
         radar = self.scene.radar

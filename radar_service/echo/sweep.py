@@ -75,7 +75,7 @@ class Course(NamedTuple):
 
 def smooth_course(
     nodes: list[Floats], seen: list[Floats], middle: Floats, earth_radius: float, over: Parabola
-) -> tuple[Course, Indices]:
+) -> tuple[Course, NDArray[np.bool_]]:
     """The course of echoes at places (E, 3) relative to the antenna at the three nodes, and which must be done exactly.
 
     seen: the directions (E, 3) that a swaying antenna takes them for, else the same places; middle: ranges (E,) [m].
@@ -86,7 +86,7 @@ def smooth_course(
     half = nodes[2] - nodes[0]
     reach = np.sqrt(np.einsum("ij,ij->i", half, half)) / 2.0
     near = NEAR * reach * reach * reach > TOLERANCE * middle * middle
-    return course, np.flatnonzero(near | steep[0] | steep[1])
+    return course, near | steep[0] | steep[1]
 
 
 def exact_course(

@@ -83,6 +83,12 @@ class BeamRows:
         return first + scan * self._turn, stop + scan * self._turn, weights
 
 
+def under_beam(weights: Weights, rows: NDArray[np.generic]) -> Weights:
+    """Rows (J, N), real or complex, summed with weights (K, J): (K, N), or (K, 2 N) with real and imaginary parts by turns."""
+    summed: Weights = weights @ rows.view(np.float32)
+    return summed
+
+
 def beam_weights(azimuth: Floats, turn: int, pattern: Pattern, reach: float) -> tuple[int, int, Floats]:
     """First row, row after the last, and weights (K, J) with which a beam at each azimuth (K,) sees the rows of a turn.
 

@@ -24,7 +24,7 @@ from radar_service.echo.sea_clutter import (
     wind_factor,
 )  # fmt: skip
 from radar_service.echo.sight import Landscape
-from radar_service.echo.turn_rows import BeamRows, Pattern, TurnRows
+from radar_service.echo.turn_rows import BeamRows, Pattern, TurnRows, under_beam
 from radar_service.receive.compression import Compression, receiver_noise_power
 from radar_service.receive.texture import SpeckleRows, TextureMotion, TextureRows, TextureTable, gaussian_correlation
 from radar_service.scene.world import Scene
@@ -132,7 +132,7 @@ class Sea:
     def level(self, number: NDArray[np.int64]) -> Reals:
         """What the beam sees of the cells (K, cells) from azimuths (K,), a factor on the mean power."""
         first, stop, weights = self.beam.seen(number)
-        return weights @ self.cells.rows.span(first, stop).view(np.float32)
+        return under_beam(weights, self.cells.rows.span(first, stop))
 
     def amplitude(self, level: Reals, columns: int) -> Reals:
         """Root of the mean power (K, columns) [sqrt(W)] for levels (K, cells)."""
@@ -162,8 +162,8 @@ class Clutter:
         if columns == 0:
             return
         first, stop, weights = self.beam.seen(number)
-        rows = self.speckle.span(first, stop)[:, :columns].view(np.float32)
-        speckle = (weights * transmitting @ rows).view(np.complex64)
+        rows = self.speckle.span(first, stop)[:, :columns]
+        speckle = under_beam(weights * transmitting, rows).view(np.complex64)
         speckle *= self._amplitude(level, self.beam.seen(number), columns)
         profiles[:, :columns] += speckle
 
@@ -172,7 +172,7 @@ class Clutter:
         if self.sea is None or level is None:
             return np.sqrt(self.rain[:columns])
         first, stop, weights = seen
-        amplitude = self.sea.table.roots(weights @ self.sea.texture.span(first, stop)[:, :columns].view(np.float32))
+        amplitude = self.sea.table.roots(under_beam(weights, self.sea.texture.span(first, stop)[:, :columns]))
         amplitude *= self.sea.amplitude(level, columns)
         if len(self.rain):
             rain = np.pad(self.rain, (0, columns - len(self.rain)))

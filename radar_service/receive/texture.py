@@ -136,9 +136,12 @@ class TextureTable:
 
 def gamma_from_gaussian(gaussian: Floats, shape: Floats | float) -> Floats:
     """Gamma variates of unit mean and shape nu with the quantiles of standard Gaussian ones; the arguments broadcast."""
-    low = gammaincinv(shape, ndtr(np.minimum(gaussian, 0.0)))
-    high = gammainccinv(shape, ndtr(-np.maximum(gaussian, 0.0)))
-    return np.asarray(np.where(gaussian < 0, low, high) / shape)
+    deviate, nu = np.broadcast_arrays(gaussian, np.asarray(shape, dtype=np.float64))
+    below = deviate < 0.0  # each half by the tail that is small there
+    variate = np.empty(deviate.shape)
+    variate[below] = gammaincinv(nu[below], ndtr(deviate[below]))
+    variate[~below] = gammainccinv(nu[~below], ndtr(-deviate[~below]))
+    return variate / nu
 
 
 def gaussian_correlation(shape: float, texture_correlation: float) -> float:

@@ -1,8 +1,9 @@
 """The floor: what a scan asks of the libraries, done again by them alone.
 
-A scan is watched once: every FFT by its shape, every draw of normal numbers by its count, every batch of rays by itself, the
-echoes laid azimuth by azimuth, and the bytes of the profiles handed over. The floor is the time of the same FFTs over other
-numbers, the same draws, the same rays through the same trees, and of moving the bytes: one pass over the profiles for each
+A scan is watched once: every FFT by its shape, every draw of normal numbers by its count, every batch of rays by itself, every
+product with which the beam sums rows of clutter, the echoes laid azimuth by azimuth, and the bytes of the profiles handed
+over. The floor is the time of the same FFTs and products over other numbers, the same draws, the same rays through the same
+trees, and of moving the bytes: one pass over the profiles for each
 time that a scan must touch them (rest added, clutter added, power taken), and one over the grid cells that each laid echo
 must touch at each azimuth, in pieces that stay in the cache.
 """
@@ -19,8 +20,9 @@ import scipy.fft
 from numpy.typing import NDArray
 
 import radar_service as rs
+from radar_service.echo.turn_rows import under_beam
 from radar_service.random import normals
-from radar_service.receive import compression, gaussian_spectrum, texture
+from radar_service.receive import clutter, compression, gaussian_spectrum, texture
 from radar_service.receive.grid import lay_swept
 from radar_service.trace.embree import TriangleScene
 
@@ -33,6 +35,7 @@ class Work:
 
     ffts: list[tuple[str, tuple[int, ...], np.dtype[Any], int | None, int]] = field(default_factory=list)
     draws: list[tuple[int, int]] = field(default_factory=list)
+    products: list[tuple[int, int, int]] = field(default_factory=list)
     cells: int = 0  # of grids, that echoes were laid on
     rays: list[tuple[Any, NDArray[np.float32], NDArray[np.float32], dict[str, Any]]] = field(default_factory=list)
     profiles: list[tuple[int, int]] = field(default_factory=list)
@@ -50,6 +53,7 @@ def watched(work: Work) -> Iterator[None]:
             patch.setattr(scipy.fft, name, _noting_fft(getattr(scipy.fft, name), name, work))
         for module in (gaussian_spectrum, texture):
             patch.setattr(module, "normals", _noting_normals(work))
+        patch.setattr(clutter, "under_beam", _noting_products(work))
         patch.setattr(compression, "lay_swept", _noting_laid(work))
         patch.setattr(TriangleScene, "_as_float32", _noting_rays(TriangleScene._as_float32, work))
         yield
@@ -67,6 +71,15 @@ def _noting_normals(work: Work) -> Callable[..., Any]:
     def noting(rng: np.random.Generator, rows: int, columns: int) -> Any:
         work.draws.append((rows, columns))
         return normals(rng, rows, columns)
+
+    return noting
+
+
+def _noting_products(work: Work) -> Callable[..., Any]:
+    def noting(weights: Any, rows: Any) -> Any:
+        summed = under_beam(weights, rows)
+        work.products.append((*weights.shape, summed.shape[1]))
+        return summed
 
     return noting
 
@@ -114,6 +127,11 @@ def floor_seconds(work: Work) -> float:
     for scene, origins, directions, _ in work.rays:
         scene.run(origins, directions)
     total += time.process_time() - start
+    factors = [(np.ones((k, j), np.float32), np.ones((j, n), np.float32)) for k, j, n in work.products[:200]]
+    start = time.process_time()
+    for left, right in factors:
+        np.matmul(left, right)
+    total += (time.process_time() - start) * len(work.products) / max(len(factors), 1)
     cached, grid = np.ones(CACHED, np.complex64), np.ones(CACHED, np.complex64)
     start = time.process_time()
     for _ in range(work.cells // CACHED):
