@@ -141,7 +141,7 @@ def gamma_from_gaussian(gaussian: Floats, shape: Floats | float) -> Floats:
     variate = np.empty(deviate.shape)
     variate[below] = gammaincinv(nu[below], ndtr(deviate[below]))
     variate[~below] = gammainccinv(nu[~below], ndtr(-deviate[~below]))
-    return variate / nu
+    return np.asarray(variate / nu)
 
 
 def gaussian_correlation(shape: float, texture_correlation: float) -> float:
