@@ -23,6 +23,7 @@ class Fidelity:
         that of the middle; 16 errs by -71 dB, 1 takes each azimuth at its own instant.
     glance: m that anything may move before sight and scattering are looked at again.
     fineness: how many times finer than usual the table of the beam is; 1 errs by -78 dB, 8 by -88.
+    error_db: what may be left out: whatever moves the power of targets by less than this [dB]; 0 leaves out nothing.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Fidelity:
     swept_together: int = 16
     glance: float = 5.0
     fineness: int = 1
+    error_db: float = 0.0
 
 
 PRESETS: dict[str, Fidelity] = {
@@ -59,9 +61,7 @@ PURPOSE: dict[str, str] = {
 
 
 def fidelity_from_name(name: str) -> Fidelity:
-    """The preset of that name; `auto` means `balanced` until it is planned. Raises ValueError naming the presets."""
-    if name == "auto":
-        return PRESETS["balanced"]
+    """The preset of that name. Raises ValueError naming the presets, and `auto`, which is planned for each scene."""
     if name not in PRESETS:
         raise ValueError(f'fidelity: "{name}" is not one of auto, {", ".join(PRESETS)}')
     return PRESETS[name]

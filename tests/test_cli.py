@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import re
 import signal
 import socket
 import subprocess
@@ -47,7 +48,7 @@ def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsy
             np.testing.assert_array_equal(file[key], np.concatenate([getattr(scan, key) for scan in scans]))
         np.testing.assert_array_equal(file["range"], scans[0].range)
         np.testing.assert_array_equal(file["scan"], np.repeat([0, 1], 60))
-        assert (str(file["name"]), int(file["seed"]), str(file["fidelity"])) == ("one target", 3, "balanced")
+        assert (str(file["name"]), int(file["seed"]), str(file["fidelity"])) == ("one target", 3, "auto")
     picture = np.asarray(Image.open(png).convert("L")).astype(int)
     north = picture[100:420, 440:461]  # where a target at half range ahead shows
     south = picture[480:800, 440:461]
@@ -67,9 +68,15 @@ def test_check_says_what_a_scene_contains(scene: Path, capsys: pytest.CaptureFix
     assert "one target" in said and "p" in said
 
 
+def without_costs(plan: str) -> str:
+    """A plan without what is measured anew each time."""
+    return "\n".join(line for line in re.sub(r"[0-9.e+-]+ us *", "", plan).splitlines() if not line.startswith("cost"))
+
+
 def test_plan_prints_the_plan(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", str(scene)]) == 0
-    assert capsys.readouterr().out.strip() == str(rs.Simulator(rs.load_scene(scene)).plan).strip()
+    printed, planned = capsys.readouterr().out.strip(), str(rs.Simulator(rs.load_scene(scene)).plan).strip()
+    assert without_costs(printed) == without_costs(planned)
 
 
 def test_schema_accepts_a_good_scene_and_refuses_a_bad_one(capsys: pytest.CaptureFixture[str]) -> None:

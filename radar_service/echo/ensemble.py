@@ -55,7 +55,16 @@ class Reflectors(Protocol):
         """Index (B,) of each body in the scene."""
         ...
 
+    @property
+    def rays(self) -> int:
+        """Rays cast so far, but for those of the landscape."""
+        ...
+
     def __len__(self) -> int: ...
+
+    def forget(self) -> None:
+        """Have everything evaluated anew next time: so that it can be timed."""
+        ...
 
     def reflections(
         self, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool = True
@@ -84,6 +93,15 @@ class Ensemble:
 
     def __len__(self) -> int:
         return len(self.bodies)
+
+    @property
+    def rays(self) -> int:
+        """Rays cast so far, from bounce to bounce."""
+        return sum(body.scene.rays for body in self.optical if body is not None)
+
+    def forget(self) -> None:
+        """Have physical optics evaluated anew next time: so that it can be timed."""
+        self.held.clear()
 
     def reflections(
         self, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool = True
