@@ -67,14 +67,9 @@ def whole(text: str, least: int, most: int) -> int:
 
 
 def simulator_of(scene: Scene, wanted: argparse.Namespace) -> Simulator:
-    """A simulator as the command line asks for."""
+    """A simulator as the command line asks for, its plan made: nobody who connects should wait for that."""
     fidelity = wanted.fidelity if wanted.error_db is None else fidelity_for(scene, wanted.error_db)
-    return Simulator(scene, fidelity, wanted.seed)
-
-
-def planned_simulator(scene: Scene, wanted: argparse.Namespace) -> Simulator:
-    """The same with its plan made, so that nobody who connects waits for that."""
-    simulator = simulator_of(scene, wanted)
+    simulator = Simulator(scene, fidelity, wanted.seed)
     _ = simulator.plan
     return simulator
 
@@ -133,9 +128,7 @@ def parser() -> argparse.ArgumentParser:
         command.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
         command.set_defaults(run=run)
     command.add_argument("--json", action="store_true", help="as JSON")
-    command.add_argument(
-        "--realtime-factor", type=pace_to_keep, metavar="F", help="the most accurate plan that runs so fast"
-    )
+    command.add_argument("--realtime-factor", type=pace_to_keep, metavar="F", help=PACE_HELP)
     stability = commands.add_parser("stability", help="drive every method to where it fails, and report")
     stability.add_argument("-o", "--out", type=Path, required=True, help="folder for stability.html and stability.json")
     stability.add_argument("--fine", default=1, type=partial(whole, least=1, most=20), help="times as many places and draws")
@@ -156,7 +149,7 @@ def run_serve(wanted: argparse.Namespace) -> int:
     """Serve until stopped."""
     access, refused = access_for(wanted), Refusals()
     journal.write(wanted.log)
-    factory = partial(planned_simulator, wanted=wanted)
+    factory = partial(simulator_of, wanted=wanted)
     settings, sandbox = Settings(pace=wanted.pace), Sandbox()
     builder = sandbox if wanted.sandbox_all else IN_PROCESS
     stations = [

@@ -128,9 +128,8 @@ class CorrectedChain:
 
     def tile(self, scan: int, start: int) -> Profiles:
         """Profiles (K, bins) [sqrt(W)] of azimuths `start` to `start` + K of a scan; start is a multiple of `rows`."""
-        index = np.arange(start, min(start + self.rows, self.radar.azimuths))
-        number = scan * self.radar.azimuths + index
-        at = Instants(number, *self.radar.schedule(number))
+        at = self.instants(scan, start)
+        index, number = at.number - scan * self.radar.azimuths, at.number
         blind = self.scene.blind(at.time, at.boresight)
         transmitting = ~blind[:, None]
         field = self._received(at, blind, scan, start)
@@ -142,6 +141,11 @@ class CorrectedChain:
         for other in self._interference:
             other.add(field, at.boresight, at.time)
         return field
+
+    def instants(self, scan: int, start: int) -> Instants:
+        """The azimuths of a tile."""
+        number = scan * self.radar.azimuths + np.arange(start, min(start + self.rows, self.radar.azimuths))
+        return Instants(number, *self.radar.schedule(number))
 
     def _received(self, at: Instants, blind: NDArray[np.bool_], scan: int, start: int) -> Profiles:
         """Profiles (K, bins) of all that moves and of the receiver's noise."""

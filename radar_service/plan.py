@@ -9,7 +9,7 @@ from radar_service.planning.bodies import bodies
 from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.choice import Choice
 from radar_service.planning.effects import effects
-from radar_service.planning.knobs import all_rests, moving_db, resting_db
+from radar_service.planning.knobs import all_rests, moving_db, resting_db, together
 from radar_service.planning.ledger import Costs, Counts
 from radar_service.planning.record import Record, realtime_factor
 from radar_service.scene.world import Scene
@@ -20,7 +20,7 @@ NOTHING_KNOWN = Record()
 @dataclass(frozen=True)
 class Plan:
     """All choices for one scene at one fidelity. settings: the Fidelity's own; field_db: predicted relative field errors of
-    the methods [dB], at rest and moving; realtime_factor: simulated seconds per second of one thread of this machine; caveats:
+    the methods [dB], at rest and moving, and of effects left out; realtime_factor: simulated seconds per second of one thread of this machine; caveats:
     what cannot be had, a sentence each."""
 
     fidelity: str
@@ -55,7 +55,7 @@ class Plan:
         lines = []
         if self.field_db:
             said = ", ".join(f"{error:.0f} dB {what}" for what, error in self.field_db.items())
-            lines.append(f"predicted field error of the methods: {said}")
+            lines.append(f"predicted field error: {said}")
         if self.counts is not None:
             lines.append(_counted(self.counts))
         if self.costs is not None and self.realtime_factor is not None:
@@ -79,6 +79,8 @@ def plan_for(scene: Scene, fidelity: Fidelity, record: Record = NOTHING_KNOWN) -
         errors["at rest"] = resting_db(scene.radar, fidelity)
         if not all_rests(scene):
             errors["moving"] = moving_db(scene.radar, fidelity)
+    if record.idle:
+        errors["of effects left out"] = together(*record.idle.values())
     return Plan(
         fidelity.name,
         (*effects(scene, fidelity, record), *bodies(scene, fidelity, record)),
@@ -95,11 +97,11 @@ def _caveats(fidelity: Fidelity, errors: dict[str, float]) -> list[str]:
     """What the budget of a fidelity asks for and cannot have."""
     if not fidelity.error_db or not errors:
         return []
-    limits = {"at rest": ErrorBudget(fidelity.error_db).method_db, "moving": ErrorBudget(fidelity.error_db).method_db}
-    missed = [what for what, error in errors.items() if error > limits[what]]
+    limit = ErrorBudget(fidelity.error_db).method_db
     advice = "raise sample_rate_hz, or allow a greater error" if fidelity.kernel_width > 6 else "allow a greater error"
     return [
-        f"the error budget cannot be had: methods may err by {limits[what]:.0f} dB in field and err by {errors[what]:.0f} dB "
+        f"the error budget cannot be had: methods may err by {limit:.0f} dB in field and err by {error:.0f} dB "
         f"{what}, with the best settings there are: {advice}"
-        for what in missed
+        for what, error in errors.items()
+        if error > limit
     ]

@@ -118,7 +118,10 @@ def _multipath(scene: Scene, record: Record) -> Choice:
         return Choice("multipath", False, "not asked for")
     if "multipath" in record.idle:
         return Choice(
-            "multipath", False, "the sea is too rough and too steeply met to mirror", field_db=record.idle["multipath"]
+            "multipath",
+            False,
+            "the sea mirrors too little: too rough, too steeply met, outside the beam",
+            field_db=record.idle["multipath"],
         )
     return Choice("multipath", True, TWO_RAY)
 
