@@ -84,7 +84,15 @@ class CorrectedChain:
             laid = [i for i in keys if caster is None or not is_cast(bodies[i])]
             passing = None if flag else BeamPassing(self.scene)
             scatterers = ensemble_of(
-                [bodies[i] for i in laid], self.radar, antenna, per_cell, self.seed, laid, bounces, passing
+                [bodies[i] for i in laid],
+                self.radar,
+                antenna,
+                per_cell,
+                self.seed,
+                laid,
+                bounces,
+                passing,
+                self.fidelity.fewest,
             )
             if caster is None:
                 return scatterers

@@ -20,8 +20,8 @@ NOTHING_KNOWN = Record()
 @dataclass(frozen=True)
 class Plan:
     """All choices for one scene at one fidelity. settings: the Fidelity's own; field_db: predicted relative field errors of
-    the methods [dB], at rest and moving, and of effects left out; realtime_factor: simulated seconds per second of one thread of this machine; caveats:
-    what cannot be had, a sentence each."""
+    the methods [dB], at rest and moving, and of effects left out; realtime_factor: simulated seconds per second of one
+    thread of this machine; caveats: what cannot be had, a sentence each."""
 
     fidelity: str
     choices: tuple[Choice, ...]

@@ -10,7 +10,7 @@ from radar_service.echo.optics.pieces import MOST
 from radar_service.fidelity import Fidelity
 from radar_service.planning.choice import Choice
 from radar_service.planning.effects import missed
-from radar_service.planning.knobs import density_db
+from radar_service.planning.knobs import density_db, surface_db
 from radar_service.planning.record import Record
 from radar_service.scene.world import Body, Mesh, Scene
 
@@ -48,7 +48,17 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, record: Record, microsecon
             what, False, "shadowed for good: nothing of it is seen past what rests, or heard", 0.0, microseconds=0.0
         )
     how, error = _scattering(body, scene, fidelity)
-    return Choice(what, True, how + _counted(key, record), error, microseconds=microseconds)
+    if record.bodies is not None and record.bodies.scatterers[key] > 1:
+        error = _surface_error(body, int(record.bodies.scatterers[key]), scene, error)
+    return Choice(what, True, how + _counted(body, key, record), error, microseconds=microseconds)
+
+
+def _surface_error(body: Body, points: int, scene: Scene, of_patches: float | None) -> float | None:
+    """Error of the mean power [dB] of a surface on so many points, where that is more than that of its patches. A declared
+    cross-section is kept exactly but for the lobes of the sea's mirror that it stands in."""
+    if body.rcs is not None and not scene.environment.multipath:
+        return 0.0
+    return max(of_patches or 0.0, surface_db(points, scene.environment.multipath))
 
 
 def _scattering(body: Body, scene: Scene, fidelity: Fidelity) -> tuple[str, float | None]:
@@ -78,13 +88,14 @@ def _optics(body: Body, mesh: Mesh, scene: Scene, fidelity: Fidelity, laid: str)
     return f"physical optics, up to {fidelity.bounces} bounces, {laid}{coarse}", BOUNCES_DB
 
 
-def _counted(key: int, record: Record) -> str:
+def _counted(body: Body, key: int, record: Record) -> str:
     """Points and echoes of a body, once they are known."""
     if record.bodies is None:
         return ""
     points, echoes = int(record.bodies.scatterers[key]), int(record.bodies.echoes[key])
     if points == 1:
-        return "; a point" if echoes else "; a point, not in sight now"
+        size = "a point" if body.mesh is None else "smaller than a resolution cell: a point"
+        return f"; {size}" if echoes else f"; {size}, not in sight now"
     return f"; {points} points, {echoes} echoes" if points else f"; {echoes} echoes"
 
 

@@ -14,7 +14,8 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from radar_service.echo.antenna import aperture_beamwidth, one_way_gain
-from radar_service.fidelity import Fidelity
+from radar_service.echo.ensemble import by_optics
+from radar_service.fidelity import FEWEST, Fidelity
 from radar_service.planning.budget import ErrorBudget
 from radar_service.receive.beam import azimuth_kernel, beam_spectrum, grid_rows
 from radar_service.receive.compression import range_kernel, waveform_spectra
@@ -31,6 +32,8 @@ FINENESS = {1: -78.0, 8: -96.0}  # of the beam's table: DESIGN section 4, and 18
 AT_REST, MOVING = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
 DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with a quarter of one targets are missed (chart)
 ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of patches; chart of the harbour: 0.98, with 4 0.44, 16 0.23
+ONE_POINT, ONE_POINT_MIRRORED = 4.3, 15.0  # dB, the same of a whole small surface (tests/planning/test_power.py)
+MOST_FEWEST = 4096  # points on the smallest surface: 0.2 dB among the lobes of the sea's mirror
 GLANCES = {1.0: 20.0, 0.2: 5.0, 0.0: 1.0}  # m between looks from a budget [dB] on: those of the three presets
 FREQUENCIES = 4096  # at which spectra are compared
 SPILT = 20.0  # dB that kernels keep beyond the rest: what they alias lies all along the profile, beside weaker targets yet
@@ -100,12 +103,27 @@ def density_db(per_cell: float) -> float:
     return ONE_PER_CELL / math.sqrt(per_cell)
 
 
+def surface_db(points: float, mirrored: bool) -> float:
+    """Error [dB] of the mean power of a surface that stands on so many points; mirrored: in the lobes of the sea's mirror."""
+    return (ONE_POINT_MIRRORED if mirrored else ONE_POINT) / math.sqrt(points)
+
+
+def _fewest(scene: Scene, budget: ErrorBudget) -> int:
+    """Points that keep the budget on any surface of the scene, at least those of `balanced`."""
+    mirrored = scene.environment.multipath
+    surfaces = [body for body in scene.bodies if body.mesh is not None and not by_optics(body)]
+    if not any(body.rcs is None or mirrored for body in surfaces):  # a declared cross-section is shared out exactly
+        return FEWEST
+    return int(np.clip(math.ceil((surface_db(1.0, mirrored) / budget.target_db) ** 2), FEWEST, MOST_FEWEST))
+
+
 def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
     """The cheapest fidelity that keeps the budget in this scene, or nearly the most accurate one where none does. It
     depends on the scene and the budget alone. What the scene does not need stays as in `balanced`."""
     chosen = Fidelity(
         "auto",
         scatterers_per_cell=next((n for n in DENSITIES if density_db(n) <= budget.target_db), DENSITIES[-1]),
+        fewest=_fewest(scene, budget),
         glance=next(glance for least, glance in GLANCES.items() if budget.target_db >= least),
         bounces=2 if budget.target_db > 1.0 else 3,
         error_db=budget.target_db,

@@ -170,10 +170,14 @@ def _interference(chain: CorrectedChain) -> float:
 
 
 def _handing_over(chain: CorrectedChain) -> float:
-    """Adding what rests, and taking the power."""
+    """Saying when and where a tile is, adding what rests, and taking the power."""
     field = np.ones((chain.rows, chain.radar.bins), dtype=np.complex64)
 
     def handed() -> None:
+        for _ in range(2):  # once for the tile, once for the spokes made of it
+            at = chain.instants(0, 0)
+            chain.scene.own_ship.pose(at.time)
+        chain.scene.blind(at.time, at.boresight)
         np.add(field, 0.0 if chain._profiles is None else field, out=field)
         np.add(field.real**2, field.imag**2)
 

@@ -48,8 +48,8 @@ def test_errors_keep_the_budget_and_the_prediction(name: str) -> None:
     plan's own prediction, below the -54 dB that `balanced` has at worst, and no slower where that keeps what kernels must."""
     sim, plan, chosen = planned(name), planned(name).plan, planned(name).fidelity
     sim.skip_to(0)
-    density = {"scatterers_per_cell": chosen.scatterers_per_cell, "glance": chosen.glance}
-    exact = rs.Simulator(sim.scene, replace(PRESETS["reference"], **density)).scan().field
+    points = replace(PRESETS["reference"], scatterers_per_cell=chosen.scatterers_per_cell, fewest=chosen.fewest)
+    exact = rs.Simulator(sim.scene, replace(points, glance=chosen.glance)).scan().field
     achieved = error_db(sim.scan().field, exact)
     assert achieved < BUDGET.field_db
     assert achieved < 20.0 * np.log10(sum(10.0 ** (error / 20.0) for error in plan.field_db.values()))  # at worst in phase
