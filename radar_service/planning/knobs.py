@@ -129,7 +129,8 @@ def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
         error_db=budget.target_db,
     )
     radar = scene.radar
-    widths = itertools.product(KERNEL_WIDTHS, BEAM_KERNEL_WIDTHS)
+    along_range = KERNEL_WIDTHS[1:] if all_rests(scene) else KERNEL_WIDTHS  # those of echoes laid once cost nothing later
+    widths = itertools.product(along_range, BEAM_KERNEL_WIDTHS)
     kernels = [replace(chosen, kernel_width=along, beam_kernel_width=around) for along, around in widths]
     chosen = _cheapest(radar, kernels, [resting_db(radar, choice) for choice in kernels], budget.method_db - SPILT)
     if all_rests(scene):

@@ -16,7 +16,7 @@ from radar_service.frames import effective_earth_radius
 from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.knobs import SPILT, relative_cost, resting_db
 from radar_service.planning.leaving_out import idle_effects, left_out, without
-from radar_service.planning.ledger import Counts
+from radar_service.planning.ledger import Counts, per_body
 from radar_service.receive.compression import Compression
 from tests.bench.floor import Work, watched
 from tests.planning.scenes import SCENES
@@ -111,6 +111,22 @@ def test_what_is_never_seen_changes_no_byte(name: str) -> None:
     assert gone
     everything = replace(planned(name).fidelity, error_db=0.0)
     np.testing.assert_array_equal(rs.Simulator(scene).scan().field, rs.Simulator(scene, everything).scan().field)
+
+
+def test_what_is_left_out_is_not_computed() -> None:
+    """Neither scattered over nor laid; with everything in it, both."""
+    scene = SCENES["faint beside plain, in noise"]()
+    for error_db, points in ((0.5, [1, 0, 0]), (0.0, [1, 1, 1])):
+        sim = rs.Simulator(scene, replace(PRESETS["balanced"], error_db=error_db))
+        assert isinstance(sim._chain, CorrectedChain)
+        found = per_body(sim._chain)
+        assert found.scatterers.tolist() == found.echoes.tolist() == points
+
+
+def test_bodies_share_the_cost_of_laying_by_their_echoes() -> None:
+    plan = planned("metal ship under way in noise").plan
+    ship, buoy = plan.choices[-2:]
+    assert plan.costs is not None and ship.microseconds == pytest.approx(plan.costs.moving) and buoy.microseconds == 0.0
 
 
 def test_looks_of_a_revolution_are_as_many_as_predicted() -> None:
