@@ -1,6 +1,7 @@
 """What is modelled of a scene, what is left out, and why, with predicted errors and costs: said, not guessed."""
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -11,17 +12,19 @@ from radar_service.planning.choice import Choice
 from radar_service.planning.effects import effects
 from radar_service.planning.knobs import all_rests, moving_db, resting_db, together
 from radar_service.planning.ledger import Costs, Counts
+from radar_service.planning.mirror import held_db
 from radar_service.planning.record import Record, realtime_factor
 from radar_service.scene.world import Scene
 
+METHODS = ("at rest", "moving")
 NOTHING_KNOWN = Record()
 
 
 @dataclass(frozen=True)
 class Plan:
     """All choices for one scene at one fidelity. settings: the Fidelity's own; field_db: predicted relative field errors of
-    the methods [dB], at rest and moving, and of effects left out; realtime_factor: simulated seconds per second of one
-    thread of this machine; caveats: what cannot be had, a sentence each."""
+    the methods [dB], at rest and moving, of the sea's mirror and of effects left out; realtime_factor: simulated seconds
+    per second of one thread of this machine; caveats: what cannot be had, a sentence each."""
 
     fidelity: str
     choices: tuple[Choice, ...]
@@ -79,6 +82,9 @@ def plan_for(scene: Scene, fidelity: Fidelity, record: Record = NOTHING_KNOWN) -
         errors["at rest"] = resting_db(scene.radar, fidelity)
         if not all_rests(scene):
             errors["moving"] = moving_db(scene.radar, fidelity)
+    held = -math.inf if "multipath" in record.idle or not errors else held_db(scene, fidelity.swept_together)
+    if math.isfinite(held):
+        errors["of the sea's mirror, nearest mover"] = min(held, 0.0)
     if record.idle:
         errors["of effects left out"] = together(*record.idle.values())
     return Plan(
@@ -103,5 +109,5 @@ def _caveats(fidelity: Fidelity, errors: dict[str, float]) -> list[str]:
         f"the error budget cannot be had: methods may err by {limit:.0f} dB in field and err by {error:.0f} dB "
         f"{what}, with the best settings there are: {advice}"
         for what, error in errors.items()
-        if error > limit
+        if what in METHODS and error > limit
     ]

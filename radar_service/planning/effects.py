@@ -7,7 +7,8 @@ from radar_service.echo.sea_clutter import HIGHEST_SEA_STATE
 from radar_service.fidelity import Fidelity
 from radar_service.frames import effective_earth_radius
 from radar_service.planning.choice import Choice
-from radar_service.planning.knobs import FINENESS, SWEPT, beam_kernel_db, extent_db, kernel_db, together
+from radar_service.planning.knobs import beam_kernel_db, extent_db, kernel_db, motion_db
+from radar_service.planning.mirror import held_db
 from radar_service.planning.record import Record
 from radar_service.receive.clutter import MATTERS
 from radar_service.scene.describe import pattern_text
@@ -51,7 +52,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, record: Record) -> list
         _beam(scene, fidelity),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         _earth(scene),
-        _multipath(scene, record),
+        _multipath(scene, fidelity, record),
         *_air(scene, record),
         *_sway(scene, "the mast swings, bearings and elevations are those of the tilted antenna; sea clutter keeps level"),
         Choice("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
@@ -98,8 +99,7 @@ def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> lis
     many = fidelity.swept_together > 1
     together_text = f"swept {fidelity.swept_together} azimuths at a time" if many else "each by itself"
     how = f"range, phase and beam weight of every azimuth, {together_text}; sight looked at anew every {fidelity.glance:g} m"
-    error = together(SWEPT[16 if many else 1], FINENESS[8 if fidelity.fineness >= 8 else 1])
-    return [Choice("motion", True, how, field_db=error, microseconds=microseconds)]
+    return [Choice("motion", True, how, field_db=motion_db(fidelity), microseconds=microseconds)]
 
 
 def _earth(scene: Scene) -> Choice:
@@ -113,7 +113,7 @@ def _earth(scene: Scene) -> Choice:
     return Choice("earth", True, f"effective radius {factor:.4g} x the earth's; costs nothing, {lifted}")
 
 
-def _multipath(scene: Scene, record: Record) -> Choice:
+def _multipath(scene: Scene, fidelity: Fidelity, record: Record) -> Choice:
     if not scene.environment.multipath:
         return Choice("multipath", False, "not asked for")
     if "multipath" in record.idle:
@@ -123,7 +123,11 @@ def _multipath(scene: Scene, record: Record) -> Choice:
             "the sea mirrors too little: too rough, too steeply met, outside the beam",
             field_db=record.idle["multipath"],
         )
-    return Choice("multipath", True, TWO_RAY)
+    held = held_db(scene, fidelity.swept_together)
+    if math.isinf(held):
+        return Choice("multipath", True, TWO_RAY)
+    how = f"{TWO_RAY}; the way by the sea is that of the middle of {fidelity.swept_together} azimuths"
+    return Choice("multipath", True, how, field_db=min(held, 0.0))
 
 
 def _air(scene: Scene, record: Record) -> list[Choice]:

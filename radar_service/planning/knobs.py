@@ -17,6 +17,7 @@ from radar_service.echo.antenna import aperture_beamwidth, one_way_gain
 from radar_service.echo.ensemble import by_optics
 from radar_service.fidelity import FEWEST, Fidelity
 from radar_service.planning.budget import ErrorBudget
+from radar_service.planning.mirror import held_db
 from radar_service.receive.beam import azimuth_kernel, beam_spectrum, grid_rows
 from radar_service.receive.compression import range_kernel, waveform_spectra
 from radar_service.receive.grid import Kernel
@@ -27,7 +28,8 @@ Floats = NDArray[np.float64]
 
 KERNEL_WIDTHS, BEAM_KERNEL_WIDTHS = (4, 6, 8), (4, 6)
 EXTENTS = (1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 12.0, 18.0, 27.0, math.inf)  # beamwidths each side
-SWEPT = {16: -61.5, 1: -88.0}  # azimuths together: chirps at 12 kn (tests/bench/accuracy_table.py), `reference` under way
+SWEPT = (16, 8, 4, 2, 1)  # azimuths together
+COURSES, BY_ITSELF = -61.5, -88.0  # chirps at 12 kn (tests/bench/accuracy_table.py), and `reference` under way
 FINENESS = {1: -78.0, 8: -96.0}  # of the beam's table: DESIGN section 4, and 18 dB less for 8 times as many entries
 AT_REST, MOVING = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
 DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with a quarter of one targets are missed (chart)
@@ -93,9 +95,14 @@ def resting_db(radar: Radar, fidelity: Fidelity) -> float:
 
 def moving_db(radar: Radar, fidelity: Fidelity) -> float:
     """Predicted relative field error [dB] of moving echoes."""
-    swept, table = SWEPT[16 if fidelity.swept_together > 1 else 1], FINENESS[8 if fidelity.fineness >= 8 else 1]
     kernel, beam = kernel_db(radar, fidelity.kernel_width), extent_db(radar, fidelity.beam_extent)
-    return together(MOVING, swept, table, kernel, beam)
+    return together(MOVING, motion_db(fidelity), kernel, beam)
+
+
+def motion_db(fidelity: Fidelity) -> float:
+    """Predicted relative field error [dB] of following what moves."""
+    swept = COURSES if fidelity.swept_together > 1 else BY_ITSELF
+    return together(swept, FINENESS[8 if fidelity.fineness >= 8 else 1])
 
 
 def density_db(per_cell: float) -> float:
@@ -135,7 +142,8 @@ def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
     chosen = _cheapest(radar, kernels, [resting_db(radar, choice) for choice in kernels], budget.method_db - SPILT)
     if all_rests(scene):
         return chosen
-    reaches = itertools.product(EXTENTS, SWEPT, FINENESS)
+    kept = [swept for swept in SWEPT if swept == 1 or held_db(scene, swept) <= budget.field_db]
+    reaches = itertools.product(EXTENTS, kept, FINENESS)
     beams = [replace(chosen, beam_extent=reach, swept_together=swept, fineness=fine) for reach, swept, fine in reaches]
     return _cheapest(radar, beams, [moving_db(radar, choice) for choice in beams], budget.method_db)
 
@@ -150,12 +158,12 @@ def _cheapest(radar: Radar, choices: list[Fidelity], errors: list[float], allowe
 def relative_cost(radar: Radar, fidelity: Fidelity) -> float:
     """What laying a moving echo costs on average over the turn, in any unit; it only has to put settings in order.
 
-    The beam's share of the turn, by a price per echo and row: 5 for its course, phase and weight, 1 for each bin of the
-    kernel (measured, in tens of nanoseconds), 80 for each azimuth by itself. What hardly costs anything decides ties.
+    The beam's share of the turn, by a price per echo and azimuth: 80 for each course, which azimuths swept together share, and
+    1 for each bin of the kernel (measured, in some 20 ns). What hardly costs anything decides ties.
     """
     span = (fidelity.swept_together - 1) * radar.azimuth_step
     beam = min(2.0 * math.pi, 2.0 * fidelity.beam_extent * radar.beamwidth + span)
-    each = 5.0 if fidelity.swept_together > 1 else 80.0
+    each = 80.0 / fidelity.swept_together
     return beam * (each + fidelity.kernel_width + 0.1 * fidelity.beam_kernel_width + 0.01 * fidelity.fineness)
 
 

@@ -45,6 +45,8 @@ SCENES: dict[str, Callable[[], rs.Scene]] = {
     "faint beside plain, in noise": lambda: made([point("t", 0, 9000, 15, 20), point("faint", 5000, 12_000, 15, -45),
                                                   point("fly", -9000, 12_000, 15, -50, **WAY)], FAR, **NOISY),
     "mirror of the sea": lambda: made([point("t", 0, 900, 4), HOUSE], environment={"multipath": True, "noise": True}),
+    "near ship in the sea's mirror": lambda: made([SHIP | {"rcs_dbsm": 30} | WAY, point("t", 0, 1400, 5, **WAY)],
+                                                  {"azimuths": 360}, environment={"multipath": True}),
     "sea and rain": lambda: made([point("t", 0, 900), SHIP | {"rcs_dbsm": 25} | WAY], WIDE | {"range_max_m": 950},
                                  environment={"noise": True, "sea_state": 3, "rain_mm_h": 4}),
     "plain pulse": lambda: made(scattered(5, 1400, 6, **WAY), {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 2e7}),
