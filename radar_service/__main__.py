@@ -19,12 +19,16 @@ from tqdm import tqdm
 
 from radar_service.display.video import Controls
 from radar_service.echo.optics.remarks import optics_remarks
-from radar_service.fidelity import PRESETS, PURPOSE, fidelity_from_name
+from radar_service.fidelity import PRESETS, PURPOSE
+from radar_service.planning.arguments import ERROR_HELP, PACE_HELP, error_budget, pace_to_keep
+from radar_service.planning.in_time import plan_in_time
+from radar_service.planning.knobs import fidelity_for
 from radar_service.records import SpokeBlock
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import IN_PROCESS, load_scene
 from radar_service.scene.sandbox import Sandbox
+from radar_service.scene.world import Scene
 from radar_service.simulate import Simulator
 from radar_service.stream import journal
 from radar_service.stream.access import Access, checked_token, is_loopback
@@ -70,6 +74,14 @@ def thread_count(text: str) -> int:
     return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MOST_THREADS)
 
 
+def simulator_of(scene: Scene, wanted: argparse.Namespace) -> Simulator:
+    """A simulator as the command line asks for, its plan made: nobody who connects should wait for that."""
+    fidelity = wanted.fidelity if wanted.error_db is None else fidelity_for(scene, wanted.error_db)
+    simulator = Simulator(scene, fidelity, wanted.seed, wanted.threads)
+    _ = simulator.plan
+    return simulator
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     top = argparse.ArgumentParser("radar-service", description="A simulated marine radar.")
@@ -77,7 +89,9 @@ def parser() -> argparse.ArgumentParser:
     scene_help = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
     common = argparse.ArgumentParser(add_help=False)
     presets = "; ".join(f"{name}: {purpose}" for name, purpose in PURPOSE.items())
-    common.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto means balanced")
+    finely = common.add_mutually_exclusive_group()
+    finely.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto: planned")
+    finely.add_argument("--error-db", type=error_budget, metavar="DB", help=ERROR_HELP)
     common.add_argument("--seed", default=0, type=partial(whole, least=0, most=2**63 - 1))
     threaded = argparse.ArgumentParser(add_help=False)
     threaded.add_argument(
@@ -126,6 +140,8 @@ def parser() -> argparse.ArgumentParser:
         command = commands.add_parser(name, parents=[common] if name == "plan" else [], help=text)
         command.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
         command.set_defaults(run=run)
+    command.add_argument("--json", action="store_true", help="as JSON")
+    command.add_argument("--realtime-factor", type=pace_to_keep, metavar="F", help=PACE_HELP)
     stability = commands.add_parser("stability", help="drive every method to where it fails, and report")
     stability.add_argument("-o", "--out", type=Path, required=True, help="folder for stability.html and stability.json")
     stability.add_argument("--fine", default=1, type=partial(whole, least=1, most=20), help="times as many places and draws")
@@ -146,7 +162,7 @@ def run_serve(wanted: argparse.Namespace) -> int:
     """Serve until stopped."""
     access, refused = access_for(wanted), Refusals()
     journal.write(wanted.log)
-    factory = partial(Simulator, fidelity=wanted.fidelity, seed=wanted.seed, threads=wanted.threads)
+    factory = partial(simulator_of, wanted=wanted)
     settings, sandbox = Settings(pace=wanted.pace), Sandbox()
     builder = sandbox if wanted.sandbox_all else IN_PROCESS
     stations = [
@@ -199,7 +215,7 @@ def run_scan(wanted: argparse.Namespace) -> int:
     for path in (wanted.out, wanted.png):
         if path and not path.parent.is_dir():  # said now, not after an hour of computing
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
-    simulator = Simulator(load_scene(wanted.scene), wanted.fidelity, wanted.seed, wanted.threads)
+    simulator = simulator_of(load_scene(wanted.scene), wanted)
     azimuths = simulator.scene.radar.azimuths
     blocks = []
     with tqdm(total=wanted.scans * azimuths, unit="spokes", disable=None) as bar:
@@ -241,8 +257,15 @@ def run_check(wanted: argparse.Namespace) -> int:
 
 
 def run_plan(wanted: argparse.Namespace) -> int:
-    """Say what would be modelled."""
-    print(Simulator(load_scene(wanted.scene), wanted.fidelity, wanted.seed).plan)
+    """Say what would be modelled, at what error and cost."""
+    scene = load_scene(wanted.scene)
+    if wanted.realtime_factor is None:
+        plan = simulator_of(scene, wanted).plan
+    elif wanted.fidelity != "auto":
+        raise UsageError(f"--realtime-factor: is for auto, and --fidelity is {wanted.fidelity}; leave out one of them")
+    else:
+        plan = plan_in_time(scene, wanted.realtime_factor, wanted.error_db, wanted.seed)
+    print(json.dumps(plan.as_dict(), indent=2) if wanted.json else plan)
     return 0
 
 

@@ -5,7 +5,7 @@ fluctuates, and what a mover shadows, is laid azimuth by azimuth with its exact 
 runs in tiles of at most TILE azimuths that are the same however spokes are grouped afterwards, so bytes do not depend on it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import partial
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from radar_service.echo.antenna import aperture_beamwidth, one_way_gain
 from radar_service.echo.echoes import Echoes
-from radar_service.echo.ensemble import Reflectors, ensemble_of
+from radar_service.echo.ensemble import Reflections, Reflectors, ensemble_of
 from radar_service.echo.held import Held
 from radar_service.echo.intervals import echo_reach, swept_by_interval
 from radar_service.echo.moving import Instants, MovingEchoes
@@ -45,21 +45,30 @@ TILE_BYTES = (
 class CorrectedChain:
     """The engine for one scene: `tile` gives the profiles of consecutive azimuths of any scan."""
 
-    def __init__(self, scene: Scene, fidelity: Fidelity, seed: int, landscape: Landscape, threads: int = 1) -> None:
-        self.threads = threads
+    def __init__(
+        self,
+        scene: Scene,
+        fidelity: Fidelity,
+        seed: int,
+        landscape: Landscape,
+        threads: int = 1,
+        left_out: Collection[int] = (),
+    ) -> None:
+        """left_out: indices of bodies that send nothing back; the landscape decides whether they hide anything."""
+        self.threads, self._left_out = threads, left_out
         self.scene, self.radar, self.fidelity, self.seed = scene, scene.radar, fidelity, seed
         self.range: Floats = (np.arange(scene.radar.bins, dtype=np.float64) + 0.5) * scene.radar.range_step
         self.compression = compression_for(scene.radar, fidelity.kernel_width)
         reach = echo_reach(scene.radar)
         self.landscape = landscape
-        still, moving = self._ensembles()
+        self.still, moving = self._ensembles()
         extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
         most = int(np.clip(TILE_BYTES // (self.compression.size * np.dtype(np.complex64).itemsize), TILE // 2, TILE))
         span, steps = most * scene.radar.azimuth_step, fidelity.fineness * TABLE_STEPS
         beam = BeamTable(self._pattern, scene.radar.beamwidth, extent, span, steps)
         self.moving = MovingEchoes(scene, moving, self.landscape, reach, beam, fidelity.glance, seed)
         self.rows = int(np.clip(self.moving.interval / scene.radar.spoke_period, 1, most))  # a tile is one glance at most
-        self.resting = resting_echoes(scene, still, self.landscape, reach)
+        self.resting = resting_echoes(scene, self.still, self.landscape, reach)
         self._profiles = self._resting_profiles()
         self._clutter = clutter_of(scene, landscape, self.compression, self._pattern, seed)
         self._interference = [Interference(scene, i, self._pattern, seed) for i in range(len(scene.interference))]
@@ -75,11 +84,19 @@ class CorrectedChain:
         per_cell, bounces = self.fidelity.scatterers_per_cell, self.fidelity.bounces
 
         def gathered(flag: bool) -> Reflectors:
-            keys = [i for i, rests in enumerate(still) if rests == flag]
+            keys = [i for i, rests in enumerate(still) if rests == flag and i not in self._left_out]
             laid = [i for i in keys if caster is None or not is_cast(bodies[i])]
             passing = None if flag else BeamPassing(self.scene)
             scatterers = ensemble_of(
-                [bodies[i] for i in laid], self.radar, antenna, per_cell, self.seed, laid, bounces, passing
+                [bodies[i] for i in laid],
+                self.radar,
+                antenna,
+                per_cell,
+                self.seed,
+                laid,
+                bounces,
+                passing,
+                self.fidelity.fewest,
             )
             if caster is None:
                 return scatterers
@@ -105,6 +122,16 @@ class CorrectedChain:
             profiles[start : start + TILE] = self.compression.profiles(swept[start : start + TILE])
         return profiles
 
+    @property
+    def rays(self) -> int:
+        """Rays cast so far."""
+        return self.landscape.rays + self.still.rays + self.moving.ensemble.rays
+
+    def look(self, number: int) -> tuple[Reflections, Echoes]:
+        """What is seen of all that moves during the glance of that number, and the echoes at rest that it hides."""
+        shadows = self._shadows(number)
+        return self.moving.seen(number), shadows
+
     def parts(self, scan: int) -> Iterator[tuple[int, Profiles, NDArray[np.float32]]]:
         """One revolution piece by piece: index of the first azimuth, field (K, bins) [sqrt(W)], power (K, bins) [W]."""
         starts = range(0, self.radar.azimuths, self.rows)
@@ -113,9 +140,8 @@ class CorrectedChain:
 
     def tile(self, scan: int, start: int) -> Profiles:
         """Profiles (K, bins) [sqrt(W)] of azimuths `start` to `start` + K of a scan; start is a multiple of `rows`."""
-        index = np.arange(start, min(start + self.rows, self.radar.azimuths))
-        number = scan * self.radar.azimuths + index
-        at = Instants(number, *self.radar.schedule(number))
+        at = self.instants(scan, start)
+        index, number = at.number - scan * self.radar.azimuths, at.number
         blind = self.scene.blind(at.time, at.boresight)
         transmitting = ~blind[:, None]
         field = self._received(at, blind, scan, start)
@@ -127,6 +153,11 @@ class CorrectedChain:
         for other in self._interference:
             other.add(field, at.boresight, at.time)
         return field
+
+    def instants(self, scan: int, start: int) -> Instants:
+        """The azimuths of a tile."""
+        number = scan * self.radar.azimuths + np.arange(start, min(start + self.rows, self.radar.azimuths))
+        return Instants(number, *self.radar.schedule(number))
 
     def _received(self, at: Instants, blind: NDArray[np.bool_], scan: int, start: int) -> Profiles:
         """Profiles (K, bins) of all that moves and of the receiver's noise."""

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import Literal
 
+FEWEST = 48  # points on the smallest surface, so that its speckle is that of many (sum of 48 phasors: kurtosis within 2 %)
+
 
 @dataclass(frozen=True)
 class Fidelity:
@@ -14,6 +16,7 @@ class Fidelity:
     sampler: how the corrected chain finds diffuse surfaces: scatterers on them, or rays from the antenna (uniform random,
         stratified, Sobol'), which are the independent check.
     scatterers_per_cell: points on extended surfaces per resolution cell (range bin x beamwidth).
+    fewest: points on the smallest extended surface.
     bounces: surfaces that physical optics follows in a row, 1 for none but the first.
     kernel_width: range bins that an echo is laid on (Kaiser-Bessel, even); 4 errs by -61 dB at 75 MSPS, 6 by -80.
     beam_kernel_width: azimuth rows that an echo at rest is laid on (even); 4 errs by -83 dB, 6 by less than float32.
@@ -23,6 +26,7 @@ class Fidelity:
         that of the middle; 16 errs by -71 dB, 1 takes each azimuth at its own instant.
     glance: m that anything may move before sight and scattering are looked at again.
     fineness: how many times finer than usual the table of the beam is; 1 errs by -78 dB, 8 by -88.
+    error_db: what may be left out: whatever moves the power of targets by less than this [dB]; 0 leaves out nothing.
     """
 
     name: str
@@ -30,6 +34,7 @@ class Fidelity:
     tracer: Literal["embree", "moller_trumbore"] = "embree"
     sampler: Literal["scatterers", "rays", "stratified", "sobol"] = "scatterers"
     scatterers_per_cell: float = 4.0
+    fewest: int = FEWEST
     bounces: int = 3
     kernel_width: int = 6
     beam_kernel_width: int = 4
@@ -37,6 +42,7 @@ class Fidelity:
     swept_together: int = 16
     glance: float = 5.0
     fineness: int = 1
+    error_db: float = 0.0
 
 
 PRESETS: dict[str, Fidelity] = {
@@ -59,9 +65,7 @@ PURPOSE: dict[str, str] = {
 
 
 def fidelity_from_name(name: str) -> Fidelity:
-    """The preset of that name; `auto` means `balanced` until it is planned. Raises ValueError naming the presets."""
-    if name == "auto":
-        return PRESETS["balanced"]
+    """The preset of that name. Raises ValueError naming the presets, and `auto`, which is planned for each scene."""
     if name not in PRESETS:
         raise ValueError(f'fidelity: "{name}" is not one of auto, {", ".join(PRESETS)}')
     return PRESETS[name]

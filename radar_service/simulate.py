@@ -2,7 +2,8 @@
 
 import itertools
 from collections.abc import Iterator
-from typing import Any, Protocol
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,11 @@ from radar_service.echo.sight import Landscape
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.plan import Plan, plan_for
+from radar_service.planning import ledger
+from radar_service.planning.budget import ErrorBudget
+from radar_service.planning.knobs import fidelity_for
+from radar_service.planning.leaving_out import idle_effects, left_out, without
+from radar_service.planning.record import Record
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Scan, Spoke, SpokeBlock, Truth, regrouped
 from radar_service.scene.world import Scene
@@ -22,13 +28,11 @@ Profiles = NDArray[np.complex64]
 Powers = NDArray[np.float32]
 
 
-class Chain(Protocol):
-    """What turns a scene into profiles. range: (N,) where samples stand [m]; parts: see either chain."""
-
-    @property
-    def range(self) -> NDArray[np.float64]: ...
-
-    def parts(self, scan: int) -> Iterator[tuple[int, Profiles, Powers]]: ...
+def _chosen(scene: Scene, fidelity: str | Fidelity) -> Fidelity:
+    """The fidelity meant for a scene."""
+    if fidelity == "auto":
+        return fidelity_for(scene, ErrorBudget())
+    return fidelity_from_name(fidelity) if isinstance(fidelity, str) else fidelity
 
 
 class Simulator:
@@ -39,7 +43,8 @@ class Simulator:
     """
 
     def __init__(self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1) -> None:
-        """fidelity: a preset's name or a Fidelity; threads: how many work at once, which changes no byte.
+        """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
+        many work at once, which changes no byte.
 
         Raises ValueError for an unknown name, a negative seed or fewer than one thread.
         """
@@ -48,18 +53,33 @@ class Simulator:
         if threads < 1:
             raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
         self.scene, self.seed = scene, seed
-        self.fidelity = fidelity_from_name(fidelity) if isinstance(fidelity, str) else fidelity
-        self.plan: Plan = plan_for(scene, self.fidelity)
-        landscape = Landscape(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
-        self._chain: Chain = (
+        self.fidelity = _chosen(scene, fidelity)
+        self._omissions, self._idle = left_out(scene, self.fidelity), idle_effects(scene, self.fidelity)
+        never_seen = [key for key, omission in self._omissions.items() if not omission.hides]
+        landscape = Landscape(scene.bodies, effective_earth_radius(scene.environment.earth_factor), never_seen)
+        self._chain: DocumentedChain | CorrectedChain = (
             DocumentedChain(scene, self.fidelity, seed)
             if self.fidelity.chain == "documented"
-            else CorrectedChain(scene, self.fidelity, seed, landscape, threads)
+            else CorrectedChain(without(self._idle, scene), self.fidelity, seed, landscape, threads, self._omissions)
         )
+        self._set_up_rays = self._look_rays = 0
+        if isinstance(self._chain, CorrectedChain):
+            self._set_up_rays = self._chain.rays
+            self._look_rays = ledger.first_look(self._chain)
         self.range, self.range_step = self._chain.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
         self._truth = TruthTeller(scene, landscape)
         self._next_scan = 0
+
+    @cached_property
+    def plan(self) -> Plan:
+        """What is modelled and what is not, why, at what error and cost; costs are measured when it is first asked for."""
+        chain = self._chain
+        if isinstance(chain, DocumentedChain):
+            return plan_for(self.scene, self.fidelity)
+        counts = ledger.counts(chain, self._set_up_rays, self._look_rays)
+        record = Record(self._omissions, self._idle, counts, ledger.per_body(chain), ledger.costs(chain))
+        return plan_for(self.scene, self.fidelity, record)
 
     def scan(self) -> Scan:
         """The next revolution."""

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -48,7 +49,7 @@ def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsy
             np.testing.assert_array_equal(file[key], np.concatenate([getattr(scan, key) for scan in scans]))
         np.testing.assert_array_equal(file["range"], scans[0].range)
         np.testing.assert_array_equal(file["scan"], np.repeat([0, 1], 60))
-        assert (str(file["name"]), int(file["seed"]), str(file["fidelity"])) == ("one target", 3, "balanced")
+        assert (str(file["name"]), int(file["seed"]), str(file["fidelity"])) == ("one target", 3, "auto")
     picture = np.asarray(Image.open(png).convert("L")).astype(int)
     north = picture[100:420, 440:461]  # where a target at half range ahead shows
     south = picture[480:800, 440:461]
@@ -90,9 +91,29 @@ def test_check_says_what_a_scene_contains(scene: Path, capsys: pytest.CaptureFix
     assert "one target" in said and "p" in said
 
 
+def without_costs(plan: str) -> str:
+    """A plan without what is measured anew each time."""
+    return "\n".join(line for line in re.sub(r"[0-9.e+-]+ us *", "", plan).splitlines() if not line.startswith("cost"))
+
+
 def test_plan_prints_the_plan(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", str(scene)]) == 0
-    assert capsys.readouterr().out.strip() == str(rs.Simulator(rs.load_scene(scene)).plan).strip()
+    printed, planned = capsys.readouterr().out.strip(), str(rs.Simulator(rs.load_scene(scene)).plan).strip()
+    assert without_costs(printed) == without_costs(planned)
+
+
+def test_plan_answers_in_json_and_keeps_an_error_budget(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", str(scene), "--json", "--error-db", "2"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["settings"]["error_db"] == 2.0 and said["counts"]["resting_echoes"] == 1
+    assert said["choices"][-1]["what"] == "body p" and said["realtime_factor"] > 0
+
+
+def test_plan_keeps_a_pace_and_says_where_it_cannot(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", str(scene), "--realtime-factor", "1e12"]) == 0
+    assert "! 1e+12 x real time cannot be had on this machine" in capsys.readouterr().out
+    assert main(["plan", str(scene), "--realtime-factor", "1", "--fidelity", "fast"]) == 2
+    assert "--realtime-factor" in capsys.readouterr().err
 
 
 def test_schema_accepts_a_good_scene_and_refuses_a_bad_one(capsys: pytest.CaptureFixture[str]) -> None:
@@ -139,6 +160,9 @@ def test_a_port_in_use_is_named(scene: Path, capsys: pytest.CaptureFixture[str])
         (["serve", "--port", "70000"], "port"), (["scan", "-o", "x", "--scans", "0"], "scans"),
         (["scan"], "--out"), (["plan", "--seed", "-1"], "seed"), (["plan", "--fidelity", "best"], "fidelity"),
         ([], "COMMAND"), (["serve", "--threads", "0"], "threads"), (["scan", "-o", "x", "--threads", "many"], "threads"),
+        (["plan", "--error-db", "0"], "0.01 to 10 dB"), (["scan", "-o", "x", "--error-db", "nan"], "error-db"),
+        (["serve", "--error-db", "1", "--fidelity", "fast"], "not allowed with"),
+        (["plan", "--realtime-factor", "inf"], "realtime-factor"), (["plan", "--realtime-factor", "0"], "above 0"),
     ],
 )  # fmt: skip
 def test_bad_arguments_are_refused_by_name(arguments: list[str], word: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -236,6 +260,8 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
         assert [radar["id"] for radar in http.get("/api/radars").json()] == ["0", "1"]
         assert http.get("/api/health").json()["status"] == "ok"
         assert "text/html" in http.get("/").headers["content-type"]
+        loaded = http.put("/api/radars/1/scene", json={"scene": SCENE}, timeout=20).json()
+        assert loaded["plan"]["counts"]["resting_echoes"] == 1 and loaded["plan"]["choices"][-1]["modelled"]
     hello, *spokes = asyncio.run(asyncio.wait_for(whole_scan(0), 20))
     power = np.zeros((60, hello["encoding"]["bins"]))
     for message in spokes:
@@ -247,6 +273,7 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
     np.testing.assert_array_equal(power, simulated.power)
 
     bye, code = asyncio.run(asyncio.wait_for(until_bye(), 20))
+    assert hello["fidelity"] == "auto" and hello["plan"]["counts"]["resting_echoes"] == 1
     assert bye["type"] == "bye" and "stopping" in bye["reason"] and code == 1001
     _, errors = process.communicate(timeout=10)
     assert (process.returncode, errors) == (0, "")

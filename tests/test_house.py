@@ -12,7 +12,16 @@ import pytest
 ROOT = Path(__file__).parents[1]
 STAGES = ("scene", "trace", "echo", "receive", "display", "stream")
 SHARED = ("constants", "frames", "random", "records", "fidelity", "threads")  # below every stage
-WIRING = ("simulate", "documented", "corrected", "plan", "truth", "study", "__init__")  # above every stage but stream
+WIRING = (
+    "simulate",
+    "documented",
+    "corrected",
+    "plan",
+    "planning",
+    "truth",
+    "study",
+    "__init__",
+)  # above every stage but stream
 CLIENT_MAY = ("radar_service.stream.wire", "radar_service.display")
 HOMES = {
     "trimesh": ("radar_service.scene",),

@@ -20,6 +20,7 @@ from radar_service.echo.scatterers import (
     triangle_frames,
 )
 from radar_service.echo.sight import Landscape, Surface
+from radar_service.fidelity import FEWEST
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.random import SCATTER, generator
 from radar_service.scene.world import Body, Radar
@@ -76,7 +77,16 @@ class Reflectors(Protocol):
         """Index (B,) of each body in the scene."""
         ...
 
+    @property
+    def rays(self) -> int:
+        """Rays cast so far, but for those of the landscape."""
+        ...
+
     def __len__(self) -> int: ...
+
+    def forget(self) -> None:
+        """Have everything evaluated anew next time: so that it can be timed."""
+        ...
 
     def reflections(
         self,
@@ -112,6 +122,15 @@ class Ensemble:
 
     def __len__(self) -> int:
         return len(self.bodies)
+
+    @property
+    def rays(self) -> int:
+        """Rays cast so far, from bounce to bounce."""
+        return sum(body.scene.rays for body in self.optical if body is not None)
+
+    def forget(self) -> None:
+        """Have physical optics evaluated anew next time: so that it can be timed."""
+        self.held.clear()
 
     def reflections(
         self,
@@ -263,13 +282,14 @@ def ensemble_of(
     keys: Sequence[int],
     bounces: int = 3,
     passing: BeamPassing | None = None,
+    fewest: int = FEWEST,
 ) -> Ensemble:
     """Scatterers over `bodies`, as dense as the resolution cell at their distance from `antenna` (3,) at time 0 asks for.
 
     keys: (B,) the index of each body in the scene; bounces: surfaces in a row that physical optics follows;
-    passing: where given, optics is evaluated for the moments the beam passes.
+    passing: where given, optics is evaluated for the moments the beam passes; fewest: points on the smallest surface.
     """
-    parts = [_scatterers(body, radar, antenna, per_cell, seed, key) for body, key in zip(bodies, keys, strict=True)]
+    parts = [_scatterers(body, radar, antenna, per_cell, fewest, seed, key) for body, key in zip(bodies, keys, strict=True)]
     counts = np.array([len(part) for part in parts], dtype=np.int64)
 
     def joined(name: str, empty: tuple[int, ...], dtype: type) -> NDArray[np.generic]:
@@ -296,7 +316,7 @@ def by_optics(body: Body) -> bool:
     return body.mesh is not None and body.rcs is None and body.scattering == "optics"
 
 
-def _scatterers(body: Body, radar: Radar, antenna: Floats, per_cell: float, seed: int, key: int) -> Scatterers:
+def _scatterers(body: Body, radar: Radar, antenna: Floats, per_cell: float, fewest: int, seed: int, key: int) -> Scatterers:
     """The scatterers of one body. A declared cross-section on a body within one resolution cell is a point."""
     if body.mesh is None:
         return point_scatterer(np.zeros(3))
@@ -310,4 +330,4 @@ def _scatterers(body: Body, radar: Radar, antenna: Floats, per_cell: float, seed
     place = map_from_body(centroid, pose.position[0], float(pose.heading[0]))
     distance = np.hypot(place[:, 0] - antenna[0], place[:, 1] - antenna[1])
     density = cell_density(distance, radar.range_step, radar.beamwidth, per_cell)
-    return scatter_over(body.mesh, density, generator(seed, SCATTER, key))
+    return scatter_over(body.mesh, density, generator(seed, SCATTER, key), fewest)

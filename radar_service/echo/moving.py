@@ -125,6 +125,10 @@ class MovingEchoes:
     def __len__(self) -> int:
         return len(self.ensemble)
 
+    def seen(self, number: int) -> Reflections:
+        """What the antenna sees of everything during the glance of that number."""
+        return self._glance(number).seen
+
     def swept(self, at: Instants) -> SweptEchoes:
         """Every echo that the beam reaches at any of these azimuths."""
         glance = self._glance(int(at.middle // self.interval))

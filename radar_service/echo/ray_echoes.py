@@ -59,6 +59,7 @@ class RayCaster:
     def __init__(self, bodies: Sequence[Body], radar: Radar, earth_radius: float, sampler: str, seed: int) -> None:
         self.bodies, self.radar, self.earth_radius = tuple(bodies), radar, earth_radius
         self.sampler, self.seed = sampler, seed
+        self.cast = 0  # rays so far
         self.gamma: Floats = np.array([body.material.gamma for body in bodies], dtype=np.float64)
         still = [key for key, body in enumerate(bodies) if body.mesh is not None and body.motion.at_rest]
         self._still = np.array(still, dtype=np.int64)
@@ -76,6 +77,7 @@ class RayCaster:
         radar = self.radar
         random = generator(self.seed, CAST, int(np.float64(time).view(np.int64)))
         rays = rays_round(self.sampler, random, radar.rays, radar.beamwidth, radar.beamwidth_el, radar.tilt)
+        self.cast += len(rays)
         sight = direction(rays.azimuth, rays.elevation)
         nearest = np.minimum(sea_range(rays.elevation, float(antenna[2]), self.earth_radius), reach)
         body, position = np.full(len(rays), -1, dtype=np.int64), np.zeros((len(rays), 3))
@@ -112,6 +114,15 @@ class RayEnsemble:
 
     def __len__(self) -> int:
         return len(self.bodies)
+
+    @property
+    def rays(self) -> int:
+        """Rays cast so far: those of the sampler, each whole, and from bounce to bounce."""
+        return self.caster.cast + self.others.rays
+
+    def forget(self) -> None:
+        """Have physical optics evaluated anew next time: so that it can be timed."""
+        self.others.forget()
 
     def reflections(
         self,

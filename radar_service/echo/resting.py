@@ -13,14 +13,17 @@ from radar_service.frames import Polar, polar_from_map
 from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class RestingEchoes:
-    """Echoes (E,) of the scatterers seen past all that rests, by rising azimuth, and their places (E, 3) on the map [m]."""
+    """Echoes (E,) of the scatterers seen past all that rests, by rising azimuth, their places (E, 3) on the map [m] and the
+    bodies (E,) of the ensemble that they come from."""
 
     echoes: Echoes
     place: Floats
+    body: Indices
     polar: Polar
     antenna: Floats  # (3,)
 
@@ -40,12 +43,12 @@ def resting_echoes(scene: Scene, ensemble: Reflectors, landscape: Landscape, rea
     seen = ensemble.reflections(landscape, antenna, 0.0, reach, movers=False)
     place = placed(seen.position, seen.body, stands_at(ensemble.bodies, 0.0))
     order = np.argsort(np.arctan2(*(place[:, :2] - antenna[:2]).T), kind="stable")
-    place, scattering = place[order], seen.amplitude[order]
+    place, scattering, body = place[order], seen.amplitude[order], seen.body[order]
     polar = polar_from_map(place, antenna, landscape.earth_radius)
     heard = apparent_range(scene.radar, polar.range) < heard_reach(scene.radar)
-    place, scattering, polar = place[heard], scattering[heard], Polar(*(part[heard] for part in polar))
+    place, scattering, body, polar = place[heard], scattering[heard], body[heard], Polar(*(part[heard] for part in polar))
     path = path_factor(scene.radar, scene.environment, polar, place[:, 2])
     level = received_amplitude(scene.radar, polar.range)
     amplitude = scattering * path * level * two_way_phase(polar.range, scene.radar.wavelength)
     apparent = apparent_range(scene.radar, polar.range)
-    return RestingEchoes(Echoes(apparent, polar.azimuth, amplitude), place, polar, antenna)
+    return RestingEchoes(Echoes(apparent, polar.azimuth, amplitude), place, body, polar, antenna)

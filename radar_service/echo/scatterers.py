@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.fidelity import FEWEST
 from radar_service.scene.world import Mesh
 
 Floats = NDArray[np.float64]
 
-FEWEST = 48  # points on the smallest surface, so that its speckle is that of many (sum of 48 phasors: kurtosis within 2 %)
 MOST = 1_500_000  # points on one body: some 250 MB while they are laid
 
 
@@ -56,16 +56,16 @@ def triangle_frames(mesh: Mesh) -> tuple[Floats, Floats, Floats]:
     return (a + b + c) / 3.0, normal, double / 2.0
 
 
-def scatter_over(mesh: Mesh, density: Floats, rng: np.random.Generator) -> Scatterers:
+def scatter_over(mesh: Mesh, density: Floats, rng: np.random.Generator, fewest: int = FEWEST) -> Scatterers:
     """Points spread over a mesh with `density` (F,) [per m^2] expected on each triangle.
 
     Systematic sampling along the cumulated expectation: every triangle gets the number it is owed to within one, and a
     triangle owed less than one is represented by its neighbours, so that the area carried is right in the mean. The
-    density is scaled to keep the total between FEWEST and MOST.
+    density is scaled to keep the total between `fewest` and MOST.
     """
     _, normal, area = triangle_frames(mesh)
     owed = area * density
-    scale = np.clip(owed.sum(), FEWEST, MOST) / owed.sum()
+    scale = np.clip(owed.sum(), fewest, MOST) / owed.sum()
     owed = owed * scale
     cumulated = np.cumsum(owed)
     count = int(np.ceil(cumulated[-1]))

@@ -1,6 +1,6 @@
 """Which scatterers the antenna sees: past the horizon, the range, the body itself, all that rests, all that moves."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +26,8 @@ class Surface(NamedTuple):
 class Landscape:
     """What can hide things: one occluder for all bodies at rest on the map, and one for each mesh that moves."""
 
-    def __init__(self, bodies: Sequence[Body], earth_radius: float) -> None:
+    def __init__(self, bodies: Sequence[Body], earth_radius: float, idle: Collection[int] = ()) -> None:
+        """idle: indices of moving bodies that never stand before anything, and are not asked."""
         self.earth_radius = earth_radius
         resting = np.array([body.motion.at_rest for body in bodies], dtype=np.bool_)
         self._faces = np.array([0 if body.mesh is None else len(body.mesh.faces) for body in bodies], dtype=np.int64)
@@ -38,8 +39,14 @@ class Landscape:
         self._movers = {
             i: (Occluder(body.mesh, earth_radius), body.motion)
             for i, body in enumerate(bodies)
-            if body.mesh is not None and not body.motion.at_rest
+            if body.mesh is not None and not body.motion.at_rest and i not in idle
         }
+
+    @property
+    def rays(self) -> int:
+        """Rays cast so far."""
+        occluders = [occluder for occluder, _ in self._movers.values()] + ([self._still] if self._still else [])
+        return sum(occluder.rays for occluder in occluders)
 
     def visible(
         self, surface: Surface, place: Floats, antenna: Floats, time: float, reach: float, movers: bool = True

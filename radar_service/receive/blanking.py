@@ -36,6 +36,11 @@ class Blanking:
     received: NDArray[np.complex64]
     compressed: NDArray[np.complex64]
 
+    @property
+    def transformed(self) -> int:
+        """Samples of all Fourier transforms for one profile."""
+        return 2 * self.size * (1 + FINER)
+
     def lost(self, laid: Profiles) -> Profiles:
         """Compressed profiles (K, bins) of what is not heard of echoes laid on circular rows (K, whole size)."""
         near = np.concatenate([laid[:, laid.shape[1] - self.before :], laid[:, : self.near - self.before]], axis=1)

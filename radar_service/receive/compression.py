@@ -57,6 +57,11 @@ class Compression:
             heard -= scipy.fft.fft(self.blanking.lost(laid), self.size, axis=1)
         return heard
 
+    def transformed(self, laid: bool, noise: bool) -> int:
+        """Samples of all Fourier transforms for one profile with echoes laid on its row, with noise."""
+        one_way = 0 if not laid else self.size if self.blanking is None else 2 * self.size + self.blanking.transformed
+        return one_way + (self.size if laid or noise else 0)
+
     def laid(self, column: Floats, drift: NDArray[np.float32], amplitude: Profiles) -> Profiles:
         """Rows (K, size) of echoes at places `column` (E,) [samples] that drift (E, K) from row to row; amplitude (E, K)."""
         clipped = np.zeros(len(column), dtype=np.bool_)
@@ -87,7 +92,7 @@ def receiver_noise_power(radar: Radar) -> float:
 def compression_for(radar: Radar, kernel_width: int) -> Compression:
     """The compression of a radar, with a range kernel of `kernel_width` bins (a short plain pulse is its own kernel)."""
     fs = radar.sample_rate
-    kernel = _kernel(radar, kernel_width)
+    kernel = range_kernel(radar, kernel_width)
     reach = int(np.ceil(radar.pulse * fs))
     size = int(scipy.fft.next_fast_len(radar.bins + 2 * reach + kernel.width))
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
@@ -100,7 +105,7 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     return Compression(radar.bins, size, kernel, kernel.tables(), echo.astype(np.complex64), noise, blanking)
 
 
-def _kernel(radar: Radar, width: int) -> Kernel:
+def range_kernel(radar: Radar, width: int) -> Kernel:
     """The shape with which echoes are laid along range."""
     if radar.modulation == "lfm":
         return Kernel(width, radar.sample_rate / radar.bandwidth)

@@ -15,13 +15,14 @@ Floats = NDArray[np.float64]
 
 
 class TriangleScene:
-    """Triangles that can be asked for hits: vertices (V, 3) [m] and faces (F, 3) in any one frame."""
+    """Triangles that can be asked for hits: vertices (V, 3) [m] and faces (F, 3) in any one frame. rays: asked so far, for
+    the plan's sake (several threads may lose some)."""
 
     def __init__(self, vertices: Floats, faces: NDArray[np.int64]) -> None:
         used = vertices[np.unique(faces)]
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
-        self._vertices, self._faces = vertices, faces
+        self._vertices, self._faces, self.rays = vertices, faces, 0
         self._scene = EmbreeScene(robust=True)  # non-robust leaks 9 % of rays at shared edges
         TriangleMesh(self._scene, (vertices - self.centre).astype(np.float32), faces.astype(np.int32))
 
@@ -52,5 +53,6 @@ class TriangleScene:
         return distance
 
     def _as_float32(self, origin: Floats, direction: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        self.rays += len(direction)
         origins = np.broadcast_to(origin - self.centre, direction.shape)
         return np.ascontiguousarray(origins, dtype=np.float32), np.ascontiguousarray(direction, dtype=np.float32)

@@ -48,6 +48,11 @@ class Occluder:
         self._earth_radius = earth_radius
         self._scene.first_hit(np.zeros(3), np.array([[0.0, 0.0, 1.0]]))  # builds the tree now, not under the first beam
 
+    @property
+    def rays(self) -> int:
+        """Rays cast so far."""
+        return self._scene.rays
+
     def cone(self, stand: Stand, antenna: Floats) -> tuple[float, float, float]:
         """What the body may hide: azimuth of its middle [rad], half width [rad], ground distance where it begins [m]."""
         centre = map_from_body(self._scene.centre, stand.position, stand.heading)

@@ -1,0 +1,201 @@
+"""The effects of a scene: which are modelled, how, and what each errs and costs."""
+
+import math
+
+from radar_service.echo.rain_clutter import RAIN_HEIGHT
+from radar_service.echo.sea_clutter import HIGHEST_SEA_STATE
+from radar_service.fidelity import Fidelity
+from radar_service.frames import effective_earth_radius
+from radar_service.planning.choice import Choice
+from radar_service.planning.knobs import beam_kernel_db, extent_db, kernel_db, motion_db
+from radar_service.planning.mirror import held_db
+from radar_service.planning.record import Record
+from radar_service.receive.clutter import MATTERS
+from radar_service.scene.describe import pattern_text
+from radar_service.scene.doubts import pulse_doppler_shift, top_speed
+from radar_service.scene.world import Radar, Scene
+from radar_service.trace.rays import REACH
+
+TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
+BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
+
+
+def effects(scene: Scene, fidelity: Fidelity, record: Record) -> list[Choice]:
+    """The choices for everything but bodies."""
+    return _documented_effects(scene) if fidelity.chain == "documented" else _corrected_effects(scene, fidelity, record)
+
+
+def _documented_effects(scene: Scene) -> list[Choice]:
+    environment, radar = scene.environment, scene.radar
+    return [
+        Choice(
+            "signal chain",
+            True,
+            f"the specification as printed, {radar.rays} rays per azimuth ({radar.azimuths} azimuths); {missed(scene)}",
+        ),
+        Choice("beam", True, "printed pattern within 1.5 beamwidths, then the Gaussian spread of eq. 19"),
+        *([Choice("plain pulse", False, "the specification knows chirps alone")] if radar.modulation == "none" else []),
+        Choice("earth", False, "flat: the specification bends nothing"),
+        Choice("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else "not asked for"),
+        *_sway(scene, "the mast swings and the heading too; the specification does not tilt the beam"),
+        Choice("noise", False, "not in the specification"),
+        *_documented_clutter(scene),
+    ]
+
+
+def _corrected_effects(scene: Scene, fidelity: Fidelity, record: Record) -> list[Choice]:
+    environment, costs = scene.environment, record.costs
+    receiver = None if costs is None else costs.receiver
+    noise = "thermal, k T0 F" if environment.noise else "not asked for"
+    return [
+        *_waveform(scene.radar, fidelity, None if environment.noise else receiver),
+        _beam(scene, fidelity),
+        *_motion(scene, fidelity, None if costs is None else costs.looks),
+        _earth(scene),
+        _multipath(scene, fidelity, record),
+        *_air(scene, record),
+        *_sway(scene, "the mast swings, bearings and elevations are those of the tilted antenna; sea clutter keeps level"),
+        Choice("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
+        *_doppler(scene),
+        *_clutter(scene, None if costs is None else costs.clutter),
+        *_interference(scene, None if costs is None else costs.interference),
+    ]
+
+
+def _waveform(radar: Radar, fidelity: Fidelity, microseconds: float | None) -> list[Choice]:
+    laid = f"exact delays, Kaiser-Bessel grid of {fidelity.kernel_width} bins, closed-form spectrum"
+    pulse = (
+        "plain pulse behind a Gaussian receiver, laid in closed form at exact delays" if radar.modulation == "none" else laid
+    )
+    error = kernel_db(radar, fidelity.kernel_width)
+    eclipsed = f"what comes within {radar.pulse * 1e6:g} us is not heard, echo by echo; noise stays as it is"
+    choices = [
+        Choice("range", True, pulse, field_db=error if math.isfinite(error) else None, microseconds=microseconds),
+        Choice("eclipsing", radar.eclipsing, eclipsed if radar.eclipsing else "not asked for"),
+    ]
+    if radar.prf is not None:
+        folds = f"echoes beyond {radar.unambiguous_range:.0f} m fold, with the phase of their own pulse"
+        how = folds if radar.second_time_around else "not asked for: what lies beyond is left out"
+        choices.append(Choice("second-time echoes", radar.second_time_around, how))
+    return choices
+
+
+def _beam(scene: Scene, fidelity: Fidelity) -> Choice:
+    """The full circle where all is laid once; what it leaves out where anything moves."""
+    radar = scene.radar
+    error = beam_kernel_db(radar, fidelity.beam_kernel_width)
+    extent = "the full circle"
+    if not scene.own_ship.at_rest:
+        error = extent_db(radar, fidelity.beam_extent)
+        if math.isfinite(error):
+            extent = f"{fidelity.beam_extent:g} beamwidths each side"
+    return Choice("beam", True, f"{pattern_text(radar.pattern)}, {extent}", field_db=error if math.isfinite(error) else None)
+
+
+def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> list[Choice]:
+    """How what moves relative to the antenna is followed, where anything does."""
+    if scene.own_ship.at_rest and all(body.motion.at_rest for body in scene.bodies):
+        return []
+    many = fidelity.swept_together > 1
+    together_text = f"swept {fidelity.swept_together} azimuths at a time" if many else "each by itself"
+    how = f"range, phase and beam weight of every azimuth, {together_text}; sight looked at anew every {fidelity.glance:g} m"
+    return [Choice("motion", True, how, field_db=motion_db(fidelity), microseconds=microseconds)]
+
+
+def _earth(scene: Scene) -> Choice:
+    factor = scene.environment.earth_factor
+    if math.isinf(factor):
+        return Choice("earth", False, "asked to be flat")
+    far = min(scene.radar.range_max, max((math.dist(scene.antenna(0.0)[0][:2], body.motion.position[0][:2])
+                                          for body in scene.bodies), default=0.0))  # fmt: skip
+    drop = far**2 / (2.0 * effective_earth_radius(factor))
+    lifted = f"flat would lift what is {far / 1000:.1f} km off by {drop:.2g} m"
+    return Choice("earth", True, f"effective radius {factor:.4g} x the earth's; costs nothing, {lifted}")
+
+
+def _multipath(scene: Scene, fidelity: Fidelity, record: Record) -> Choice:
+    if not scene.environment.multipath:
+        return Choice("multipath", False, "not asked for")
+    if "multipath" in record.idle:
+        return Choice(
+            "multipath",
+            False,
+            "the sea mirrors too little: too rough, too steeply met, outside the beam",
+            field_db=record.idle["multipath"],
+        )
+    held = held_db(scene, fidelity.swept_together)
+    if math.isinf(held):
+        return Choice("multipath", True, TWO_RAY)
+    how = f"{TWO_RAY}; the way by the sea is that of the middle of {fidelity.swept_together} azimuths"
+    return Choice("multipath", True, how, field_db=min(held, 0.0))
+
+
+def _air(scene: Scene, record: Record) -> list[Choice]:
+    environment = scene.environment
+    lossy = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0
+    if "gas" in record.idle and not environment.rain_mm_h:
+        text = f"{environment.gas_db_per_km:.4g} dB/km moves nothing within the range of this radar"
+        return [Choice("gas and rain loss", False, text, field_db=record.idle["gas"])]
+    text = f"{environment.gas_db_per_km:.4g} dB/km one way, rain {environment.rain_mm_h:g} mm/h (ITU-R P.838)"
+    return [Choice("gas and rain loss", lossy, text + ("; costs nothing" if lossy else ""))]
+
+
+def _doppler(scene: Scene) -> list[Choice]:
+    """What is made of the speed at which echoes come nearer; nothing is said where all is at rest."""
+    speed = top_speed(scene.own_ship) + max((top_speed(body.motion) for body in scene.bodies), default=0.0)
+    if speed == 0.0 or scene.radar.modulation != "lfm":
+        return []
+    cells = pulse_doppler_shift(speed, scene.radar.pulse, scene.radar.wavelength)
+    left_out = f"from spoke to spoke it is exact; within a pulse it would move echoes by up to {cells:.2g} range cells"
+    error = min(0.0, 20.0 * math.log10(BAND * cells))
+    return [Choice("Doppler within the pulse", False, left_out, field_db=error)]
+
+
+def missed(scene: Scene) -> str:
+    """From where on rays miss a square metre."""
+    radar = scene.radar
+    return f"a square metre is missed by one azimuth in twenty or more beyond {starving_range(radar):.0f} m"
+
+
+def starving_range(radar: Radar) -> float:
+    """Range [m] from which uniform rays miss a square metre at boresight with 5 % probability or more: (1 - p)^N, p its
+    share of the box of rays."""
+    share = -math.expm1(math.log(0.05) / radar.rays)
+    return 1.0 / math.sqrt(share * (2.0 * REACH) ** 2 * radar.beamwidth * radar.beamwidth_el)
+
+
+def _documented_clutter(scene: Scene) -> list[Choice]:
+    environment = scene.environment
+    asked = {"sea clutter": environment.sea_state, "rain clutter": environment.rain_mm_h, "interference": scene.interference}
+    return [Choice(what, False, "asked for, but not in the specification") for what, much in asked.items() if much]
+
+
+def _sway(scene: Scene, how: str) -> list[Choice]:
+    """How roll, pitch and yaw are modelled, where own ship has them."""
+    return [] if scene.own_ship.sway is None else [Choice("roll, pitch, yaw", True, how)]
+
+
+def _clutter(scene: Scene, microseconds: float | None) -> list[Choice]:
+    environment = scene.environment
+    sea, rain = environment.sea_state, environment.rain_mm_h
+    fit = "" if sea <= HIGHEST_SEA_STATE else f" (as {HIGHEST_SEA_STATE}, where the measurements end)"
+    shape = environment.sea_texture_shape
+    texture = "shape by grazing angle and cell (Ward)" if shape is None else f"shape {shape:g}"
+    sea_text = f"NRL 2012 sigma0 of sea state {sea}{fit}, GIT wind factor, K-distributed: {texture}; hidden by what rests"
+    rain_text = f"Marshall-Palmer, {rain:g} mm/h everywhere up to {RAIN_HEIGHT:g} m, Rayleigh"
+    floor = f"; below {10 * math.log10(MATTERS):g} dB of the noise left out" if environment.noise else ""
+    left_out = 10.0 * math.log10(1.0 + MATTERS) if environment.noise else None
+    return [
+        Choice("sea clutter", sea > 0, sea_text + floor if sea else "sea state 0",
+               left_out if sea else None, microseconds=microseconds if sea else None),
+        Choice("rain clutter", rain > 0, rain_text + floor if rain else "no rain",
+               left_out if rain else None, microseconds=microseconds if rain and not sea else None),
+    ]  # fmt: skip
+
+
+def _interference(scene: Scene, microseconds: float | None) -> list[Choice]:
+    if not scene.interference:
+        return []
+    others = f"{len(scene.interference)} other radar{'s' if len(scene.interference) > 1 else ''}"
+    how = f"{others}, each pulse at its instant through both beams and the filter"
+    return [Choice("interference", True, how, microseconds=microseconds)]
