@@ -74,10 +74,10 @@ def thread_count(text: str) -> int:
     return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MOST_THREADS)
 
 
-def simulator_of(scene: Scene, wanted: argparse.Namespace) -> Simulator:
+def simulator_of(scene: Scene, wanted: argparse.Namespace, threads: int = 1) -> Simulator:
     """A simulator as the command line asks for, its plan made: nobody who connects should wait for that."""
     fidelity = wanted.fidelity if wanted.error_db is None else fidelity_for(scene, wanted.error_db)
-    simulator = Simulator(scene, fidelity, wanted.seed, wanted.threads)
+    simulator = Simulator(scene, fidelity, wanted.seed, threads)
     _ = simulator.plan
     return simulator
 
@@ -162,7 +162,7 @@ def run_serve(wanted: argparse.Namespace) -> int:
     """Serve until stopped."""
     access, refused = access_for(wanted), Refusals()
     journal.write(wanted.log)
-    factory = partial(simulator_of, wanted=wanted)
+    factory = partial(simulator_of, wanted=wanted, threads=wanted.threads)
     settings, sandbox = Settings(pace=wanted.pace), Sandbox()
     builder = sandbox if wanted.sandbox_all else IN_PROCESS
     stations = [
@@ -215,7 +215,7 @@ def run_scan(wanted: argparse.Namespace) -> int:
     for path in (wanted.out, wanted.png):
         if path and not path.parent.is_dir():  # said now, not after an hour of computing
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
-    simulator = simulator_of(load_scene(wanted.scene), wanted)
+    simulator = simulator_of(load_scene(wanted.scene), wanted, wanted.threads)
     azimuths = simulator.scene.radar.azimuths
     blocks = []
     with tqdm(total=wanted.scans * azimuths, unit="spokes", disable=None) as bar:
@@ -252,7 +252,7 @@ def write_png(path: Path, blocks: Sequence[SpokeBlock], simulator: Simulator) ->
 def run_check(wanted: argparse.Namespace) -> int:
     """Say what a scene contains."""
     scene = load_scene(wanted.scene)
-    print(describe(scene, optics_remarks(scene, fidelity_from_name("auto").bounces)))
+    print(describe(scene, optics_remarks(scene, PRESETS["balanced"].bounces)))
     return 0
 
 

@@ -26,9 +26,9 @@ MICRO = 1e6
 
 @dataclass(frozen=True)
 class Counts:
-    """What is done. set_up_rays, resting_echoes: once; look_rays, moving_echoes, shadowed_echoes: in the first look, of which
-    there are looks_per_scan; transform_samples: of all transforms of one profile while something moves under the beam;
-    scatterers: points on the bodies modelled."""
+    """What is done. set_up_rays, resting_echoes: once; look_rays, shadowed_echoes: in the first look, of which there are
+    looks_per_scan; moving_echoes: all round, as at that look; transform_samples: of all transforms of one profile while
+    something moves under the beam; scatterers: points on the bodies modelled."""
 
     resting_echoes: int
     moving_echoes: int
@@ -75,7 +75,7 @@ def first_look(chain: CorrectedChain) -> int:
 
 def counts(chain: CorrectedChain, set_up_rays: int, look_rays: int) -> Counts:
     """What the engine does for a revolution. set_up_rays: cast before its first look, look_rays: in that."""
-    seen, shadows = chain.look(0)
+    (_, shadows), seen = chain.look(0), chain.moving.all_round()
     laid = len(chain.moving) > 0 or len(shadows.range) > 0
     return Counts(
         len(chain.resting),
@@ -92,7 +92,7 @@ def counts(chain: CorrectedChain, set_up_rays: int, look_rays: int) -> Counts:
 def per_body(chain: CorrectedChain) -> PerBody:
     """Points and echoes body by body."""
     scatterers, echoes = (np.zeros(len(chain.scene.bodies), dtype=np.int64) for _ in range(2))
-    seen = chain.look(0)[0].body
+    seen = chain.moving.all_round().body
     for ensemble, body in ((chain.still, chain.resting.body), (chain.moving.ensemble, seen)):
         scatterers[ensemble.key] += _points(ensemble)
         echoes[ensemble.key] += np.bincount(body, minlength=len(ensemble))
@@ -115,19 +115,15 @@ def costs(chain: CorrectedChain) -> Costs:
 
 
 def _looking(chain: CorrectedChain) -> float:
-    """Every look of a revolution costs what sight and shadows cost; physical optics is evaluated once, in one of them."""
-    moment, ensemble = 0.5 * chain.moving.interval, chain.moving.ensemble
-    antenna = chain.scene.antenna(moment)[0]
-
-    def sighted() -> None:
-        ensemble.reflections(chain.landscape, antenna, moment, chain.moving.reach)
-
-    shadows = _seconds(lambda: chain.resting.shadows(chain.landscape, moment))
-    again = _seconds(sighted) if len(ensemble) else 0.0
-    ensemble.forget()
-    afresh = _seconds(sighted, times=1) if len(ensemble) else 0.0
-    each_look = chain.moving.interval / chain.radar.spoke_period
-    return ((again + shadows) / each_look + max(0.0, afresh - again) / chain.radar.azimuths) * MICRO
+    """Every look of a revolution costs what sight and shadows cost; physical optics is evaluated once, in some of them."""
+    moving = chain.moving
+    shadows = _seconds(lambda: chain.resting.shadows(chain.landscape, 0.5 * moving.interval))
+    again = _seconds(partial(moving.looked, 0)) if len(moving) else 0.0
+    known = _seconds(moving.all_round) if len(moving) else 0.0
+    moving.ensemble.forget()
+    afresh = _seconds(moving.all_round, times=1) if len(moving) else 0.0
+    each_look = moving.interval / chain.radar.spoke_period
+    return ((again + shadows) / each_look + max(0.0, afresh - known) / chain.radar.azimuths) * MICRO
 
 
 def _laying(chain: CorrectedChain) -> tuple[float, float]:

@@ -11,7 +11,7 @@ import radar_service as rs
 from radar_service import corrected
 from radar_service.corrected import CorrectedChain
 from radar_service.echo.sight import Landscape
-from radar_service.fidelity import PRESETS
+from radar_service.fidelity import PRESETS, Fidelity
 from radar_service.frames import effective_earth_radius
 from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.knobs import SPILT, relative_cost, resting_db
@@ -64,10 +64,10 @@ def test_errors_keep_the_budget_and_the_prediction(name: str) -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The engine is set up by itself, its beam over the whole turn and a tile swept together, so that every echo is met once, and
-    watched for one tile."""
+    """The engine is set up by itself and watched at its first look; again, its beam over the whole turn and a tile swept
+    together, so that every echo is met once, and watched for one tile."""
     sim, said, laid = planned(name), counts(name), dict.fromkeys(("rest", "motion"), 0)
-    fidelity, work = replace(sim.fidelity, beam_extent=np.inf, swept_together=16), Work()
+    whole, work = replace(sim.fidelity, beam_extent=np.inf, swept_together=corrected.TILE), Work()
     gone = left_out(sim.scene, sim.fidelity)
     unseen = [key for key, omission in gone.items() if not omission.hides]
 
@@ -78,19 +78,26 @@ def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: 
 
         return note
 
-    monkeypatch.setattr(corrected, "lay", noting("rest", corrected.lay, 3))
-    monkeypatch.setattr(Compression, "laid", noting("motion", Compression.laid, 3))
-    with watched(work):
+    def engine(fidelity: Fidelity) -> CorrectedChain:
         landscape = Landscape(sim.scene.bodies, effective_earth_radius(sim.scene.environment.earth_factor), unseen)
         scene = without(idle_effects(sim.scene, fidelity), sim.scene)
-        chain = CorrectedChain(scene, fidelity, sim.seed, landscape, left_out=gone)
+        return CorrectedChain(scene, fidelity, sim.seed, landscape, left_out=gone)
+
+    with watched(work):
+        chain = engine(sim.fidelity)
         assert work.ray_count == said.set_up_rays
         chain.look(0)
         assert work.ray_count == said.set_up_rays + said.look_rays
+    monkeypatch.setattr(corrected, "lay", noting("rest", corrected.lay, 3))
+    monkeypatch.setattr(Compression, "laid", noting("motion", Compression.laid, 3))
+    with watched(work):
+        chain = engine(whole)
+        chain.look(0)
+        before = work.ray_count
         work.ffts.clear()
         at = chain.instants(0, 0)
         chain._received(at, np.zeros(len(at.time), dtype=np.bool_), 0, 0)
-    assert work.ray_count == said.set_up_rays + said.look_rays  # a first tile needs no other look
+    assert work.ray_count == before  # a first tile needs no other look
     assert laid == {"rest": said.resting_echoes, "motion": said.moving_echoes + said.shadowed_echoes}
     samples = sum(shape[0] * (n or shape[1]) for _, shape, _, n, _ in work.ffts)
     assert samples == said.transform_samples * len(at.time)
