@@ -46,7 +46,7 @@ def test_rows_that_missed_their_scans_are_not_shown_as_fresh(modules: Page) -> N
 
 
 def test_spokes_that_contradict_their_size_are_refused(modules: Page) -> None:
-    script = "try { write(0, 0, [0], [9, 9, 9]); } catch (fault) { return fault.message; }"
+    script = "try { polar.check({bins: 2, time: [0], data: new Uint8Array(3)}); } catch (fault) { return fault.message; }"
     assert polar(modules, script) == "spokes: 3 bytes are not 1 spokes of 2 bins"
 
 
