@@ -111,8 +111,8 @@ export class Feed {
   closed(code, reason) {
     if (this.ended) return;
     const wait = backOff(this.failures++, Math.random());
-    const why = this.reason || reason || (code === 1006 ? "no connection" : `closed with code ${code}`);
-    this.handlers.state("waiting", `${why}; trying again in ${Math.ceil(wait)} s`);
+    const why = this.reason || reason || (code === 1006 ? "" : `closed with code ${code}`); // 1006: the line went dead
+    this.handlers.state("waiting", `${why ? `${why}; ` : ""}trying again in ${Math.ceil(wait)} s`);
     this.timer = setTimeout(() => this.open(), wait * 1000);
   }
 }

@@ -142,9 +142,9 @@ function showPlaces() {
 function standstill() {
   const [name, detail] = connection;
   if (name === "refused") return `Refused: ${detail}`;
-  if (name === "waiting") return `No connection: picture stands still. ${detail}`;
+  if (name === "waiting") return `No connection, picture stands still: ${detail}`;
   if (name === "connecting" && scope.ship.azimuth === null) return "Connecting";
-  if (isLost) return "No connection: picture stands still";
+  if (isLost) return "No connection, picture stands still: connecting";
   if (controls.state.transmit === false) return "Standby";
   if (controls.paused) return "Paused";
   const quiet = now() - spokeAt;
@@ -164,7 +164,8 @@ function spokePeriod() {
 function tell() {
   const still = standstill();
   status.showBanner(still || slowness(), !still);
-  if (feed) status.showFeed(feed.ledger, meter.rate(now()), meter.lag, frames.figures(now()));
+  const lag = controls.behind === null ? meter.lag : null; // a service behind its pace is later at every spoke
+  if (feed) status.showFeed(feed.ledger, meter.rate(now()), lag, frames.figures(now()));
 }
 
 function everySecond() {

@@ -133,7 +133,7 @@ function drawRings(context, view, unit, colours) {
 function ringLabel(view, range) {
   for (const turn of [90, 270, 0, 180, 60, 120, 240, 300]) {
     const [x, y] = view.toScreen(view.up + turn * DEGREE, range);
-    if (Math.hypot(x - view.rim.x, y - view.rim.y) < view.rim.radius - 34) return [x, y];
+    if (Math.hypot(x - view.rim.x, y - view.rim.y) < view.rim.radius - LABEL[0] / 2) return [x, y];
   }
   return null;
 }

@@ -19,7 +19,7 @@ export class Scenes {
   }
 
   bindDrop() {
-    const shows = (isOver) => document.documentElement.classList.toggle("dropping", isOver);
+    const shows = (isOver) => document.body.classList.toggle("dropping", isOver);
     const isFiles = (event) => event.dataTransfer?.types.includes("Files");
     addEventListener("dragover", (event) => {
       if (!isFiles(event)) return;

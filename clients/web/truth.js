@@ -67,7 +67,7 @@ export function listTruth(table, truth, unit) {
 }
 
 function cells(body, unit) {
-  const way = body.speed > UNDERWAY ? `${bearingText(body.course)} ${(body.speed / KNOT).toFixed(1)} kn` : "–";
+  const way = body.speed > UNDERWAY ? `${bearingText(body.course, 0)} ${(body.speed / KNOT).toFixed(1)} kn` : "–";
   return [body.name, rangeText(body.range, unit), bearingText(body.azimuth), way, body.visible ? "yes" : body.reason];
 }
 

@@ -158,7 +158,7 @@ def test_truth_is_drawn_and_listed_where_it_is_given(radar: FakeRadar, opened: O
     )
     assert rows == [
         ["rock", "512 m", "180.0°", "–", "shadowed"],
-        ["ferry", "1024 m", "090.0°", "000.0° 9.7 kn", "yes"],
+        ["ferry", "1024 m", "090.0°", "000° 9.7 kn", "yes"],
     ]
     screen = seen(page)
     for place in (centre + [radius / 2, 6], centre + [0, radius / 4 + 6]):  # the lowest points of the two circles

@@ -193,3 +193,21 @@ def test_spokes_wait_no_longer_than_need_be(modules: Page) -> None:
       playout.clear();
       return counts;"""
     assert run(modules, "playout", "Playout", script) == [500, 508, 520, 525]  # 519 have come 40 ms, or 11.5 spokes, ahead
+
+
+def test_a_service_that_slipped_for_good_does_not_lag_for_ever(modules: Page) -> None:
+    script = """const meter = new Meter(), lags = [];
+      for (let t = 0; t < 40; t += 0.02) {
+        meter.spokes(6, t, t + (t < 5 ? 0.01 : 0.51) + (t > 39 ? 0.1 : 0), 1);
+        if ([4, 6, 38].some((at) => Math.abs(t - at) < 0.01)) lags.push(meter.lag);
+      }
+      return [...lags, meter.lag];"""
+    before, slipped, later, late = run(modules, "meter", "Meter", script)
+    assert [before, slipped, later, late] == pytest.approx([0, 0.5, 0, 0.1], abs=1e-9)  # rounding
+
+
+def test_frames_are_counted_and_timed(modules: Page) -> None:
+    script = """const meter = new FrameMeter(), none = meter.figures(0);
+      for (let k = 0; k < 600; k++) meter.frame(k / 60, k / 60 + 0.002);
+      return [none, meter.figures(10).rate, meter.figures(10).work];"""
+    assert run(modules, "meter", "FrameMeter", script) == [None, pytest.approx(60), pytest.approx(0.002)]
