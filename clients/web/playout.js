@@ -39,12 +39,11 @@ export class Playout {
       const [message, from] = this.queue[0];
       let to = from;
       while (to < message.time.length && message.time[to] <= head) to++;
+      const isDone = to === message.time.length;
+      if (isDone) this.queue.shift();
+      else this.queue[0][1] = to; // beforehand, so that what cannot be shown is not tried for ever
       if (to > from) this.show(message, from, to);
-      if (to < message.time.length) {
-        this.queue[0][1] = to;
-        return;
-      }
-      this.queue.shift();
+      if (!isDone) return;
     }
   }
 }

@@ -195,6 +195,16 @@ def test_spokes_wait_no_longer_than_need_be(modules: Page) -> None:
     assert run(modules, "playout", "Playout", script) == [500, 508, 520, 525]  # 519 have come 40 ms, or 11.5 spokes, ahead
 
 
+def test_what_cannot_be_shown_does_not_stop_what_follows(modules: Page) -> None:
+    script = """const shown = [];
+      const show = ({time}) => { if (time[0] === 1) throw new Error("broken"); shown.push(time[0]); };
+      const playout = new Playout(show, () => null);
+      try { playout.push({time: [1]}, 0); } catch (fault) { shown.push(fault.message); }
+      playout.push({time: [2]}, 1);
+      return shown;"""
+    assert run(modules, "playout", "Playout", script) == ["broken", 2]
+
+
 def test_a_service_that_slipped_for_good_does_not_lag_for_ever(modules: Page) -> None:
     script = """const meter = new Meter(), lags = [];
       for (let t = 0; t < 40; t += 0.02) {
