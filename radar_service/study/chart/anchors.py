@@ -68,9 +68,10 @@ def corner_aperture(turn: float) -> float:
 
     Source: Spencer 1944; Doerry, Reflectors for SAR performance testing (2014), eqs. 2 and 3.
     """
-    legs = np.array([[0.0, np.sqrt(1 / 3), np.sqrt(2 / 3)], [np.sqrt(1 / 2), np.sqrt(1 / 3), -np.sqrt(1 / 6)],
-                     [-np.sqrt(1 / 2), np.sqrt(1 / 3), -np.sqrt(1 / 6)]])  # fmt: skip
-    least, middle, most = np.sort(legs @ np.array([np.sin(turn), np.cos(turn), 0.0]))
+    legs = np.array(
+        [[0.0, np.sqrt(1 / 3)], [np.sqrt(1 / 2), np.sqrt(1 / 3)], [-np.sqrt(1 / 2), np.sqrt(1 / 3)]]
+    )  # level parts
+    least, middle, most = np.sort(legs @ np.array([np.sin(turn), np.cos(turn)]))
     total = least + middle + most
     return float(4.0 * least * middle / total if least + middle < most else total - 2.0 / total)
 

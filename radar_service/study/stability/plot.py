@@ -49,12 +49,12 @@ class _Scale:
 
 def number(value: float) -> str:
     """A number as a person writes it, three digits."""
-    text = f"{value:.3g}"
-    if "e" not in text:
-        return text
-    mantissa, exponent = text.split("e")
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        return f"{float(f'{value:.3g}'):,.10g}"
+    mantissa, exponent = f"{value:.2e}".split("e")
+    short = f"{float(mantissa):g}"
     power = f"10<tspan dy='-5' font-size='9'>{int(exponent)}</tspan>"
-    return power if mantissa == "1" else f"{mantissa} x {power}"
+    return power if short == "1" else f"{short} x {power}"
 
 
 def svg(finding: Finding) -> str:
