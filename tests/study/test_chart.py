@@ -188,7 +188,7 @@ def test_samplers_agree_with_the_lattice_and_documented_rays_starve() -> None:
     points = {p.family: p for p in power_points(tried, truth, 170, 0, lambda: None)}
     assert points["scatterers"].error_db == pytest.approx(0.0, abs=0.5) and points["scatterers"].missed == 0.0
     assert points["documented rays"].missed == pytest.approx((1 - 200 / 640000 / 0.823) ** 2000, abs=0.15)
-    assert points["documented rays"].preset == "documented"
+    assert points["documented rays"].preset == "documented" and points["scatterers"].preset == "balanced"
 
 
 def test_judging_counts_misses_and_keeps_bias_and_spread_apart() -> None:
@@ -254,6 +254,7 @@ def test_labels_say_a_shared_word_once_and_what_is_missed() -> None:
     assert label_text([at("1.5 beamwidths"), at("6 beamwidths")]) == "1.5, 6 beamwidths"
     assert label_text([at("2000", "documented", 0.998)]) == "2000 (99.8 % missed) = documented"
     assert label_text([at("4 bins", "fast"), at("6 bins")]) == "4 bins = fast, 6 bins"
+    assert label_text([at("500"), at("500"), at("2000")]) == "500, 2000"
 
 
 def test_labels_stay_within_their_panel_and_off_each_other() -> None:

@@ -122,15 +122,18 @@ def _scales(sheet: Sheet, axes: Axes, real_time: float) -> None:
     draw(Words((left - 56.0, (top + bottom) / 2.0), axes.panel.ordinate, PLAIN, "middle", turned=True))
     x = axes.across(real_time)
     draw(Line(((x, top), (x, bottom)), LIMIT, 1.6, 6.0))
-    draw(Words(*_beside(axes, x, "slower than real time"), colour=LIMIT))
+    draw(_too_slow(axes, x))
     if any(p.height is None for p in axes.panel.points):
         draw(Words((right, axes.up(None)), "never met a target", SMALL, "end", AXIS))
 
 
-def _beside(axes: Axes, x: float, text: str) -> tuple[Place, str, float, str]:
-    """Words at the foot of an upright line: right of it, or left where there is no room."""
-    fits = Words((x + 5.0, 0.0), text, SMALL).box[2] < axes.right
-    return (x + (5.0 if fits else -5.0), axes.bottom - 10.0), text, SMALL, "start" if fits else "end"
+def _too_slow(axes: Axes, x: float) -> Words:
+    """Words at the foot of the line of real time: right of it, or left where there is no room."""
+    right, left = (
+        Words((x + aside, axes.bottom - 10.0), "slower than real time", SMALL, anchor, LIMIT)
+        for aside, anchor in ((5.0, "start"), (-5.0, "end"))
+    )
+    return right if right.box[2] < axes.right else left
 
 
 def _points(sheet: Sheet, axes: Axes, real_time: float) -> None:
@@ -140,7 +143,7 @@ def _points(sheet: Sheet, axes: Axes, real_time: float) -> None:
         draw(Line(tuple(front), FRONT, 5.0))
     families = _families(points)
     limit = axes.across(real_time)
-    taken: list[Box] = [(limit - 1.0, axes.top, limit + 1.0, axes.bottom)]
+    taken: list[Box] = [(limit - 1.0, axes.top, limit + 1.0, axes.bottom), _too_slow(axes, limit).box]
     for point in points:
         _, y = axes.place(point)
         ends = axes.across(min(point.times)), axes.across(max(point.times))

@@ -40,13 +40,14 @@ def labels(marked: Sequence[Marked], within: Box, taken: Sequence[Box]) -> list[
 
 
 def _groups(marked: Sequence[Marked]) -> list[list[Marked]]:
-    """Marks of one family that lie on each other."""
+    """Marks that lie on each other, of one family, or of any where no target was met."""
     groups: list[list[Marked]] = []
     for one in marked:
         for group in groups:
             last = group[-1]
             close = max(abs(one.place[0] - last.place[0]), abs(one.place[1] - last.place[1])) < SAME
-            if last.point.family == one.point.family and close:
+            alike = one.point.family == last.point.family or one.point.height is last.point.height is None
+            if close and alike:
                 group.append(one)
                 break
         else:
@@ -81,7 +82,7 @@ def label_text(points: Sequence[Point]) -> str:
     """Settings in a row, a common last word said once: 1.5, 6 beamwidths; what each misses, and the preset it is."""
     last = {point.setting.rpartition(" ")[2] for point in points}
     shared = len(last) == 1 and len(points) > 1 and all(" " in point.setting for point in points)
-    return ", ".join(_one(p, shared and k < len(points) - 1) for k, p in enumerate(points))
+    return ", ".join(dict.fromkeys(_one(p, shared and k < len(points) - 1) for k, p in enumerate(points)))
 
 
 def _one(point: Point, short: bool) -> str:
