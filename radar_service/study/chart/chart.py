@@ -32,8 +32,8 @@ Result = TypeVar("Result")
 @dataclass(frozen=True)
 class Effort:
     """How much is measured: echoes kept for errors, tiles of spokes timed, repeats of each time, targets, most draws of a
-    sampler, CPU time for it [s], most rays to a box, directions across and up the lattice of the surfaces' twin, and turns of
-    the bodies that scattering models are judged on."""
+    sampler, CPU time [s] after which a panel repeats nothing, most rays to a box, directions across and up the lattice of
+    the surfaces' twin, and turns of the bodies that scattering models are judged on."""
 
     echoes: int
     tiles: int
@@ -46,8 +46,8 @@ class Effort:
     turns: int
 
 
-FULL = Effort(400, 3, 3, 8, 512, 2.0, 32_000, (128, 256), 16)  # a big scene then takes two minutes and a half in all
-QUICK = Effort(40, 1, 2, 3, 4, 1.0, 2_000, (32, 64), 4)
+FULL = Effort(400, 3, 3, 8, 512, 40.0, 32_000, (128, 256), 16)  # a big scene then takes two minutes and a half in all
+QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4)
 PANELS = ("field", "power", "scattering")
 MEAN_AND_SPREAD = "error of the mean and spread of one draw, dB"
 
@@ -106,7 +106,7 @@ def _field(scene: Scene, seed: int, effort: Effort, bar: bool) -> tuple[list[Poi
     task, all_methods = task_for(radar, echoes, effort.echoes, effort.tiles, seed), methods(radar)
     points = _with_bar(
         "signal chain", turns_of(all_methods, effort.repeats), bar,
-        lambda done: field_points(task, all_methods, effort.repeats, done),
+        lambda done: field_points(task, all_methods, effort.repeats, done, effort.seconds),
     )  # fmt: skip
     return points, {
         "field_echoes": len(echoes.range),

@@ -51,12 +51,14 @@ def task_for(radar: Radar, echoes: Echoes, keep: int, tiles: int, seed: int) -> 
     return Task(radar, echoes, thinned, np.concatenate(timed))
 
 
-def field_points(task: Task, methods: Sequence[Method], repeats: int, done: Callable[[], object]) -> list[Point]:
+def field_points(
+    task: Task, methods: Sequence[Method], repeats: int, done: Callable[[], object], budget: float = np.inf
+) -> list[Point]:
     """Every method as a point. Whole turns are timed on all echoes. Those that take each azimuth for itself are timed at some
     spokes of the task, and their time for an echo at an azimuth is carried over to the mean azimuth; the slow ones with
-    the thinned list (`scaled`)."""
+    the thinned list (`scaled`). budget: CPU time [s] after which times are not repeated."""
     errors = _errors(task, methods, done)
-    times = _times(task, methods, repeats, done)
+    times = _times(task, methods, repeats, done, budget)
     return [
         Point("field", m.family, m.setting, t, m.slow, error, preset=m.preset)
         for m, t, error in zip(methods, times, errors, strict=True)
@@ -82,7 +84,9 @@ def turns_of(methods: Sequence[Method], repeats: int) -> int:
     return len(methods) + repeats * sum(1 if m.reach is None else 2 for m in methods)
 
 
-def _times(task: Task, methods: Sequence[Method], repeats: int, done: Callable[[], object]) -> list[tuple[float, ...]]:
+def _times(
+    task: Task, methods: Sequence[Method], repeats: int, done: Callable[[], object], budget: float
+) -> list[tuple[float, ...]]:
     """CPU seconds per azimuth of each method, one a repeat."""
     every, none = task.turn, Echoes(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.complex128))
 
@@ -91,7 +95,7 @@ def _times(task: Task, methods: Sequence[Method], repeats: int, done: Callable[[
 
     busy = [work(m, task.thinned if m.slow else task.echoes) for m in methods]
     idle = [work(m, none) for m in methods if m.reach is not None]
-    measured = in_turns([*busy, *idle], [repeats] * (len(busy) + len(idle)), done)
+    measured = in_turns([*busy, *idle], [repeats] * (len(busy) + len(idle)), done, budget)
     idling = iter(measured[len(busy) :])
     return [
         tuple(t / len(every) for t in times) if m.reach is None else _carried_over(task, m, times, min(next(idling)))

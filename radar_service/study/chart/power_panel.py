@@ -57,7 +57,7 @@ def _whole(scene: Scene, body: Body) -> Window | None:
 def power_points(
     samplers: Sequence[Sampler], truth: Floats, most: int, seed: int, done: Callable[[], object], budget: float = np.inf
 ) -> list[Point]:
-    """Every sampler as a point, from up to `most` draws of each, the slow ones no more than a CPU time of `budget` [s] holds.
+    """Every sampler as a point, from up to `most` draws of each, as far as a CPU time of `budget` [s] goes for all.
     truth: mean power (T,) [W] of each target."""
     found: list[list[Floats]] = [[] for _ in samplers]
 

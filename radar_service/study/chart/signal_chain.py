@@ -140,7 +140,10 @@ def swept(radar: Radar, fidelity: Fidelity) -> Run:
             weight = table(wrap_angle(boresight - echoes.azimuth[near, None]).astype(np.float32))
             amplitude = (weight * echoes.amplitude[near, None]).astype(np.complex64)
             column = echoes.range[near] / radar.range_step - 0.5
-            laid = lay_swept(compression.size, column, np.zeros(amplitude.shape, np.float32), amplitude, compression.tables)
+            still = np.zeros(amplitude.shape, np.float32)
+            laid = np.zeros((len(boresight), compression.size), dtype=np.complex64)
+            if len(near):
+                laid = lay_swept(compression.size, column, still, amplitude, compression.tables)
             tiles.append(compression.profiles(laid))
         return np.concatenate(tiles)
 

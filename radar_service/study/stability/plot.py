@@ -8,7 +8,7 @@ from radar_service.echo.sight import Floats
 from radar_service.study.stability.finding import Axis, Finding
 
 WIDTH, HEIGHT = 640, 300
-LEFT, RIGHT, TOP, BOTTOM = 70, 14, 14, 48  # px about the frame
+LEFT, RIGHT, TOP, BOTTOM = 70, 30, 14, 48  # px about the frame
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#a07800", "#444444")
 DASHES = ("", "7 4", "2 3", "9 3 2 3", "1 3", "12 4")
 MOST_TICKS = 8
@@ -49,7 +49,7 @@ class _Scale:
 
 def number(value: float) -> str:
     """A number as a person writes it, three digits."""
-    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+    if value == 0.0 or 1e-4 <= abs(value) < 1e6:
         return f"{float(f'{value:.3g}'):,.10g}"
     mantissa, exponent = f"{value:.2e}".split("e")
     short = f"{float(mantissa):g}"

@@ -115,7 +115,7 @@ def dynamic_range(fine: int = 1) -> Finding:
     curves.append(curve("error of the engine, ship moving", np.full(len(apart), 60.0 + floor["moving"])))
     return Finding(
         "dynamic range", "a ship of 60 dBsm and a buoy of 0 dBsm apart in range, 10 us, 50 MHz",
-        Axis("ship to buoy [m]", log=True), places(apart), Axis("the ship's sidelobes over the buoy's peak [dB]"),
+        Axis("ship to buoy [m]", log=True), places(apart), Axis("ship's sidelobes over the buoy [dB]"),
         tuple(curves), 0.0, "the buoy's own level; boundary: with a Hamming window", edges["hamming"], "computes right",
         "As a real radar would: the window decides. The engine adds less than that: errors stay below the "
         "buoy, at rest and moving.",
@@ -156,7 +156,7 @@ def underflow(fine: int = 1) -> Finding:
         "underflow", "one faint echo through the single-precision transforms and power",
         Axis("received power [W]", log=True), places(powers), Axis("relative error of the power [1]", log=True),
         (curve("the engine", [float(np.clip(error(power), 1e-9, 1.0)) for power in powers]),), 0.01, "one per cent", low,
-        "falls back", "Below 1e-42 W, twenty-seven decades under the noise of a receiver, power fades to 0; the field, whose "
+        "falls back", "Below 1e-43 W, twenty-eight decades under the noise of a receiver, power fades to 0; the field, whose "
         "square it is, does not.",
     )  # fmt: skip
 
