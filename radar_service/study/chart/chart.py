@@ -46,7 +46,7 @@ class Effort:
     turns: int
 
 
-FULL = Effort(400, 3, 3, 8, 512, 40.0, 32_000, (128, 256), 16)  # a big scene then takes two minutes and a half in all
+FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16)  # a big scene then takes two minutes and a half in all
 QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4)
 PANELS = ("field", "power", "scattering")
 MEAN_AND_SPREAD = "error of the mean and spread of one draw, dB"
