@@ -72,7 +72,7 @@ def _best(group: Sequence[Marked], within: Box, full: Sequence[Box]) -> tuple[Wo
             max(0.0, min(right, box[2]) - max(left, box[0])) * max(0.0, min(bottom, box[3]) - max(top, box[1]))
             for box in full
         )
-        return 50.0 * out + met + choice[0]
+        return 1e3 * out + met + choice[0]
 
     ring, words = min(choices, key=cost)
     return words, ring < FAR
