@@ -29,7 +29,7 @@ def charted(scene: str, out: Path) -> dict[str, Any]:
 
 def holds_its_presets(found: dict[str, Any]) -> None:
     """The field's errors are those that tests/test_presets.py holds, here on the scene's own echoes: half of the fast ones
-    and 5 dB of the others are the scene's; the samplers' means are within their own spread."""
+    and 5 dB of the others are the scene's. The samplers' means, of two draws at least, are within the spread of one, and 0.1 dB of the lattice's."""
     field = {p["preset"]: p["error_db"] for p in found["points"] if p["panel"] == "field" and p["preset"]}
     limits = {"fast": -50, "balanced": -70, "reference": -80, "balanced under way": -50, "reference under way": -80}
     assert all(field[preset] < limit for preset, limit in limits.items())
@@ -38,7 +38,7 @@ def holds_its_presets(found: dict[str, Any]) -> None:
     assert models["3 bounces"]["error_db"] < 0.5 < 10 < models["2 bounces"]["error_db"] < models["1 bounce"]["error_db"]
     for point in found["points"]:
         if point["panel"] == "power" and point["preset"] in ("fast", "balanced", "reference"):
-            assert point["missed"] == 0.0 and point["error_db"] < 1.0, point["setting"]
+            assert point["missed"] == 0.0 and point["error_db"] < point["spread_db"] + 0.1, point["setting"]
 
 
 @pytest.mark.study
