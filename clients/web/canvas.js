@@ -16,30 +16,30 @@ export class CanvasRenderer {
     this.shape = "";
   }
 
-  /** table: 256 RGBA colours by level. */
-  setColours(table) {
+  /** table: 256 RGBA colours by level; tint: of fresh trails, three shares. */
+  setColours(table, tint) {
     this.colours = table;
+    this.tint = tint.map((share) => 255 * share);
     this.drawn = -Infinity;
   }
 
-  /** Draws `polar` as `view` sees it; grid {first, step}: where the samples stand [m]; scale: device pixels per CSS pixel.
-   * True where nothing was drawn yet because the last picture is too recent. */
-  draw(polar, grid, view, scale) {
+  /** Draws `polar` as `view` sees it; grid {first, step}: where the samples stand [m]; trails, or null; scale: device pixels
+   *  per CSS pixel. True where nothing was drawn yet because the last picture is too recent. */
+  draw(polar, grid, view, trails, scale) {
     const now = performance.now();
     if (now - this.drawn < PERIOD_MS) return true;
     this.drawn = now;
-    const side = Math.min(Math.round(2 * view.radius * scale), MAX_SIDE);
-    this.prepare(side);
-    this.fill(polar, grid, view, side);
-    const small = this.small.getContext("2d");
-    small.putImageData(this.image, 0, 0);
+    const side = Math.min(Math.round(2 * view.rim.radius * scale), MAX_SIDE);
+    this.prepare(side, view);
+    this.fill(polar, grid, view, trails);
+    this.small.getContext("2d").putImageData(this.image, 0, 0);
     this.paste(view, scale);
     return false;
   }
 
   paste(view, scale) {
     const { context, canvas } = this;
-    const [x, y, r] = [view.x * scale, view.y * scale, view.radius * scale];
+    const [x, y, r] = [view.rim.x * scale, view.rim.y * scale, view.rim.radius * scale];
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.save();
@@ -50,35 +50,47 @@ export class CanvasRenderer {
     context.restore();
   }
 
-  prepare(side) {
-    if (this.shape === side) return;
-    this.shape = side;
+  /** Where each pixel of the small picture stands, worked out once for a framing. */
+  prepare(side, view) {
+    const shape = [side, view.metre, view.x - view.rim.x, view.y - view.rim.y].join();
+    if (this.shape === shape) return;
+    this.shape = shape;
     this.small.width = this.small.height = side;
     this.image = new ImageData(side, side);
     this.turn = new Float32Array(side * side); // clockwise from the top, in turns
-    this.far = new Float32Array(side * side); // from the centre, 1 at the rim
+    this.far = new Float32Array(side * side); // from own ship, m
+    const pixel = (2 * view.rim.radius) / side; // CSS pixels
     for (let i = 0; i < side * side; i++) {
-      const x = (2 * ((i % side) + 0.5)) / side - 1;
-      const y = 1 - (2 * (Math.floor(i / side) + 0.5)) / side;
+      const x = ((i % side) + 0.5 - side / 2) * pixel - (view.x - view.rim.x);
+      const y = (side / 2 - Math.floor(i / side) - 0.5) * pixel + (view.y - view.rim.y);
       this.turn[i] = wrap(Math.atan2(x, y)) / TURN;
-      this.far[i] = Math.hypot(x, y);
+      this.far[i] = Math.hypot(x, y) / view.metre;
     }
+    this.pixel = pixel / view.metre; // m
   }
 
-  fill(polar, grid, view, side) {
-    const { colours, turn, far, image } = this;
-    const width = (2 * view.range) / side / grid.step; // bins under a pixel
-    const up = wrap(view.up) / TURN + 0.5 / polar.azimuths;
+  fill(polar, grid, view, trails) {
+    const { colours, turn, far } = this;
+    const { data } = this.image;
+    const width = this.pixel / grid.step; // bins under a pixel
     for (let i = 0, out = 0; i < turn.length; i++, out += 4) {
-      if (far[i] > 1.01) continue; // beyond the clip; a margin for the pixels that it cuts
-      const v = (turn[i] + up) * polar.rows - 0.5;
-      const u = (far[i] * view.range - grid.first) / grid.step;
-      blend(polar, colours, image.data, out, v, u, width);
+      for (let c = 0; c < 4; c++) data[out + c] = colours[c];
+      if (far[i] > view.range) continue;
+      const bearing = wrap(turn[i] * TURN + view.up);
+      if (trails) tinge(data, out, this.tint, trails.at(bearing, far[i]));
+      const v = (bearing / TURN) * polar.rows + (0.5 * polar.rows) / polar.azimuths - 0.5;
+      blend(polar, colours, data, out, v, (far[i] - grid.first) / grid.step, width);
     }
   }
 }
 
-/** Writes the colour at row v and column u (both fractional; row centres are whole) of the polar picture. */
+/** Lays a trail, 1 for now and 0 for none. */
+function tinge(pixels, out, tint, trail) {
+  if (!trail) return;
+  for (let c = 0; c < 3; c++) pixels[out + c] += (0.25 + 0.75 * trail) * (tint[c] - pixels[out + c]);
+}
+
+/** Lays the echo at row v and column u (both fractional; row centres are whole) of the polar picture. */
 function blend(polar, colours, pixels, out, v, u, width) {
   const below = Math.floor(v);
   const share = v - below;
@@ -86,8 +98,8 @@ function blend(polar, colours, pixels, out, v, u, width) {
   const b = (a + 1) % polar.rows;
   const level = Math.round((1 - share) * levelAt(polar, a, u, width) + share * levelAt(polar, b, u, width));
   const fade = ((1 - share) * polar.fade[a] + share * polar.fade[b]) / 255;
-  for (let c = 0; c < 3; c++) pixels[out + c] = colours[c] + fade * (colours[4 * level + c] - colours[c]);
-  pixels[out + 3] = 255;
+  if (!level) return;
+  for (let c = 0; c < 3; c++) pixels[out + c] += fade * (colours[4 * level + c] - pixels[out + c]);
 }
 
 /** The level of a row at column u: interpolated, or the strongest where several columns fall under one pixel. */

@@ -12,6 +12,7 @@ export class Controls {
     this.say = say;
     this.unit = unit;
     this.state = {};
+    this.health = null;
     this.waiting = null;
     this.busy = false;
     this.bind();
@@ -45,11 +46,18 @@ export class Controls {
     this.show(hello.controls);
   }
 
-  /** Asks for the controls as they stand: others may have turned them. */
+  /** Asks for the controls as they stand, which others may have turned, and how the radar does. */
   async refresh() {
     if (this.radar === undefined || this.busy || this.waiting) return;
-    const controls = await ask(`radars/${encodeURIComponent(this.radar)}/controls`).catch(() => null); // the feed tells of a lost line
+    const health = ask("health").catch(() => null); // the feed tells of a lost line
+    const controls = await ask(`radars/${encodeURIComponent(this.radar)}/controls`).catch(() => null);
+    this.health = (await health)?.radars.find((one) => one.id === this.radar) ?? null;
     if (controls && !this.busy) this.show(controls);
+  }
+
+  /** The factor that the service reaches where that is less than what it is asked for; null where it keeps its pace. */
+  get behind() {
+    return this.health?.state === "behind" ? this.health.factor_reached : null;
   }
 
   togglePause() {

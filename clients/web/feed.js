@@ -12,7 +12,8 @@ export function backOff(failures, random) {
 }
 
 export class Feed {
-  /** address(since) gives the URL, or a promise of it. Handlers: hello(message, isNew), spokes(message), gap(message), state(name, detail). */
+  /** address(since) gives the URL, or a promise of it. Handlers: hello(message, isNew), spokes(message), truth(message),
+   *  gap(message), state(name, detail). */
   constructor(address, handlers) {
     this.address = address;
     this.handlers = handlers;
@@ -53,13 +54,13 @@ export class Feed {
     this.socket?.close();
   }
 
-  /** Drops the line and dials again at once. */
+  /** Drops the line and dials again at once; reason: what went wrong, empty where nothing did. */
   redial(reason) {
     const old = this.socket;
     this.socket = null;
     old?.close();
     if (this.ended) return;
-    this.handlers.state("waiting", reason);
+    if (reason) this.handlers.state("waiting", reason);
     this.open();
   }
 
@@ -87,6 +88,8 @@ export class Feed {
     if (message.type === "gap") {
       this.ledger.gap(message.first, message.count);
       this.handlers.gap(message);
+    } else if (message.type === "truth") {
+      this.handlers.truth(message);
     } else if (message.type === "spokes") {
       this.ledger.spokes(message.first, message.count);
       this.handlers.spokes(message);
@@ -108,8 +111,8 @@ export class Feed {
   closed(code, reason) {
     if (this.ended) return;
     const wait = backOff(this.failures++, Math.random());
-    const why = this.reason || reason || (code === 1006 ? "no connection" : `closed with code ${code}`);
-    this.handlers.state("waiting", `${why}; trying again in ${Math.ceil(wait)} s`);
+    const why = this.reason || reason || (code === 1006 ? "" : `closed with code ${code}`); // 1006: the line went dead
+    this.handlers.state("waiting", `${why ? `${why}; ` : ""}trying again in ${Math.ceil(wait)} s`);
     this.timer = setTimeout(() => this.open(), wait * 1000);
   }
 }

@@ -1,13 +1,17 @@
 // Wires the page: which radar, its feed, its controls, the picture, and the viewer's settings.
 
 import { ask, feedAddress, useToken } from "./api.js";
+import { Choices } from "./choices.js";
 import { Controls } from "./controls.js";
 import { Feed } from "./feed.js";
-import { Meter } from "./meter.js";
+import { FrameMeter, Meter } from "./meter.js";
+import { Playout } from "./playout.js";
 import { bindPointer } from "./pointer.js";
+import { Scenes } from "./scenes.js";
 import { Scope } from "./scope.js";
-import { keep, loadSettings } from "./settings.js";
+import { loadSettings } from "./settings.js";
 import * as status from "./status.js";
+import { listTruth } from "./truth.js";
 
 const element = (id) => document.getElementById(id);
 const address = new URLSearchParams(location.search);
@@ -19,42 +23,80 @@ const REFRESH_MS = 5000; // others may turn the same controls
 const settings = loadSettings();
 document.documentElement.dataset.palette = settings.palette;
 const scope = new Scope(settings, address.get("renderer"));
+const choices = new Choices(scope, chosen);
 const controls = new Controls((text) => (element("notice").textContent = text), () => settings.unit);
+const playout = new Playout(show, () => controls.factor);
+const frames = new FrameMeter();
+const scenes = new Scenes(() => radar.id);
 const now = () => performance.now() / 1000;
 let meter = new Meter();
 let feed = null;
 let radar = null; // of the last hello
+let origin = null; // of its scene: {latitude_deg, longitude_deg}
+let givesTruth = false; // as the last hello said
+let asksTruth = false; // as the last dialling did
 let connection = ["connecting", ""];
+let isLost = false; // the line went, and is not back yet
 let spokeAt = now();
+let latest = null; // own ship and the time and scan whose figures stand on the page after the next frame
 let tryAgain = () => {}; // ends the wait between two attempts to begin
 
 function watch(id) {
   feed?.end();
   meter = new Meter();
-  feed = new Feed((since) => feedAddress(id, BINS, since), { hello, spokes, gap: () => {}, state });
+  const dial = (since) => {
+    asksTruth = givesTruth && settings.truth === "on";
+    return feedAddress(id, BINS, since, asksTruth);
+  };
+  feed = new Feed(dial, { hello, spokes, truth, gap: () => {}, state });
   feed.open();
 }
 
 function hello(message, isNew) {
   radar = message.radar;
-  if (isNew) scope.adopt(message);
+  origin = message.scene.origin;
+  givesTruth = message.truth;
+  if (isNew) {
+    playout.clear();
+    scope.adopt(message);
+  }
   meter.restart();
   controls.adopt(message);
   spokeAt = now();
   status.showHello(message);
-  status.showRange(nominalRange(), settings.unit);
-  if (element("scene").value !== message.scene.name) listScenes(message.scene.name);
+  showFraming();
+  scenes.adopt(message);
+  askForTruth();
   if (isNew) status.speak(`Scene ${message.scene.name}`);
 }
 
+/** Dials again where the truth is wanted, and to be had, and not asked for yet. */
+function askForTruth() {
+  element("truth").disabled = !givesTruth;
+  element("truth-row").title = givesTruth ? "" : "This service does not give the truth; start it with --truth";
+  element("targets").hidden = !(givesTruth && settings.truth === "on");
+  if (givesTruth && settings.truth === "on" && !asksTruth) feed.redial("");
+}
+
 function spokes(message) {
-  const ship = status.shipOf(message);
-  const range = scope.grid.range;
-  scope.write(message, ship);
+  scope.polar.check(message);
   spokeAt = now();
   meter.spokes(message.count, message.time.at(-1), spokeAt, controls.factor);
-  if (range !== message.range) status.showRange(nominalRange(), settings.unit);
-  latest = [ship, message];
+  playout.push(message, spokeAt);
+}
+
+/** Spokes from <= k < to of a message are due. */
+function show(message, from, to) {
+  const { range } = scope.grid;
+  const ship = status.shipOf(message, to - 1);
+  scope.write(message, from, to, ship);
+  if (range !== message.range) showFraming();
+  latest = { ship, time: message.time[to - 1], scan: message.scan };
+}
+
+function truth(message) {
+  scope.truth = message;
+  scope.changed = true;
 }
 
 /** The range as it was asked for, where the picture ends within a cell of it: 3000 m rather than 3002 m. */
@@ -63,40 +105,56 @@ function nominalRange() {
   const asked = controls.state.range_m ?? range;
   return Math.abs(asked - range) <= step ? asked : range;
 }
-let latest = null; // own ship and message whose figures stand on the page after the next frame
+
+function showFraming() {
+  status.showRange(nominalRange(), scope.framing, settings.unit);
+}
 
 function state(name, detail) {
   connection = [name, detail];
+  isLost = name === "waiting" || (name === "connecting" && isLost);
   status.showConnection(name, detail);
   if (name !== "connecting") status.speak(`${name === "live" ? "Connected" : "Disconnected"} ${detail}`);
   tell();
 }
 
-function frame() {
+function frame(time) {
+  requestAnimationFrame(frame);
+  const began = now();
+  playout.release(time / 1000);
   scope.draw();
   if (latest) {
-    status.showShip(latest[0], settings, latest[1]);
+    status.showShip(latest, origin);
     showPlaces();
     latest = null;
   }
-  requestAnimationFrame(frame);
+  frames.frame(began, now());
 }
 
 function showPlaces() {
-  status.showPlace("cursor", scope.cursor, scope.ship.heading, settings.unit);
-  status.showPlace("marker", scope.marker, scope.ship.heading, settings.unit);
+  const { ship } = scope;
+  const site = { position: ship.position, height: radar?.height_m ?? 0, origin };
+  status.showPlace("cursor", scope.cursor, ship.heading, settings.unit, site);
+  status.showPlace("marker", scope.marker, ship.heading, settings.unit, site);
 }
 
-/** What keeps the picture from being live, in a few words; empty where it is. */
-function trouble() {
+/** What keeps the picture from moving, in a few words; empty where it moves. */
+function standstill() {
   const [name, detail] = connection;
   if (name === "refused") return `Refused: ${detail}`;
-  if (name === "waiting") return `No connection: picture stands still. ${detail}`;
-  if (name === "connecting") return scope.ship.azimuth === null ? "Connecting" : "No connection: picture stands still";
+  if (name === "waiting") return `No connection, picture stands still: ${detail}`;
+  if (name === "connecting" && scope.ship.azimuth === null) return "Connecting";
+  if (isLost) return "No connection, picture stands still: connecting";
   if (controls.state.transmit === false) return "Standby";
   if (controls.paused) return "Paused";
   const quiet = now() - spokeAt;
   return quiet > Math.max(SILENT_S, 3 * spokePeriod()) ? `No spokes for ${Math.floor(quiet)} s: picture stands still` : "";
+}
+
+/** What slows it down; empty where it keeps its pace. */
+function slowness() {
+  const { behind, factor } = controls;
+  return behind === null ? "" : `Too slow: ${behind.toFixed(2)}× reached of ${factor}× asked for`;
 }
 
 function spokePeriod() {
@@ -104,12 +162,16 @@ function spokePeriod() {
 }
 
 function tell() {
-  status.showBanner(trouble());
-  if (feed) status.showFeed(feed.ledger, meter.rate(now()), meter.lag);
+  const still = standstill();
+  status.showBanner(still || slowness(), !still);
+  const lag = controls.behind === null ? meter.lag : null; // a service behind its pace is later at every spoke
+  if (feed) status.showFeed(feed.ledger, meter.rate(now()), lag, frames.figures(now()));
 }
 
 function everySecond() {
   tell();
+  const targets = element("targets");
+  if (scope.truth && targets.open) listTruth(targets.querySelector("tbody"), scope.truth, settings.unit);
   const idle = controls.paused || controls.state.transmit === false;
   if (idle) meter.restart(); // the service sets its clock anew when it goes on
   const dead = now() - spokeAt > Math.max(DEAD_S, 20 * spokePeriod());
@@ -119,51 +181,16 @@ function everySecond() {
   }
 }
 
-function choose(name, value) {
-  keep(settings, name, value);
-  if (name === "palette") {
-    document.documentElement.dataset.palette = value;
-    scope.repaint();
+/** A setting of the viewer was changed. */
+function chosen(name) {
+  if (name === "unit") controls.showRanges();
+  if (name === "truth") {
+    scope.truth = null;
+    askForTruth();
   }
-  if (name === "unit") {
-    status.showRange(nominalRange(), value);
-    controls.showRanges();
-  }
-  scope.changed = true;
-  showSettings();
+  showFraming();
+  status.showMode(settings.orientation);
   showPlaces();
-}
-
-function showSettings() {
-  for (const name of ["orientation", "afterglow", "unit", "palette"]) element(name).value = settings[name];
-  for (const name of ["rings", "headline", "sweep"]) element(name).checked = settings[name] === "on";
-  element("mode-text").textContent = element("orientation").selectedOptions[0].textContent;
-}
-
-function next(name) {
-  const values = [...element(name).options].map((option) => option.value);
-  choose(name, values[(values.indexOf(settings[name]) + 1) % values.length]);
-}
-
-function bind() {
-  for (const name of ["orientation", "afterglow", "unit", "palette"]) {
-    element(name).onchange = () => choose(name, element(name).value);
-  }
-  for (const name of ["rings", "headline", "sweep"]) {
-    element(name).onchange = () => choose(name, element(name).checked ? "on" : "off");
-  }
-  element("clear").onclick = () => {
-    scope.marker = null;
-    scope.changed = true;
-    showPlaces();
-  };
-  element("radar").onchange = () => watch(element("radar").value);
-  element("load-scene").onclick = loadScene;
-  element("scene").onchange = showLoadable;
-  bindPointer(scope, showPlaces);
-  document.addEventListener("keydown", shortcut);
-  document.addEventListener("token-wanted", () => (element("access").hidden = false));
-  element("access").onsubmit = enter;
 }
 
 /** Takes the token, and dials again: what was refused without it may be allowed now. */
@@ -177,43 +204,25 @@ function enter(event) {
   tryAgain();
 }
 
+const KEYS = {
+  "+": () => controls.stepRange(1),
+  "=": () => controls.stepRange(1), // the same key without Shift on many keyboards
+  "-": () => controls.stepRange(-1),
+  z: () => choices.zoom(2),
+  x: () => choices.zoom(1 / 2),
+  o: () => choices.lookAhead(),
+  c: () => element("centre").click(),
+  h: () => choices.next("orientation"),
+  n: () => choices.next("palette"),
+  t: () => choices.next("trails"),
+  p: () => controls.togglePause(),
+  s: () => controls.paused && element("step").click(),
+};
+
 function shortcut(event) {
-  if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("select, input[type=number], input[type=password]")) return;
-  const action = {
-    "+": () => controls.stepRange(1),
-    "=": () => controls.stepRange(1), // the same key without Shift on many keyboards
-    "-": () => controls.stepRange(-1),
-    h: () => next("orientation"),
-    n: () => next("palette"),
-    p: () => controls.togglePause(),
-  }[event.key.toLowerCase()];
-  if (action) action();
-}
-
-async function listScenes(running) {
-  const scenes = await ask("scenes").catch(() => []); // the feed goes on without the list
-  const names = scenes.map((scene) => scene.name);
-  const options = names.map((name) => new Option(name, name, false, name === running));
-  if (!names.includes(running)) options.unshift(new Option(`${running} (running)`, "", true, true));
-  element("scene").replaceChildren(...options);
-  showLoadable();
-}
-
-function showLoadable() {
-  element("load-scene").disabled = !element("scene").value;
-}
-
-async function loadScene() {
-  const button = element("load-scene");
-  button.disabled = true;
-  element("notice").textContent = "";
-  try {
-    await ask(`radars/${encodeURIComponent(radar.id)}/scene`, "PUT", { scene: element("scene").value });
-  } catch (refused) {
-    element("notice").textContent = refused.message;
-  } finally {
-    showLoadable();
-  }
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
+  if (event.target.closest("select, input[type=number], input[type=password]")) return;
+  KEYS[event.key.toLowerCase()]?.();
 }
 
 async function start() {
@@ -234,10 +243,17 @@ async function start() {
 }
 
 element("renderer-text").textContent = scope.renderer.name;
-showSettings();
-bind();
+element("radar").onchange = () => watch(element("radar").value);
+element("access").onsubmit = enter;
+bindPointer(scope, () => {
+  showFraming();
+  showPlaces();
+});
+status.showMode(settings.orientation);
+document.addEventListener("keydown", shortcut);
+document.addEventListener("token-wanted", () => (element("access").hidden = false));
+addEventListener("online", () => connection[0] === "waiting" && feed?.redial("the network is back"));
 setInterval(everySecond, 1000);
 setInterval(() => document.hidden || controls.refresh(), REFRESH_MS);
-addEventListener("online", () => connection[0] === "waiting" && feed?.redial("the network is back"));
 requestAnimationFrame(frame);
 start();

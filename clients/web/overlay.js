@@ -5,7 +5,10 @@ import { bearingText, rangeText, ringStep } from "./units.js";
 import { TURN } from "./view.js";
 
 const DEGREE = Math.PI / 180;
-const NAMES = ["ring", "scale", "heading", "sweep", "marker", "cursor", "blind"];
+const NAMES = ["ring", "ring-text", "scale", "heading", "sweep", "marker", "cursor", "blind", "truth", "halo"];
+const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';
+const LABEL = [58, 16]; // CSS pixels that the longest label of a ring needs
+const BIG = 230; // CSS pixels of radius from which the scale has every degree and ten
 
 /** The colours of the furniture in the present palette. */
 export function furnitureColours() {
@@ -24,71 +27,130 @@ export function begin(canvas, scale) {
   return context;
 }
 
-/** Rings, bearing scale, blind sectors and heading line. options: {unit, rings, headline, relative, blindSectors}. */
-export function drawFurniture(context, view, ship, colours, options) {
-  drawScale(context, view, options.relative ? ship.heading : 0, colours.scale);
-  for (const sector of options.blindSectors) drawBlind(context, view, ship.heading, sector, colours.blind);
-  if (options.rings) drawRings(context, view, options.unit, colours);
-  if (options.headline) drawHeading(context, view, ship.heading, colours.heading);
-  drawNorth(context, view, colours.heading);
+/** What `draw` draws, kept inside the picture's rim. */
+export function inside(context, view, draw) {
+  context.save();
+  context.beginPath();
+  context.arc(view.rim.x, view.rim.y, view.rim.radius, 0, TURN);
+  context.clip();
+  draw();
+  context.restore();
 }
 
-function ray(context, view, bearing, from, to) {
+/** Words that stay readable over echoes: they stand in a rim of the scope's colour. */
+export function label(context, text, x, y, colours, paint) {
+  context.font = `600 12px ${FONT}`;
+  context.lineJoin = "round";
+  context.lineWidth = 4;
+  context.strokeStyle = colours.halo;
+  context.strokeText(text, x, y);
+  context.lineWidth = 1;
+  context.fillStyle = paint;
+  context.fillText(text, x, y);
+}
+
+/** Rings, bearing scale, blind sectors and heading line. options: {unit, rings, headline, relative, blindSectors}.
+ *  Answers the boxes [x, y, width, height] that the rings' labels fill. */
+export function drawFurniture(context, view, ship, colours, options) {
+  let labels = [];
+  drawScale(context, view, options.relative ? ship.heading : 0, colours.scale);
+  inside(context, view, () => {
+    for (const sector of options.blindSectors) drawBlind(context, view, ship.heading, sector, colours.blind);
+    if (options.rings) labels = drawRings(context, view, options.unit, colours);
+  });
+  if (options.headline) drawHeading(context, view, ship.heading, colours.heading);
+  drawNorth(context, view, colours.heading);
+  return labels;
+}
+
+function line(context, from, to) {
   context.beginPath();
-  context.moveTo(...view.toScreen(bearing, from * view.range));
-  context.lineTo(...view.toScreen(bearing, to * view.range));
+  context.moveTo(...from);
+  context.lineTo(...to);
   context.stroke();
+}
+
+/** A line from own ship along a bearing to the rim. */
+function ray(context, view, bearing, beyond = 0) {
+  const far = view.toRim(bearing);
+  if (far) line(context, view.along(bearing, 0), view.along(bearing, far + beyond));
 }
 
 function ring(context, view, range) {
   context.beginPath();
-  context.arc(view.x, view.y, (range / view.range) * view.radius, 0, TURN);
+  context.arc(view.x, view.y, range * view.metre, 0, TURN);
   context.stroke();
 }
 
+/** The bearing scale on the rim as own ship sees it, wherever that stands; where marks crowd, some are left out. */
 function drawScale(context, view, zero, paint) {
-  const px = 1 / view.radius;
+  const { rim } = view;
+  const isBig = rim.radius > BIG;
   context.strokeStyle = context.fillStyle = paint;
-  ring(context, view, view.range);
-  const fine = view.radius > 230 ? 1 : 5; // ticks closer than 4 px run together
-  for (let degree = 0; degree < 360; degree += fine) {
-    const length = degree % 10 === 0 ? 9 : degree % 5 === 0 ? 6 : 3;
-    ray(context, view, zero + degree * DEGREE, 1, 1 + length * px);
-  }
-  context.font = `${view.radius > 230 ? 11 : 9}px system-ui, sans-serif`;
-  const apart = view.radius > 230 ? 10 : 30;
-  for (let degree = 0; degree < 360; degree += apart) {
-    const place = view.toScreen(zero + degree * DEGREE, view.range * (1 + 19 * px));
-    context.fillText(String(degree).padStart(3, "0"), ...place);
+  context.font = `${isBig ? 11 : 10}px ${FONT}`;
+  context.beginPath();
+  context.arc(rim.x, rim.y, rim.radius, 0, TURN);
+  context.stroke();
+  let written = [];
+  for (let degree = 0; degree < 360; degree++) {
+    const far = view.toRim(zero + degree * DEGREE);
+    const apart = far * DEGREE; // CSS pixels from degree to degree, and NaN where the bearing is not in the picture
+    if (!(apart > (degree % 10 === 0 ? 0 : degree % 5 === 0 ? 0.6 : 4))) continue;
+    const out = outward(view, view.along(zero + degree * DEGREE, far));
+    line(context, out(0), out(degree % 10 === 0 ? 9 : degree % 5 === 0 ? 6 : 3));
+    if (degree % (isBig ? 10 : 30) === 0) written = figure(context, degree, out(isBig ? 19 : 18), written);
   }
 }
 
+/** Places beyond the rim, straight out from a place on it: the function of CSS pixels. */
+function outward({ rim }, [x, y]) {
+  return (pixels) => [x + (pixels / rim.radius) * (x - rim.x), y + (pixels / rim.radius) * (y - rim.y)];
+}
+
+/** Writes a figure of the scale unless another stands there; the places of all those written. */
+function figure(context, degree, [x, y], written) {
+  if (written.some((there) => Math.hypot(there[0] - x, there[1] - y) < 27)) return written; // three figures and a gap
+  context.fillText(String(degree).padStart(3, "0"), x, y);
+  return [...written, [x, y]];
+}
+
 function drawRings(context, view, unit, colours) {
-  const step = ringStep(view.range, unit);
-  const room = (step / view.range) * view.radius > 52; // pixels that the longest label needs; without them only the last has one
-  context.font = "11px system-ui, sans-serif";
-  context.strokeStyle = context.fillStyle = colours.ring;
-  for (let range = step; range < view.range * 0.985; range += step) {
-    ring(context, view, range);
-    if (!room && range + step < view.range * 0.985) continue;
-    const [x, y] = view.toScreen(view.up + 90 * DEGREE, range);
-    context.textAlign = "right";
-    context.fillText(rangeText(range, unit), x - 4, y - 8);
+  const step = ringStep(view.span, unit);
+  const isRoomy = step * view.metre > LABEL[0]; // without room only every second ring has a label
+  const boxes = [];
+  for (let number = 1; number * step < view.reach * 0.985; number++) {
+    context.strokeStyle = colours.ring;
+    ring(context, view, number * step);
+    const place = ringLabel(view, number * step);
+    if (!place || (!isRoomy && number % 2)) continue;
+    label(context, rangeText(number * step, unit), ...place, colours, colours["ring-text"]);
+    boxes.push([place[0] - LABEL[0] / 2, place[1] - LABEL[1] / 2, ...LABEL]);
   }
-  context.textAlign = "center";
+  return boxes;
+}
+
+/** A place for a ring's label: right of own ship, or wherever the ring can be seen. null: nowhere. */
+function ringLabel(view, range) {
+  for (const turn of [90, 270, 0, 180, 60, 120, 240, 300]) {
+    const [x, y] = view.toScreen(view.up + turn * DEGREE, range);
+    if (Math.hypot(x - view.rim.x, y - view.rim.y) < view.rim.radius - LABEL[0] / 2) return [x, y];
+  }
+  return null;
 }
 
 function drawHeading(context, view, heading, paint) {
   context.strokeStyle = paint;
   context.lineWidth = 1.5;
-  ray(context, view, heading, 0, 1 + 9 / view.radius);
+  ray(context, view, heading, 9);
   context.lineWidth = 1;
 }
 
 /** An arrow just inside the rim that points north: in head-up the figures count from the bow. */
 function drawNorth(context, view, paint) {
+  const far = view.toRim(0);
+  if (!far) return;
   context.save();
-  context.translate(...view.toScreen(0, view.range * (1 - 3 / view.radius)));
+  context.translate(...view.along(0, far - 3));
   context.rotate(-view.up);
   context.fillStyle = paint;
   context.beginPath();
@@ -106,7 +168,7 @@ function drawBlind(context, view, heading, [from, to], paint) {
   context.strokeStyle = paint;
   context.lineWidth = 4;
   context.beginPath();
-  context.arc(view.x, view.y, view.radius - 3, start, start + width * DEGREE);
+  context.arc(view.x, view.y, view.range * view.metre - 3, start, start + width * DEGREE);
   context.stroke();
   context.lineWidth = 1;
 }
@@ -114,7 +176,7 @@ function drawBlind(context, view, heading, [from, to], paint) {
 /** Sweep line, EBL/VRM and cursor; each of them {bearing, range} or null. */
 export function drawMarks(context, view, { sweep, marker, cursor }, colours) {
   context.strokeStyle = colours.sweep;
-  if (sweep !== null) ray(context, view, sweep, 0, 1);
+  if (sweep !== null) ray(context, view, sweep);
   if (marker) drawMarker(context, view, marker, colours.marker);
   if (cursor) drawCursor(context, view, cursor, colours.cursor);
 }
@@ -122,21 +184,19 @@ export function drawMarks(context, view, { sweep, marker, cursor }, colours) {
 function drawMarker(context, view, marker, paint) {
   context.strokeStyle = paint;
   context.setLineDash([8, 5]);
-  ray(context, view, marker.bearing, 0, 1);
+  ray(context, view, marker.bearing);
   context.setLineDash([2, 4]);
-  if (marker.range <= view.range) ring(context, view, marker.range);
+  inside(context, view, () => ring(context, view, marker.range));
   context.setLineDash([]);
 }
 
 function drawCursor(context, view, cursor, paint) {
   const [x, y] = view.toScreen(cursor.bearing, cursor.range);
+  if (!view.holds(x, y)) return;
   context.strokeStyle = paint;
-  context.beginPath();
   for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
-    context.moveTo(x + 4 * dx, y + 4 * dy);
-    context.lineTo(x + 12 * dx, y + 12 * dy);
+    line(context, [x + 4 * dx, y + 4 * dy], [x + 12 * dx, y + 12 * dy]);
   }
-  context.stroke();
 }
 
 /** Range and bearing of a place in words: "1.25 NM  045.0° T  335.0° R". */

@@ -1,7 +1,5 @@
 // Colours come from the style sheet alone (custom properties on :root), so that a palette is one block of CSS.
 
-export const PALETTES = ["day", "dusk", "night"];
-
 /** The value of a custom property of the present palette, e.g. colour("--ring"). */
 export function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -12,6 +10,9 @@ function rgb(name) {
   if (!/^#[0-9a-f]{6}$/i.test(hex)) throw new Error(`${name}: "${hex}" is not a colour such as #20c0ff; correct style.css`);
   return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
 }
+
+/** The tint of fresh trails: three shares of full brightness. */
+export const trailTint = () => rgb("--trail").map((channel) => channel / 255);
 
 /** 256 RGBA colours from nothing (the scope itself) through faint, middling and strong echoes; brightness only rises. */
 export function echoColours() {

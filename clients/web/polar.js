@@ -17,13 +17,17 @@ export class Polar {
     this.newest = NaN;
   }
 
-  /** Writes a `spokes` message of u8 video. Throws where its size contradicts itself. */
-  write(message) {
-    const { bins, data, index, scan, time, blind } = message;
+  /** Throws where the size of a `spokes` message contradicts itself or the picture's. */
+  check({ bins, data, time }) {
     if (bins !== this.bins || data.length !== time.length * bins) {
       throw new Error(`spokes: ${data.length} bytes are not ${time.length} spokes of ${this.bins} bins`);
     }
-    for (let k = 0; k < time.length; k++) {
+  }
+
+  /** Writes spokes from <= k < to of a `spokes` message of u8 video. */
+  write(message, from = 0, to = message.time.length) {
+    const { data, index, scan, time, blind, bins } = message;
+    for (let k = from; k < to; k++) {
       const row = this.rowOf(index + k);
       const spoke = data.subarray(k * bins, (k + 1) * bins);
       if (blind?.[k]) this.video.fill(0, row * bins, (row + 1) * bins);

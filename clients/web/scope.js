@@ -1,12 +1,16 @@
 // The radar picture on the page: three stacked canvases (echoes, furniture, marks), redrawn when something changed.
 
 import { CanvasRenderer } from "./canvas.js";
+import { Framing } from "./framing.js";
 import { begin, drawFurniture, drawMarks, furnitureColours } from "./overlay.js";
-import { echoColours } from "./palette.js";
+import { echoColours, trailTint } from "./palette.js";
 import { Polar } from "./polar.js";
-import { View, upOf } from "./view.js";
+import { Trails } from "./trails.js";
+import { drawTruth } from "./truth.js";
+import { TURN, View, upOf } from "./view.js";
 import { WebGLRenderer } from "./webgl.js";
 
+const WIRE_TURN = 65_536; // wire units per revolution
 const element = (id) => document.getElementById(id);
 
 export class Scope {
@@ -15,9 +19,10 @@ export class Scope {
     this.settings = settings;
     this.place = element("scope");
     this.renderer = chooseRenderer(wanted, () => (this.changed = true));
-    this.ship = { heading: 0, course: 0, azimuth: null };
+    this.framing = new Framing();
+    this.ship = { heading: 0, course: 0, azimuth: null, position: [0, 0] };
     this.blindSectors = [];
-    this.cursor = this.marker = null;
+    this.cursor = this.marker = this.truth = this.trails = null;
     this.grid = { first: 0.5, step: 1, range: 1000 };
     this.polar = new Polar(4, 1);
     this.period = 1;
@@ -34,32 +39,54 @@ export class Scope {
     this.grid = { first: encoding.range_first_m, step: encoding.range_step_m, range: encoding.range_m };
     this.period = 60 / radar.rpm;
     this.blindSectors = radar.blind_sectors_deg ?? [];
-    this.ship.azimuth = null;
+    this.ship.azimuth = this.truth = null;
+    this.framing.moveTo(this.framing.centre, encoding.range_m);
     this.written = `${hello.epoch}:`;
+    this.startTrails();
+  }
+
+  /** Begins trails anew as the settings want them. */
+  startTrails() {
+    const length = Number(this.settings.trails); // s, 0 for none
+    const isTrue = this.settings.trailmotion === "true";
+    this.trails = length ? new Trails(length, isTrue, this.grid.range, this.polar.azimuths) : null;
     this.changed = true;
   }
 
-  /** Adds a `spokes` message; ship: own ship at its last spoke. */
-  write(message, ship) {
-    this.polar.write(message);
+  /** Adds spokes from <= k < to of a `spokes` message; ship: own ship at the last of them. */
+  write(message, from, to, ship) {
+    this.polar.write(message, from, to);
     this.grid = { first: message.range_first_m, step: message.range_step_m, range: message.range };
+    if (this.trails) this.trail(message, from, to);
     this.ship = ship;
-    this.written = `${message.epoch}:${message.first + message.count}`;
+    this.written = `${message.epoch}:${message.first + to}`;
     this.changed = true;
+  }
+
+  trail({ data, bins, azimuth, position, time, blind }, from, to) {
+    for (let k = from; k < to; k++) {
+      if (blind?.[k]) continue;
+      const video = data.subarray(k * bins, (k + 1) * bins);
+      this.trails.spoke(video, (azimuth[k] * TURN) / WIRE_TURN, this.grid, position[k], time[k]);
+    }
   }
 
   get view() {
-    const { side, settings, ship, grid } = this;
-    const margin = side > 500 ? 33 : 28; // bearing scale and its figures
+    const { width, height, settings, ship, grid, framing } = this;
+    const margin = width > 500 ? 33 : 30; // bearing scale and its figures
     const up = upOf(settings.orientation, ship.heading, ship.course);
-    return new View({ x: side / 2, y: side / 2, radius: Math.max(side / 2 - margin, 20), range: grid.range, up });
+    const rim = { x: width / 2, y: height / 2, radius: Math.max(Math.min(width, height) / 2 - margin, 20) };
+    return new View({ rim, range: grid.range, up, zoom: framing.zoom, centre: framing.centre });
   }
 
   fit() {
     this.scale = window.devicePixelRatio || 1;
-    this.side = this.place.clientWidth;
-    const pixels = Math.round(this.side * this.scale);
-    for (const layer of ["echoes", "furniture", "marks"]) element(layer).width = element(layer).height = pixels;
+    this.width = this.place.clientWidth;
+    this.height = this.place.clientHeight;
+    for (const layer of ["echoes", "furniture", "marks"]) {
+      element(layer).width = Math.round(this.width * this.scale);
+      element(layer).height = Math.round(this.height * this.scale);
+    }
     this.furnished = "";
     this.changed = true;
   }
@@ -67,7 +94,7 @@ export class Scope {
   /** Takes the colours anew from the style sheet. */
   repaint() {
     this.colours = furnitureColours();
-    this.renderer.setColours(echoColours());
+    this.renderer.setColours(echoColours(), trailTint());
     this.furnished = "";
     this.changed = true;
   }
@@ -77,11 +104,18 @@ export class Scope {
     if (!this.changed) return;
     const { view, settings, scale, polar } = this;
     polar.age(this.period, Number(settings.afterglow));
-    this.changed = Boolean(this.renderer.draw(polar, this.grid, view, scale));
+    this.changed = Boolean(this.renderer.draw(polar, this.grid, view, this.trails, scale));
     this.furnish(view);
-    const sweep = settings.sweep === "on" ? this.ship.azimuth : null;
-    drawMarks(begin(element("marks"), scale), view, { sweep, marker: this.marker, cursor: this.cursor }, this.colours);
+    this.mark(view);
     if (!this.changed) this.place.dataset.drawn = this.written; // the epoch and the next number after what is on the screen
+  }
+
+  mark(view) {
+    const { settings, truth, colours } = this;
+    const context = begin(element("marks"), this.scale);
+    const sweep = settings.sweep === "on" ? this.ship.azimuth : null;
+    drawMarks(context, view, { sweep, marker: this.marker, cursor: this.cursor }, colours);
+    if (truth && settings.truth === "on") drawTruth(context, view, truth, colours, this.labels);
   }
 
   furnish(view) {
@@ -96,7 +130,7 @@ export class Scope {
     const key = JSON.stringify([view, ship.heading, options]);
     if (key === this.furnished) return;
     this.furnished = key;
-    drawFurniture(begin(element("furniture"), scale), view, ship, this.colours, options);
+    this.labels = drawFurniture(begin(element("furniture"), scale), view, ship, this.colours, options);
   }
 }
 

@@ -3,11 +3,14 @@
 const CHOICES = {
   orientation: ["north-up", "head-up", "course-up"],
   unit: ["nm", "m"],
-  palette: ["dusk", "day", "night"],
+  palette: ["dusk", "day", "night", "phosphor"],
   afterglow: ["1", "0", "0.25", "0.5", "2", "4"], // half-life in scans; 0: none
   rings: ["on", "off"],
   headline: ["on", "off"],
   sweep: ["on", "off"],
+  trails: ["0", "30", "60", "180", "360"], // s; 0: none
+  trailmotion: ["true", "relative"],
+  truth: ["off", "on"],
 };
 
 /** The settings: the first choice of each is the default. */

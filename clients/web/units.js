@@ -18,10 +18,11 @@ function trim(value, digits) {
 /** A range [m] with its unit, "nm" or "m". */
 export const rangeText = (metres, unit) => UNITS[unit].text(metres);
 
-/** A bearing [rad] as three figures and a tenth of a degree: 007.5. */
-export function bearingText(angle) {
-  const tenths = Math.round((wrap(angle) * 1800) / Math.PI) % 3600;
-  return `${(tenths / 10).toFixed(1).padStart(5, "0")}°`;
+/** A bearing [rad] as three figures and a tenth of a degree, 007.5°, or with no digits after the point, 008°. */
+export function bearingText(angle, digits = 1) {
+  const steps = 10 ** digits;
+  const rounded = Math.round((wrap(angle) * 180 * steps) / Math.PI) % (360 * steps);
+  return `${(rounded / steps).toFixed(digits).padStart(digits ? 5 : 3, "0")}°`;
 }
 
 const SLACK = 1 - 1e-3; // the last cell ends up to a cell off the round figure: 4999.3 m is a picture of 5 km

@@ -6,23 +6,54 @@ export const TURN = 2 * Math.PI;
 export const wrap = (angle) => ((angle % TURN) + TURN) % TURN;
 
 export class View {
-  /** centre and radius [CSS pixels]; range: at the rim [m]; up: true bearing at the top of the screen [rad]. */
-  constructor({ x, y, radius, range, up }) {
-    Object.assign(this, { x, y, radius, range, up });
+  /** rim {x, y, radius}: the circle that the picture fills [CSS pixels]; range: of the radar [m], which fills it at zoom 1;
+   *  centre {x, y}: what stands in its middle, right of and above own ship [m]; up: true bearing at the top [rad]. */
+  constructor({ rim, range, up, zoom = 1, centre = { x: 0, y: 0 } }) {
+    const metre = (rim.radius / range) * zoom; // CSS pixels
+    Object.assign(this, { rim, range, up, metre, x: rim.x - centre.x * metre, y: rim.y + centre.y * metre });
+  }
+
+  /** From the middle of the picture to its rim [m]. */
+  get span() {
+    return this.rim.radius / this.metre;
+  }
+
+  /** The greatest range in the picture [m]. */
+  get reach() {
+    const { rim, x, y, metre, range } = this;
+    return Math.min((Math.hypot(x - rim.x, y - rim.y) + rim.radius) / metre, range);
   }
 
   /** Screen place [x, y] of a true bearing [rad] and a range [m]. */
   toScreen(bearing, range) {
-    const r = (range / this.range) * this.radius;
+    return this.along(bearing, range * this.metre);
+  }
+
+  /** Screen place [x, y] at a true bearing [rad] and a distance [CSS pixels] from own ship. */
+  along(bearing, distance) {
     const angle = bearing - this.up; // clockwise from the top
-    return [this.x + r * Math.sin(angle), this.y - r * Math.cos(angle)];
+    return [this.x + distance * Math.sin(angle), this.y - distance * Math.cos(angle)];
+  }
+
+  /** CSS pixels from own ship to where a true bearing [rad] leaves the picture; NaN where it does not cross it. */
+  toRim(bearing) {
+    const angle = bearing - this.up;
+    const [east, south] = [this.x - this.rim.x, this.y - this.rim.y];
+    const ahead = east * Math.sin(angle) - south * Math.cos(angle);
+    const far = Math.sqrt(ahead ** 2 + this.rim.radius ** 2 - east ** 2 - south ** 2) - ahead;
+    return far > 0 ? far : NaN;
+  }
+
+  /** Whether a screen place lies in the picture. */
+  holds(x, y) {
+    return Math.hypot(x - this.rim.x, y - this.rim.y) <= this.rim.radius;
   }
 
   /** True bearing [rad] and range [m] of a screen place. */
   fromScreen(x, y) {
     const east = x - this.x;
     const north = this.y - y;
-    return { bearing: wrap(Math.atan2(east, north) + this.up), range: (Math.hypot(east, north) / this.radius) * this.range };
+    return { bearing: wrap(Math.atan2(east, north) + this.up), range: Math.hypot(east, north) / this.metre };
   }
 }
 

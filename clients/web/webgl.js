@@ -1,4 +1,6 @@
-// Scan conversion on the GPU: the polar picture is a texture (bins x azimuths), each pixel of the scope looks itself up in it.
+// Scan conversion on the GPU: the polar picture is a texture (bins x azimuths), in which each pixel looks itself up.
+
+import { LONGEST, SIDE, STAMPS, TILE } from "./trails.js";
 
 const VERTEX = `#version 300 es
 void main() {  // one triangle that covers the whole canvas
@@ -6,42 +8,66 @@ void main() {  // one triangle that covers the whole canvas
 }`;
 
 const FRAGMENT = `#version 300 es
+#define SIDE ${SIDE}.0
+#define STAMPS ${STAMPS}.0
+#define LONGEST ${LONGEST}.0
 precision highp float;
 precision highp sampler2D;
 const float TURN = 6.283185307179586;
 uniform sampler2D video;   // bins x rows, R8
 uniform sampler2D fade;    // 1 x rows, R8
 uniform sampler2D colours; // 256 x 1
-uniform vec2 centre;       // own ship, pixels from the lower left corner
-uniform float radius;      // pixels
-uniform float rim;         // range at the rim, m
+uniform sampler2D trails;  // SIDE x SIDE stamps, R8
+uniform vec3 rim;          // of the picture: middle, pixels from the lower left corner, and radius
+uniform vec2 ship;         // own ship, likewise
+uniform float metre;       // pixels
+uniform float range;       // of the radar, m
 uniform float up;          // true bearing at the top, rad
 uniform float azimuths;
 uniform float bins;
 uniform float first;       // range of sample 0, m
 uniform float cell;        // range step, m
+uniform vec3 tint;         // of trails
+uniform vec2 origin;       // own ship on the grid of trails, cells
+uniform float grid;        // its cell, m
+uniform float stamp;       // of what is new; 0: no trails
 out vec4 pixel;
 
 float cellAt(float u, float v) { return texture(video, vec2(u / bins, v)).r; }
 
+float trailAt(vec2 ground) {                                // 1 for now, 0 for none
+  ivec2 place = ivec2(floor(mod(origin + ground / grid, SIDE)));
+  float then = floor(texelFetch(trails, place, 0).r * 255.0 + 0.5);
+  return stamp == 0.0 || then == 0.0 ? 0.0 : max(0.0, 1.0 - mod(stamp - then + STAMPS, STAMPS) / LONGEST);
+}
+
 void main() {
-  vec2 from = gl_FragCoord.xy - centre;
-  float far = length(from);
-  if (far > radius) { pixel = vec4(0.0); return; }
+  if (length(gl_FragCoord.xy - rim.xy) > rim.z) { pixel = vec4(0.0); return; }
+  vec4 scope = texelFetch(colours, ivec2(0, 0), 0);
+  pixel = scope;
+  vec2 from = gl_FragCoord.xy - ship;
+  float far = length(from) / metre;
+  if (far > range) return;
   float bearing = atan(from.x, from.y) + up;                // clockwise from north
   float v = bearing / TURN + 0.5 / azimuths;                // a row is centred on its boresight; REPEAT closes the circle
-  float u = (far / radius * rim - first) / cell + 0.5;      // and a column on its sample
-  float width = rim / radius / cell;                        // bins under this pixel
+  float u = (far - first) / cell + 0.5;                     // and a column on its sample
+  float width = 1.0 / metre / cell;                         // bins under this pixel
   float level = cellAt(u, v);
-  if (width > 1.0) {                                        // several: the strongest shows, or small targets would flicker away
+  if (width > 1.0) {                                        // several: the strongest shows, or small targets would flicker
     float taps = min(ceil(width), 16.0);
     level = 0.0;
     for (float i = 0.5; i < taps; i++) level = max(level, cellAt(floor(u + (i / taps - 0.5) * width) + 0.5, v));
   }
-  vec4 scope = texelFetch(colours, ivec2(0, 0), 0);
+  float trail = trailAt(mat2(cos(up), -sin(up), sin(up), cos(up)) * from / metre);
+  if (trail > 0.0) pixel.rgb = mix(scope.rgb, tint, 0.25 + 0.75 * trail);
   vec4 echo = texelFetch(colours, ivec2(int(level * 255.0 + 0.5), 0), 0);
-  pixel = mix(scope, echo, texture(fade, vec2(0.5, v)).r);
+  if (level * 255.0 >= 0.5) pixel = mix(pixel, echo, texture(fade, vec2(0.5, v)).r);
 }`;
+
+const UNIFORMS = [
+  "video", "fade", "colours", "trails", "rim", "ship", "metre", "range", "up", "azimuths", "bins", "first", "cell",
+  "tint", "origin", "grid", "stamp",
+];
 
 export class WebGLRenderer {
   name = "WebGL2";
@@ -62,24 +88,20 @@ export class WebGLRenderer {
   build() {
     const { gl } = this;
     this.program = link(gl);
-    this.at = Object.fromEntries(
-      ["video", "fade", "colours", "centre", "radius", "rim", "up", "azimuths", "bins", "first", "cell"].map((name) => [
-        name,
-        gl.getUniformLocation(this.program, name),
-      ]),
-    );
+    this.at = Object.fromEntries(UNIFORMS.map((name) => [name, gl.getUniformLocation(this.program, name)]));
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     this.colours = texture(gl, gl.NEAREST);
     this.fade = texture(gl, gl.LINEAR);
-    this.video = null;
-    this.polar = null;
-    if (this.palette) this.setColours(this.palette);
+    this.stamps = texture(gl, gl.NEAREST);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R8, SIDE, SIDE);
+    this.video = this.polar = this.trails = null;
+    if (this.palette) this.setColours(this.palette, this.tint);
   }
 
-  /** table: 256 RGBA colours by level. */
-  setColours(table) {
+  /** table: 256 RGBA colours by level; tint: of fresh trails, three shares. */
+  setColours(table, tint) {
     const { gl } = this;
-    this.palette = table;
+    Object.assign(this, { palette: table, tint });
     gl.bindTexture(gl.TEXTURE_2D, this.colours);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 256, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, table);
   }
@@ -105,26 +127,50 @@ export class WebGLRenderer {
     this.polar = polar;
   }
 
-  /** Draws `polar` as `view` sees it; grid {first, step}: where the samples stand [m]; scale: device pixels per CSS pixel. */
-  draw(polar, grid, view, scale) {
-    const { gl, at, canvas } = this;
+  uploadTrails(trails) {
+    const { gl } = this;
+    if (trails !== this.trails) trails.dirty.fill(1);
+    this.trails = trails;
+    gl.bindTexture(gl.TEXTURE_2D, this.stamps);
+    gl.pixelStorei(gl.UNPACK_ROW_LENGTH, SIDE);
+    for (const [x, y] of trails.changes()) {
+      const tile = trails.stamps.subarray(y * SIDE + x);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, TILE, TILE, gl.RED, gl.UNSIGNED_BYTE, tile);
+    }
+    gl.pixelStorei(gl.UNPACK_ROW_LENGTH, 0);
+  }
+
+  /** Draws `polar` as `view` sees it; grid {first, step}: where the samples stand [m]; trails, or null; scale: device pixels
+   *  per CSS pixel. */
+  draw(polar, grid, view, trails, scale) {
+    const { gl, canvas } = this;
     if (gl.isContextLost()) return;
     this.upload(polar);
+    if (trails) this.uploadTrails(trails);
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.useProgram(this.program);
-    [this.video, this.fade, this.colours].forEach((bound, unit) => {
+    [this.video, this.fade, this.colours, this.stamps].forEach((bound, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
       gl.bindTexture(gl.TEXTURE_2D, bound);
     });
     gl.activeTexture(gl.TEXTURE0);
-    gl.uniform1i(at.video, 0);
-    gl.uniform1i(at.fade, 1);
-    gl.uniform1i(at.colours, 2);
-    gl.uniform2f(at.centre, view.x * scale, canvas.height - view.y * scale);
-    const scalars = { radius: view.radius * scale, rim: view.range, up: view.up, first: grid.first, cell: grid.step };
-    Object.assign(scalars, { azimuths: polar.azimuths, bins: polar.bins });
-    for (const [name, value] of Object.entries(scalars)) gl.uniform1f(at[name], value);
+    this.tell(polar, grid, view, trails, scale);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /** Sets the shader's uniforms. */
+  tell(polar, grid, view, trails, scale) {
+    const { gl, at, canvas } = this;
+    const pixel = (x, y) => [x * scale, canvas.height - y * scale];
+    ["video", "fade", "colours", "trails"].forEach((name, unit) => gl.uniform1i(at[name], unit));
+    gl.uniform3f(at.rim, ...pixel(view.rim.x, view.rim.y), view.rim.radius * scale);
+    gl.uniform2f(at.ship, ...pixel(view.x, view.y));
+    gl.uniform3f(at.tint, ...this.tint);
+    gl.uniform2f(at.origin, ...(trails?.origin ?? [0, 0]));
+    const scalars = { metre: view.metre * scale, range: view.range, up: view.up, first: grid.first, cell: grid.step };
+    Object.assign(scalars, { azimuths: polar.azimuths, bins: polar.bins });
+    Object.assign(scalars, { grid: trails?.cell ?? 1, stamp: trails?.stamp ?? 0 });
+    for (const [name, value] of Object.entries(scalars)) gl.uniform1f(at[name], value);
   }
 }
 

@@ -15,7 +15,7 @@ from scipy.sparse import csc_array
 Floats = NDArray[np.float64]
 Tables = tuple[NDArray[np.float32], ...]  # of a kernel, with none, one and two of its derivatives
 TABLE_STEPS = 8192  # kernel places per sample; nearest entry errs by 1/16384 sample, below -80 dB of the pulse
-PART = 20_000  # points laid together: their weights are 4 MB, and the band of rows they lie on is not much more
+PART = 4_000  # points laid together: their weights are 0.8 MB, and the band of rows they lie on is not much more
 REACH = (0.002, 0.05, 0.2)  # samples that series of order 0, 1, 2 may move a point: each errs by about -60 dB
 
 
@@ -69,11 +69,11 @@ def lay(
     """
     total = np.zeros(shape, dtype=np.complex64)
     order = np.argsort(row, kind="stable")  # so that each part lies on a band of few rows
-    for part in np.array_split(order, max(1, len(order) // PART)):
+    for part in np.array_split(order, max(1, len(order) // PART)) if len(order) else ():
         first_row, weight_row = rows.weights(row[part])
         first_column, weight_column = columns.weights(column[part])
-        start = int(first_row.min(initial=0))
-        band = int(first_row.max(initial=0)) + rows.width - start
+        start = int(first_row[0])
+        band = int(first_row[-1]) + rows.width - start
         r = first_row[:, None] - start + np.arange(rows.width)
         c = (first_column[:, None] + np.arange(columns.width)) % shape[1]
         cells = (r[:, :, None] * shape[1] + c[:, None, :]).ravel()

@@ -13,6 +13,7 @@ from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 from numpy.typing import NDArray
+from starlette.datastructures import UploadFile
 
 from radar_service.stream import wire
 
@@ -53,8 +54,13 @@ class FakeRadar:
         self.heading_deg = 0.0
         self.epoch = "one"
         self.radars = [{"id": "0", "name": "test radar"}]
-        self.scenes = [{"name": "known"}, {"name": "other"}]
+        self.scenes = [{"name": "known", "title": "known", "summary": "3 bodies"}, {"name": "other", "title": "other"}]
         self.scene = "known"
+        self.origin: dict[str, float] | None = None
+        self.gives_truth = False
+        self.health: dict[str, Any] = {"id": "0", "state": "running", "factor_reached": 1.0}
+        self.uploads: list[tuple[str, list[tuple[str, str, bytes]]]] = []  # name, and field, name and content of files
+        self.removed: list[str] = []
         self.warnings: list[str] = []
         self.blind_sectors_deg: list[list[float]] = []
         pace = {"state": "run", "factor": 1.0}
@@ -71,13 +77,18 @@ class FakeRadar:
         """The first message."""
         picture = self.picture
         radar = {"id": "0", "name": "test radar", "azimuths": picture.azimuths, "rpm": 24.0, "bins": picture.bins}
-        radar |= {"range_step_m": picture.step, "range_max_m": picture.range, "blind_sectors_deg": self.blind_sectors_deg}
+        radar |= {
+            "height_m": 0.0,
+            "range_step_m": picture.step,
+            "range_max_m": picture.range,
+            "blind_sectors_deg": self.blind_sectors_deg,
+        }
         encoding = {"name": "u8", "bins": picture.bins, "range_step_m": picture.step, "range_first_m": picture.step / 2}
         encoding |= {"range_m": picture.range, "dtype": "|u1", "db_per_step": 0.5, "offset_db": -140.0}
         return {
             "type": "hello", "protocol": 1, "epoch": self.epoch, "radar": radar, "encoding": encoding,
-            "scene": {"name": self.scene, "origin": None, "bodies": 3, "warnings": self.warnings},
-            "seed": 0, "fidelity": "balanced", "plan": {}, "controls": self.controls, "truth": False,
+            "scene": {"name": self.scene, "origin": self.origin, "bodies": 3, "warnings": self.warnings},
+            "seed": 0, "fidelity": "balanced", "plan": {}, "controls": self.controls, "truth": self.gives_truth,
             "clocks": {"simulated_s": 0.0, "utc": "2026-01-01T00:00:00+00:00", "pace": self.controls["pace"]},
         }  # fmt: skip
 
@@ -96,9 +107,21 @@ class FakeRadar:
             "data": picture.video[index : index + count].tobytes(),
         }  # fmt: skip
 
+    def truth(self, **bodies: dict[str, Any]) -> dict[str, Any]:
+        """A truth message: own ship at rest in the origin, and the bodies by name with what differs from one at rest there."""
+        plain = {
+            "position": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0], "heading": 0.0, "course": 0.0, "speed": 0.0,
+            "range": 0.0, "azimuth": 0.0, "elevation": 0.0, "visible": True, "reason": "", "latitude_deg": None,
+            "longitude_deg": None, "mmsi": None,
+        }  # fmt: skip
+        listed = [plain | {"name": name} | what for name, what in bodies.items()]
+        own = plain | {"name": "own ship"}
+        return {"type": "truth", "epoch": self.epoch, "time": 0.0, "own_ship": own, "bodies": listed}
+
     async def _scan(self, send: Callable[[bytes], Awaitable[None]]) -> None:
-        for start in range(self.next, self.next + self.picture.azimuths, 60):
-            await send(wire.pack(self.spokes(start, 60)))
+        stop = self.next + self.picture.azimuths
+        for start in range(self.next, stop, 60):
+            await send(wire.pack(self.spokes(start, min(60, stop - start))))
 
     async def feed(self, client: WebSocket) -> None:
         """One client."""
@@ -158,6 +181,27 @@ def fake_app(air: Air) -> FastAPI:
     def scenes() -> list[dict[str, str]]:
         return air.radar.scenes
 
+    @app.post("/api/scenes", status_code=201)
+    async def upload(request: Request) -> Response:
+        async with request.form() as form:
+            parts = [(field, part) for field, part in form.multi_items() if isinstance(part, UploadFile)]
+            files = [(field, str(part.filename), await part.read()) for field, part in parts]
+            name = str(form["name"])
+        air.radar.uploads.append((name, files))
+        if any(b"bad" in content for _, _, content in files):
+            return JSONResponse({"detail": ["body[0]: bad; mend it"]}, 422)
+        air.radar.scenes.append({"name": name, "title": "sent", "summary": "1 bodies", "origin": "uploaded"})
+        return JSONResponse({"name": name, "bodies": 1, "warnings": []}, 201)
+
+    @app.delete("/api/scenes/{name}", status_code=204)
+    async def remove(name: str) -> None:
+        air.radar.removed.append(name)
+        air.radar.scenes = [scene for scene in air.radar.scenes if scene["name"] != name]
+
+    @app.get("/api/health")
+    def health() -> dict[str, Any]:
+        return {"radars": [air.radar.health]}
+
     @app.get("/api/radars/{name}/controls")
     def controls(name: str) -> dict[str, Any]:
         return air.radar.controls
@@ -173,9 +217,15 @@ def fake_app(air: Air) -> FastAPI:
         return JSONResponse(radar.controls)
 
     @app.put("/api/radars/{name}/scene")
-    async def scene(name: str, request: Request) -> dict[str, str]:
+    async def scene(name: str, request: Request) -> dict[str, Any]:
         air.radar.scene = (await request.json())["scene"]
-        return {"name": air.radar.scene}
+        plan = {
+            "choices": [
+                {"what": "beam", "modelled": True, "how": "sinc2"},
+                {"what": "rain", "modelled": False, "how": "no rain"},
+            ]
+        }
+        return {"name": air.radar.scene, "bodies": 1, "warnings": [], "epoch": "two", "plan": plan}
 
     @app.websocket("/api/radars/{name}/feed")
     async def feed(client: WebSocket) -> None:

@@ -43,16 +43,21 @@ def echoes(screen: NDArray[np.int16]) -> NDArray[np.bool_]:
     return inside
 
 
+def blobs(screen: NDArray[np.int16]) -> tuple[NDArray[np.float64], list[tuple[slice, slice]]]:
+    """Centroids (n, 2) of all connected echoes, x and y in pixels, and the boxes about them."""
+    labels, count = ndimage.label(ndimage.binary_closing(echoes(screen)), np.ones((3, 3)))
+    centroids = [ndimage.center_of_mass(labels == i + 1)[::-1] for i in range(count)]
+    return np.array(centroids), ndimage.find_objects(labels)
+
+
 def measure(screen: NDArray[np.int16]) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
     """Centre (x, y) and radius of the picture by its full ring, and centroids (n, 2) of the spots inside, all in pixels."""
-    labels, count = ndimage.label(ndimage.binary_closing(echoes(screen)), np.ones((3, 3)))
-    boxes = ndimage.find_objects(labels)
-    ring = max(range(count), key=lambda i: boxes[i][0].stop - boxes[i][0].start)
+    centroids, boxes = blobs(screen)
+    ring = max(range(len(boxes)), key=lambda i: boxes[i][0].stop - boxes[i][0].start)
     rows, columns = boxes[ring]
     centre = np.array([columns.start + columns.stop - 1, rows.start + rows.stop - 1]) / 2
     radius = (rows.stop - rows.start + columns.stop - columns.start) / 4
-    spots = [ndimage.center_of_mass(labels == i + 1)[::-1] for i in range(count) if i != ring]
-    return centre, radius, np.array(spots)
+    return centre, radius, np.delete(centroids, ring, axis=0)
 
 
 def expected(picture: Picture, centre: NDArray[np.float64], radius: float, up_deg: float) -> NDArray[np.float64]:

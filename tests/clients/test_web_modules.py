@@ -12,8 +12,10 @@ from tests.clients.screen import BROWSER
 
 pytestmark = BROWSER
 
+PALETTES = ["day", "dusk", "night", "phosphor"]
 
-@pytest.mark.parametrize("palette", ["day", "dusk", "night"])
+
+@pytest.mark.parametrize("palette", PALETTES)
 def test_stronger_echoes_are_brighter_in_every_palette(modules: Page, palette: str) -> None:
     modules.ask(f"document.documentElement.dataset.palette = '{palette}'")
     table = modules.ask("import('./palette.js').then(({echoColours}) => [...echoColours()])")
@@ -22,6 +24,27 @@ def test_stronger_echoes_are_brighter_in_every_palette(modules: Page, palette: s
     assert np.all(np.diff(luminance) > -2e-3)  # a step of a channel's 256 at full brightness is worth 2e-3 x 0.7
     contrast = (luminance[-1] + 0.05) / (luminance[0] + 0.05)
     assert contrast > 7  # WCAG 2.2, 1.4.6
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of #rrggbb (WCAG 2.2)."""
+    shares = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+@pytest.mark.parametrize("palette", PALETTES)
+def test_words_and_lines_stand_out_in_every_palette(modules: Page, palette: str) -> None:
+    modules.ask(f"document.documentElement.dataset.palette = '{palette}'")
+    words = ["text panel", "text page", "dim panel", "dim page", "good panel", "alarm panel", "text button", "text active"]
+    marks = ["scale page", *(f"{name} scope" for name in ("ring-text", "heading", "marker", "cursor", "truth", "echo"))]
+    names = sorted({f"--{name}" for pair in words + marks for name in pair.split()})
+    script = f"import('./palette.js').then(({{colour}}) => {json.dumps(names)}.map((name) => colour(name)))"
+    bright = dict(zip(names, map(luminance, modules.ask(script)), strict=True))
+    for pairs, least in ((words, 4.5), (marks, 3.0)):  # WCAG 2.2, 1.4.3 and 1.4.11
+        for pair in pairs:
+            low, high = sorted(bright[f"--{name}"] for name in pair.split())
+            assert (high + 0.05) / (low + 0.05) >= least, pair
 
 
 def polar(modules: Page, script: str) -> Any:
@@ -46,7 +69,7 @@ def test_rows_that_missed_their_scans_are_not_shown_as_fresh(modules: Page) -> N
 
 
 def test_spokes_that_contradict_their_size_are_refused(modules: Page) -> None:
-    script = "try { write(0, 0, [0], [9, 9, 9]); } catch (fault) { return fault.message; }"
+    script = "try { polar.check({bins: 2, time: [0], data: new Uint8Array(3)}); } catch (fault) { return fault.message; }"
     assert polar(modules, script) == "spokes: 3 bytes are not 1 spokes of 2 bins"
 
 

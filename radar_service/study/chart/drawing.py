@@ -1,9 +1,11 @@
-"""The chart: two panels of points, error against time per azimuth, as a sheet."""
+"""The chart: panels of points, error against time per azimuth, and what they say, as a sheet."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, cos, floor, log10, pi, sin
+from textwrap import wrap
 
+from radar_service.study.chart.labels import Box, Marked, labels
 from radar_service.study.chart.point import Point, pareto
 from radar_service.study.chart.sheet import Line, Mark, Place, Sheet, Words
 
@@ -20,8 +22,10 @@ SIDES = (
     (5, pi),
 )  # of each family's mark, and its turn
 GRID, AXIS, FRONT, LIMIT = "#e2e2e2", "#444444", "#9a9a9a", "#b00020"
-WIDTH, HEIGHT = 1240.0, 700.0
-TOP, BOTTOM = 104.0, 520.0
+WIDTH, HEAD = 1240.0, 62.0
+COLUMNS = 2
+ROW, ABOVE, BELOW = 600.0, 44.0, 440.0  # height of a row of panels; where in it the axes begin and end
+LETTERS, LINE = 88, 17.0  # of the reading: a line of it across a column, and how far it is to the next
 SMALL, PLAIN, LARGE = 11.5, 13.0, 16.0
 
 
@@ -37,12 +41,13 @@ class Panel:
 
 
 class Axes:
-    """Where times [s] and errors [dB] lie on the sheet."""
+    """Where times [s] and errors [dB] lie on the sheet; top: of the row of panels."""
 
-    def __init__(self, panel: Panel, left: float, right: float, real_time: float) -> None:
+    def __init__(self, panel: Panel, left: float, right: float, top: float, real_time: float) -> None:
         times = [t for p in panel.points for t in p.times] + [real_time]
         self.low, self.high = floor(log10(min(times)) - 0.15), ceil(log10(max(times)) + 0.15)
         self.left, self.right, self.panel = left, right, panel
+        self.top, self.bottom = top + ABOVE, top + BELOW
         found = [max(p.height, panel.lowest) for p in panel.points if p.height is not None] or [panel.lowest]
         self.bottom_error, self.top_error = _error_ends(found, panel.logarithmic)
 
@@ -53,13 +58,13 @@ class Axes:
     def up(self, error_db: float | None) -> float:
         """Page coordinate of an error [dB]; one that has none stands at the top."""
         if error_db is None:
-            return TOP + 8.0
+            return self.top + 8.0
         value = max(error_db, self.panel.lowest)
         if self.panel.logarithmic:
             share = log10(value / self.bottom_error) / log10(self.top_error / self.bottom_error)
         else:
             share = (value - self.bottom_error) / (self.top_error - self.bottom_error)
-        return BOTTOM - share * (BOTTOM - TOP)
+        return self.bottom - share * (self.bottom - self.top)
 
     def ticks(self) -> list[float]:
         """Errors that the scale names."""
@@ -79,87 +84,81 @@ def _error_ends(errors: Sequence[float], logarithmic: bool) -> tuple[float, floa
     return 10.0 * floor(min(errors) / 10.0 - 0.3), 10.0 * ceil(max(errors) / 10.0 + 0.3)
 
 
-def chart_sheet(title: str, subtitle: str, panels: Sequence[Panel], real_time: float) -> Sheet:
+def chart_sheet(title: str, subtitle: str, panels: Sequence[Panel], real_time: float, reading: str) -> Sheet:
     """The sheet; real_time: seconds that one azimuth may take at the scene's rpm."""
-    sheet = Sheet(WIDTH, HEIGHT)
-    sheet.items += [Words((24.0, 26.0), title, LARGE, bold=True), Words((24.0, 48.0), subtitle, SMALL, colour=AXIS)]
-    breadth = WIDTH / len(panels)
+    rows, free = divmod(len(panels), COLUMNS)
+    breadth = WIDTH / COLUMNS
+    beside = wrap(reading, LETTERS if free else LETTERS * COLUMNS)
+    height = HEAD + ROW * (rows + (free > 0)) + (0.0 if free else LINE * (len(beside) + 2))
+    sheet = Sheet(WIDTH, height)
+    sheet.items += [Words((24.0, 26.0), title, LARGE, bold=True), Words((24.0, 46.0), subtitle, SMALL, colour=AXIS)]
     for k, panel in enumerate(panels):
-        axes = Axes(panel, k * breadth + 74.0, (k + 1) * breadth - 22.0, real_time)
+        left, top = (k % COLUMNS) * breadth, HEAD + ROW * (k // COLUMNS)
+        axes = Axes(panel, left + 74.0, left + breadth - 22.0, top, real_time)
         _scales(sheet, axes, real_time)
-        _points(sheet, axes)
+        _points(sheet, axes, real_time)
         _legend(sheet, axes)
+    left, top = (breadth + 24.0 if free else 24.0), HEAD + ROW * rows
+    sheet.items += [Words((left, top + ABOVE + LINE * k), line, PLAIN - 0.5) for k, line in enumerate(beside)]
     return sheet
 
 
 def _scales(sheet: Sheet, axes: Axes, real_time: float) -> None:
-    draw, left, right = sheet.items.append, axes.left, axes.right
+    draw, left, right, top, bottom = sheet.items.append, axes.left, axes.right, axes.top, axes.bottom
     for error in axes.ticks():
         y = axes.up(error)
         draw(Line(((left, y), (right, y)), GRID))
         draw(Words((left - 8.0, y), f"{error:g}", SMALL, "end"))
     for decade in range(axes.low, axes.high + 1):
         x = axes.across(10.0**decade)
-        draw(Line(((x, TOP), (x, BOTTOM)), GRID))
-        draw(Words((x, BOTTOM + 14.0), duration(10.0**decade), SMALL, "middle"))
-        draw(Words((x, TOP - 12.0), rate(10.0**-decade), SMALL, "middle", AXIS))
-    draw(Line(((left, TOP), (left, BOTTOM), (right, BOTTOM)), AXIS))
+        draw(Line(((x, top), (x, bottom)), GRID))
+        draw(Words((x, bottom + 14.0), duration(10.0**decade), SMALL, "middle"))
+        draw(Words((x, top - 12.0), rate(10.0**-decade), SMALL, "middle", AXIS))
+    draw(Line(((left, top), (left, bottom), (right, bottom)), AXIS))
     middle = (left + right) / 2.0
-    draw(Words((middle, BOTTOM + 34.0), "CPU time per azimuth", PLAIN, "middle"))
-    draw(Words((right, TOP - 28.0), "azimuths per second", SMALL, "end", AXIS))
-    draw(Words((left, TOP - 30.0), axes.panel.title, PLAIN, bold=True))
-    draw(Words((left - 56.0, (TOP + BOTTOM) / 2.0), axes.panel.ordinate, PLAIN, "middle", turned=True))
+    draw(Words((middle, bottom + 34.0), "CPU time per azimuth", PLAIN, "middle"))
+    draw(Words((right, top - 28.0), "azimuths per second", SMALL, "end", AXIS))
+    draw(Words((left, top - 30.0), axes.panel.title, PLAIN, bold=True))
+    draw(Words((left - 56.0, (top + bottom) / 2.0), axes.panel.ordinate, PLAIN, "middle", turned=True))
     x = axes.across(real_time)
-    draw(Line(((x, TOP), (x, BOTTOM)), LIMIT, 1.6, 6.0))
-    draw(Words((x + 5.0, BOTTOM - 10.0), "slower than real time", SMALL, "start", LIMIT))
+    draw(Line(((x, top), (x, bottom)), LIMIT, 1.6, 6.0))
+    draw(_too_slow(axes, x))
+    if any(p.height is None for p in axes.panel.points):
+        draw(Words((right, axes.up(None)), "never met a target", SMALL, "end", AXIS))
 
 
-def _points(sheet: Sheet, axes: Axes) -> None:
+def _too_slow(axes: Axes, x: float) -> Words:
+    """Words at the foot of the line of real time: right of it, or left where there is no room."""
+    right, left = (
+        Words((x + aside, axes.bottom - 10.0), "slower than real time", SMALL, anchor, LIMIT)
+        for aside, anchor in ((5.0, "start"), (-5.0, "end"))
+    )
+    return right if right.box[2] < axes.right else left
+
+
+def _points(sheet: Sheet, axes: Axes, real_time: float) -> None:
     points, draw = axes.panel.points, sheet.items.append
     front = [axes.place(p) for p in pareto(points)]
     if len(front) > 1:
         draw(Line(tuple(front), FRONT, 5.0))
     families = _families(points)
-    taken: list[tuple[float, float, float, float]] = []
+    limit = axes.across(real_time)
+    taken: list[Box] = [(limit - 1.0, axes.top, limit + 1.0, axes.bottom), _too_slow(axes, limit).box]
     for point in points:
-        x, y = axes.place(point)
+        _, y = axes.place(point)
+        ends = axes.across(min(point.times)), axes.across(max(point.times))
         colour = COLOURS[families.index(point.family) % len(COLOURS)]
-        draw(Line(((axes.across(min(point.times)), y), (axes.across(max(point.times)), y)), colour, 2.2))
-        taken.append((x - 7.0, y - 7.0, x + 7.0, y + 7.0))
-        taken.append((axes.across(min(point.times)), y - 4.0, axes.across(max(point.times)), y + 4.0))
+        draw(Line(((ends[0], y), (ends[1], y)), colour, 2.2))
+        taken.append((ends[0], y - 4.0, ends[1], y + 4.0))
     for point in points:
         draw(_mark(axes.place(point), families.index(point.family), not point.scaled))
-    for point in sorted(points, key=lambda p: p.preset is None):
-        words = _label(axes, point, taken)
-        taken.append(words.box)
-        draw(words)
-
-
-def _label(axes: Axes, point: Point, taken: Sequence[tuple[float, float, float, float]]) -> Words:
-    """The setting, where it meets the fewest other things."""
-    text = point.setting + (f" = {point.preset}" if point.preset else "")
-    if point.missed:
-        text += f", {percent(point.missed)} missed"
-    x, y = axes.place(point)
-    steps = [(11.0, 0.0, "start"), (0.0, -14.0, "middle"), (0.0, 14.0, "middle"), (-11.0, 0.0, "end"), (9.0, -12.0, "start"),
-             (9.0, 12.0, "start"), (-9.0, -12.0, "end"), (-9.0, 12.0, "end"), (0.0, -26.0, "middle"), (0.0, 26.0, "middle"),
-             (14.0, 24.0, "start"), (14.0, -24.0, "start")]  # fmt: skip
-    choices = [Words((x + dx, y + dy), text, SMALL, anchor, bold=point.preset is not None) for dx, dy, anchor in steps]
-
-    def cost(words: Words) -> float:
-        left, top, right, bottom = words.box
-        out = max(0.0, axes.left - left) + max(0.0, right - axes.right) + max(0.0, bottom - BOTTOM) + max(0.0, TOP - top)
-        return out * 20.0 + sum(
-            max(0.0, min(right, box[2]) - max(left, box[0])) * max(0.0, min(bottom, box[3]) - max(top, box[1]))
-            for box in taken
-        )
-
-    return min(choices, key=cost)
+    marked = [Marked(point, axes.place(point)) for point in points]
+    sheet.items += labels(marked, (axes.left, axes.top, axes.right, axes.bottom), taken)
 
 
 def _legend(sheet: Sheet, axes: Axes) -> None:
     for k, family in enumerate(_families(axes.panel.points)):
-        x, y = axes.left + (k % 2) * (axes.right - axes.left) / 2.0, BOTTOM + 64.0 + 21.0 * (k // 2)
+        x, y = axes.left + (k % 2) * (axes.right - axes.left) / 2.0, axes.bottom + 64.0 + 21.0 * (k // 2)
         sheet.items += [_mark((x, y), k, True), Words((x + 14.0, y), family, PLAIN)]
 
 
@@ -185,8 +184,3 @@ def duration(seconds: float) -> str:
 def rate(per_second: float) -> str:
     """A rate for a person: 0.1, 50, 3,000."""
     return f"{per_second:.3g}" if per_second < 1.0 else f"{per_second:,.0f}"
-
-
-def percent(share: float) -> str:
-    """A share for a person."""
-    return f"{100.0 * share:.3g} %"

@@ -3,9 +3,11 @@
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
+from math import inf
 from statistics import median
 from typing import Any
 
+LEAST = 2  # repeats, for there to be a spread
 RELIABLE = 0.05  # share of looks that a sampler on the front may miss
 
 
@@ -13,10 +15,11 @@ RELIABLE = 0.05  # share of looks that a sampler on the front may miss
 class Point:
     """One method at one setting.
 
-    panel: "field" (signal chain, fed the same echoes) or "power" (samplers), whose errors are never compared; times:
-    CPU seconds per azimuth, one a repeat; scaled: whether they were carried over from a thinned list of echoes; error_db:
-    field error relative to the reference, or error of the mean target power (None where no target was ever met); spread_db
-    and missed: of the power panel, spread of one draw and share of targets missed by one; preset: that works like this.
+    panel: "field" (signal chain, fed the same echoes), "power" (samplers) or "scattering" (models), whose errors are never
+    compared; times: CPU seconds per azimuth, one a repeat; scaled: whether they were carried over from a thinned list of
+    echoes; error_db: field error relative to the reference, or error of the mean target power (None where no target was
+    ever met); spread_db and missed: of the other panels, spread of one draw and share of targets missed by one; preset:
+    that works like this.
     """
 
     panel: str
@@ -48,16 +51,23 @@ class Point:
 
 
 def in_turns(
-    works: Sequence[Callable[[], object]], repeats: Sequence[int], done: Callable[[], object]
+    works: Sequence[Callable[[], object]], repeats: Sequence[int], done: Callable[[], object], budget: float = inf
 ) -> list[tuple[float, ...]]:
-    """CPU times [s] of each work, so many repeats of each, in turns, so that a busy spell of the machine hits all alike."""
+    """CPU times [s] of each work, so many repeats of each, in turns, so that a busy spell of the machine hits all alike.
+
+    budget: CPU time [s] for all together, after which none is repeated, but LEAST times; `done` is called for every repeat, left
+    out or not.
+    """
     times: list[list[float]] = [[] for _ in works]
+    spent = 0.0
     for turn in range(max(repeats, default=0)):
         for work, wanted, taken in zip(works, repeats, times, strict=True):
             if turn < wanted:
-                begin = time.process_time()
-                work()
-                taken.append(max(time.process_time() - begin, 1e-9))  # a clock may not have ticked
+                if turn < LEAST or spent < budget:
+                    begin = time.process_time()
+                    work()
+                    taken.append(max(time.process_time() - begin, 1e-9))  # a clock may not have ticked
+                    spent += taken[-1]
                 done()
     return [tuple(each) for each in times]
 

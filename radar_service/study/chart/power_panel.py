@@ -55,16 +55,17 @@ def _whole(scene: Scene, body: Body) -> Window | None:
 
 
 def power_points(
-    samplers: Sequence[Sampler], truth: Floats, most: int, seed: int, done: Callable[[], object]
+    samplers: Sequence[Sampler], truth: Floats, most: int, seed: int, done: Callable[[], object], budget: float = np.inf
 ) -> list[Point]:
-    """Every sampler as a point, from up to `most` draws of each. truth: mean power (T,) [W] of each target."""
+    """Every sampler as a point, from up to `most` draws of each, as far as a CPU time of `budget` [s] goes for all.
+    truth: mean power (T,) [W] of each target."""
     found: list[list[Floats]] = [[] for _ in samplers]
 
     def work(k: int) -> Callable[[], object]:
         return lambda: found[k].append(samplers[k].draw(seed + len(found[k])))
 
     draws = [min(most, s.draws) for s in samplers]
-    times = in_turns([work(k) for k in range(len(samplers))], draws, done)
+    times = in_turns([work(k) for k in range(len(samplers))], draws, done, budget)
     return [
         Point(
             "power", s.family, s.setting, tuple(t / s.azimuths for t in each), False, *judged(np.stack(f), truth), s.preset
@@ -74,16 +75,17 @@ def power_points(
 
 
 def judged(found: Floats, truth: Floats) -> tuple[float | None, float | None, float]:
-    """Of draws (S, T) against mean powers (T,): error of the mean [dB] (root mean square over the targets), spread of one
-    draw [dB] (one standard deviation above the mean; the same), and share of draws that missed their target.
+    """Of draws (S, T) against true powers (T,), or (S, T) where each draw has its own: error of the mean [dB] (root mean
+    square over the targets), spread of one draw [dB] (one standard deviation of its error above the mean; the same), and
+    share of draws that missed their target.
 
     Targets that no draw met have no error and no spread; where that is all of them, there is None.
     """
-    mean = found.mean(axis=0)
+    mean, wanted = found.mean(axis=0), np.broadcast_to(truth, found.shape)
     met = mean > 0.0
     missed = float(np.mean(found == 0.0))
     if not met.any():
         return None, None, missed
-    error = 10.0 * np.log10(mean[met] / truth[met])
-    spread = 10.0 * np.log10(1.0 + found[:, met].std(axis=0, ddof=1) / mean[met])
+    error = 10.0 * np.log10(mean[met] / wanted.mean(axis=0)[met])
+    spread = 10.0 * np.log10(1.0 + (found - wanted)[:, met].std(axis=0, ddof=1) / mean[met])
     return float(np.sqrt(np.mean(error**2))), float(np.sqrt(np.mean(spread**2))), missed

@@ -19,13 +19,13 @@ from radar_service.echo.ray_echoes import RayCaster, RayEnsemble
 from radar_service.echo.resting import resting_echoes
 from radar_service.echo.sight import Landscape
 from radar_service.fidelity import PRESETS
-from radar_service.frames import body_rotation, direction
+from radar_service.frames import body_rotation, direction, wrap_angle
 from radar_service.random import CHART, generator
 from radar_service.scene.world import Scene
 from radar_service.study.chart.still import reach_of
 from radar_service.study.chart.surface_twin import Window
 from radar_service.trace.embree import TriangleScene
-from radar_service.trace.rays import azimuth_offsets, elevation_offsets
+from radar_service.trace.rays import REACH, azimuth_offsets, elevation_offsets
 
 Floats = NDArray[np.float64]
 RAYS = {500: 24, 2000: 24, 8000: 16, 32000: 8}  # to a box of 3 x 3 beamwidths: how often they are drawn
@@ -111,23 +111,34 @@ class Documented:
                 triangles = TriangleScene(body.mesh.vertices, body.mesh.faces)
                 self._solids.append(Solid(triangles, pose.position[0], body_rotation(heading)))
                 gamma.append(body.material.gamma)
-        self._gamma = gamma
+        self._gamma = np.array(gamma)
+        self._near = [self._in_the_box(window) for window in windows]
+
+    def _in_the_box(self, window: Window) -> NDArray[np.int64]:
+        """The bodies whose bounding sphere reaches into the rays thrown at a window, as the documented chain asks no others."""
+        antenna, solids = self._scene.antenna(0.0)[0], self._solids
+        centre = np.array([s.position + s.rotation @ s.triangles.centre for s in solids]) - antenna
+        radius, level = np.array([s.triangles.radius for s in solids]), np.hypot(centre[:, 0], centre[:, 1])
+        half = np.arcsin(np.minimum(radius / np.maximum(level, radius), 1.0))
+        off = wrap_angle(np.arctan2(centre[:, 0], centre[:, 1]) - window.azimuth - window.angle / 2.0)
+        return np.flatnonzero((level <= radius) | (np.abs(off) <= REACH * self._scene.radar.beamwidth + half))
 
     def draw(self, rays: int, seed: int) -> Powers:
         """Powers (T,) [W], each window looked at by one azimuth with rays of its own."""
-        return np.array([self._look(w, rays, generator(seed, CHART, 1, k)) for k, w in enumerate(self._windows)])
+        return np.array([self._look(k, rays, generator(seed, CHART, 1, k)) for k in range(len(self._windows))])
 
-    def _look(self, window: Window, rays: int, random: np.random.Generator) -> float:
+    def _look(self, number: int, rays: int, random: np.random.Generator) -> float:
+        window, near = self._windows[number], self._near[number]
         radar, antenna = self._scene.radar, self._scene.antenna(0.0)[0]
         azimuth = window.azimuth + window.angle / 2.0 + azimuth_offsets(random, rays, radar.beamwidth)
         elevation = radar.tilt + elevation_offsets(random, rays, radar.beamwidth_el)
         sight = direction(azimuth, elevation)
-        each = np.array([nearest([solid], antenna, sight) for solid in self._solids])
-        first, body = each.min(axis=0), each.argmin(axis=0)
+        each = np.array([nearest([self._solids[body]], antenna, sight) for body in near])
+        first, body = each.min(axis=0), near[each.argmin(axis=0)]
         met = np.isfinite(first) & (antenna[2] + first * np.sin(elevation) >= 0.0)
         met &= window.holds(azimuth, np.where(np.isfinite(first), first, 0.0))
         box = (3.0 * radar.beamwidth) * (3.0 * radar.beamwidth_el) / rays
         gain = one_way_gain(elevation[met] - radar.tilt, radar.beamwidth_el, radar.pattern_el)
         level = received_amplitude(radar, np.full(1, RIGHT_AT))[0] * RIGHT_AT**3  # at 1 km as the radar equation has it
-        power = np.array(self._gamma)[body[met]] * box * (level * gain / (first[met] ** 2 + 1.0)) ** 2
+        power = self._gamma[body[met]] * box * (level * gain / (first[met] ** 2 + 1.0)) ** 2
         return float(power.sum())

@@ -81,7 +81,8 @@ class Sheet:
                 _paint(draw, item)
         out = BytesIO()
         small = image.resize((round(self.width * PIXELS), round(self.height * PIXELS)), Image.Resampling.LANCZOS)
-        small.quantize(128, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
+        # Not by the median, which would give the greys of letters all the palette and make the few coloured marks alike
+        small.quantize(128, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
         return out.getvalue()
 
 

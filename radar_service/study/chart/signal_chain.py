@@ -1,66 +1,29 @@
-"""Methods of the signal chain, from the documented chirp sum to the engine's grid: the same echoes in, profiles out.
+"""Methods of the signal chain, from the documented chirp sum to the engine's grid: the same echoes in, profiles out."""
 
-Every method is built for a radar and then run on echoes and spokes. Whatever it prepares once for a radar is not timed.
-"""
-
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
-from radar_service.echo.antenna import one_way_gain
+from radar_service.echo.antenna import aperture_beamwidth, one_way_gain
 from radar_service.echo.echoes import Echoes
-from radar_service.echo.sweep import BeamTable
-from radar_service.fidelity import PRESETS
+from radar_service.echo.sweep import TABLE_STEPS, BeamTable
+from radar_service.fidelity import PRESETS, Fidelity
 from radar_service.frames import wrap_angle
 from radar_service.receive.beam import azimuth_kernel, grid_rows, sweep
-from radar_service.receive.chirp_sum import (
-    chirp,
-    chirp_sum,
-    compress,
-    exact_chirp_sum,
-    impulse_sum,
-    pulse_times,
-    sample_delay,
-    window,
-)
-from radar_service.receive.compression import Compression, compression_for
+from radar_service.receive.compression import Compression, compression_for, waveform_spectra
 from radar_service.receive.grid import Kernel, lay, lay_swept
+from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.scene.world import Radar
+from radar_service.study.chart.chirp_sums import chirp_sums
+from radar_service.study.chart.method import TILE, Floats, Indices, Method, Profiles, Run
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Profiles = NDArray[np.complex64]
-Run = Callable[[Echoes, Indices], Profiles]
-
-TILE = 16  # azimuths at a time, as the engine takes them
-
-
-@dataclass(frozen=True)
-class Method:
-    """One method at one setting: what makes profiles (K, N) of echoes for spokes (K,).
-
-    radar: with the sampling rate of this method; first: where sample 0 stands, in steps; reach: how far from boresight
-    echoes are taken [rad], each azimuth for itself, or None where the whole turn is worked out at once from all echoes;
-    slow: whether it is timed on a thinned list of echoes only.
-    """
-
-    family: str
-    setting: str
-    run: Run
-    radar: Radar
-    first: float
-    reach: float | None
-    preset: str | None = None
-    slow: bool = False
-
-    @property
-    def places(self) -> Floats:
-        """Ranges (N,) [m] of the samples."""
-        return np.asarray((np.arange(self.radar.bins) + self.first) * self.radar.range_step, dtype=np.float64)
+BALANCED = PRESETS["balanced"]
+CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.chain == "corrected"}
+WIDTHS = (2, 4, 6, 8)  # range bins that an echo is laid on
+RATES = (1.0, 1.25, 2.0, 4.0)  # samples a second over the bandwidth
+EXTENTS = (1.5, 6.0, 24.0)  # beamwidths each side, beside those of the presets
 
 
 class NearestBin(Kernel):
@@ -76,96 +39,111 @@ class NearestBin(Kernel):
 
 
 def methods(radar: Radar) -> list[Method]:
-    """Every method at every setting for a radar that sends chirps."""
-    presets = {p.kernel_width: name for name, p in PRESETS.items() if p.chain == "corrected"}
-    plain = partial(Method, radar=radar, first=0.5, reach=None)
-    widths = [
-        plain("Kaiser-Bessel grid", f"{w} bins", gridded(radar, compression_for(radar, w)), preset=presets.get(w))
-        for w in (2, 4, 6, 8)
-    ]
-    single = compression_for(radar, 6)
-    rounded = plain("single-precision range", "float32", in_single(gridded(radar, single), radar.wavelength))
-    nearest = plain("nearest bin", "1 bin", gridded(radar, with_kernel(single, NearestBin(1, 1.0))))
-    return [*_chirp_sums(radar), nearest, *widths, *_rates(radar), rounded, *_swept(radar)]
+    """Every method at every setting for a radar; sums of chirps only where it sends chirps."""
+    sums = chirp_sums(radar) if radar.modulation == "lfm" else []
+    return [*sums, *_grids(radar), *_rates(radar), *_swept(radar)]
 
 
-def _chirp_sums(radar: Radar) -> list[Method]:
-    def one(family: str, extent: float, run: Run, slow: bool) -> Method:
-        return Method(family, f"{extent:g} beamwidths", run, radar, 0.0, extent * radar.beamwidth, slow=slow)
-
-    found = []
-    for extent in (1.5, 12.0):
-        reach = extent * radar.beamwidth
-        found.append(one("integer-delay chirps", extent, chirps(radar, reach, chirp_sum), slow=True))
-        found.append(one("integer delays, FFT", extent, chirps(radar, reach, impulse_sum), slow=False))
-        found.append(one("exact-delay chirps", extent, exact_chirps(radar, reach), slow=True))
-    return sorted(found, key=lambda method: method.family)
+def _grids(radar: Radar) -> list[Method]:
+    """Echoes laid once for the whole turn."""
+    plain, rows = partial(Method, radar=radar, first=0.5, reach=None), BALANCED.beam_kernel_width
+    usual, exact = compression_for(radar, BALANCED.kernel_width), gridded(radar, BALANCED)
+    oversampling = radar.sample_rate / radar.bandwidth
+    found = [plain("nearest bin", "1 bin", laid_on(radar, with_kernel(radar, usual, NearestBin(1, 1.0)), rows))]
+    presets = {(p.kernel_width, p.beam_kernel_width): name for name, p in CORRECTED.items()}
+    if isinstance(usual.kernel, PulseKernel):
+        # A short pulse is laid as it is, whatever width a preset asks for; kernels are then there to be compared with it
+        for across in sorted({p.beam_kernel_width for p in CORRECTED.values()}):
+            alike = [name for name, p in CORRECTED.items() if p.beam_kernel_width == across]
+            found.append(plain("pulse itself", f"{across} rows", laid_on(radar, usual, across), preset=", ".join(alike)))
+        for width in WIDTHS:
+            made = with_kernel(radar, usual, Kernel(width, max(1.5, oversampling / 4.4)))  # as for long pulses
+            found.append(plain("Kaiser-Bessel grid", f"{width} bins", laid_on(radar, made, rows)))
+    else:
+        for width, across in sorted({(w, rows) for w in WIDTHS} | set(presets)):
+            setting = f"{width} bins" + (f" x {across} rows" if across != rows else "")
+            run = laid_on(radar, compression_for(radar, width), across)
+            found.append(plain("Kaiser-Bessel grid", setting, run, preset=presets.get((width, across))))
+    found.append(plain("precision of range", "float64", exact))
+    found.append(plain("precision of range", "float32", in_single(exact, radar.wavelength)))
+    return found
 
 
 def _rates(radar: Radar) -> list[Method]:
     found = []
-    for factor in (1.0, 1.25, 2.0, 4.0):
+    for factor in RATES:
         step = radar.range_step * radar.sample_rate / (factor * radar.bandwidth)
         bins = int(np.ceil(radar.bins * radar.range_step / step - 1e-9))
         other = replace(radar, sample_rate=factor * radar.bandwidth, bins=bins)
-        run = gridded(other, compression_for(other, 6))
-        found.append(Method("sampling rate", f"{factor:g} B", run, other, 0.5, None))
+        found.append(Method("sampling rate", f"{factor:g} B", gridded(other, BALANCED), other, 0.5, None))
     return found
 
 
 def _swept(radar: Radar) -> list[Method]:
     """As moving echoes are laid: azimuth by azimuth, the beam cut."""
-    extents = (1.5, 3.0, 6.0, 12.0, 24.0)
-    compression = compression_for(radar, 6)
-    return [
-        Method(
-            "azimuth by azimuth", f"{e:g} beamwidths", swept(radar, compression, e * radar.beamwidth), radar, 0.5,
-            e * radar.beamwidth,
-        )
-        for e in extents
-        if e * radar.beamwidth < np.pi
-    ]  # fmt: skip
+    tried: list[tuple[Fidelity, str | None]]
+    tried = [(replace(BALANCED, beam_extent=e), None) for e in EXTENTS if e * radar.beamwidth < np.pi]
+    tried += [(preset, f"{name} under way") for name, preset in CORRECTED.items()]
+    found = []
+    for fidelity, name in sorted(tried, key=lambda pair: pair[0].beam_extent):
+        reach = min(np.pi, fidelity.beam_extent * radar.beamwidth)
+        setting = f"{fidelity.beam_extent:g} beamwidths" if reach < np.pi else "full circle"
+        found.append(Method("azimuth by azimuth", setting, swept(radar, fidelity), radar, 0.5, reach, name))
+    return found
 
 
-def with_kernel(compression: Compression, kernel: Kernel) -> Compression:
-    """The same compression for echoes laid with another kernel."""
-    frequency = scipy.fft.fftfreq(compression.size)
-    multiplier = compression.echo_multiplier * (compression.kernel.transform(frequency) / kernel.transform(frequency))
+def with_kernel(radar: Radar, compression: Compression, kernel: Kernel) -> Compression:
+    """The same compression for echoes laid with another kernel: the waveform's spectra over that kernel's transform."""
+    frequency = scipy.fft.fftfreq(compression.size, 1.0 / radar.sample_rate)
+    sent, passed = waveform_spectra(radar)
+    pulse = radar.sample_rate * sent(frequency) * passed(frequency)
+    multiplier = pulse / kernel.transform(frequency / radar.sample_rate)
     return replace(compression, kernel=kernel, echo_multiplier=multiplier.astype(np.complex64))
 
 
-def gridded(radar: Radar, compression: Compression) -> Run:
-    """The engine's way for what rests: laid once on azimuth x range, one beam for the whole turn."""
-    rows = grid_rows(radar.azimuths, radar.beamwidth)
-    kernel = azimuth_kernel(radar.beamwidth, rows, PRESETS["balanced"].beam_kernel_width)
+def gridded(radar: Radar, fidelity: Fidelity) -> Run:
+    """The engine's way for what rests at a fidelity."""
+    return laid_on(radar, compression_for(radar, fidelity.kernel_width), fidelity.beam_kernel_width)
+
+
+def laid_on(radar: Radar, compression: Compression, across: int) -> Run:
+    """Echoes laid once on azimuth x range, on `across` rows each; one beam for the whole turn."""
+    beamwidth = aperture_beamwidth(radar.beamwidth, radar.pattern)
+    rows = grid_rows(radar.azimuths, beamwidth)
+    kernel = azimuth_kernel(beamwidth, rows, across)
+    pattern = partial(one_way_gain, beamwidth=radar.beamwidth, pattern=radar.pattern)
 
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
         column = echoes.range / radar.range_step - 0.5
         grid = lay((rows, compression.size), row, column, echoes.amplitude, kernel, compression.kernel)
-        turn = sweep(grid, partial(one_way_gain, beamwidth=radar.beamwidth, pattern=radar.pattern), kernel, radar.azimuths)
-        tiles = [compression.profiles(turn[spokes[i : i + TILE]]) for i in range(0, len(spokes), TILE)]
-        return np.concatenate(tiles)
+        turn = sweep(grid, pattern, kernel, radar.azimuths)
+        return np.concatenate([compression.profiles(turn[spokes[i : i + TILE]]) for i in range(0, len(spokes), TILE)])
 
     return run
 
 
-def swept(radar: Radar, compression: Compression, extent: float) -> Run:
-    """The engine's way for what moves: laid along range alone, for each azimuth the echoes within `extent` [rad]."""
+def swept(radar: Radar, fidelity: Fidelity) -> Run:
+    """The engine's way for what moves at a fidelity: laid along range alone, for each few azimuths the echoes within the
+    beam's extent."""
+    compression, together = compression_for(radar, fidelity.kernel_width), min(TILE, fidelity.swept_together)
     pattern = partial(one_way_gain, beamwidth=radar.beamwidth, pattern=radar.pattern)
-    table = BeamTable(pattern, radar.beamwidth, extent, TILE * radar.azimuth_step)
-    tables = compression.kernel.tables()
+    extent, span = min(np.pi, fidelity.beam_extent * radar.beamwidth), TILE * radar.azimuth_step
+    table = BeamTable(pattern, radar.beamwidth, extent, span, fidelity.fineness * TABLE_STEPS)
+    reach = extent + together * radar.azimuth_step / 2.0
 
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         tiles = []
-        for i in range(0, len(spokes), TILE):
-            boresight = spokes[i : i + TILE] * radar.azimuth_step
-            offset = wrap_angle(boresight - echoes.azimuth[:, None])
-            near = np.flatnonzero((np.abs(offset) <= extent).any(axis=1))
-            weight = table(offset[near].astype(np.float32))
+        for i in range(0, len(spokes), together):
+            boresight = spokes[i : i + together] * radar.azimuth_step
+            near = np.flatnonzero(np.abs(wrap_angle(boresight.mean() - echoes.azimuth)) <= reach)
+            weight = table(wrap_angle(boresight - echoes.azimuth[near, None]).astype(np.float32))
             amplitude = (weight * echoes.amplitude[near, None]).astype(np.complex64)
             column = echoes.range[near] / radar.range_step - 0.5
-            laid = lay_swept(compression.size, column, np.zeros(amplitude.shape, np.float32), amplitude, tables)
+            still = np.zeros(amplitude.shape, np.float32)
+            laid = np.zeros((len(boresight), compression.size), dtype=np.complex64)
+            if len(near):
+                laid = lay_swept(compression.size, column, still, amplitude, compression.tables)
             tiles.append(compression.profiles(laid))
         return np.concatenate(tiles)
 
@@ -181,48 +159,3 @@ def in_single(run: Run, wavelength: float) -> Run:
         return run(Echoes(single, echoes.azimuth, echoes.amplitude * phase), spokes)
 
     return rounded
-
-
-Sum = Callable[[Indices, Floats, Floats, NDArray[np.complex128], int], NDArray[np.complex128]]
-
-
-def chirps(radar: Radar, extent: float, adding: Sum) -> Run:
-    """The documented chain under the corrected beam: delays rounded to samples, chirps added, one matched filter."""
-    sent = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
-    weights = window(radar.window, sent.size)
-
-    def one(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        delay = sample_delay(distance, radar.sample_rate)
-        received = adding(delay, np.abs(amplitude), np.angle(amplitude), sent, radar.bins)
-        return compress(received, sent, weights, radar.bins)
-
-    return _each_azimuth(radar, extent, one)
-
-
-def exact_chirps(radar: Radar, extent: float) -> Run:
-    """The same with the chirp evaluated at every echo's own delay."""
-    sent = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
-    weights = window(radar.window, sent.size)
-
-    def one(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        received = exact_chirp_sum(
-            distance, np.abs(amplitude), np.angle(amplitude), radar.bandwidth, radar.pulse, radar.sample_rate, radar.bins
-        )
-        return compress(received, sent, weights, radar.bins)
-
-    return _each_azimuth(radar, extent, one)
-
-
-def _each_azimuth(
-    radar: Radar, extent: float, one: Callable[[Floats, NDArray[np.complex128]], NDArray[np.complex128]]
-) -> Run:
-    def run(echoes: Echoes, spokes: Indices) -> Profiles:
-        profiles = np.empty((len(spokes), radar.bins), dtype=np.complex64)
-        for k, spoke in enumerate(spokes):
-            offset = wrap_angle(spoke * radar.azimuth_step - echoes.azimuth)
-            near = np.flatnonzero(np.abs(offset) <= extent)
-            gain = one_way_gain(offset[near], radar.beamwidth, radar.pattern)
-            profiles[k] = one(echoes.range[near], gain * echoes.amplitude[near])
-        return profiles
-
-    return run

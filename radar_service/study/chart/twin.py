@@ -8,6 +8,7 @@ y(tau) = int s(t) conj(w(t - tau) s(t - tau)) dt / int w dt, s(t) = exp(j pi K t
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import windows
+from scipy.special import ndtr
 
 from radar_service.echo.echoes import Echoes
 from radar_service.scene.world import Pattern, Radar, Taylor
@@ -38,10 +39,12 @@ def cosines(window: str) -> list[float]:
 
 
 def compressed_pulse(delay: Floats, radar: Radar) -> Complexes:
-    """The compressed unit echo at `delay` [s] from its peak, any shape; 0 beyond a pulse length.
+    """The compressed unit echo at `delay` [s] from its peak, any shape; a chirp's is 0 beyond a pulse length.
 
     About the middle of the overlap the chirps' product is exp(2 pi j K tau x), and a cosine of the window two exponentials.
     """
+    if radar.modulation == "none":
+        return plain_pulse(delay, radar)
     slope, pulse, coefficients = radar.bandwidth / radar.pulse, radar.pulse, cosines(radar.window)
     total = np.zeros(delay.shape, dtype=np.complex128)
     heard = np.abs(delay) < pulse
@@ -54,6 +57,14 @@ def compressed_pulse(delay: Floats, radar: Radar) -> Complexes:
         part += 0.5 * a * length * (np.conj(turn) * above + turn * below)
     total[heard] = part / (coefficients[0] * pulse)
     return total
+
+
+def plain_pulse(delay: Floats, radar: Radar) -> Complexes:
+    """A pulse without modulation behind a Gaussian filter of half-power bandwidth B, 1 at its middle: two normal integrals
+    with a standard deviation of sqrt(ln 2) / (pi B), the filter's answer to an impulse."""
+    half = radar.pulse / 2.0 * np.pi * radar.bandwidth / np.sqrt(np.log(2.0))
+    x = 2.0 * half * delay / radar.pulse
+    return np.asarray((ndtr(x + half) - ndtr(x - half)) / (2.0 * ndtr(half) - 1.0), dtype=np.complex128)
 
 
 def beam(offset: Floats, beamwidth: float, pattern: Pattern) -> Floats:
@@ -108,20 +119,37 @@ def twin_field(echoes: Echoes, radar: Radar, boresight: Floats, places: Floats) 
 
 
 def twin_error_db(radar: Radar) -> float:
-    """How far the closed form is at most from its defining integral, relative to its peak [dB], at 41 delays.
-
-    The integral is taken by 32 Gauss-Legendre nodes on each of B T / 2 + 8 pieces, where the integrand turns half a cycle a
-    piece at most: the quadrature itself errs at the rounding of 64 bits.
-    """
+    """How far the closed form is at most from its defining integral, relative to its peak [dB], at 41 delays."""
     delay = np.linspace(-0.99, 0.99, 41) * radar.pulse
-    nodes, weights = np.polynomial.legendre.leggauss(32)
-    pieces = int(radar.bandwidth * radar.pulse / 2.0) + 8
-    slope, coefficients = radar.bandwidth / radar.pulse, cosines(radar.window)
-    found = np.empty(len(delay), dtype=np.complex128)
-    for k, tau in enumerate(delay):
-        edges = np.linspace(max(0.0, tau), min(0.0, tau) + radar.pulse, pieces + 1) - radar.pulse / 2.0
-        t = edges[:-1, None] + np.diff(edges)[:, None] * (nodes + 1.0) / 2.0
-        window = sum(a * np.cos(2.0 * np.pi * m * (t - tau) / radar.pulse) for m, a in enumerate(coefficients))
-        product = window * np.exp(1j * np.pi * slope * (t**2 - (t - tau) ** 2))
-        found[k] = np.sum(product * weights * np.diff(edges)[:, None] / 2.0) / (coefficients[0] * radar.pulse)
+    integral = _plain_integral if radar.modulation == "none" else _chirp_integral
+    found = np.array([integral(float(tau), radar) for tau in delay])
     return float(20.0 * np.log10(np.abs(found - compressed_pulse(delay, radar)).max() + 1e-16))
+
+
+def _chirp_integral(tau: float, radar: Radar) -> complex:
+    """The correlation at `tau` [s] by 32 Gauss-Legendre nodes on each of B T / 2 + 8 pieces, where the integrand turns half
+    a cycle a piece at most: the quadrature itself errs at the rounding of 64 bits."""
+    edges = np.linspace(max(0.0, tau), min(0.0, tau) + radar.pulse, int(radar.bandwidth * radar.pulse / 2.0) + 9)
+    t, weights = _nodes(edges - radar.pulse / 2.0)
+    slope, coefficients = radar.bandwidth / radar.pulse, cosines(radar.window)
+    window = sum(a * np.cos(2.0 * np.pi * m * (t - tau) / radar.pulse) for m, a in enumerate(coefficients))
+    product = window * np.exp(1j * np.pi * slope * (t**2 - (t - tau) ** 2))
+    return complex(np.sum(product * weights) / (coefficients[0] * radar.pulse))
+
+
+def _plain_integral(tau: float, radar: Radar) -> complex:
+    """The pulse through the filter's answer exp(-(pi B t)^2 / (2 ln 2)), the transform of exp(-2 ln 2 (f / B)^2), at
+    `tau` [s] over that at 0; pieces of the pulse as short as that answer."""
+
+    def heard(at: float) -> float:
+        t, weights = _nodes(np.linspace(-0.5, 0.5, int(radar.bandwidth * radar.pulse) + 9) * radar.pulse)
+        return float(np.sum(weights * np.exp(-((np.pi * radar.bandwidth * (at - t)) ** 2) / (2.0 * np.log(2.0)))))
+
+    return complex(heard(tau) / heard(0.0))
+
+
+def _nodes(edges: Floats) -> tuple[Floats, Floats]:
+    """32 Gauss-Legendre nodes on each piece between edges, and their weights."""
+    nodes, weights = np.polynomial.legendre.leggauss(32)
+    lengths = np.diff(edges)[:, None]
+    return edges[:-1, None] + lengths * (nodes + 1.0) / 2.0, weights * lengths / 2.0

@@ -6,6 +6,7 @@ from radar_service.display.ppi import Interpolation, Ppi, scan_convert
 from radar_service.study.stability.finding import Axis, Finding, crossing, curve, places
 
 AZIMUTHS, BINS = 180, 256
+FEW = 32  # bins of pictures whose pixels are much smaller
 
 
 def pixel_size(fine: int = 1) -> Finding:
@@ -21,6 +22,27 @@ def pixel_size(fine: int = 1) -> Finding:
         (curve("bilinear", left["bilinear"]), curve("peak", left["peak"])), 0.5, "half of its brightness",
         crossing(ratios, -np.array(left["bilinear"]), -0.5, log=True), "falls back",
         "Pictures that the service draws use peak, which loses no cell, however large the pixels.",
+    )  # fmt: skip
+
+
+def small_pixels(fine: int = 1) -> Finding:
+    """Pictures of ever smaller pixels: places between cells that stay dark, and what a single bright cell loses."""
+    ratios = np.array([1.0, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05])
+    dark: dict[Interpolation, list[float]] = {"bilinear": [], "peak": []}
+    lit = np.ones((AZIMUTHS, FEW), dtype=np.float32)
+    for ratio in ratios:
+        size = round(2 * FEW / ratio)
+        row, column = np.mgrid[:size, :size] + 0.5 - size / 2.0
+        inside = np.hypot(row, column) * 2.0 / size < 1.0
+        for kind, found in dark.items():
+            image = scan_convert(lit, 0.5, 1.0, size, float(FEW), interpolation=kind)
+            found.append(float(np.mean(image[inside] < 0.5)))
+    return Finding(
+        "pixels smaller than bins", "a picture with every cell bright, in ever smaller pixels",
+        Axis("pixel / range bin [1]", log=True), places(ratios), Axis("share of pixels that stay dark [1]"),
+        (curve("bilinear", dark["bilinear"]), curve("peak", dark["peak"])), 1e-9, "any pixel within range",
+        crossing(ratios, np.maximum(dark["bilinear"], dark["peak"]), 1e-9, log=True), "computes right",
+        "Every pixel is made of the cells about it, so no gaps open between spokes, however far out or finely drawn.",
     )  # fmt: skip
 
 

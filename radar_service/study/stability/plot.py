@@ -8,7 +8,7 @@ from radar_service.echo.sight import Floats
 from radar_service.study.stability.finding import Axis, Finding
 
 WIDTH, HEIGHT = 640, 300
-LEFT, RIGHT, TOP, BOTTOM = 70, 14, 14, 48  # px about the frame
+LEFT, RIGHT, TOP, BOTTOM = 70, 30, 14, 48  # px about the frame
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#a07800", "#444444")
 DASHES = ("", "7 4", "2 3", "9 3 2 3", "1 3", "12 4")
 MOST_TICKS = 8
@@ -49,12 +49,12 @@ class _Scale:
 
 def number(value: float) -> str:
     """A number as a person writes it, three digits."""
-    text = f"{value:.3g}"
-    if "e" not in text:
-        return text
-    mantissa, exponent = text.split("e")
+    if value == 0.0 or 1e-4 <= abs(value) < 1e6:
+        return f"{float(f'{value:.3g}'):,.10g}"
+    mantissa, exponent = f"{value:.2e}".split("e")
+    short = f"{float(mantissa):g}"
     power = f"10<tspan dy='-5' font-size='9'>{int(exponent)}</tspan>"
-    return power if mantissa == "1" else f"{mantissa} x {power}"
+    return power if short == "1" else f"{short} x {power}"
 
 
 def svg(finding: Finding) -> str:

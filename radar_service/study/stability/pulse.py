@@ -1,5 +1,6 @@
 """Where compression fails: sampling near the bandwidth, short chirps, the far end, dynamic range, single precision."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -114,7 +115,7 @@ def dynamic_range(fine: int = 1) -> Finding:
     curves.append(curve("error of the engine, ship moving", np.full(len(apart), 60.0 + floor["moving"])))
     return Finding(
         "dynamic range", "a ship of 60 dBsm and a buoy of 0 dBsm apart in range, 10 us, 50 MHz",
-        Axis("ship to buoy [m]", log=True), places(apart), Axis("the ship's sidelobes over the buoy's peak [dB]"),
+        Axis("ship to buoy [m]", log=True), places(apart), Axis("ship's sidelobes over the buoy [dB]"),
         tuple(curves), 0.0, "the buoy's own level; boundary: with a Hamming window", edges["hamming"], "computes right",
         "As a real radar would: the window decides. The engine adds less than that: errors stay below the "
         "buoy, at rest and moving.",
@@ -135,27 +136,43 @@ def spurious_db() -> dict[str, float]:
     return found
 
 
-def single_precision(fine: int = 1) -> Finding:
-    """Echoes from very small to very large through the engine's single-precision transforms."""
+def overflow(fine: int = 1) -> Finding:
+    """Echoes ever larger through the engine's single-precision transforms."""
+    error, powers = _power_error(), 10.0 ** np.arange(0.0, 41.0, 2.0 / fine)
+    high = bisected(lambda power: error(power) > 0.01, 1.0, 1e40)
+    return Finding(
+        "overflow", "one loud echo through the single-precision transforms and power",
+        Axis("received power [W]", log=True), places(powers), Axis("relative error of the power [1]", log=True),
+        (curve("the engine", [float(np.clip(error(power), 1e-9, 1.0)) for power in powers]),), 0.01, "one per cent", high,
+        "refuses", "A scene whose echoes could exceed 1e34 W is refused when loaded.",
+    )  # fmt: skip
+
+
+def underflow(fine: int = 1) -> Finding:
+    """Echoes ever smaller through the same."""
+    error, powers = _power_error(), 10.0 ** np.arange(0.0, -49.0, -2.0 / fine)
+    low = bisected(lambda power: error(power) > 0.01, 1.0, 1e-48)
+    return Finding(
+        "underflow", "one faint echo through the single-precision transforms and power",
+        Axis("received power [W]", log=True), places(powers), Axis("relative error of the power [1]", log=True),
+        (curve("the engine", [float(np.clip(error(power), 1e-9, 1.0)) for power in powers]),), 0.01, "one per cent", low,
+        "falls back", "Below 1e-43 W, twenty-eight decades under the noise of a receiver, power fades to 0; the field, whose "
+        "square it is, does not.",
+    )  # fmt: skip
+
+
+def _power_error() -> Callable[[float], float]:
+    """Relative error, 1 at most, of the power of one echo of so much power [W] in the middle of a bin."""
     radar = scene_of().radar
     compression = compression_for(radar, 6)
     first, weights = compression.kernel.weights(np.array([100.0]))
 
-    def worst(amplitude: float) -> float:
+    def error(power: float) -> float:
         laid = np.zeros((1, compression.size), dtype=np.complex64)
-        laid[0, first[0] : first[0] + weights.shape[1]] = amplitude * weights[0]
+        laid[0, first[0] : first[0] + weights.shape[1]] = np.sqrt(power) * weights[0]
         with np.errstate(over="ignore", invalid="ignore", under="ignore"):
             field = compression.profiles(laid)[0, 100]
-            power = float(field.real**2 + field.imag**2) / amplitude**2
-        return abs(power - 1.0) if np.isfinite(power) else 1.0
+            found = float(field.real**2 + field.imag**2) / power
+        return abs(found - 1.0) if np.isfinite(found) else 1.0
 
-    powers = 10.0 ** np.arange(-48.0, 41.0, 2.0)
-    errors = np.array([worst(float(np.sqrt(power))) for power in powers])
-    high = bisected(lambda power: worst(float(np.sqrt(power))) > 0.01, 1.0, 1e40)
-    return Finding(
-        "overflow and underflow", "one echo through the single-precision transforms and power",
-        Axis("received power [W]", log=True), places(powers), Axis("relative error of the power [1]", log=True),
-        (curve("the engine", np.clip(errors, 1e-9, 1.0)),), 0.01, "one per cent; boundary: the upper one", high, "refuses",
-        "A scene whose echoes could exceed 1e34 W is refused when loaded. Below 1e-36 W, twenty-one decades under the "
-        "noise of a receiver, power fades to 0.",
-    )  # fmt: skip
+    return error

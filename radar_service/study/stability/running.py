@@ -6,6 +6,7 @@ import numpy as np
 
 from radar_service.constants import KNOT
 from radar_service.corrected import TILE, CorrectedChain
+from radar_service.display.ppi import Ppi
 from radar_service.echo.sight import Landscape
 from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
@@ -18,6 +19,7 @@ from radar_service.study.stability.twin import error_db, point, point_fields, pu
 
 MOVING_DB = -50.0  # error of moving points that the engine is to keep (issue 3)
 DAY = 86_400.0
+SPOKES_A_DAY = 288 * DAY  # 720 to a turn at 24 rpm
 WAVELENGTH = 299_792_458.0 / 9.41e9
 
 
@@ -137,4 +139,24 @@ def numbers_at_the_end(fine: int = 1) -> Finding:
         Axis("which number"), places(np.arange(float(len(numbers)))), Axis("1 where wrong"),
         (curve("a draw met before", same), curve("another draw the second time", moved)), 0.5, "any", None, "refuses",
         "At 24 rpm 2^64 scans take 1.5 million million years; beyond, generator refuses.",
+    )  # fmt: skip
+
+
+def sequence_numbers(fine: int = 1) -> Finding:
+    """Numbers of spokes after ever longer runs: in a browser, whose numbers are doubles, and in the accumulator."""
+    days = np.append(np.array([1.0, 7.0, 30.0]), decades(100.0, 1e11, 1))
+    kept, doubles = [], []
+    for day in days:
+        number = int(day * SPOKES_A_DAY)
+        ppi = Ppi(1, 1, 0.5, 1.0)
+        ppi.add(0, np.zeros((1, 1)), number)
+        kept.append(float(not ppi.add(0, np.ones((1, 1)), number + 1)[0]))
+        doubles.append(float(np.spacing(float(number)) > 1.0))
+    lost = bisected(lambda day: np.spacing(day * SPOKES_A_DAY) > 1.0, 1.0, 1e11)
+    return Finding(
+        "sequence numbers", "the next spoke's number told from the last one's, 288 spokes a second",
+        Axis("days", log=True), places(days), Axis("1 where they are taken for one"),
+        (curve("a browser's doubles", doubles), curve("the accumulator", kept)), 0.5,
+        "two spokes with one number", lost, "computes right",
+        "Whole numbers of 64 bits on the wire and in Python; the page's are exact to 2^53, which lasts a million years.",
     )  # fmt: skip

@@ -12,14 +12,15 @@ from radar_service.trace.rays import REACH, azimuth_offsets, elevation_offsets
 
 WAVENUMBER = 2.0 * np.pi * 9.41e9 / 299_792_458.0
 BEAM, BEAM_EL, RAYS_AN_AZIMUTH = np.deg2rad(3.9), np.deg2rad(25.0), 2000  # of the default radar
+AWAY = 1000.0  # m to the plates of different size
 TILT = np.deg2rad(10.0)  # at which the plate is seen
 
 
 def missed_targets(fine: int = 1) -> Finding:
     """A plate of 1 m^2, square on, under the documented rays: how many azimuths meet it not once."""
     ranges = decades(20.0, 5000.0, 3)
-    measured = [_missed_share(r, 200 * fine, k) for k, r in enumerate(ranges)]
-    law = missed_by_law(ranges)
+    measured = [_missed_share(r, 1.0, 200 * fine, k) for k, r in enumerate(ranges)]
+    law = missed_by_law(ranges, np.ones(len(ranges)))
     return Finding(
         "uniform sampling", "2000 uniform rays in 3 x 3 beamwidths of 3.9 x 25 degrees, a plate of 1 m x 1 m",
         Axis("range [m]", log=True), places(ranges), Axis("share of azimuths that miss it [1]"),
@@ -30,15 +31,29 @@ def missed_targets(fine: int = 1) -> Finding:
     )  # fmt: skip
 
 
-def missed_by_law(distance: Floats) -> Floats:
-    """(1 - p)^N, p the share of the box that a square metre fills at `distance` [m]."""
-    half = np.arctan(0.5 / distance)
+def missed_sizes(fine: int = 1) -> Finding:
+    """Square plates of ever smaller size a kilometre away, under the same rays."""
+    sides = decades(0.1, 100.0, 3)[::-1]
+    measured = [_missed_share(AWAY, side, 200 * fine, 100 + k) for k, side in enumerate(sides)]
+    law = missed_by_law(np.full(len(sides), AWAY), sides)
+    return Finding(
+        "uniform sampling against size", "the same rays, square plates of different size 1 km away",
+        Axis("side of the plate [m]", log=True), places(sides), Axis("share of azimuths that miss it [1]"),
+        (curve("measured", measured), curve("binomial law", law)), 0.05, "one azimuth in twenty without an echo",
+        crossing(sides, law, 0.05, log=True), "says so",
+        "As above: a ship's side of 20 m is as far as 2000 rays to an azimuth reach at 1 km.",
+    )  # fmt: skip
+
+
+def missed_by_law(distance: Floats, side: Floats) -> Floats:
+    """(1 - p)^N, p the share of the box that a square of `side` [m] fills at `distance` [m]."""
+    half = np.arctan(0.5 * side / distance)
     return np.asarray((1.0 - (2.0 * half) ** 2 / (2.0 * REACH * BEAM * 2.0 * REACH * BEAM_EL)) ** RAYS_AN_AZIMUTH)
 
 
-def _missed_share(distance: float, azimuths: int, key: int) -> float:
+def _missed_share(distance: float, side: float, azimuths: int, key: int) -> float:
     """Share of azimuths, all on the plate's own bearing, whose rays all miss it."""
-    x, y = 0.5, distance
+    x, y = side / 2.0, distance
     plate = TriangleScene(
         np.array([[-x, y, -x], [x, y, -x], [x, y, x], [-x, y, x]]), np.array([[0, 1, 2], [0, 2, 3]])
     )  # fmt: skip

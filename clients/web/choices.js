@@ -1,0 +1,74 @@
+// What this viewer chooses for himself: settings, framing, and the keys for both.
+
+import { keep } from "./settings.js";
+import { speak } from "./status.js";
+
+const LISTS = ["orientation", "afterglow", "unit", "palette", "trails", "trailmotion"];
+const CHECKS = ["rings", "headline", "sweep", "truth"];
+const ZOOM_STEP = 2;
+const element = (id) => document.getElementById(id);
+
+export class Choices {
+  /** changed(name, value): a setting was changed, or with name "framing" what part of the picture is shown. */
+  constructor(scope, changed) {
+    this.scope = scope;
+    this.settings = scope.settings;
+    this.changed = changed;
+    this.show();
+    this.bind();
+  }
+
+  bind() {
+    for (const name of LISTS) element(name).onchange = () => this.choose(name, element(name).value);
+    for (const name of CHECKS) element(name).onchange = () => this.choose(name, element(name).checked ? "on" : "off");
+    element("zoom-in").onclick = () => this.zoom(ZOOM_STEP);
+    element("zoom-out").onclick = () => this.zoom(1 / ZOOM_STEP);
+    element("look-ahead").onclick = () => this.lookAhead();
+    element("centre").onclick = () => this.frame(() => this.scope.framing.reset());
+    element("clear").onclick = () => this.frame(() => (this.scope.marker = null));
+    element("clear-trails").onclick = () => this.scope.startTrails();
+  }
+
+  choose(name, value) {
+    keep(this.settings, name, value);
+    if (name === "palette") {
+      document.documentElement.dataset.palette = value;
+      this.scope.repaint();
+    }
+    if (name === "orientation") this.scope.framing.moveTo({ x: 0, y: 0 }, 1); // the screen's axes now mean other bearings
+    if (name === "trails" || name === "trailmotion") this.scope.startTrails();
+    this.scope.changed = true;
+    this.show();
+    this.changed(name, value);
+  }
+
+  show() {
+    for (const name of LISTS) element(name).value = this.settings[name];
+    for (const name of CHECKS) element(name).checked = this.settings[name] === "on";
+    element("trailmotion").disabled = element("clear-trails").disabled = this.settings.trails === "0";
+  }
+
+  /** The next choice of a list, said aloud. */
+  next(name) {
+    const values = [...element(name).options].map((option) => option.value);
+    this.choose(name, values[(values.indexOf(this.settings[name]) + 1) % values.length]);
+    speak(element(name).selectedOptions[0].textContent);
+  }
+
+  frame(act) {
+    act();
+    this.scope.changed = true;
+    this.changed("framing");
+  }
+
+  zoom(factor) {
+    this.frame(() => this.scope.framing.zoomBy(factor, this.scope.view));
+    speak(`Zoom ${this.scope.framing.zoom.toFixed(1)}`);
+  }
+
+  lookAhead() {
+    const { framing, ship, view } = this.scope;
+    this.frame(() => framing.lookAhead(ship.heading - view.up, view));
+    speak("Own ship off the centre");
+  }
+}

@@ -1,0 +1,91 @@
+"""Sums of chirps, azimuth by azimuth: the documented chain, its beam corrected or as printed, and the same at exact delays."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.echo.antenna import one_way_gain, printed_two_way
+from radar_service.echo.echoes import Echoes
+from radar_service.frames import wrap_angle
+from radar_service.receive.chirp_sum import (
+    chirp,
+    chirp_sum,
+    compress,
+    exact_chirp_sum,
+    impulse_sum,
+    pulse_times,
+    sample_delay,
+    window,
+)
+from radar_service.scene.world import Radar
+from radar_service.study.chart.method import Floats, Indices, Method, Profiles, Run
+from radar_service.trace.rays import REACH
+
+Sum = Callable[[Indices, Floats, Floats, NDArray[np.complex128], int], NDArray[np.complex128]]
+Beam = Callable[[Floats], Floats]  # offset from boresight [rad] to the weight of an amplitude
+INTEGER = "integer-delay chirps"
+
+
+def chirp_sums(radar: Radar) -> list[Method]:
+    """All of them for a radar that sends chirps."""
+
+    def pattern(offset: Floats) -> Floats:
+        return one_way_gain(offset, radar.beamwidth, radar.pattern)
+
+    def printed(offset: Floats) -> Floats:
+        return printed_two_way(offset, 0.0, radar.beamwidth, radar.beamwidth_el)
+
+    def one(family: str, extent: float, run: Run, slow: bool = True) -> Method:
+        return Method(family, f"{extent:g} beamwidths", run, radar, 0.0, extent * radar.beamwidth, slow=slow)
+
+    found, reach = [], REACH * radar.beamwidth
+    as_printed = chirps(radar, reach, printed, chirp_sum)
+    found.append(Method(INTEGER, "printed beam", as_printed, radar, 0.0, reach, "documented", slow=True))
+    for extent in (REACH, 12.0):
+        reach = extent * radar.beamwidth
+        found.append(one(INTEGER, extent, chirps(radar, reach, pattern, chirp_sum)))
+        found.append(one("integer delays, FFT", extent, chirps(radar, reach, pattern, impulse_sum), slow=False))
+        found.append(one("exact-delay chirps", extent, exact_chirps(radar, reach, pattern)))
+    return sorted(found, key=lambda method: method.family)
+
+
+def chirps(radar: Radar, extent: float, beam: Beam, adding: Sum) -> Run:
+    """The documented chain under a beam: delays rounded to samples, chirps added, one matched filter."""
+    sent = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
+    weights = window(radar.window, sent.size)
+
+    def one(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        delay = sample_delay(distance, radar.sample_rate)
+        received = adding(delay, np.abs(amplitude), np.angle(amplitude), sent, radar.bins)
+        return compress(received, sent, weights, radar.bins)
+
+    return _each_azimuth(radar, extent, beam, one)
+
+
+def exact_chirps(radar: Radar, extent: float, beam: Beam) -> Run:
+    """The same with the chirp evaluated at every echo's own delay."""
+    sent = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
+    weights = window(radar.window, sent.size)
+
+    def one(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        received = exact_chirp_sum(
+            distance, np.abs(amplitude), np.angle(amplitude), radar.bandwidth, radar.pulse, radar.sample_rate, radar.bins
+        )
+        return compress(received, sent, weights, radar.bins)
+
+    return _each_azimuth(radar, extent, beam, one)
+
+
+def _each_azimuth(
+    radar: Radar, extent: float, beam: Beam, one: Callable[[Floats, NDArray[np.complex128]], NDArray[np.complex128]]
+) -> Run:
+    def run(echoes: Echoes, spokes: Indices) -> Profiles:
+        profiles = np.empty((len(spokes), radar.bins), dtype=np.complex64)
+        for k, spoke in enumerate(spokes):
+            offset = wrap_angle(spoke * radar.azimuth_step - echoes.azimuth)
+            near = np.flatnonzero(np.abs(offset) <= extent)
+            profiles[k] = one(echoes.range[near], beam(offset[near]) * echoes.amplitude[near])
+        return profiles
+
+    return run
