@@ -25,7 +25,7 @@ class Fleet:
     def __init__(self, bodies: Sequence[Body]) -> None:
         self._motions = [body.motion for body in bodies]
         self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
-        self._bent: Indices = np.array([b for b in self.moving if len(self._motions[b].time) > 1], dtype=np.int64)
+        self._bent = {int(b) for b in self.moving if len(self._motions[b].time) > 1}
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
         self._heading = np.array([m.heading[0] % (2.0 * np.pi) for m in self._motions]).reshape(-1)
         self._velocity = np.array([m.final_velocity for m in self._motions]).reshape(-1, 3)
@@ -36,7 +36,7 @@ class Fleet:
         since = np.maximum(time[:, None] - self._start, 0.0)
         position = self._position + since[:, :, None] * self._velocity
         heading = np.repeat(self._heading[None], len(time), axis=0)
-        for b in self._bent if asked is None else np.intersect1d(self._bent, asked):
+        for b in self._bent if asked is None else (b for b in asked if b in self._bent):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
         return Stands(position, heading)
