@@ -23,6 +23,7 @@ from tests.bench.floor import Work, watched
 from tests.planning.scenes import SCENES
 
 BUDGET = ErrorBudget()
+WHOLE_TILE = 1000  # azimuths, more than any tile has
 
 
 @cache
@@ -67,7 +68,7 @@ def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: 
     """The engine is set up by itself, its beam over the whole turn and a tile swept together, so that every echo is met once, and
     watched for one tile."""
     sim, said, laid = planned(name), counts(name), dict.fromkeys(("rest", "motion"), 0)
-    fidelity, work = replace(sim.fidelity, beam_extent=np.inf, swept_together=16), Work()
+    fidelity, work = replace(sim.fidelity, beam_extent=np.inf, swept_together=WHOLE_TILE), Work()
     gone = left_out(sim.scene, sim.fidelity)
     unseen = [key for key, omission in gone.items() if not omission.hides]
 
