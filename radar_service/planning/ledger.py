@@ -1,7 +1,7 @@
 """What the engine will be asked for, counted once it is set up: echoes, rays, transforms, looks; and what that costs here.
 
 Counts come from the engine's own records and formulas. Costs are CPU times of its own stages on this machine, taken over
-some azimuths about the turn in the first glance; choices never depend on them unless time is the budget.
+some azimuths about the turn; choices never depend on them unless time is the budget.
 """
 
 import math
@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.corrected import CorrectedChain
-from radar_service.echo.ensemble import Ensemble, Reflectors
-from radar_service.echo.moving import Instants
+from radar_service.echo.ensemble import Ensemble, Reflections, Reflectors
 from radar_service.echo.ray_echoes import RayEnsemble
 
 Indices = NDArray[np.int64]
@@ -60,7 +59,7 @@ class Costs:
 
 @dataclass(frozen=True)
 class PerBody:
-    """Points laid on each body of the scene (B,), and its echoes (B,): at rest, or in the first look."""
+    """Points laid on each body of the scene (B,), and its echoes (B,): at rest, or all round in the first glance."""
 
     scatterers: Indices
     echoes: Indices
@@ -92,7 +91,7 @@ def counts(chain: CorrectedChain, set_up_rays: int, look_rays: int) -> Counts:
 def per_body(chain: CorrectedChain) -> PerBody:
     """Points and echoes body by body."""
     scatterers, echoes = (np.zeros(len(chain.scene.bodies), dtype=np.int64) for _ in range(2))
-    seen = chain.look(0)[0].body
+    seen = _all_round(chain).body
     for ensemble, body in ((chain.still, chain.resting.body), (chain.moving.ensemble, seen)):
         scatterers[ensemble.key] += _points(ensemble)
         echoes[ensemble.key] += np.bincount(body, minlength=len(ensemble))
@@ -110,39 +109,43 @@ def _points(ensemble: Reflectors) -> Indices:
 
 def costs(chain: CorrectedChain) -> Costs:
     """What an azimuth costs on this machine."""
-    moving, receiver = _laying(chain)
-    return Costs(_looking(chain), moving, receiver, _clutter(chain), _interference(chain), _handing_over(chain))
+    looks, moving, receiver = _turn(chain)
+    return Costs(looks, moving, receiver, _clutter(chain), _interference(chain), _handing_over(chain))
 
 
-def _looking(chain: CorrectedChain) -> float:
-    """Every look of a revolution costs what sight and shadows cost; physical optics is evaluated once, in one of them."""
-    moment, ensemble = 0.5 * chain.moving.interval, chain.moving.ensemble
-    antenna = chain.scene.antenna(moment)[0]
-
-    def sighted() -> None:
-        ensemble.reflections(chain.landscape, antenna, moment, chain.moving.reach)
-
-    shadows = _seconds(lambda: chain.resting.shadows(chain.landscape, moment))
-    again = _seconds(sighted) if len(ensemble) else 0.0
-    ensemble.forget()
-    afresh = _seconds(sighted, times=1) if len(ensemble) else 0.0
-    each_look = chain.moving.interval / chain.radar.spoke_period
-    return ((again + shadows) / each_look + max(0.0, afresh - again) / chain.radar.azimuths) * MICRO
+def _all_round(chain: CorrectedChain) -> Reflections:
+    """What is seen of all that moves in the middle of the first glance, wherever the beam is."""
+    moment, moving = 0.5 * chain.moving.interval, chain.moving
+    return moving.ensemble.reflections(chain.landscape, chain.scene.antenna(moment)[0], moment, moving.reach)
 
 
-def _laying(chain: CorrectedChain) -> tuple[float, float]:
-    """Laying what moves, and the receiver without it, per azimuth [us]: means over tiles about the turn."""
-    radar, index = chain.radar, np.arange(min(chain.rows, chain.radar.azimuths))
-    silent = np.zeros(len(index), dtype=np.bool_)
+def _turn(chain: CorrectedChain) -> tuple[float, float, float]:
+    """Looks, laying what moves, and the receiver without that, per azimuth [us]: means over tiles about the turn, each in its
+    own glance. The first glance has been looked at, so it is timed only where there is no other."""
+    silent, looks = np.zeros(min(chain.rows, chain.radar.azimuths), dtype=np.bool_), dict[int, float]()
     laying = whole = 0.0
-    starts = np.unique(np.linspace(0, radar.azimuths - len(index), TILES).astype(np.int64))
+    last = (chain.radar.azimuths - len(silent)) // chain.rows
+    starts = np.unique(np.linspace(0, last, TILES).astype(np.int64)) * chain.rows
     for start in starts:
-        boresight, _ = radar.schedule(start + index)
-        at = Instants(index, boresight, index.astype(np.float64) * radar.spoke_period)
+        at = chain.instants(0, int(start))
+        glance = int(at.middle // chain.moving.interval)
+        taken = _seconds(partial(chain.look, glance), times=1)
+        if glance:
+            looks.setdefault(glance, taken)
         laying += _seconds(partial(chain._laid_moving, at))
-        whole += _seconds(partial(chain._received, at, silent, 0, 0))
-    each = MICRO / (len(starts) * len(index))
-    return laying * each, max(0.0, whole - laying) * each
+        whole += _seconds(partial(chain._received, at, silent, 0, int(start)))
+    each = MICRO / (len(starts) * len(silent))
+    look = float(np.mean(list(looks.values()))) if looks else _look_anew(chain)
+    per_look = chain.moving.interval / chain.radar.spoke_period
+    return look / per_look * MICRO, laying * each, max(0.0, whole - laying) * each
+
+
+def _look_anew(chain: CorrectedChain) -> float:
+    """CPU time [s] of a look, where there is one in a revolution or fewer."""
+    chain.moving.ensemble.forget()
+    sight = _seconds(partial(_all_round, chain), times=1) if len(chain.moving) else 0.0
+    moment = 0.5 * chain.moving.interval
+    return sight + _seconds(partial(chain.resting.shadows, chain.landscape, moment))
 
 
 def _clutter(chain: CorrectedChain) -> float:

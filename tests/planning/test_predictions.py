@@ -65,10 +65,12 @@ def test_errors_keep_the_budget_and_the_prediction(name: str) -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The engine is set up by itself, its beam over the whole turn and a tile swept together, so that every echo is met once, and
-    watched for one tile."""
-    sim, said, laid = planned(name), counts(name), dict.fromkeys(("rest", "motion"), 0)
-    fidelity, work = replace(sim.fidelity, beam_extent=np.inf, swept_together=WHOLE_TILE), Work()
+    """The beam reaches over the whole turn and a tile is swept together, so that every echo is met once. The engine is set up
+    by itself and watched for one tile."""
+    fidelity = replace(planned(name).fidelity, beam_extent=np.inf, swept_together=WHOLE_TILE)
+    sim, work, laid = rs.Simulator(SCENES[name](), fidelity), Work(), dict.fromkeys(("rest", "motion"), 0)
+    said = sim.plan.counts
+    assert said is not None
     gone = left_out(sim.scene, sim.fidelity)
     unseen = [key for key, omission in gone.items() if not omission.hides]
 
