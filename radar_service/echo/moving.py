@@ -120,7 +120,7 @@ class MovingEchoes:
         self._moves = np.zeros(len(ensemble.bodies), dtype=np.bool_)
         self._moves[self.fleet.moving] = True
         self.fluctuation = Fluctuation(ensemble.bodies, ensemble.key, scene.radar.azimuths, seed)
-        self._glance = Held(self.looked)
+        self._glance = Held(self._looked)
 
     def __len__(self) -> int:
         return len(self.ensemble)
@@ -239,12 +239,7 @@ class MovingEchoes:
         turned = rate * self.interval / 2.0 + self._beam.span
         return rate * (number + 0.5) * self.interval % (2.0 * np.pi), self._beam.extent + turned + self._leeway
 
-    def all_round(self) -> Reflections:
-        """What the antenna sees of everything in the middle of the first glance."""
-        time = 0.5 * self.interval
-        return self.ensemble.reflections(self.landscape, self.scene.antenna(time)[0], time, self.reach)
-
-    def looked(self, number: int) -> Glance:
+    def _looked(self, number: int) -> Glance:
         """What the antenna sees of all that the beam reaches during the glance of that number."""
         time = (number + 0.5) * self.interval
         antenna = self.scene.antenna(time)[0]

@@ -7,7 +7,7 @@ from radar_service.echo.sea_clutter import HIGHEST_SEA_STATE
 from radar_service.fidelity import Fidelity
 from radar_service.frames import effective_earth_radius
 from radar_service.planning.choice import Choice
-from radar_service.planning.knobs import beam_kernel_db, extent_db, kernel_db, motion_db
+from radar_service.planning.knobs import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db
 from radar_service.planning.mirror import held_db
 from radar_service.planning.record import Record
 from radar_service.receive.clutter import MATTERS
@@ -81,14 +81,14 @@ def _waveform(radar: Radar, fidelity: Fidelity, microseconds: float | None) -> l
 
 
 def _beam(scene: Scene, fidelity: Fidelity) -> Choice:
-    """The full circle where all is laid once; what it leaves out where anything moves."""
+    """The full circle for all that is laid once, and how far it reaches for what moves."""
     radar = scene.radar
-    error = beam_kernel_db(radar, fidelity.beam_kernel_width)
-    extent = "the full circle"
-    if not scene.own_ship.at_rest:
-        error = extent_db(radar, fidelity.beam_extent)
-        if math.isfinite(error):
-            extent = f"{fidelity.beam_extent:g} beamwidths each side"
+    error, extent = beam_kernel_db(radar, fidelity.beam_kernel_width), "the full circle"
+    cut = extent_db(radar, fidelity.beam_extent)
+    if not all_rests(scene) and math.isfinite(cut):
+        error, extent = cut, f"{fidelity.beam_extent:g} beamwidths each side"
+        if scene.own_ship.at_rest:
+            extent = f"the full circle, {extent} for what moves"
     return Choice("beam", True, f"{pattern_text(radar.pattern)}, {extent}", field_db=error if math.isfinite(error) else None)
 
 

@@ -1,7 +1,7 @@
 """What the engine will be asked for, counted once it is set up: echoes, rays, transforms, looks; and what that costs here.
 
 Counts come from the engine's own records and formulas. Costs are CPU times of its own stages on this machine, taken over
-some azimuths about the turn in the first glance; choices never depend on them unless time is the budget.
+some azimuths about the turn; choices never depend on them unless time is the budget.
 """
 
 import math
@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.corrected import CorrectedChain
-from radar_service.echo.ensemble import Ensemble, Reflectors
-from radar_service.echo.moving import Instants
+from radar_service.echo.ensemble import Ensemble, Reflections, Reflectors
 from radar_service.echo.ray_echoes import RayEnsemble
 
 Indices = NDArray[np.int64]
@@ -26,9 +25,9 @@ MICRO = 1e6
 
 @dataclass(frozen=True)
 class Counts:
-    """What is done. set_up_rays, resting_echoes: once; look_rays, shadowed_echoes: in the first look, of which there are
-    looks_per_scan; moving_echoes: all round, as at that look; transform_samples: of all transforms of one profile while
-    something moves under the beam; scatterers: points on the bodies modelled."""
+    """What is done. set_up_rays, resting_echoes: once; look_rays, moving_echoes, shadowed_echoes: in the first look, of which
+    there are looks_per_scan; transform_samples: of all transforms of one profile while something moves under the beam;
+    scatterers: points on the bodies modelled."""
 
     resting_echoes: int
     moving_echoes: int
@@ -60,7 +59,7 @@ class Costs:
 
 @dataclass(frozen=True)
 class PerBody:
-    """Points laid on each body of the scene (B,), and its echoes (B,): at rest, or in the first look."""
+    """Points laid on each body of the scene (B,), and its echoes (B,): at rest, or all round in the first glance."""
 
     scatterers: Indices
     echoes: Indices
@@ -75,7 +74,7 @@ def first_look(chain: CorrectedChain) -> int:
 
 def counts(chain: CorrectedChain, set_up_rays: int, look_rays: int) -> Counts:
     """What the engine does for a revolution. set_up_rays: cast before its first look, look_rays: in that."""
-    (_, shadows), seen = chain.look(0), chain.moving.all_round()
+    seen, shadows = chain.look(0)
     laid = len(chain.moving) > 0 or len(shadows.range) > 0
     return Counts(
         len(chain.resting),
@@ -92,7 +91,7 @@ def counts(chain: CorrectedChain, set_up_rays: int, look_rays: int) -> Counts:
 def per_body(chain: CorrectedChain) -> PerBody:
     """Points and echoes body by body."""
     scatterers, echoes = (np.zeros(len(chain.scene.bodies), dtype=np.int64) for _ in range(2))
-    seen = chain.moving.all_round().body
+    seen = _all_round(chain).body
     for ensemble, body in ((chain.still, chain.resting.body), (chain.moving.ensemble, seen)):
         scatterers[ensemble.key] += _points(ensemble)
         echoes[ensemble.key] += np.bincount(body, minlength=len(ensemble))
@@ -110,35 +109,43 @@ def _points(ensemble: Reflectors) -> Indices:
 
 def costs(chain: CorrectedChain) -> Costs:
     """What an azimuth costs on this machine."""
-    moving, receiver = _laying(chain)
-    return Costs(_looking(chain), moving, receiver, _clutter(chain), _interference(chain), _handing_over(chain))
+    looks, moving, receiver = _turn(chain)
+    return Costs(looks, moving, receiver, _clutter(chain), _interference(chain), _handing_over(chain))
 
 
-def _looking(chain: CorrectedChain) -> float:
-    """Every look of a revolution costs what sight and shadows cost; physical optics is evaluated once, in some of them."""
-    moving = chain.moving
-    shadows = _seconds(lambda: chain.resting.shadows(chain.landscape, 0.5 * moving.interval))
-    again = _seconds(partial(moving.looked, 0)) if len(moving) else 0.0
-    known = _seconds(moving.all_round) if len(moving) else 0.0
-    moving.ensemble.forget()
-    afresh = _seconds(moving.all_round, times=1) if len(moving) else 0.0
-    each_look = moving.interval / chain.radar.spoke_period
-    return ((again + shadows) / each_look + max(0.0, afresh - known) / chain.radar.azimuths) * MICRO
+def _all_round(chain: CorrectedChain) -> Reflections:
+    """What is seen of all that moves in the middle of the first glance, wherever the beam is."""
+    moment, moving = 0.5 * chain.moving.interval, chain.moving
+    return moving.ensemble.reflections(chain.landscape, chain.scene.antenna(moment)[0], moment, moving.reach)
 
 
-def _laying(chain: CorrectedChain) -> tuple[float, float]:
-    """Laying what moves, and the receiver without it, per azimuth [us]: means over tiles about the turn."""
-    radar, index = chain.radar, np.arange(min(chain.rows, chain.radar.azimuths))
-    silent = np.zeros(len(index), dtype=np.bool_)
+def _turn(chain: CorrectedChain) -> tuple[float, float, float]:
+    """Looks, laying what moves, and the receiver without that, per azimuth [us]: means over tiles about the turn, each in its
+    own glance. The first glance has been looked at, so it is timed only where there is no other."""
+    silent, looks = np.zeros(min(chain.rows, chain.radar.azimuths), dtype=np.bool_), dict[int, float]()
     laying = whole = 0.0
-    starts = np.unique(np.linspace(0, radar.azimuths - len(index), TILES).astype(np.int64))
+    last = (chain.radar.azimuths - len(silent)) // chain.rows
+    starts = np.unique(np.linspace(0, last, TILES).astype(np.int64)) * chain.rows
     for start in starts:
-        boresight, _ = radar.schedule(start + index)
-        at = Instants(index, boresight, index.astype(np.float64) * radar.spoke_period)
+        at = chain.instants(0, int(start))
+        glance = int(at.middle // chain.moving.interval)
+        taken = _seconds(partial(chain.look, glance), times=1)
+        if glance:
+            looks.setdefault(glance, taken)
         laying += _seconds(partial(chain._laid_moving, at))
-        whole += _seconds(partial(chain._received, at, silent, 0, 0))
-    each = MICRO / (len(starts) * len(index))
-    return laying * each, max(0.0, whole - laying) * each
+        whole += _seconds(partial(chain._received, at, silent, 0, int(start)))
+    each = MICRO / (len(starts) * len(silent))
+    look = float(np.mean(list(looks.values()))) if looks else _look_anew(chain)
+    per_look = chain.moving.interval / chain.radar.spoke_period
+    return look / per_look * MICRO, laying * each, max(0.0, whole - laying) * each
+
+
+def _look_anew(chain: CorrectedChain) -> float:
+    """CPU time [s] of a look, where there is one in a revolution or fewer."""
+    chain.moving.ensemble.forget()
+    sight = _seconds(partial(_all_round, chain), times=1) if len(chain.moving) else 0.0
+    moment = 0.5 * chain.moving.interval
+    return sight + _seconds(partial(chain.resting.shadows, chain.landscape, moment))
 
 
 def _clutter(chain: CorrectedChain) -> float:

@@ -8,6 +8,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.fidelity import Fidelity
+from radar_service.planning import in_time
 from radar_service.planning.budget import STEPS_DB, ErrorBudget
 from radar_service.planning.in_time import estimated_factor, plan_in_time
 from radar_service.planning.knobs import fidelity_for
@@ -31,6 +32,11 @@ def test_a_pace_that_nothing_reaches_is_said_with_what_it_would_be() -> None:
     plan = plan_in_time(under_way(), 1e9)
     assert plan.settings["error_db"] == STEPS_DB[-1]
     assert f"cannot be had on this machine: {plan.realtime_factor:.3g}" in " ".join(plan.caveats)
+
+
+def test_estimates_that_promise_too_much_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(in_time, "estimated_factor", lambda *_: np.inf)
+    assert plan_in_time(made([point("t", 0, 800)], own_ship=WAY), 1e9).settings["error_db"] == STEPS_DB[-1]
 
 
 def test_both_budgets_are_kept_or_the_one_that_is_not_is_said() -> None:

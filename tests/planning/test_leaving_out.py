@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.echo.sight import Landscape
 from radar_service.fidelity import PRESETS
 from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.knobs import fidelity_for
@@ -120,7 +121,7 @@ def test_bodies_under_the_noise_are_left_out_together_only_as_far_as_the_budget_
     assert not reasons(scene([point("p", 0, 12_000, 15, -60)], radar=LOW | {"range_max_m": 14_000}))
 
 
-def test_what_is_left_out_for_noise_still_hides_and_what_lies_beyond_the_horizon_is_not_asked() -> None:
+def test_what_is_left_out_for_noise_still_hides() -> None:
     wall = {"name": "wall", "shape": "plate", "width_m": 60, "height_m": 60, "position_m": [0, 9000, 20], "rcs_dbsm": -60,
             "speed_kn": 0.5, "course_deg": 0}  # fmt: skip
     radar, noise = LOW | {"range_max_m": 12_000}, {"noise": True}
@@ -128,9 +129,22 @@ def test_what_is_left_out_for_noise_still_hides_and_what_lies_beyond_the_horizon
     assert list(reasons(made)) == ["wall"]
     alone = scene([point("behind", 0, 11_000, 15, 40)], radar=radar, environment=noise)
     assert rs.Simulator(made).scan().power.max() < 0.1 * rs.Simulator(alone).scan().power.max()
-    gone = {"name": "gone", "shape": "hull", "length_m": 60, "beam_m": 9, "height_m": 9, "position_m": [0, 90_000, 0]}
-    counts = rs.Simulator(scene([point("t", 0, 900), gone | {"speed_kn": 9}], radar=radar)).plan.counts
-    assert counts is not None and counts.look_rays == 0
+
+
+@pytest.mark.parametrize(("idle", "hidden"), [((), True), ((0,), False)])
+def test_bodies_said_never_to_hide_anything_are_not_asked(idle: tuple[int, ...], hidden: bool) -> None:
+    ship = {
+        "name": "s",
+        "shape": "hull",
+        "length_m": 60,
+        "beam_m": 20,
+        "height_m": 40,
+        "position_m": [0, 400, 0],
+        "speed_kn": 1,
+    }
+    landscape = Landscape(scene([ship]).bodies, np.inf, idle)
+    place, antenna = np.array([[0.0, 900.0, 15.0]]), np.array([0.0, 0.0, 15.0])
+    assert landscape.hides(place, antenna, 0.0)[0] == hidden
 
 
 @pytest.mark.parametrize(("gas", "idle"), [(1e-4, True), (0.01, False)])

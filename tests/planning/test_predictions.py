@@ -11,7 +11,7 @@ import radar_service as rs
 from radar_service import corrected
 from radar_service.corrected import CorrectedChain
 from radar_service.echo.sight import Landscape
-from radar_service.fidelity import PRESETS, Fidelity
+from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
 from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.knobs import SPILT, relative_cost, resting_db
@@ -23,6 +23,7 @@ from tests.bench.floor import Work, watched
 from tests.planning.scenes import SCENES
 
 BUDGET = ErrorBudget()
+WHOLE_TILE = 1000  # azimuths, more than any tile has
 
 
 @cache
@@ -64,10 +65,12 @@ def test_errors_keep_the_budget_and_the_prediction(name: str) -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The engine is set up by itself and watched at its first look; again, its beam over the whole turn and a tile swept
-    together, so that every echo is met once, and watched for one tile."""
-    sim, said, laid = planned(name), counts(name), dict.fromkeys(("rest", "motion"), 0)
-    whole, work = replace(sim.fidelity, beam_extent=np.inf, swept_together=corrected.TILE), Work()
+    """The beam reaches over the whole turn and a tile is swept together, so that every echo is met once. The engine is set up
+    by itself and watched for one tile."""
+    fidelity = replace(planned(name).fidelity, beam_extent=np.inf, swept_together=WHOLE_TILE)
+    sim, work, laid = rs.Simulator(SCENES[name](), fidelity), Work(), dict.fromkeys(("rest", "motion"), 0)
+    said = sim.plan.counts
+    assert said is not None
     gone = left_out(sim.scene, sim.fidelity)
     unseen = [key for key, omission in gone.items() if not omission.hides]
 
@@ -78,26 +81,19 @@ def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: 
 
         return note
 
-    def engine(fidelity: Fidelity) -> CorrectedChain:
-        landscape = Landscape(sim.scene.bodies, effective_earth_radius(sim.scene.environment.earth_factor), unseen)
-        scene = without(idle_effects(sim.scene, fidelity), sim.scene)
-        return CorrectedChain(scene, fidelity, sim.seed, landscape, left_out=gone)
-
-    with watched(work):
-        chain = engine(sim.fidelity)
-        assert work.ray_count == said.set_up_rays
-        chain.look(0)
-        assert work.ray_count == said.set_up_rays + said.look_rays
     monkeypatch.setattr(corrected, "lay", noting("rest", corrected.lay, 3))
     monkeypatch.setattr(Compression, "laid", noting("motion", Compression.laid, 3))
     with watched(work):
-        chain = engine(whole)
+        landscape = Landscape(sim.scene.bodies, effective_earth_radius(sim.scene.environment.earth_factor), unseen)
+        scene = without(idle_effects(sim.scene, fidelity), sim.scene)
+        chain = CorrectedChain(scene, fidelity, sim.seed, landscape, left_out=gone)
+        assert work.ray_count == said.set_up_rays
         chain.look(0)
-        before = work.ray_count
+        assert work.ray_count == said.set_up_rays + said.look_rays
         work.ffts.clear()
         at = chain.instants(0, 0)
         chain._received(at, np.zeros(len(at.time), dtype=np.bool_), 0, 0)
-    assert work.ray_count == before  # a first tile needs no other look
+    assert work.ray_count == said.set_up_rays + said.look_rays  # a first tile needs no other look
     assert laid == {"rest": said.resting_echoes, "motion": said.moving_echoes + said.shadowed_echoes}
     samples = sum(shape[0] * (n or shape[1]) for _, shape, _, n, _ in work.ffts)
     assert samples == said.transform_samples * len(at.time)
