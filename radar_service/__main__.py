@@ -21,6 +21,7 @@ from radar_service.display.video import Controls
 from radar_service.echo.optics.remarks import optics_remarks
 from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.planning.arguments import ERROR_HELP, PACE_HELP, error_budget, pace_to_keep
+from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.in_time import plan_in_time
 from radar_service.planning.knobs import fidelity_for
 from radar_service.records import SpokeBlock
@@ -252,7 +253,7 @@ def write_png(path: Path, blocks: Sequence[SpokeBlock], simulator: Simulator) ->
 def run_check(wanted: argparse.Namespace) -> int:
     """Say what a scene contains."""
     scene = load_scene(wanted.scene)
-    print(describe(scene, optics_remarks(scene, PRESETS["balanced"].bounces)))
+    print(describe(scene, optics_remarks(scene, fidelity_for(scene, ErrorBudget()).bounces)))
     return 0
 
 
