@@ -9,7 +9,7 @@ import pytest
 from radar_service.stream import hub as hub_module
 from radar_service.stream import wire
 from radar_service.stream.hub import MAX_VIEWS, Batch, Hub, Refused
-from radar_service.stream.mailbox import MAILBOX_NOTICES, TOO_SLOW, Client, View, gap
+from radar_service.stream.mailbox import MAILBOX_NOTICES, TOO_SLOW, Client, Item, View, gap
 
 U8 = View("u8")
 
@@ -362,3 +362,26 @@ def test_closing_says_bye_to_everybody() -> None:
         await client.over()
 
     run(test())
+
+
+def test_who_has_lost_something_keeps_only_the_newest_until_it_has_caught_up() -> None:
+    """Batches of 32 KiB: 64 of them fit; after a loss two do, which are 64 KiB."""
+
+    async def whole() -> None:
+        client, large = Client(View("u8")), bytes(32 * 1024)
+        for k in range(64):
+            client.put(Item(large, "e", k, 1, True))
+        assert client.lost == 0
+        client.put(Item(large, "e", 64, 1, True))
+        assert [(item.first, item.count) for item in client._queue] == [(0, 63), (63, 1), (64, 1)]
+        assert client.lost == 63 and client.gaps == 1
+        await client.get()
+        client.put(Item(large, "e", 65, 1, True))
+        assert client.lost == 64  # it reads, but is still behind
+        while client._queue:
+            await client.get()
+        for k in range(66, 66 + 64):
+            client.put(Item(large, "e", k, 1, True))
+        assert client.lost == 64 and client._bytes == 64 * len(large)
+
+    asyncio.run(whole())
