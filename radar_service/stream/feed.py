@@ -161,7 +161,9 @@ async def _send(socket: WebSocket, client: Client) -> None:
     write = frame_writer(socket.scope)
     with contextlib.suppress(WebSocketDisconnect, RuntimeError, OSError):  # the socket is gone, and _listen knows
         while (item := await client.get()) is not None:
-            await (write(item.frame) if write else socket.send_bytes(item.data))
+            waiting = write(item.frame) if write else socket.send_bytes(item.data)
+            if waiting is not None:
+                await waiting
 
 
 async def _listen(socket: WebSocket) -> None:

@@ -82,7 +82,7 @@ class Client:
         self._queue: deque[Item] = deque()
         self._droppable = self._bytes = 0
         self._trailing = False  # it has lost something, and has not caught up since
-        self._changed = asyncio.Event()
+        self._reader: asyncio.Future[None] | None = None  # who waits for a message
         self._room = asyncio.Event()
         self._backlog: deque[Item] = deque()  # hello and history, ahead of the queue and outside its bounds
         self.started = False  # whether it has been given a number, so that a jump would be a loss
@@ -127,15 +127,15 @@ class Client:
         """What comes before everything else: the hello, and history to catch up with (shared bytes, so not bounded here)."""
         self._backlog.extend(items)
         self.started = any(item.count for item in self._backlog)
-        self._changed.set()
+        self._wake()
 
     async def get(self) -> Item | None:
         """The next message, or None after the last one."""
         while not self._queue and not self._backlog:
             if self.closed:
                 return None
-            self._changed.clear()
-            await self._changed.wait()
+            self._reader = asyncio.get_running_loop().create_future()
+            await self._reader
         if self._backlog:
             item = self._backlog.popleft()
             self.bytes += len(item.data)
@@ -156,13 +156,17 @@ class Client:
             self._room.clear()
             await self._room.wait()
 
+    def _wake(self) -> None:
+        if self._reader is not None and not self._reader.done():
+            self._reader.set_result(None)
+
     def _append(self, item: Item) -> None:
         self._queue.append(item)
         self.started = self.started or item.count > 0
         if item.droppable:
             self._droppable += 1
             self._bytes += len(item.data)
-        self._changed.set()
+        self._wake()
 
     def _drop_oldest(self) -> None:
         at = next(i for i, item in enumerate(self._queue) if item.droppable)

@@ -10,9 +10,10 @@ from typing import Any
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 EXTENSION = "radar.frames"  # of the ASGI scope: where the server can write frames, a function that does
+OPEN = 1  # websockets.protocol.State
 FINAL_BINARY = 0x82  # the last, and here only, part of a binary message
 
-Write = Callable[[bytes], Awaitable[None]]
+Write = Callable[[bytes], Awaitable[None] | None]  # done, or what to wait for
 
 
 def frame(data: bytes) -> bytes:
@@ -34,13 +35,20 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
         extensions[EXTENSION] = self.write_frame
         await super().run_asgi()
 
-    async def write_frame(self, ready: bytes) -> None:
-        """Write a frame once there is room. Raises ConnectionError where the conversation is over."""
+    def write_frame(self, ready: bytes) -> Awaitable[None] | None:
+        """Write a frame: at once where there is room, else what is to be awaited. Raises ConnectionError after the end."""
         if not self.writable.is_set():
-            await self.writable.wait()
-        if self.disconnected or self.close_sent or self.conn.state.name != "OPEN":
+            return self._write_later(ready)
+        if self.disconnected or self.close_sent or self.conn.state != OPEN:
             raise ConnectionError("the websocket is closing")
         self.transport.write(ready)
+        return None
+
+    async def _write_later(self, ready: bytes) -> None:
+        await self.writable.wait()
+        waiting = self.write_frame(ready)
+        if waiting is not None:
+            await waiting
 
 
 def frame_writer(scope: Any) -> Write | None:

@@ -1,6 +1,7 @@
 """Frames as RFC 6455 has them, and as clients get them through a real socket."""
 
 import asyncio
+from collections.abc import Awaitable
 
 import pytest
 from websockets.asyncio.client import connect
@@ -30,9 +31,9 @@ def test_what_is_written_as_frames_arrives_as_messages(bins: int, monkeypatch: p
     written = []
     plain = FramedWebSocket.write_frame
 
-    async def noted(self: FramedWebSocket, ready: bytes) -> None:
+    def noted(self: FramedWebSocket, ready: bytes) -> Awaitable[None] | None:
         written.append(len(ready))
-        await plain(self, ready)
+        return plain(self, ready)
 
     monkeypatch.setattr(FramedWebSocket, "write_frame", noted)
     engine = FakeEngine(scene(range_max_m=bins * 10.0))
