@@ -158,12 +158,11 @@ async def _converse(socket: WebSocket, client: Client) -> None:
 
 
 async def _send(socket: WebSocket, client: Client) -> None:
-    write = frame_writer(socket.scope)
-    with contextlib.suppress(WebSocketDisconnect, RuntimeError, OSError):  # the socket is gone, and _listen knows
+    client.write = write = frame_writer(socket.scope)
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket is gone, and _listen knows
         while (item := await client.get()) is not None:
-            waiting = write(item.frame) if write else socket.send_bytes(item.data)
-            if waiting is not None:
-                await waiting
+            if not (write and write(item.frame)):
+                await socket.send_bytes(item.data)  # which waits for room, and knows what to say of a line that is closing
 
 
 async def _listen(socket: WebSocket) -> None:

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Literal
 
 from radar_service.stream import wire
-from radar_service.stream.websocket import frame
+from radar_service.stream.websocket import Write, frame
 
 _NUMBERS = itertools.count(1)
 
@@ -82,6 +82,7 @@ class Client:
         self._queue: deque[Item] = deque()
         self._droppable = self._bytes = 0
         self._trailing = False  # it has lost something, and has not caught up since
+        self.write: Write | None = None  # straight to the client, past an empty mailbox
         self._reader: asyncio.Future[None] | None = None  # who waits for a message
         self._room = asyncio.Event()
         self._backlog: deque[Item] = deque()  # hello and history, ahead of the queue and outside its bounds
@@ -98,7 +99,7 @@ class Client:
 
         Who loses something has stalled: it keeps only the newest, so that when it reads again it soon sees the present.
         """
-        if self.closed:
+        if self.closed or self._written(item):
             return
         while item.droppable and self.full:
             self._trailing = self.mode == "live"
@@ -155,6 +156,16 @@ class Client:
         while self.full and not self.closed:
             self._room.clear()
             await self._room.wait()
+
+    def _written(self, item: Item) -> bool:
+        """Whether the message has gone straight to the client, which waits for it and has room."""
+        waits = self._reader is not None and not (self._reader.done() or self._queue or self._backlog)
+        if self.write is None or not waits or not self.write(item.frame):
+            return False
+        self.started = self.started or item.count > 0
+        self.bytes += len(item.data)
+        self.delivered += item.count if item.droppable else 0
+        return True
 
     def _wake(self) -> None:
         if self._reader is not None and not self._reader.done():

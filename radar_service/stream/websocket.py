@@ -4,7 +4,7 @@ A frame of a server is a head of 2, 4 or 10 bytes and the message (RFC 6455, sec
 it. Writing it as it is saves two copies of every message for every client and most of the calls on its way.
 """
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from typing import Any
 
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
@@ -13,7 +13,7 @@ EXTENSION = "radar.frames"  # of the ASGI scope: where the server can write fram
 OPEN = 1  # websockets.protocol.State
 FINAL_BINARY = 0x82  # the last, and here only, part of a binary message
 
-Write = Callable[[bytes], Awaitable[None] | None]  # done, or what to wait for
+Write = Callable[[bytes], bool]  # whether it was written
 
 
 def frame(data: bytes) -> bytes:
@@ -35,20 +35,12 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
         extensions[EXTENSION] = self.write_frame
         await super().run_asgi()
 
-    def write_frame(self, ready: bytes) -> Awaitable[None] | None:
-        """Write a frame: at once where there is room, else what is to be awaited. Raises ConnectionError after the end."""
-        if not self.writable.is_set():
-            return self._write_later(ready)
-        if self.disconnected or self.close_sent or self.conn.state != OPEN:
-            raise ConnectionError("the websocket is closing")
+    def write_frame(self, ready: bytes) -> bool:
+        """Write a frame at once, or nothing where there is no room or the conversation is over; whether it was written."""
+        if not self.writable.is_set() or self.disconnected or self.close_sent or self.conn.state != OPEN:
+            return False
         self.transport.write(ready)
-        return None
-
-    async def _write_later(self, ready: bytes) -> None:
-        await self.writable.wait()
-        waiting = self.write_frame(ready)
-        if waiting is not None:
-            await waiting
+        return True
 
 
 def frame_writer(scope: Any) -> Write | None:

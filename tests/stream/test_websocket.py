@@ -1,7 +1,6 @@
 """Frames as RFC 6455 has them, and as clients get them through a real socket."""
 
 import asyncio
-from collections.abc import Awaitable
 
 import pytest
 from websockets.asyncio.client import connect
@@ -31,7 +30,7 @@ def test_what_is_written_as_frames_arrives_as_messages(bins: int, monkeypatch: p
     written = []
     plain = FramedWebSocket.write_frame
 
-    def noted(self: FramedWebSocket, ready: bytes) -> Awaitable[None] | None:
+    def noted(self: FramedWebSocket, ready: bytes) -> bool:
         written.append(len(ready))
         return plain(self, ready)
 
