@@ -259,11 +259,11 @@ def test_lines_that_are_cut_again_and_again_cost_no_spoke(breaks: int) -> None:
         async with client:
             async for spoke in client.spokes():
                 numbers.append(spoke.number)
-                if not dice.randrange(12) and client._socket is not None:
+                if client.reconnections == breaks:
+                    return numbers, client
+                if client.reconnections == cuts and not dice.randrange(12) and client._socket is not None:
                     client._socket.transport.abort()
                     cuts += 1
-                if cuts == breaks:
-                    return numbers, client
         raise AssertionError
 
     with served(create_app([only]), [only]) as (host, port):
