@@ -3,12 +3,15 @@
 import asyncio
 import json
 import math
+import os
 import signal
 import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
+
+import pytest
 
 from clients.ppi.client import FeedClient
 
@@ -66,6 +69,40 @@ def test_after_kill_9_clients_come_back_and_no_number_comes_twice(tmp_path: Path
         numbers = [number for name, number in got if name == epoch]
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
     assert numbers[0] == lost  # what the new epoch had sent before the client was back is a gap
+
+
+@pytest.mark.study
+def test_after_kill_9_the_first_spoke_comes_within_two_seconds_of_the_kill(tmp_path: Path) -> None:
+    """Twenty times over; start of Python, imports and scene included."""
+    (tmp_path / "one.json").write_text(json.dumps(SCENE))
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+
+    async def follow() -> list[float]:
+        service = await asyncio.to_thread(started, tmp_path / "one.json", port)
+        took, epochs, killed = list[float](), list[str](), 0.0
+        try:
+            async with FeedClient(f"ws://127.0.0.1:{port}", reconnect=True, backoff=(0.02,)) as radar:
+                async for spoke in radar.spokes():
+                    if spoke.epoch in epochs:
+                        continue
+                    epochs.append(spoke.epoch)
+                    took += [time.monotonic() - killed] if killed else []
+                    if len(took) == 20:
+                        return took
+                    killed = time.monotonic()
+                    service.kill()
+                    await asyncio.to_thread(service.communicate)
+                    service = await asyncio.to_thread(started, tmp_path / "one.json", port)
+        finally:
+            service.kill()
+            service.communicate()
+        raise AssertionError
+
+    took = asyncio.run(asyncio.wait_for(follow(), 300))
+    print(f"\nfrom kill -9 to the first spoke: {min(took):.2f} to {max(took):.2f} s, load average {os.getloadavg()[0]:.1f}")
+    assert max(took) < 2.0
 
 
 def test_a_radar_that_cannot_go_on_ends_the_service_where_that_is_asked_for(tmp_path: Path) -> None:

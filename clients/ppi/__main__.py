@@ -8,99 +8,62 @@ import asyncio
 import json
 import math
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from clients.ppi.client import TIMEOUT, FeedClient, FeedError
+from clients.ppi import live
+from clients.ppi.client import FeedClient, FeedError
+from clients.ppi.film import film
+from clients.ppi.options import FILMS, options
 from clients.ppi.scans import ReceivedScan, ScanCollector, brightness, collect_scans
-from radar_service.display.picture import MAX_SIZE, MIN_SIZE, distance_label, render_png
-from radar_service.stream import wire
+from clients.ppi.scope import Scope
+from radar_service.display.film import write_gif, write_mp4
+from radar_service.display.picture import Drawing, Page, distance_label, render_image, render_png
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Receive, draw, save; returns the exit status."""
-    options = parser().parse_args(arguments)
-    client = FeedClient(
-        options.url, encoding=options.encoding, bins=options.bins, mode=options.mode, timeout=options.timeout,
-        reconnect=options.reconnect, token=options.token_file or "",
-    )  # fmt: skip
+    """Receive, then draw and save, or show; returns the exit status."""
+    asked = options(arguments)
     try:
-        collector = asyncio.run(_receive(client, options.scans, None if options.npz else 1))
-        _save(collector, options)
+        print(_shown(asked) if asked.live else _saved(asked))
     except (FeedError, OSError) as fault:
         print(f"clients.ppi: {fault}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("clients.ppi: interrupted; nothing was written", file=sys.stderr)
         return 130
-    print(_summary(client, collector, [p for p in (options.out, options.npz) if p]))
     return 0
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    p = argparse.ArgumentParser(prog="python -m clients.ppi", description="Receive whole scans of a radar and draw the PPI.")
-    p.add_argument("url", help="feed, e.g. ws://127.0.0.1:8000/api/radars/0/feed; ws://HOST:PORT is radar 0")
-    p.add_argument("--scans", type=_whole(1, 100_000), default=1, help="revolutions to receive; the last one is drawn")
-    p.add_argument("--out", type=_writable, default=Path("ppi.png"), metavar="PNG", help="the picture (default ppi.png)")
-    p.add_argument("--npz", type=_writable, metavar="FILE", help="all scans as arrays as well")
-    p.add_argument("--size", type=_whole(MIN_SIZE, MAX_SIZE), default=900, metavar="PIXELS")
-    p.add_argument("--range", type=_positive, metavar="M", help="radius of the picture (default: all that comes)")
-    p.add_argument("--head-up", action="store_true", help="the bow at the top (default: north)")
-    p.add_argument(
-        "--encoding", choices=list(wire.DTYPES), default="u8", help="u8 is the display's video, the others are untouched"
-    )
-    p.add_argument("--bins", type=_whole(1, 65_536), help="range bins per spoke (default: every cell)")
-    p.add_argument(
-        "--dynamic-range-db", type=_positive, default=60.0, metavar="DB", help="of a picture that is not u8 (default 60)"
-    )
-    p.add_argument(
-        "--mode", choices=["live", "lossless"], default="live", help="lossless: the simulation waits for this client"
-    )
-    p.add_argument(
-        "--timeout", type=_positive, default=TIMEOUT, metavar="S", help=f"give up after this silence (default {TIMEOUT:g})"
-    )
-    p.add_argument("--token-file", type=_first_line, metavar="FILE", help="a file with the token that the service wants")
-    p.add_argument("--reconnect", action="store_true", help="come back after a break and go on")
-    return p
+def _client(asked: argparse.Namespace, **more: Any) -> FeedClient:
+    return FeedClient(
+        asked.url, encoding=asked.encoding, mode=asked.mode, timeout=asked.timeout, reconnect=asked.reconnect,
+        token=asked.token_file or "", **more,
+    )  # fmt: skip
 
 
-def _whole(low: int, high: int) -> Any:
-    def number(text: str) -> int:
-        if not (text.isdecimal() and low <= int(text) <= high):
-            raise argparse.ArgumentTypeError(f"{text}: a whole number from {low} to {high} is wanted")
-        return int(text)
-
-    return number
-
-
-def _positive(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f"{text}: a number above 0 is wanted")
-    return number
+def _shown(asked: argparse.Namespace) -> str:
+    """Show the radar live; the account of it."""
+    status = live.Status()
+    client = _client(asked, bins=asked.bins or live.BINS, notice=status)
+    asyncio.run(live.show(client, Scope(asked.dynamic_range_db, asked.range, asked.head_up), status))
+    return _account(client)
 
 
-def _first_line(text: str) -> str:
-    try:
-        return (Path(text).read_text().splitlines() or [""])[0].strip()
-    except (OSError, ValueError) as fault:
-        raise argparse.ArgumentTypeError(f"{text}: cannot be read ({fault})") from None
+def _saved(asked: argparse.Namespace) -> str:
+    """Receive scans and write them; what was written."""
+    client = _client(asked, bins=asked.bins, patience=asked.timeout, notice=_say)
+    collector = asyncio.run(_receive(client, asked.scans, None if asked.npz or asked.kind in FILMS else 1))
+    _save(list(collector.scans), asked)
+    return _summary(client, collector, [path for path in (asked.out, asked.npz) if path])
 
 
-def _writable(text: str) -> Path:
-    path = Path(text)
-    if path.is_dir() or not path.absolute().parent.is_dir():  # said now, not after a minute of receiving
-        raise argparse.ArgumentTypeError(
-            f"{text}: not a file in a folder that exists; give another or make the folder first"
-        )
-    return path
+def _say(text: str) -> None:
+    tqdm.write(f"clients.ppi: {text}", file=sys.stderr)
 
 
 async def _receive(client: FeedClient, scans: int, keep: int | None) -> ScanCollector:
@@ -115,18 +78,34 @@ async def _receive(client: FeedClient, scans: int, keep: int | None) -> ScanColl
             return await collect_scans(client, scans, keep, show)
 
 
-def _save(collector: ScanCollector, options: argparse.Namespace) -> None:
-    scan, heading = collector.scans[-1], collector.scans[-1].newest_heading
+def _save(scans: list[ReceivedScan], asked: argparse.Namespace) -> None:
+    match asked.kind:
+        case ".gif":
+            write_gif(asked.out, _frames(scans, asked), asked.fps)
+        case ".mp4":
+            write_mp4(asked.out, _frames(scans, asked), asked.fps)
+        case _:
+            ppi, heading = scans[-1].ppi, scans[-1].newest_heading
+            picture = brightness(scans[-1], asked.dynamic_range_db)
+            drawing = _drawing(scans[-1], asked) | Drawing(heading=heading, filled=ppi.filled)
+            asked.out.write_bytes(render_png(picture, ppi.range_first, ppi.range_step, **drawing))
+    if asked.npz:
+        with asked.npz.open("wb") as file:
+            np.savez_compressed(file, **arrays(scans))
+
+
+def _drawing(scan: ReceivedScan, asked: argparse.Namespace) -> Drawing:
     title = f"{scan.hello['scene']['name']}\n{scan.hello['radar']['name']}"
-    ppi = scan.ppi
-    png = render_png(
-        brightness(scan, options.dynamic_range_db), ppi.range_first, ppi.range_step, range_max=options.range,
-        size=options.size, heading=heading, head_up=options.head_up, title=title, filled=ppi.filled,
-    )  # fmt: skip
-    options.out.write_bytes(png)
-    if options.npz:
-        with options.npz.open("wb") as file:
-            np.savez_compressed(file, **arrays(list(collector.scans)))
+    return Drawing(range_max=asked.range, size=asked.size, head_up=asked.head_up, title=title)
+
+
+def _frames(scans: list[ReceivedScan], asked: argparse.Namespace) -> Iterator[Page]:
+    """The pictures of a film, drawn one by one as they are taken."""
+    ppi, drawing = scans[0].ppi, _drawing(scans[0], asked)
+    frames = film(scans, asked.fps, asked.dynamic_range_db)
+    for frame in tqdm(frames, unit="picture", disable=not sys.stderr.isatty(), leave=False):
+        now = drawing | Drawing(heading=frame.heading, filled=frame.filled)
+        yield render_image(frame.picture, ppi.range_first, ppi.range_step, **now)
 
 
 def arrays(scans: list[ReceivedScan]) -> dict[str, Any]:
@@ -152,18 +131,29 @@ def arrays(scans: list[ReceivedScan]) -> dict[str, Any]:
 
 
 def _summary(client: FeedClient, collector: ScanCollector, files: list[Path]) -> str:
-    scan, ledger = collector.scans[-1], client.ledger
+    scan = collector.scans[-1]
     encoding = scan.hello["encoding"]["name"]
     lines = [
         f"{scan.hello['scene']['name']}, {scan.hello['radar']['name']}: {collector.done} scan(s) of {scan.azimuths} "
         f"azimuths to {distance_label(scan.ppi.range_end)}, {encoding}",
         f"last scan: {scan.azimuths - scan.missing} azimuths came, {scan.missing} missing, "
         f"heading {math.degrees(scan.newest_heading):05.1f}\N{DEGREE SIGN}",
-        f"in all: {ledger.received} spokes came, {ledger.announced} announced as lost, {ledger.holes} lost without a word",
+        _account(client),
     ]
     if collector.restarts:
         lines.append(f"the radar changed scene or range {collector.restarts} time(s); the scans are of the last")
     return "\n".join([*lines, f"wrote {', '.join(map(str, files))}"])
+
+
+def _account(client: FeedClient) -> str:
+    """What came in all."""
+    ledger, came_back = client.ledger, ""
+    if client.reconnections:
+        came_back = f"; tried to come back {client.reconnections} time(s)"
+    return (
+        f"in all: {ledger.received} spokes came, {ledger.announced} announced as lost, {ledger.holes} lost without a word"
+        f"{came_back}"
+    )
 
 
 if __name__ == "__main__":

@@ -8,7 +8,8 @@
 """
 
 import asyncio
-from collections.abc import AsyncGenerator, Iterator, Sequence
+import math
+from collections.abc import AsyncGenerator, Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Self, TypedDict, Unpack
 from urllib.parse import parse_qsl, urlencode, urlsplit, urlunsplit
@@ -23,6 +24,7 @@ from radar_service.stream import wire
 
 BACKOFF = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # s before the first, second ... attempt to come back; the last one repeats
 TIMEOUT = 30.0  # s without a message; the slowest radar, 0.01 rpm with four azimuths, is beyond it
+LEAVING = 1.0  # s for the radar to answer that we go; behind a backlog it will not be heard
 REFUSED = range(4400, 4500)  # close codes for what asking again will not mend
 
 
@@ -81,6 +83,8 @@ class FeedOptions(TypedDict, total=False):
     reconnect: bool
     timeout: float
     backoff: Sequence[float]
+    patience: float
+    notice: Callable[[str], None]
     token: str
 
 
@@ -88,14 +92,16 @@ class FeedClient:
     """A radar's feed. hello: the newest greeting, None before the first; ledger: what came and what was lost.
 
     encoding, bins, truth, mode: as the service takes them. since: (epoch, first number wanted) of an earlier feed.
-    reconnect: come back after a break, after waiting `backoff` [s], and go on where it broke off.
+    reconnect: come back after a break, after waiting `backoff` [s], and go on where it broke off, unless nothing has come
+    for `patience` [s]. notice: told, in a sentence, of every break and every return.
     timeout: [s] without any message after which the feed counts as dead. token: where the service asks for one.
     """
 
     def __init__(
         self, url: str, *, encoding: str = "u8", bins: int | None = None, truth: bool = False, mode: str = "live",
         since: tuple[str, int] | None = None, reconnect: bool = False, timeout: float = TIMEOUT,
-        backoff: Sequence[float] = BACKOFF, token: str = "",
+        backoff: Sequence[float] = BACKOFF, patience: float = math.inf, notice: Callable[[str], None] = lambda _: None,
+        token: str = "",
     ) -> None:  # fmt: skip
         if encoding not in wire.DTYPES:
             raise ValueError(f'encoding: "{encoding}" is not one of {", ".join(wire.DTYPES)}')
@@ -103,6 +109,7 @@ class FeedClient:
         self._query = query | ({"bins": str(bins)} if bins else {}) | ({"truth": "1"} if truth else {})
         self._url, self._since, self._timeout = url, since, timeout
         self._backoff = tuple(backoff) if reconnect else ()
+        self._patience, self._notice = patience, notice
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self.hello: dict[str, Any] | None = None
         self.ledger = Ledger()
@@ -113,20 +120,27 @@ class FeedClient:
 
     async def messages(self) -> AsyncGenerator[dict[str, Any], None]:
         """Every message as it comes, already counted. Ends by raising FeedError, unless it may and can come back."""
-        failures = 0
+        clock = asyncio.get_running_loop().time
+        failures, heard = 0, clock()
         while True:
             try:
                 message = await self._next()
-                failures = 0
             except FeedError as fault:
                 await self.close()
-                if not (self._backoff and fault.retry and self.hello):
+                wait = self._backoff[min(failures, len(self._backoff) - 1)] if self._backoff else math.nan
+                may = fault.retry and self.hello and clock() + wait <= heard + self._patience  # nan is no time to wait
+                if not may:
                     raise
-                await asyncio.sleep(self._backoff[min(failures, len(self._backoff) - 1)])
+                self._notice(f"{str(fault).removeprefix(f'{self._address}: ')}; trying again in {wait:g} s")
+                await asyncio.sleep(wait)
                 failures += 1
                 self.reconnections += 1
                 continue
+            if failures:
+                self._notice(f"back after {clock() - heard:.1f} s")
+            failures = 0
             yield message
+            heard = clock()
 
     async def spokes(self) -> AsyncGenerator[ReceivedSpoke, None]:
         """The spokes one by one, each once; ends as `messages` does."""
@@ -157,7 +171,9 @@ class FeedClient:
             if self._socket is None:
                 await self._open()
             assert self._socket is not None
-            return self._read(await asyncio.wait_for(self._socket.recv(decode=False), self._timeout))
+            async with asyncio.timeout(self._timeout):  # wait_for of Python 3.11 may swallow a cancellation
+                data = await self._socket.recv(decode=False)
+            return self._read(data)
         except InvalidStatus as fault:
             raise _refusal(self._address, fault) from fault
         except ConnectionClosed as fault:
@@ -188,6 +204,7 @@ class FeedClient:
             compression=None,
             proxy=None,
             open_timeout=self._timeout,
+            close_timeout=LEAVING,
             additional_headers=self._headers,
         )
 

@@ -15,6 +15,18 @@ from radar_service.stream import wire
 MAX_CELLS = 2**27  # azimuths x bins that a radar may claim: a gigabyte as complex64
 
 
+def empty_ppi(hello: dict[str, Any]) -> Ppi:
+    """A PPI for the spokes of that epoch. Raises FeedError where it would be too large."""
+    encoding = hello["encoding"]
+    azimuths, bins = int(hello["radar"]["azimuths"]), int(encoding["bins"])
+    if azimuths * bins > MAX_CELLS:
+        raise FeedError(
+            f"the radar claims {azimuths} azimuths x {bins} bins; at most {MAX_CELLS} cells fit: ask for fewer bins"
+        )
+    dtype = np.dtype(wire.DTYPES[encoding["name"]])
+    return Ppi(azimuths, bins, float(encoding["range_first_m"]), float(encoding["range_step_m"]), dtype)
+
+
 class ReceivedScan:
     """One revolution, beginning at whatever azimuth came first; rows stand by azimuth index, row 0 looks north.
 
@@ -22,15 +34,9 @@ class ReceivedScan:
     """
 
     def __init__(self, hello: dict[str, Any], first: int) -> None:
-        radar, encoding = hello["radar"], hello["encoding"]
-        azimuths, bins = int(radar["azimuths"]), int(encoding["bins"])
-        if azimuths * bins > MAX_CELLS:
-            raise FeedError(
-                f"the radar claims {azimuths} azimuths x {bins} bins; at most {MAX_CELLS} cells fit: ask for fewer bins"
-            )
-        dtype = np.dtype(wire.DTYPES[encoding["name"]])
         self.hello, self.first, self.reached = hello, first, first
-        self.ppi = Ppi(azimuths, bins, float(encoding["range_first_m"]), float(encoding["range_step_m"]), dtype)
+        self.ppi = empty_ppi(hello)
+        azimuths = len(self.ppi.number)
         self.time, self.heading, self.course, self.speed = (np.full(azimuths, np.nan) for _ in range(4))
         self.position = np.full((azimuths, 2), np.nan)
         self.blind = np.zeros(azimuths, dtype=np.bool_)
@@ -193,11 +199,22 @@ _POWERS: dict[str, Callable[[NDArray[Any], dict[str, Any]], NDArray[np.float32]]
 }
 
 
-def brightness(scan: ReceivedScan, dynamic_range_db: float = 60.0) -> NDArray[np.uint8]:
-    """The scan as a picture (A, N) of 0 to 255: u8 as it is, else decibels below the strongest cell."""
-    encoding = scan.hello["encoding"]
+def power(ppi: Ppi, encoding: dict[str, Any]) -> NDArray[np.float32]:
+    """Power [W] (A, N) of a picture in one of the untouched encodings, 0 where no spoke came."""
+    watts = power_from_samples(ppi.polar, encoding)
+    watts[~ppi.filled] = 0.0  # in f16 an empty row would read 0 dBW
+    return watts
+
+
+def brightness(scan: ReceivedScan, dynamic_range_db: float = 60.0, reference: float | None = None) -> NDArray[np.uint8]:
+    """The scan as a picture (A, N) of 0 to 255; see `bright_cells`."""
+    return bright_cells(scan.ppi, scan.hello["encoding"], dynamic_range_db, reference)
+
+
+def bright_cells(
+    ppi: Ppi, encoding: dict[str, Any], dynamic_range_db: float = 60.0, reference: float | None = None
+) -> NDArray[np.uint8]:
+    """A picture (A, N) of 0 to 255: u8 as it is, else decibels below `reference` [W], by default the strongest cell."""
     if encoding["name"] == "u8":
-        return scan.ppi.polar
-    power = power_from_samples(scan.ppi.polar, encoding)
-    power[~scan.ppi.filled] = 0.0  # in f16 an empty row would read 0 dBW
-    return picture_from_power(power, dynamic_range_db)
+        return ppi.polar
+    return picture_from_power(power(ppi, encoding), dynamic_range_db, reference)

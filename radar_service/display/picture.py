@@ -1,10 +1,10 @@
-"""The PPI as a person sees it: colours, range rings, bearing scale, heading line, in a PNG."""
+"""The PPI as a person sees it: colours, range rings, bearing scale, heading line, as an image and as a PNG."""
 
 from collections.abc import Callable
 from functools import lru_cache
 from io import BytesIO
 from math import cos, floor, log10, sin
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from radar_service.display.ppi import Interpolation, scan_convert
 Bytes = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 Draw = ImageDraw.ImageDraw
+Page = Image.Image  # a drawn picture
 
 SEA: Colour = (5, 9, 18)
 UNSEEN: Colour = (38, 38, 42)  # grey: no spoke came, which is not the same as nothing there
@@ -61,7 +62,26 @@ def colour_map() -> Bytes:
     return colours
 
 
-def render_png(
+class Drawing(TypedDict, total=False):
+    """How a picture is drawn; see `render_image`."""
+
+    range_max: float | None
+    size: int
+    heading: float | None
+    head_up: bool
+    title: str
+    filled: NDArray[np.bool_] | None
+    interpolation: Interpolation | None
+
+
+def render_png(picture: Bytes, range_first: float, range_step: float, **drawing: Unpack[Drawing]) -> bytes:
+    """The PNG of what `render_image` draws."""
+    out = BytesIO()
+    render_image(picture, range_first, range_step, **drawing).save(out, "PNG", compress_level=4)
+    return out.getvalue()
+
+
+def render_image(
     picture: Bytes,
     range_first: float,
     range_step: float,
@@ -73,8 +93,8 @@ def render_png(
     title: str = "",
     filled: NDArray[np.bool_] | None = None,
     interpolation: Interpolation | None = None,
-) -> bytes:
-    """A PNG of size x size pixels of a polar picture (A, N) of brightness 0 to 255, samples standing as in `scan_convert`.
+) -> Page:
+    """An image of size x size pixels of a polar picture (A, N) of brightness 0 to 255, samples standing as in `scan_convert`.
 
     range_max [m] is the radius, default the far edge of the last cell; heading [rad] draws the heading line and with
     head_up turns it to the top; filled (A,): rows that hold a spoke, the others are grey. interpolation: default `peak`
@@ -100,9 +120,7 @@ def render_png(
     image = dial.over(image, lambda draw: _lines(draw, dial, radius, heading))
     orientation = "head up" if head_up else "north up"
     _words(ImageDraw.Draw(image), dial, radius, heading, [title, orientation])
-    out = BytesIO()
-    image.save(out, "PNG", compress_level=4)
-    return out.getvalue()
+    return image
 
 
 LABELS = np.radians(285.0)  # where the labels of the rings stand, clockwise from the top of the page

@@ -15,6 +15,7 @@ from radar_service.stream.access import is_loopback
 from radar_service.stream.hub import Refused
 from radar_service.stream.mailbox import Client, Mode, View
 from radar_service.stream.station import Station
+from radar_service.stream.websocket import frame_writer
 
 BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503
 REFUSALS = {BAD_REQUEST: "feed request", FORBIDDEN: "feed rights", NOT_FOUND: "feed radar", UNAVAILABLE: "feed full or down"}
@@ -157,9 +158,11 @@ async def _converse(socket: WebSocket, client: Client) -> None:
 
 
 async def _send(socket: WebSocket, client: Client) -> None:
+    client.write = write = frame_writer(socket.scope)
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket is gone, and _listen knows
         while (item := await client.get()) is not None:
-            await socket.send_bytes(item.data)
+            if not (write and write(item.frame)):
+                await socket.send_bytes(item.data)  # which waits for room, and knows what to say of a line that is closing
 
 
 async def _listen(socket: WebSocket) -> None:

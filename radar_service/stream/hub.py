@@ -13,7 +13,7 @@ import asyncio
 import contextlib
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from radar_service.stream import wire
 from radar_service.stream.mailbox import TOO_SLOW, Client, Item, Mode, View, gap
@@ -111,13 +111,15 @@ class Hub:
         await self._wait_for_lossless()
         if batch.epoch != self.epoch:
             return
-        for view, data in batch.data.items():
+        items = {view: Item(data, batch.epoch, batch.first, batch.count, True) for view, data in batch.data.items()}
+        for view, item in items.items():
             if view in self._kept:
-                self._kept[view].keep(Item(data, batch.epoch, batch.first, batch.count, True))
+                self._kept[view].keep(replace(item))  # its own, for the one on its way also holds a frame
+        truths = [Item(state, batch.epoch, droppable=True) for state in batch.truth]
         for client in self.clients:
-            for state in batch.truth if client.truth else ():
-                client.put(Item(state, batch.epoch, droppable=True))
-            self._deliver(client, batch)
+            for state in truths if client.truth else ():
+                client.put(state)
+            self._deliver(client, batch, items.get(client.view))
         self.next = batch.first + batch.count
         self._forget_idle_views()
 
@@ -145,10 +147,9 @@ class Hub:
                     self._left.clear()
                     await self._left.wait()
 
-    def _deliver(self, client: Client, batch: Batch) -> None:
-        data = batch.data.get(client.view)
-        if data is not None:
-            client.put(Item(data, batch.epoch, batch.first, batch.count, True))
+    def _deliver(self, client: Client, batch: Batch, item: Item | None) -> None:
+        if item is not None:
+            client.put(item)
         elif client.started:  # it came back while this batch was being encoded without its view
             client.put(gap(batch.epoch, batch.first, batch.count, "sent before this view was asked for"))
 

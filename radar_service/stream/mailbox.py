@@ -5,9 +5,11 @@ import itertools
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 from radar_service.stream import wire
+from radar_service.stream.websocket import Write, frame
 
 _NUMBERS = itertools.count(1)
 
@@ -15,6 +17,7 @@ Mode = Literal["live", "lossless"]
 
 MAILBOX_MESSAGES = 64  # about a second of batches at 15 ms
 MAILBOX_BYTES = 4 * 2**20
+TRAILING_BYTES = 64 * 2**10  # for a client that has lost something, until it has caught up: the kernel holds 0.4 MB already
 MAILBOX_NOTICES = 256  # hellos, gaps and the like, which cannot be dropped: more means a client that does not read
 GOING_AWAY, TOO_SLOW = 1001, 4408  # websocket close codes
 
@@ -40,13 +43,18 @@ class View:
 
 @dataclass(frozen=True)
 class Item:
-    """A message for a client. count > 0: spokes first to first + count; droppable: a slow client may miss it."""
+    """A message for clients. count > 0: spokes first to first + count; droppable: a slow client may miss it."""
 
     data: bytes
     epoch: str
     first: int = 0
     count: int = 0
     droppable: bool = False
+
+    @cached_property
+    def frame(self) -> bytes:
+        """The message as it goes over a websocket, made when the first client takes it."""
+        return frame(self.data)
 
 
 def gap(epoch: str, first: int, count: int, reason: str) -> Item:
@@ -73,7 +81,9 @@ class Client:
         self._messages, self._size = messages, size
         self._queue: deque[Item] = deque()
         self._droppable = self._bytes = 0
-        self._changed = asyncio.Event()
+        self._trailing = False  # it has lost something, and has not caught up since
+        self.write: Write | None = None  # straight to the client, past an empty mailbox
+        self._reader: asyncio.Future[None] | None = None  # who waits for a message
         self._room = asyncio.Event()
         self._backlog: deque[Item] = deque()  # hello and history, ahead of the queue and outside its bounds
         self.started = False  # whether it has been given a number, so that a jump would be a loss
@@ -81,13 +91,18 @@ class Client:
     @property
     def full(self) -> bool:
         """Whether one more batch would exceed a bound; a single batch always fits."""
-        return self._droppable >= self._messages or (self._droppable > 0 and self._bytes >= self._size)
+        most = min(self._size, TRAILING_BYTES) if self._trailing else self._size
+        return self._droppable >= self._messages or (self._droppable > 0 and self._bytes >= most)
 
     def put(self, item: Item) -> None:
-        """Queue a message; where the bounds are exceeded the oldest batches make room."""
-        if self.closed:
+        """Queue a message; where the bounds are exceeded the oldest batches make room.
+
+        Who loses something has stalled: it keeps only the newest, so that when it reads again it soon sees the present.
+        """
+        if self.closed or self._written(item):
             return
         while item.droppable and self.full:
+            self._trailing = self.mode == "live"
             self._drop_oldest()
         self._append(item)
         if len(self._queue) - self._droppable > MAILBOX_NOTICES:
@@ -113,20 +128,21 @@ class Client:
         """What comes before everything else: the hello, and history to catch up with (shared bytes, so not bounded here)."""
         self._backlog.extend(items)
         self.started = any(item.count for item in self._backlog)
-        self._changed.set()
+        self._wake()
 
     async def get(self) -> Item | None:
         """The next message, or None after the last one."""
         while not self._queue and not self._backlog:
             if self.closed:
                 return None
-            self._changed.clear()
-            await self._changed.wait()
+            self._reader = asyncio.get_running_loop().create_future()
+            await self._reader
         if self._backlog:
             item = self._backlog.popleft()
             self.bytes += len(item.data)
             return item
         item = self._queue.popleft()
+        self._trailing = self._trailing and bool(self._queue)
         self.bytes += len(item.data)
         if item.droppable:
             self._droppable -= 1
@@ -141,13 +157,27 @@ class Client:
             self._room.clear()
             await self._room.wait()
 
+    def _written(self, item: Item) -> bool:
+        """Whether the message has gone straight to the client, which waits for it and has room."""
+        waits = self._reader is not None and not (self._reader.done() or self._queue or self._backlog)
+        if self.write is None or not waits or not self.write(item.frame):
+            return False
+        self.started = self.started or item.count > 0
+        self.bytes += len(item.data)
+        self.delivered += item.count if item.droppable else 0
+        return True
+
+    def _wake(self) -> None:
+        if self._reader is not None and not self._reader.done():
+            self._reader.set_result(None)
+
     def _append(self, item: Item) -> None:
         self._queue.append(item)
         self.started = self.started or item.count > 0
         if item.droppable:
             self._droppable += 1
             self._bytes += len(item.data)
-        self._changed.set()
+        self._wake()
 
     def _drop_oldest(self) -> None:
         at = next(i for i, item in enumerate(self._queue) if item.droppable)

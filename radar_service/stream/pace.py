@@ -33,7 +33,7 @@ def batch_spokes(factor: float, spoke_period: float) -> int:
     """How many spokes make a message: BATCH_SECONDS of them at this pace, at least one."""
     if math.isinf(factor):
         return BATCH_SPOKES
-    return min(BATCH_SPOKES, max(1, round(BATCH_SECONDS * factor / spoke_period)))
+    return max(1, round(min(BATCH_SPOKES, BATCH_SECONDS * factor / spoke_period)))
 
 
 class Schedule:

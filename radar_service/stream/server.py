@@ -14,6 +14,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from radar_service.stream.access import is_loopback
 from radar_service.stream.journal import note
 from radar_service.stream.station import Station
+from radar_service.stream.websocket import FramedWebSocket
 
 INBOUND_LIMIT = 4096  # bytes of a websocket message: clients have nothing to say
 SHUTDOWN_SECONDS = 5
@@ -124,6 +125,7 @@ def configuration(
     return uvicorn.Config(
         app,
         http=door,
+        ws=FramedWebSocket,
         log_level="warning",
         access_log=False,
         log_config=None,  # see journal

@@ -28,6 +28,7 @@ from radar_service.stream.shape import shaped
 
 TRUTHS_PER_SCAN = 8  # enough to draw a track; their cost stays unseen
 WAIT_FOR_BLOCK = 0.25  # s between looks at whether there is something else to do
+LONGEST_WAIT = 3600.0  # s before another look at the schedule: a pace of 1e-300 is due in more seconds than can be waited
 
 Rows = NDArray[np.intp]
 
@@ -250,7 +251,7 @@ class Transmitter:
                 delay = self.schedule.delay(self._clock(), float(part.time[-1]), settings.pace.factor)
                 if delay <= 0:
                     return True
-                self._changed.wait(delay)
+                self._changed.wait(min(delay, LONGEST_WAIT))
         return False
 
     def _emit(self, part: SpokeBlock, settings: Settings) -> None:

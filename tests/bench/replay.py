@@ -1,6 +1,7 @@
-"""A radar that computes nothing, served in a process of its own: python -m tests.bench.replay AZIMUTHS BINS.
+"""A radar that computes nothing, served in a process of its own: python -m tests.bench.replay AZIMUTHS BINS [SCENE].
 
-At 24 rpm, 4096 azimuths are 1638 spokes/s and 8192 are 3277. It prints its address, and its processor time when it ends.
+At 24 rpm, 4096 azimuths are 1638 spokes/s and 8192 are 3277. With a scene it computes after all: that scene, with so many
+azimuths. It prints its address, and when it ends its processor time and how late spokes went out.
 """
 
 import asyncio
@@ -9,14 +10,20 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
+from radar_service import Simulator, load_scene
 from radar_service.records import SpokeBlock
 from radar_service.stream.app import create_app
+from radar_service.stream.messages import Engine
+from radar_service.stream.pace import Schedule
 from radar_service.stream.server import Server, configuration, listening_socket
 from radar_service.stream.station import Station
 from tests.stream.fake import FakeEngine, scene
+
+SETTLING = 60  # batches: about the first second, while clients connect
 
 
 class ReplayEngine(FakeEngine):
@@ -39,9 +46,31 @@ class ReplayEngine(FakeEngine):
             first += 32
 
 
-def main(azimuths: int, bins: int) -> None:
+class Recorded(Schedule):
+    """A schedule that remembers how late each batch was out, handed to every client's mailbox [s]."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.late: list[float] = []
+
+    def sent(self, now: float, simulated: float) -> None:
+        if self._anchor is not None:
+            self.late.append(now - self._anchor[0] - (simulated - self._anchor[1]))
+        super().sent(now, simulated)
+
+
+def engine(azimuths: int, bins: int, name: str) -> Engine:
+    """The engine of a scene, or where none is named of the same noise over and over."""
+    if not name:
+        return ReplayEngine(azimuths, bins)
+    of = load_scene(name)
+    return Simulator(replace(of, radar=replace(of.radar, azimuths=azimuths, rotation_period=2.5)), threads=1)
+
+
+def main(azimuths: int, bins: int, name: str = "") -> None:
     """Serve until SIGTERM."""
-    station = Station("0", ReplayEngine(azimuths, bins), lambda of: ReplayEngine(azimuths, bins))
+    station = Station("0", engine(azimuths, bins, name), lambda of: engine(azimuths, bins, name))
+    station.transmitter.schedule = schedule = Recorded()
     app = create_app([station])
     config = configuration(app, connections=2000)
     listener = listening_socket("127.0.0.1", 0)
@@ -50,8 +79,10 @@ def main(azimuths: int, bins: int) -> None:
     started = time.process_time()
     with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
         runner.run(server.serve(sockets=[listener]))
-    print(json.dumps({"processor_s": time.process_time() - started}), flush=True)
+    late_ms = 1000 * np.array(schedule.late[SETTLING:])
+    told = {"processor_s": time.process_time() - started, "slips": schedule.slips}
+    print(json.dumps(told | {"schedule_p99_ms": round(float(np.percentile(late_ms, 99)), 2)}), flush=True)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]))
+    main(int(sys.argv[1]), int(sys.argv[2]), *sys.argv[3:])

@@ -424,11 +424,24 @@ def test_command_draws_targets_where_they_belong(tmp_path: Path, heading_deg: fl
     targets_in(out.read_bytes(), heading_deg if head_up else 0.0)
 
 
-def test_command_draws_a_shorter_range_and_comes_back_after_a_break(tmp_path: Path) -> None:
+def test_command_draws_a_shorter_range_and_comes_back_after_a_break(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "ppi.png"
     with running(Script([GREETING, batch(0, 30)], code=1011), Script([GREETING, batch(30, 42)], wait=True)) as feed:
-        assert main([feed.url, "--out", str(out), "--range", "1500", "--reconnect"]) == 0
+        assert main([feed.url, "--out", str(out), "--range", "1500"]) == 0
     targets_in(out.read_bytes(), 0.0, 1500.0)
+    said = capsys.readouterr()
+    assert "close code 1011); trying again in 0.25 s" in said.err and "back after 0." in said.err
+    assert "tried to come back 1 time(s)" in said.out
+
+
+def test_coming_back_is_given_up_after_a_silence() -> None:
+    told: list[str] = []
+    with running(Script([GREETING, batch(0, 30)])) as feed:  # the second connection finds no script
+        fault = ending(feed.url, reconnect=True, patience=0.4, backoff=(0.25,), notice=told.append)
+    assert "ended the feed" in str(fault) and len(feed.queries) == 2
+    assert told == ["the radar ended the feed: without a word (close code 1001); trying again in 0.25 s"]
 
 
 def test_command_saves_all_scans_as_arrays_and_tells_what_is_missing(
@@ -478,7 +491,7 @@ def test_command_fails_with_a_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], script: Script, text: str
 ) -> None:
     with running(script) as feed:
-        assert main([feed.url, "--out", str(tmp_path / "a.png")]) == 1
+        assert main([feed.url, "--out", str(tmp_path / "a.png"), "--no-reconnect"]) == 1
     said = capsys.readouterr().err
     assert text in said and "Traceback" not in said
     assert not (tmp_path / "a.png").exists()
@@ -488,7 +501,8 @@ def test_command_fails_with_a_sentence(
     "wrong",
     [["--scans", "0"], ["--size", "20"], ["--encoding", "u9"], ["--range", "-1"], ["--range", "nan"], ["--range", "inf"],
      ["--bins", "x"],
-     ["--out", "/nowhere/at/all.png"], ["--npz", "/"]],
+     ["--out", "/nowhere/at/all.png"], ["--npz", "/"], ["--out", "a.jpg"], ["--fps", "26"], ["--live", "--out", "a.png"],
+     ["--live", "--scans", "2"]],
 )  # fmt: skip
 def test_command_refuses_wrong_usage_before_it_connects(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:

@@ -4,7 +4,9 @@ import ast
 import asyncio
 import math
 import random
+import time
 from collections.abc import Awaitable, Callable, Iterator
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 
 import radar_service.stream
+from clients.ppi.client import FeedClient
 from radar_service.records import SpokeBlock
 from radar_service.stream import wire
 from radar_service.stream.ahead import RESTART_WINDOW, Deaths
@@ -23,6 +26,8 @@ from radar_service.stream.station import Station
 from radar_service.stream.transmitter import Settings
 from tests.stream.asgi import Closed, Server, Socket, running
 from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene
+from tests.stream.held import Held, held
+from tests.stream.serving import served
 
 FLAT_OUT = Settings(pace=Pace("run", math.inf))
 
@@ -32,12 +37,12 @@ def station(**options: Any) -> Station:
     return Station("0", engine, make, settings=options.pop("settings", FLAT_OUT), **options)
 
 
-def play(test: Callable[[Server], Awaitable[None]], only: Station) -> None:
+def play(test: Callable[[Server], Awaitable[None]], only: Station, seconds: float = 30.0) -> None:
     async def body() -> None:
         async with running(create_app([only])) as server:
             await test(server)
 
-    asyncio.run(asyncio.wait_for(body(), 30))
+    asyncio.run(asyncio.wait_for(body(), seconds))
 
 
 async def covered(feed: Socket, upto: int) -> Iterator[tuple[str, int, int]]:
@@ -151,8 +156,9 @@ def test_a_machine_too_slow_says_so_with_the_factor_and_keeps_order() -> None:
     play(test, station(engine=StallingEngine(clock), settings=Settings(), clock=lambda: clock[0]))
 
 
-def test_scenes_swapped_under_load_each_begin_anew_for_everybody() -> None:
-    swaps = 60
+@pytest.mark.parametrize("swaps", [60, pytest.param(1000, marks=pytest.mark.study)])
+def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: int) -> None:
+    before: list[Held] = []
 
     async def follow(feed: Socket) -> list[str]:
         epochs: list[str] = []
@@ -176,12 +182,17 @@ def test_scenes_swapped_under_load_each_begin_anew_for_everybody() -> None:
             answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": f"scene {k}"}})
             assert answer.status_code == 200
             named.append(answer.json()["epoch"])
+            if k == swaps // 4:
+                before.append(held())
         seen = await asyncio.gather(*followers)
+        after = held()
+        assert after.files <= before[0].files and after.threads <= before[0].threads + 2  # of the engine that takes over
+        assert after.objects < 1.1 * before[0].objects
         for epochs in seen:
             assert len(set(epochs)) == len(epochs) and epochs == seen[0]
             assert [e for e in named if e in epochs] == epochs[1:]  # in order; overtaken ones never began
 
-    play(test, station())
+    play(test, station(), seconds=30 + swaps / 4)
 
 
 def test_who_joins_after_spokes_that_never_came_misses_nothing_else() -> None:
@@ -235,6 +246,84 @@ def test_a_thousand_forced_disconnects_lose_nothing_that_is_held() -> None:
         assert had == list(range(hub.next)) and hub.next > 5000
 
     asyncio.run(asyncio.wait_for(whole(), 20))
+
+
+@pytest.mark.parametrize("breaks", [25, pytest.param(1000, marks=pytest.mark.study)])
+def test_lines_that_are_cut_again_and_again_cost_no_spoke(breaks: int) -> None:
+    """The Python client over real sockets, each cut without a word at a random moment."""
+    dice, only = random.Random(6), station(settings=Settings(pace=Pace(factor=100)))
+
+    async def follow(url: str) -> tuple[list[int], FeedClient]:
+        client, numbers = FeedClient(url, encoding="u8-log", reconnect=True, backoff=(0.0,), timeout=20), list[int]()
+        cuts = 0
+        async with client:
+            async for spoke in client.spokes():
+                numbers.append(spoke.number)
+                if client.reconnections == breaks:
+                    return numbers, client
+                if client.reconnections == cuts and not dice.randrange(12) and client._socket is not None:
+                    client._socket.transport.abort()
+                    cuts += 1
+        raise AssertionError
+
+    with served(create_app([only]), [only]) as (host, port):
+        numbers, client = asyncio.run(asyncio.wait_for(follow(f"ws://{host}:{port}"), 30 + breaks / 4))
+    assert numbers == list(range(numbers[0], numbers[-1] + 1)) and len(numbers) > 3 * breaks
+    assert client.ledger.lost == 0 and client.ledger.epochs == 1
+    print(f"\n{client.reconnections} returns, {len(numbers)} spokes, none lost")
+
+
+def test_a_clock_that_jumps_disturbs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The time of day goes back and forth by a year with every look at it; spokes come in order and at their pace."""
+    looks = 0
+
+    def jumping() -> float:
+        nonlocal looks
+        looks += 1
+        return 1.7e9 + (-1) ** looks * 3.2e7
+
+    class Jumping(datetime):
+        @classmethod
+        def now(cls, tz: Any = None) -> "Jumping":
+            return cls.fromtimestamp(jumping(), tz)
+
+    monkeypatch.setattr("time.time", jumping)
+    monkeypatch.setattr("radar_service.stream.messages.datetime", Jumping)
+    only = station(settings=Settings(pace=Pace(factor=20)))
+
+    async def test(server: Server) -> None:
+        feed, began = await server.feed("?encoding=u8-log"), time.monotonic()
+        spans = list(await covered(feed, 8 * AZIMUTHS))
+        lasted = time.monotonic() - began
+        assert all(a[2] == b[1] and a[0] == "spokes" for a, b in zip(spans, spans[1:], strict=False))
+        due = (8 * AZIMUTHS - spans[0][1]) * only.engine.scene.radar.spoke_period / 20
+        assert lasted > due - 0.1  # s: a message more or less; a busy machine may make it longer, and then says so
+        assert only.transmitter.schedule.slips == 0 or only.state() == "behind"
+
+    play(test, only)
+    assert looks > 0
+
+
+@pytest.mark.parametrize("factor", [1e-12, 5e-324])
+def test_a_pace_too_slow_to_wait_for_can_be_taken_back(factor: float) -> None:
+    """At 1e-12 the next spoke is due in 1e11 s, at 5e-324 never; neither is a time that a thread can be told to wait."""
+
+    async def test(server: Server) -> None:
+        feed = await server.feed("?encoding=u8-log")
+        begun = list(await covered(feed, 5))
+        for pace in ({"factor": factor}, {"factor": 1000}):
+            before = only.transmitter.sent
+            answer = await server.http.patch("/api/radars/0/controls", json={"pace": pace})
+            assert answer.status_code == 200
+            while only.transmitter.sent == before:  # the first spoke goes at once, and the second is waited for
+                await asyncio.sleep(0)
+        spans = begun + list(await covered(feed, begun[-1][2] + 2 * AZIMUTHS))
+        assert all(a[2] == b[1] for a, b in zip(spans, spans[1:], strict=False))
+        health = (await server.http.get("/api/health")).json()["radars"][0]
+        assert health["restarts"] == 0 and health["fault"] is None
+
+    only = station(settings=Settings(pace=Pace(factor=100)))
+    play(test, only)
 
 
 def test_pacing_knows_no_wall_clock() -> None:

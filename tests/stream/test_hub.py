@@ -9,7 +9,7 @@ import pytest
 from radar_service.stream import hub as hub_module
 from radar_service.stream import wire
 from radar_service.stream.hub import MAX_VIEWS, Batch, Hub, Refused
-from radar_service.stream.mailbox import MAILBOX_NOTICES, TOO_SLOW, Client, View, gap
+from radar_service.stream.mailbox import MAILBOX_NOTICES, TOO_SLOW, Client, Item, View, gap
 
 U8 = View("u8")
 
@@ -362,3 +362,58 @@ def test_closing_says_bye_to_everybody() -> None:
         await client.over()
 
     run(test())
+
+
+def test_who_has_lost_something_keeps_only_the_newest_until_it_has_caught_up() -> None:
+    """Batches of 32 KiB: 64 of them fit; after a loss two do, which are 64 KiB."""
+
+    async def whole() -> None:
+        client, large = Client(View("u8")), bytes(32 * 1024)
+        for k in range(64):
+            client.put(Item(large, "e", k, 1, True))
+        assert client.lost == 0
+        client.put(Item(large, "e", 64, 1, True))
+        assert [(item.first, item.count) for item in client._queue] == [(0, 63), (63, 1), (64, 1)]
+        assert client.lost == 63 and client.gaps == 1
+        await client.get()
+        client.put(Item(large, "e", 65, 1, True))
+        assert client.lost == 64  # it reads, but is still behind
+        while client._queue:
+            await client.get()
+        for k in range(66, 66 + 64):
+            client.put(Item(large, "e", k, 1, True))
+        assert client.lost == 64 and client._bytes == 64 * len(large)
+
+    asyncio.run(whole())
+
+
+def test_a_message_goes_straight_to_a_client_that_waits_and_else_keeps_its_place() -> None:
+    async def whole() -> None:
+        client, written, room = Client(View("u8")), list[bytes](), True
+
+        def write(frame: bytes) -> bool:
+            written.extend([frame] if room else [])
+            return room
+
+        client.write = write
+        items = [Item(bytes([k]), "e", k, 1, True) for k in range(7)]
+        client.put(items[0])  # nobody waits yet
+        assert await client.get() == items[0] and not written
+        waiting = asyncio.ensure_future(client.get())
+        await asyncio.sleep(0)
+        client.put(items[1])
+        client.put(items[2])
+        assert written == [item.frame for item in items[1:3]] and not waiting.done()
+        room = False
+        client.put(items[3])  # wakes who waits
+        room = True
+        client.put(items[4])  # not ahead of that one
+        assert await waiting == items[3] and await client.get() == items[4]
+        client.put(items[5])  # who waited has gone
+        assert await client.get() == items[5] and len(written) == 2
+        assert (client.delivered, client.bytes, client.lost) == (6, 6, 0)
+        client.end(b"bye")
+        client.put(items[6])
+        assert (await client.get() or items[6]).data == b"bye" and await client.get() is None and len(written) == 2
+
+    run(whole())

@@ -14,7 +14,8 @@ def test_a_message_holds_ten_to_twenty_milliseconds() -> None:
         spokes = batch_spokes(factor, PERIOD)
         assert spokes == 1 or 0.010 <= spokes * PERIOD / factor <= 0.020
     assert batch_spokes(1.0, PERIOD) == 4 and batch_spokes(1.0, 1.0) == 1
-    assert batch_spokes(1e5, PERIOD) == batch_spokes(math.inf, PERIOD) == BATCH_SPOKES
+    assert batch_spokes(1e5, PERIOD) == batch_spokes(1.7e308, PERIOD) == batch_spokes(math.inf, PERIOD) == BATCH_SPOKES
+    assert batch_spokes(5e-324, PERIOD) == 1
 
 
 def test_spokes_are_due_in_step_with_the_wall_clock() -> None:

@@ -1,0 +1,133 @@
+"""The command line of `python -m clients.ppi`."""
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from clients.ppi.client import TIMEOUT
+from radar_service.display.film import MAX_FPS, ffmpeg
+from radar_service.display.picture import MAX_SIZE, MIN_SIZE
+from radar_service.stream import wire
+
+PICTURE, FILMS = ".png", (".gif", ".mp4")
+PICTURE_SIZE, FILM_SIZE = 900, 480  # pixels; a revolution of the latter is about 3 MB of GIF
+
+
+def options(arguments: list[str] | None) -> argparse.Namespace:
+    """The options, with what they leave open filled in. Exits with status 2 where they make no sense."""
+    p = parser()
+    found = p.parse_args(arguments)
+    if found.live and (found.out or found.npz or found.scans):
+        p.error("--live shows the radar until it is ended and writes nothing; leave out --out, --npz and --scans")
+    found.out = found.out or Path("ppi.png")
+    found.scans = found.scans or 1
+    found.kind = found.out.suffix.lower()
+    found.size = found.size or (FILM_SIZE if found.kind in FILMS else PICTURE_SIZE)
+    return found
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    p = argparse.ArgumentParser(
+        prog="python -m clients.ppi", description="Receive a radar: its picture, a film of it, its data, or a live view."
+    )
+    p.add_argument("url", help="feed, e.g. ws://127.0.0.1:8000/api/radars/0/feed; ws://HOST:PORT is radar 0")
+    _add_output(p)
+    _add_picture(p)
+    _add_feed(p)
+    return p
+
+
+def _add_output(p: argparse.ArgumentParser) -> None:
+    p.add_argument("--scans", type=_whole(1, 100_000), metavar="N", help="revolutions to receive (default 1)")
+    p.add_argument(
+        "--out", type=_picture, metavar="FILE",
+        help="x.png: the last of them (default ppi.png); x.gif, x.mp4 (with ffmpeg): a film of all of them",
+    )  # fmt: skip
+    p.add_argument("--npz", type=_writable, metavar="FILE", help="all of them as numpy arrays as well")
+    p.add_argument("--live", action="store_true", help="show the radar in this terminal; q ends it")
+
+
+def _add_picture(p: argparse.ArgumentParser) -> None:
+    p.add_argument(
+        "--size", type=_whole(MIN_SIZE, MAX_SIZE), metavar="PIXELS",
+        help=f"of a file (default {PICTURE_SIZE}, of a film {FILM_SIZE})",
+    )  # fmt: skip
+    p.add_argument(
+        "--fps", type=_whole(1, MAX_FPS), default=10, help="of a film, which runs by the radar's time (default 10)"
+    )
+    p.add_argument("--range", type=_positive, metavar="M", help="radius of the picture (default: all that comes)")
+    p.add_argument("--head-up", action="store_true", help="the bow at the top (default: north)")
+    p.add_argument(
+        "--dynamic-range-db", type=_positive, default=60.0, metavar="DB", help="of a picture that is not u8 (default 60)"
+    )
+
+
+def _add_feed(p: argparse.ArgumentParser) -> None:
+    p.add_argument(
+        "--encoding", choices=list(wire.DTYPES), default="u8", help="u8 is the display's video, the others are untouched"
+    )
+    p.add_argument("--bins", type=_whole(1, 65_536), help="range bins per spoke (default: every cell)")
+    p.add_argument(
+        "--mode", choices=["live", "lossless"], default="live", help="lossless: the simulation waits for this client"
+    )
+    p.add_argument(
+        "--timeout", type=_positive, default=TIMEOUT, metavar="S", help=f"give up after this silence (default {TIMEOUT:g})"
+    )
+    p.add_argument("--token-file", type=_first_line, metavar="FILE", help="a file with the token that the service wants")
+    p.add_argument(
+        "--reconnect",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="come back after a break and go on (default)",
+    )
+
+
+def _whole(low: int, high: int) -> Any:
+    def number(text: str) -> int:
+        if not (text.isdecimal() and low <= int(text) <= high):
+            raise argparse.ArgumentTypeError(f"{text}: a whole number from {low} to {high} is wanted")
+        return int(text)
+
+    return number
+
+
+def _positive(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}: a number above 0 is wanted")
+    return number
+
+
+def _first_line(text: str) -> str:
+    try:
+        return (Path(text).read_text().splitlines() or [""])[0].strip()
+    except (OSError, ValueError) as fault:
+        raise argparse.ArgumentTypeError(f"{text}: cannot be read ({fault})") from None
+
+
+def _picture(text: str) -> Path:
+    path = _writable(text)
+    if path.suffix.lower() not in (PICTURE, *FILMS):
+        raise argparse.ArgumentTypeError(
+            f"{text}: a picture is .png, a film .gif or .mp4 (arrays are written by --npz); give one of these endings"
+        )
+    if path.suffix.lower() == ".mp4":
+        try:
+            ffmpeg()  # said now, not after a minute of receiving
+        except OSError as fault:
+            raise argparse.ArgumentTypeError(f"{text}: {fault}") from None
+    return path
+
+
+def _writable(text: str) -> Path:
+    path = Path(text)
+    if path.is_dir() or not path.absolute().parent.is_dir():  # said now, as well
+        raise argparse.ArgumentTypeError(
+            f"{text}: not a file in a folder that exists; give another or make the folder first"
+        )
+    return path

@@ -1,0 +1,100 @@
+"""The PPI as it is now, small enough for a terminal: kept up to date by the feed's messages, drawn on demand."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from clients.ppi.film import faded
+from clients.ppi.scans import bright_cells, empty_ppi
+from radar_service.display.picture import HEADING, RING, UNSEEN, colour_map, distance_label, ring_step
+from radar_service.display.ppi import Ppi, scan_convert
+from radar_service.stream import wire
+
+Bytes = NDArray[np.uint8]
+
+
+class Scope:
+    """What has been seen of the running epoch. range [m]: of the picture, None as far as the radar reaches."""
+
+    def __init__(self, dynamic_range_db: float = 60.0, range: float | None = None, head_up: bool = False) -> None:
+        self.ppi: Ppi | None = None
+        self.hello: dict[str, Any] = {}
+        self.scan, self.heading = 0, 0.0
+        self._dynamic_range_db, self._range, self._head_up = dynamic_range_db, range, head_up
+
+    def take(self, message: dict[str, Any]) -> None:
+        """Use a message. Raises FeedError for too large a radar; ValueError, TypeError, LookupError for nonsense."""
+        if message["type"] == "hello" and message["epoch"] != self.hello.get("epoch"):
+            self.hello, self.ppi = message, empty_ppi(message)
+        elif message["type"] == "spokes" and self.ppi is not None:
+            offset = np.asarray(message.get("row_first", range(message["count"])), dtype=np.int64)
+            self.ppi.add(message["index"] + offset, wire.samples(message), message["first"] + offset)
+            self.scan = int(message["scan"])
+            self.heading = float(wire.radians_from_turn(message["heading"])[-1]) if len(offset) else self.heading
+
+    @property
+    def caption(self) -> str:
+        """What is shown, in a line."""
+        if self.ppi is None:
+            return "no radar yet"
+        up = "head up" if self._head_up else "north up"
+        return (
+            f"{self.hello['scene']['name']}, {self.hello['radar']['name']}: range {distance_label(self._radius(self.ppi))}, "
+            f"rings {distance_label(ring_step(self._radius(self.ppi)))}, {up}, "
+            f"heading {math.degrees(self.heading) % 360.0:05.1f}\N{DEGREE SIGN}, scan {self.scan}"
+        )
+
+    def image(self, size: int) -> Bytes:
+        """The picture (size, size, 3): echoes that fade for a revolution, range rings, heading line, grey where none came."""
+        if self.ppi is None:
+            return np.zeros((size, size, 3), dtype=np.uint8)
+        up = round(math.degrees(self.heading)) * math.pi / 180.0 if self._head_up else 0.0  # whole degrees: maps are kept
+        radius = self._radius(self.ppi)
+        mode = "peak" if 2.0 * radius / size > self.ppi.range_step else "bilinear"
+        bright = faded(
+            bright_cells(self.ppi, self.hello["encoding"], self._dynamic_range_db),
+            np.maximum(self.ppi.age, 0) / len(self.ppi.number),
+        )
+        shown = scan_convert(bright, self.ppi.range_first, self.ppi.range_step, size, radius, up, mode)  # type: ignore[arg-type]
+        image = colour_map()[np.rint(shown).astype(np.uint8)]
+        self._annotate(image, radius, up)
+        return image
+
+    def _radius(self, ppi: Ppi) -> float:
+        return self._range or ppi.range_end
+
+    def _annotate(self, image: Bytes, radius: float, up: float) -> None:
+        """Paint over the picture what is no echo; rings and lines never hide a brighter echo."""
+        assert self.ppi is not None
+        size, rows = len(image), len(self.ppi.number)
+        offset = (np.arange(size) + 0.5 - size / 2.0) * (2.0 * radius / size)
+        distance, bearing = np.hypot(offset[:, None], offset), np.arctan2(offset, -offset[:, None]) + up
+        row = np.rint(bearing * (rows / (2.0 * math.pi))).astype(np.int64) % rows
+        image[~self.ppi.filled[row]] = UNSEEN
+        ring = np.abs((distance / ring_step(radius) + 0.5) % 1.0 - 0.5) * ring_step(radius) < radius / size
+        image[ring] = np.maximum(image[ring], np.array(RING, dtype=np.uint8) // 2)
+        astern = np.cos(bearing - self.heading) < 0
+        bow = (np.abs(distance * np.sin(bearing - self.heading)) < radius / size) & ~astern
+        image[bow] = np.maximum(image[bow], np.array(HEADING, dtype=np.uint8) // 3)
+        image[distance > radius] = 0
+
+
+def half_blocks(image: Bytes) -> list[str]:
+    """The lines of text that show an image (H, W, 3) in 24-bit colour, two pixels to a character, one above the other."""
+    if len(image) % 2:
+        image = np.concatenate([image, np.zeros_like(image[:1])])
+    return [_line(image[k], image[k + 1]) for k in range(0, len(image), 2)]
+
+
+def _line(upper: Bytes, lower: Bytes) -> str:
+    colours = np.concatenate([upper, lower], axis=1)
+    begins = np.flatnonzero(np.any(colours != np.roll(colours, 1, axis=0), axis=1))
+    begins = np.union1d(begins, [0])
+    ends = np.append(begins[1:], len(colours))
+    runs = (
+        f"\x1b[38;2;{';'.join(map(str, colours[a, :3]))};48;2;{';'.join(map(str, colours[a, 3:]))}m" + "\u2580" * (b - a)
+        for a, b in zip(begins, ends, strict=True)
+    )
+    return "".join(runs) + "\x1b[0m"

@@ -1,0 +1,130 @@
+"""A terminal for a program under test: a pseudo-terminal, and what would be on its screen."""
+
+import fcntl
+import os
+import pty
+import re
+import select
+import struct
+import subprocess
+import sys
+import termios
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+PATIENCE = 20.0  # s, for what should take about one
+TOKEN = re.compile(r"\x1b\[([?0-9;]*)([A-Za-z])|([^\x1b])", re.S)
+HOME = b"\x1b[1;1H"  # where every picture of the live view begins
+ON_TERMINAL = """
+import fcntl, runpy, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # so that Ctrl-C is a signal
+sys.argv.pop(0)
+runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+"""
+Cell = tuple[str, tuple[int, ...], tuple[int, ...]]  # character, its colour, that behind it
+
+
+class Terminal:
+    """Runs a Python module on a terminal of so many columns and lines. written: all bytes that it wrote."""
+
+    def __init__(self, module: str, *arguments: str, columns: int = 60, lines: int = 20) -> None:
+        self._ours, self._theirs = pty.openpty()
+        self.resize(columns, lines)
+        self.before = termios.tcgetattr(self._theirs)
+        self.written = b""
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", ON_TERMINAL, module, *arguments], stdin=self._theirs, stdout=self._theirs,
+            stderr=self._theirs, cwd=Path(__file__).parents[2], start_new_session=True,
+            env={key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES")},
+        )  # fmt: skip
+
+    def resize(self, columns: int, lines: int) -> None:
+        """Make the window another size."""
+        self.size = (columns, lines)
+        fcntl.ioctl(self._theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
+
+    def type(self, keys: bytes) -> None:
+        """Press keys."""
+        os.write(self._ours, keys)
+
+    def until(self, seen: Callable[[], bool]) -> None:
+        """Let the program write until something is seen."""
+        end = time.monotonic() + PATIENCE
+        while not seen():
+            assert time.monotonic() < end, (self.written[-500:], self.process.poll())
+            if select.select([self._ours], [], [], 0.05)[0]:
+                self.written += os.read(self._ours, 65536)
+
+    def ended(self) -> int:
+        """Let the program end; its exit status."""
+        self.until(lambda: self.process.poll() is not None)
+        while select.select([self._ours], [], [], 0)[0]:
+            self.written += os.read(self._ours, 65536)
+        return self.process.returncode
+
+    def is_as_before(self) -> bool:
+        """Whether the terminal echoes and waits for returns as it did at first."""
+        return termios.tcgetattr(self._theirs) == self.before
+
+    def close(self) -> None:
+        """End what still runs."""
+        self.process.kill()
+        self.process.wait()
+        os.close(self._ours)
+        os.close(self._theirs)
+
+    def screen(self) -> "Screen":
+        """The last whole picture on the screen."""
+        screen = Screen(*self.size)
+        end = self.written.rfind(HOME)  # all before is whole
+        screen.write(self.written[self.written.rfind(HOME, 0, max(0, end)) : end])
+        return screen
+
+
+class Screen:
+    """Enough of a terminal to read it: cursor addresses, 24-bit colours, erasing to the end of a line."""
+
+    def __init__(self, columns: int, lines: int) -> None:
+        self.cells: list[list[Cell]] = [[(" ", (), ())] * columns for _ in range(lines)]
+        self._at, self._front, self._back = (0, 0), tuple[int, ...](), tuple[int, ...]()
+
+    def write(self, data: bytes) -> None:
+        """Take what a program writes; what lies beyond an edge is lost, as while the program has not heard of a new size."""
+        for found in TOKEN.finditer(data.decode("utf-8", "ignore")):
+            if found[3] is None:
+                self._command(found[2], found[1])
+            elif found[3].isprintable():
+                line, column = self._at
+                if line < len(self.cells) and column < len(self.cells[line]):
+                    self.cells[line][column] = (found[3], self._front, self._back)
+                self._at = (line, column + 1)
+
+    def _command(self, letter: str, arguments: str) -> None:
+        if letter == "H":
+            line, column = (int(number) for number in arguments.split(";"))
+            self._at = (line - 1, column - 1)
+        elif letter == "K" and self._at[0] < len(self.cells):
+            row = self.cells[self._at[0]]
+            row[self._at[1] :] = [(" ", (), ())] * (len(row) - self._at[1])
+        elif letter == "m" and arguments == "0":
+            self._front = self._back = ()
+        elif letter == "m":
+            numbers = [int(number) for number in arguments.split(";")]
+            self._front, self._back = tuple(numbers[2:5]), tuple(numbers[7:10])
+
+    def text(self, line: int) -> str:
+        """The characters of a line."""
+        return "".join(cell[0] for cell in self.cells[line]).rstrip()
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """The picture (2 lines, columns, 3) of half blocks, black where there are none."""
+        image = np.zeros((2 * len(self.cells), len(self.cells[0]), 3), dtype=np.uint8)
+        for k, row in enumerate(self.cells):
+            for n, (character, front, back) in enumerate(row):
+                if character == "\u2580":
+                    image[2 * k, n], image[2 * k + 1, n] = front, back
+        return image
