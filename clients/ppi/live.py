@@ -134,10 +134,14 @@ def _ended_by_user(stop: Callable[[], None]) -> Iterator[None]:
             loop.remove_signal_handler(number)
         if keys is not None and before is not None:
             loop.remove_reader(keys)
-            termios.tcsetattr(keys, termios.TCSANOW, before)
+            with contextlib.suppress(termios.error):  # the terminal is gone
+                termios.tcsetattr(keys, termios.TCSANOW, before)
 
 
 def _key(keys: int, stop: Callable[[], None]) -> None:
-    pressed = os.read(keys, 64)
-    if not pressed or b"q" in pressed.lower():  # nothing: the terminal is gone
+    try:
+        pressed = os.read(keys, 64)
+    except OSError:  # the terminal is gone
+        pressed = b""
+    if not pressed or b"q" in pressed.lower():
         stop()

@@ -21,7 +21,7 @@ class Fluctuation:
     def __init__(self, bodies: Sequence[Body], key: Indices, azimuths: int, seed: int) -> None:
         self._case = np.array([body.swerling for body in bodies], dtype=np.int64)
         self._key, self._azimuths, self._seed = key, azimuths, seed
-        self._draw = lru_cache(maxsize=64 + 4 * len(bodies))(self._drawn)
+        self._draw = lru_cache(maxsize=16 * max(1, len(bodies)))(self._drawn)
 
     def apply(self, weight: NDArray[np.float32], number: Indices, azimuth: Floats, body: Indices) -> None:
         """Multiplies weights (E, K) of echoes at `azimuth` (E,) [rad] on `body` (E,) by their amplitude factors at azimuths

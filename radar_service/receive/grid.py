@@ -140,4 +140,5 @@ def _lay_group(
     series[:, 0] = amplitude
     for power in range(1, terms):
         np.multiply(series[:, power - 1], drift / np.float32(power), out=series[:, power])
-    return np.ascontiguousarray(weights @ series.reshape(count * terms, -1).view(np.float32)).view(np.complex64)
+    laid = weights @ series.reshape(count * terms, amplitude.shape[1]).view(np.float32)
+    return np.ascontiguousarray(laid).view(np.complex64)

@@ -25,19 +25,23 @@ fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # so that Ctrl-C is a signal
 sys.argv.pop(0)
 runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
 """
+ON_ANOTHER = ON_TERMINAL.replace("fcntl.ioctl", "# fcntl.ioctl")
 Cell = tuple[str, tuple[int, ...], tuple[int, ...]]  # character, its colour, that behind it
 
 
 class Terminal:
-    """Runs a Python module on a terminal of so many columns and lines. written: all bytes that it wrote."""
+    """Runs a Python module on a terminal of so many columns and lines, which sends it signals if it is the controlling one.
 
-    def __init__(self, module: str, *arguments: str, columns: int = 60, lines: int = 20) -> None:
+    written: all bytes that it wrote.
+    """
+
+    def __init__(self, module: str, *arguments: str, columns: int = 60, lines: int = 20, controlling: bool = True) -> None:
         self._ours, self._theirs = pty.openpty()
         self.resize(columns, lines)
         self.before = termios.tcgetattr(self._theirs)
         self.written = b""
         self.process = subprocess.Popen(
-            [sys.executable, "-c", ON_TERMINAL, module, *arguments], stdin=self._theirs, stdout=self._theirs,
+            [sys.executable, "-c", ON_TERMINAL if controlling else ON_ANOTHER, module, *arguments], stdin=self._theirs, stdout=self._theirs,
             stderr=self._theirs, cwd=Path(__file__).parents[2], start_new_session=True,
             env={key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES")},
         )  # fmt: skip
@@ -70,12 +74,18 @@ class Terminal:
         """Whether the terminal echoes and waits for returns as it did at first."""
         return termios.tcgetattr(self._theirs) == self.before
 
+    def vanish(self) -> None:
+        """Close the window under the program."""
+        if self._ours >= 0:
+            os.close(self._ours)
+            os.close(self._theirs)
+        self._ours = self._theirs = -1
+
     def close(self) -> None:
         """End what still runs."""
         self.process.kill()
         self.process.wait()
-        os.close(self._ours)
-        os.close(self._theirs)
+        self.vanish()
 
     def screen(self) -> "Screen":
         """The last whole picture on the screen."""

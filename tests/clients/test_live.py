@@ -121,3 +121,17 @@ def test_live_leaves_the_terminal_as_it_was(script: Script, keys: bytes, status:
             terminal.close()
     after = terminal.written.decode().partition(LEAVE)[2]
     assert said in after and "Traceback" not in after and "\x1b" not in after
+
+
+@pytest.mark.parametrize("controlling", [True, False])
+def test_live_ends_when_its_terminal_is_gone(controlling: bool) -> None:
+    from tests.clients.terminal import PATIENCE, Terminal
+
+    with running(Script([GREETING, batch(0, 40)], wait=True)) as feed:
+        terminal = Terminal("clients.ppi", feed.url, "--live", controlling=controlling)
+        try:
+            terminal.until(lambda: b"40 spokes came" in terminal.written)
+            terminal.vanish()
+            assert terminal.process.wait(PATIENCE) in (0, 1)
+        finally:
+            terminal.close()
