@@ -40,9 +40,10 @@ class Terminal:
         self.resize(columns, lines)
         self.before = termios.tcgetattr(self._theirs)
         self.written = b""
+        start = ON_TERMINAL if controlling else ON_ANOTHER
         self.process = subprocess.Popen(
-            [sys.executable, "-c", ON_TERMINAL if controlling else ON_ANOTHER, module, *arguments], stdin=self._theirs, stdout=self._theirs,
-            stderr=self._theirs, cwd=Path(__file__).parents[2], start_new_session=True,
+            [sys.executable, "-c", start, module, *arguments], stdin=self._theirs, stdout=self._theirs, stderr=self._theirs,
+            cwd=Path(__file__).parents[2], start_new_session=True,
             env={key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES")},
         )  # fmt: skip
 
