@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.antenna import aperture_beamwidth, one_way_gain
+from radar_service.echo.antenna import aperture_beamwidth, quick_gain
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.ensemble import Reflections, Reflectors, ensemble_of
 from radar_service.echo.held import Held
@@ -207,7 +207,7 @@ class CorrectedChain:
         return distance / self.radar.range_step - 0.5
 
     def _pattern(self, offset: Floats) -> Floats:
-        return one_way_gain(offset, self.radar.beamwidth, self.radar.pattern)
+        return quick_gain(offset, self.radar.beamwidth, self.radar.pattern)
 
 
 def _swept_at_rest(echoes: Echoes, boresight: Floats, pattern: Pattern) -> SweptEchoes:

@@ -42,6 +42,14 @@ def polar_from_map(places: Floats, antenna: Floats, earth_radius: float) -> Pola
     return Polar(np.hypot(distance, z), np.arctan2(east, north), np.arctan2(z, distance), distance)
 
 
+def distances_from_map(places: Floats, antenna: Floats, earth_radius: float) -> tuple[Floats, Floats]:
+    """Ground distance and slant range (...) [m] alone, as from `polar_from_map`."""
+    offset = places - antenna
+    ground2 = offset[..., 0] ** 2 + offset[..., 1] ** 2
+    z = offset[..., 2] - ground2 / (2.0 * earth_radius)
+    return np.sqrt(ground2), np.sqrt(ground2 + z * z)
+
+
 def direction(azimuth: Floats, elevation: Floats) -> Floats:
     """Unit vectors (..., 3) east, north, up for a bearing and an elevation [rad] (corrects seed eq. 6, DESIGN row 8)."""
     level = np.cos(elevation)

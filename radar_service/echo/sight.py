@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import Polar, map_from_body, polar_from_map
+from radar_service.frames import Polar, distances_from_map, map_from_body
 from radar_service.scene.world import Body, Mesh
 from radar_service.trace.visibility import Occluder, Stand, beyond_horizon
 
@@ -55,19 +55,25 @@ class Landscape:
 
         reach: range [m] beyond which nothing counts as seen; movers: whether what moves may stand in between.
         """
-        polar = polar_from_map(place, antenna, self.earth_radius)
-        over = beyond_horizon(polar.distance, place[:, 2], float(antenna[2]), self.earth_radius)
-        seen = np.flatnonzero(~over & (polar.range < reach))
-        if self._still is not None:
-            mine = self._resting[surface.body[seen]]
-            seen = seen[~self._hidden(self._still, STILL, surface, place, antenna, seen, mine)]
-        for key, stand in self._stands(time).items() if movers else ():
-            mine = surface.body[seen] == key
-            if mine.any() or self._movers[key][0].stands_before(stand, antenna, place[seen]):
-                seen = seen[~self._hidden(self._movers[key][0], stand, surface, place, antenna, seen, mine)]
+        distance, slant = distances_from_map(place, antenna, self.earth_radius)
+        over = beyond_horizon(distance, place[:, 2], float(antenna[2]), self.earth_radius)
+        seen = np.flatnonzero(~over & (slant < reach))
+        for occluder, stand, key in self._in_between(surface, time, movers):
+            mine = (self._resting[surface.body] if key is None else surface.body == key)[seen]
+            if mine.any() or occluder.stands_before(stand, antenna, place[seen]):
+                seen = seen[~self._hidden(occluder, stand, surface, place, antenna, seen, mine)]
         visible = np.zeros(len(place), dtype=np.bool_)
         visible[seen] = True
         return visible
+
+    def _in_between(self, surface: Surface, time: float, movers: bool) -> list[tuple[Occluder, Stand, int | None]]:
+        """What may stand before a surface at `time` [s], where, and which body it is (None: all that rests): first all that
+        rests, but before it the mover that all of the surface lies on, which hides most of itself."""
+        resting: list[tuple[Occluder, Stand, int | None]] = [] if self._still is None else [(self._still, STILL, None)]
+        first: list[tuple[Occluder, Stand, int | None]] = []
+        for key, stand in (self._stands(time) if movers else {}).items():
+            (first if (surface.body == key).all() else resting).append((self._movers[key][0], stand, key))
+        return first + resting
 
     @property
     def has_still(self) -> bool:

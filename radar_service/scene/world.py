@@ -176,19 +176,14 @@ class Motion:
             return self._straight(t)
         if self.period is not None:
             t = t % self.period
-        leg = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, self.time.size - 1)
-        after = np.minimum(leg + 1, self.time.size - 1)
-        span = self.time[after] - self.time[leg]
-        steps = self.position[after] - self.position[leg]
-        velocity = np.divide(steps, span[:, None], out=np.zeros_like(steps), where=span[:, None] > 0)
-        velocity[leg == self.time.size - 1] = self.final_velocity
-        velocity[t < self.time[0]] = 0.0
+        leg = np.searchsorted(self.time[1:], t, side="right")
+        velocity = self._leg_velocity[leg]
+        if t.size and t.min() < self.time[0]:
+            velocity[t < self.time[0]] = 0.0
         since = np.maximum(t - self.time[leg], 0.0)
         heading = self.heading[leg]
         if self.turning:
-            turn = (self.heading[after] - heading + np.pi) % (2 * np.pi) - np.pi
-            share = np.divide(since, span, out=np.zeros_like(since), where=span > 0)
-            heading = heading + turn * share
+            heading = heading + self._leg_turn[leg] * since
         made = velocity * since[:, None]
         if self.arcs is not None:
             bent = np.flatnonzero(self.arcs[leg, 2])
@@ -198,6 +193,19 @@ class Motion:
         if self.sway is not None:
             heading = heading + self.sway.angles(np.broadcast_to(time, t.shape))[:, 2]
         return Pose(self.position[leg] + made, velocity, heading % (2 * np.pi))
+
+    @cached_property
+    def _leg_velocity(self) -> Floats:
+        """Velocity (M, 3) [m/s] on the leg that begins at each knot; 0 on one that takes no time."""
+        span, steps = np.diff(self.time)[:, None], np.diff(self.position, axis=0)
+        made = np.divide(steps, span, out=np.zeros_like(steps), where=span > 0)
+        return np.concatenate([made, self.final_velocity[None]])
+
+    @cached_property
+    def _leg_turn(self) -> Floats:
+        """Rate (M,) [rad/s] at which the heading goes the short way round to that of the next knot."""
+        span, turn = np.diff(self.time), (np.diff(self.heading) + np.pi) % (2 * np.pi) - np.pi
+        return np.append(np.divide(turn, span, out=np.zeros_like(turn), where=span > 0), 0.0)
 
     def _straight(self, t: Floats) -> Pose:
         """The state at each t (K,) of a body that knows one leg only: most of them, and most of these at rest."""

@@ -119,5 +119,5 @@ def beyond_horizon(distance: Floats, height: Floats, antenna_height: float, eart
 
 
 def _slack(sight: Floats) -> Floats:
-    length = np.linalg.norm(sight, axis=1)
+    length = np.sqrt(np.einsum("ij,ij->i", sight, sight))  # a third of the time of linalg.norm
     return np.asarray(NEARLY / np.maximum(length, NEARLY) + NEARLY_RELATIVE)
