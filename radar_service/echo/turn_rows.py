@@ -11,8 +11,8 @@ Pattern = Callable[[Floats], Floats]  # offset from boresight [rad] to gain rela
 Weights = NDArray[np.float32]
 Make = Callable[[int, int, int], NDArray[np.generic]]
 
-BLOCK = 16  # rows made together, so that a random generator is set up for many thousands of draws
-TOGETHER = 4  # blocks that are joined to windows together, so that rows are not joined anew for every call
+BLOCK = 32  # rows made together, so that a random generator is set up for many thousands of draws
+TOGETHER = 2  # blocks that are joined to windows together, so that rows are not joined anew for every call
 WINDOWS = 2  # kept, for threads that lag behind
 
 

@@ -80,19 +80,23 @@ class TextureRows:
         time: Floats = np.maximum((scan + row / motion.turn) * motion.rotation_period, 0.0)
         k = np.floor(time / motion.lifetime).astype(np.int64)
         self._fields = {key: field for key, field in self._fields.items() if key[0] >= k[0] - 1}
-        total = np.zeros((stop - start, self._columns), dtype=np.float32)
+        total = np.empty((stop - start, self._columns), dtype=np.float32)
         share = 0.5 * np.pi * (time / motion.lifetime - k)
+        parts = []
         for later, weight in ((0, np.cos(share)), (1, np.sin(share))):
             since = np.asarray((k + later) * motion.lifetime, dtype=np.float64)
             moved = motion.drift(row, since, time)
-            shift = np.rint(moved / motion.range_step).astype(np.int64)
+            begin = np.rint(-moved / motion.range_step).astype(np.int64) % self._size
             fields = {int(each): self._field(int(each) + later, start, stop) for each in np.unique(k)}
-            for j in range(len(row)):
-                _add_rolled(total[j], fields[int(k[j])][j], int(shift[j]), np.float32(weight[j]))
+            rows = [fields[each][j] for j, each in enumerate(k.tolist())]
+            parts.append(zip(rows, begin.tolist(), weight.astype(np.float32), strict=True))
+        for into, (field, first, weight), (later, after, more) in zip(total, *parts, strict=True):
+            np.multiply(field[first : first + self._columns], weight, out=into)
+            into += later[after : after + self._columns] * more
         return total
 
     def _field(self, k: int, start: int, stop: int) -> Reals:
-        """Field k on rows start to stop, (stop - start, size), circular along range."""
+        """Field k on rows start to stop, circular along range and twice round, (stop - start, 2 size)."""
         if (k, start) not in self._fields:
             rng = generator(self._seed, TEXTURE, k, start)
             a = np.exp(-self.motion.range_step / self.motion.length[start:stop, None])
@@ -103,16 +107,8 @@ class TextureRows:
             spectrum[:, 0] *= np.float32(np.sqrt(2.0))  # there the imaginary half of the draw goes unused
             if self._size % 2 == 0:
                 spectrum[:, -1] *= np.float32(np.sqrt(2.0))
-            self._fields[k, start] = scipy.fft.irfft(spectrum, n=self._size, axis=1)
+            self._fields[k, start] = np.tile(scipy.fft.irfft(spectrum, n=self._size, axis=1), 2)
         return self._fields[k, start]
-
-
-def _add_rolled(total: Reals, field: Reals, shift: int, weight: np.float32) -> None:
-    """Adds weight x the circular field, moved out by `shift` bins, to `total`, which is at most as long."""
-    shift %= len(field)
-    head = min(shift, len(total))
-    total[:head] += weight * field[len(field) - shift : len(field) - shift + head]
-    total[head:] += weight * field[: len(total) - head]
 
 
 class TextureTable:

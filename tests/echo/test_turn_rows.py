@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.echo.turn_rows import TOGETHER, TurnRows, beam_weights
+from radar_service.echo.turn_rows import BLOCK, TOGETHER, TurnRows, beam_weights
 
 
 def numbered(turn: int) -> TurnRows:
@@ -11,7 +11,7 @@ def numbered(turn: int) -> TurnRows:
     return TurnRows(turn, lambda scan, start, stop: (scan * turn + np.arange(start, stop, dtype=np.float64))[:, None])
 
 
-@pytest.mark.parametrize("turn", [4, 16, 37, 64])
+@pytest.mark.parametrize("turn", [4, 16, 37, 64, 200])
 def test_any_span_is_there_across_north_and_before_the_start(turn: int) -> None:
     rows = numbered(turn)
     for first in (-3, 0, 5, turn - 1, turn, 3 * turn - 2):
@@ -26,12 +26,13 @@ def test_blocks_are_made_once_while_they_are_in_use_and_never_cross_north() -> N
         asked.append((scan, start, stop))
         return np.zeros((stop - start, 1))
 
-    rows = TurnRows(40, make)
-    for first in range(0, 401, 8):
-        rows.span(first, first + 20)
-    blocks = [(scan, start, min(start + 16, 40)) for scan in range(11) for start in (0, 16, 32)]
+    half = BLOCK // 2
+    rows = TurnRows(5 * half, make)
+    for first in range(0, 50 * half + 1, half):
+        rows.span(first, first + 2 * half + half // 2)
+    blocks = [(scan, start, min(start + BLOCK, 5 * half)) for scan in range(11) for start in (0, BLOCK, 2 * BLOCK)]
     assert asked == blocks[: len(asked)]
-    assert 0 <= len(asked) - 32 < TOGETHER  # row 420 is in the 32nd block
+    assert 0 <= len(asked) - 32 < TOGETHER  # the last row is in the 32nd block
 
 
 def test_weights_are_the_pattern_within_reach() -> None:
