@@ -1,11 +1,12 @@
 """The floor: what a scan asks of the libraries, done again by them alone.
 
 A scan is watched once: every FFT by its shape, every draw of normal numbers by its count, every batch of rays by itself, every
-product with which the beam sums rows of clutter, the echoes laid azimuth by azimuth, and the bytes of the profiles handed
-over. The floor is the time of the same FFTs and products over other numbers, the same draws, the same rays through the same
-trees, and of moving the bytes: one pass over the profiles for each
-time that a scan must touch them (rest added, clutter added, power taken), and one over the grid cells that each laid echo
-must touch at each azimuth, in pieces that stay in the cache.
+product with which the beam sums rows of clutter, every sample of clutter that texture modulates, the echoes laid azimuth by
+azimuth, and the bytes of the profiles handed over. The floor is the time of the same FFTs and products over other numbers,
+the same draws, the same rays through the same trees, and of moving the bytes: one pass over the profiles for each time that a
+scan must touch them (rest added, clutter added, power taken), one over the draws (each has its weight in the spectrum), one
+look-up and one product for each modulated sample, and one pass over the grid cells that each laid echo must touch at each
+azimuth, in pieces that stay in the cache.
 """
 
 import time
@@ -36,6 +37,7 @@ class Work:
     ffts: list[tuple[str, tuple[int, ...], np.dtype[Any], int | None, int]] = field(default_factory=list)
     draws: list[tuple[int, int]] = field(default_factory=list)
     products: list[tuple[int, int, int]] = field(default_factory=list)
+    textures: list[tuple[int, int]] = field(default_factory=list)
     cells: int = 0  # of grids, that echoes were laid on
     rays: list[tuple[Any, NDArray[np.float32], NDArray[np.float32], dict[str, Any]]] = field(default_factory=list)
     profiles: list[tuple[int, int]] = field(default_factory=list)
@@ -54,6 +56,7 @@ def watched(work: Work) -> Iterator[None]:
         for module in (gaussian_spectrum, texture):
             patch.setattr(module, "normals", _noting_normals(work))
         patch.setattr(clutter, "under_beam", _noting_products(work))
+        patch.setattr(texture.TextureTable, "roots", _noting_textures(texture.TextureTable.roots, work))
         patch.setattr(compression, "lay_swept", _noting_laid(work))
         patch.setattr(TriangleScene, "_as_float32", _noting_rays(TriangleScene._as_float32, work))
         yield
@@ -80,6 +83,14 @@ def _noting_products(work: Work) -> Callable[..., Any]:
         summed = under_beam(weights, rows)
         work.products.append((*weights.shape, summed.shape[1]))
         return summed
+
+    return noting
+
+
+def _noting_textures(original: Callable[..., Any], work: Work) -> Callable[..., Any]:
+    def noting(self: texture.TextureTable, gaussian: Any) -> Any:
+        work.textures.append(gaussian.shape)
+        return original(self, gaussian)
 
     return noting
 
@@ -123,7 +134,8 @@ def floor_seconds(work: Work) -> float:
     total += (time.process_time() - start) * share
     start = time.process_time()
     for rows, columns in work.draws:
-        normals(rng, rows, columns)
+        draws = normals(rng, rows, columns)
+        np.multiply(draws, draws, out=draws)
     for scene, origins, directions, _ in work.rays:
         scene.run(origins, directions)
     total += time.process_time() - start
@@ -132,6 +144,15 @@ def floor_seconds(work: Work) -> float:
     for left, right in factors:
         np.matmul(left, right)
     total += (time.process_time() - start) * len(work.products) / max(len(factors), 1)
+    table = np.ones(2**15, np.float32)
+    for shape in set(work.textures):
+        entry = rng.integers(0, len(table), shape)
+        modulation, speckle = np.ones(shape, np.float32), np.ones(shape, np.complex64)
+        start = time.process_time()
+        for _ in range(work.textures.count(shape)):
+            table.take(entry, out=modulation, mode="clip")
+            np.multiply(speckle, modulation, out=speckle)
+        total += time.process_time() - start
     cached, grid = np.ones(CACHED, np.complex64), np.ones(CACHED, np.complex64)
     start = time.process_time()
     for _ in range(work.cells // CACHED):
