@@ -62,8 +62,10 @@ class Sector(NamedTuple):
         near = distance <= self.close + size
         if self.half >= np.pi:
             return np.ones(len(place), dtype=np.bool_)
-        aside = np.arcsin(np.divide(size, distance, out=np.ones_like(distance), where=~near))
-        return np.asarray(near | (ahead >= distance * np.cos(np.minimum(self.half + aside, np.pi))))
+        if np.any(size):
+            aside = np.arcsin(np.divide(size, distance, out=np.ones_like(distance), where=~near))
+            return np.asarray(near | (ahead >= distance * np.cos(np.minimum(self.half + aside, np.pi))))
+        return np.asarray(near | (ahead >= distance * np.cos(self.half)))
 
 
 class Reflectors(Protocol):

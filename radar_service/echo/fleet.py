@@ -28,14 +28,16 @@ class Fleet:
         self._bent = {int(b) for b in self.moving if len(self._motions[b].time) > 1}
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
         self._heading = np.array([m.heading[0] % (2.0 * np.pi) for m in self._motions]).reshape(-1)
-        self._velocity = np.array([m.final_velocity for m in self._motions]).reshape(-1, 3)
-        self._start = np.array([m.time[0] for m in self._motions]).reshape(-1)
+        self._velocity = np.array([self._motions[b].final_velocity for b in self.moving]).reshape(-1, 3)
+        self._start = np.array([self._motions[b].time[0] for b in self.moving])
 
     def stands(self, time: Floats, asked: Indices | None = None) -> Stands:
         """Where bodies stand at each time (K,) [s]: those `asked` for (N,), all by default; the others somewhere."""
-        since = np.maximum(time[:, None] - self._start, 0.0)
-        position = self._position + since[:, :, None] * self._velocity
+        position = np.repeat(self._position[None], len(time), axis=0)
         heading = np.repeat(self._heading[None], len(time), axis=0)
+        if len(self.moving):
+            since = np.maximum(time[:, None] - self._start, 0.0)
+            position[:, self.moving] += since[:, :, None] * self._velocity
         for b in self._bent if asked is None else (b for b in asked if b in self._bent):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
