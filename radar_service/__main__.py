@@ -40,9 +40,6 @@ from radar_service.stream.picture import ppi_png
 from radar_service.stream.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
 from radar_service.stream.station import Station
 from radar_service.stream.transmitter import Settings
-from radar_service.study.chart import chart
-from radar_service.study.stability import STUDIES
-from radar_service.study.stability.report import write_report
 
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
@@ -272,6 +269,9 @@ def run_plan(wanted: argparse.Namespace) -> int:
 
 def run_stability(wanted: argparse.Namespace) -> int:
     """Find where methods fail, with a progress bar on a terminal."""
+    from radar_service.study.stability import STUDIES  # here: it would take a twelfth of every start
+    from radar_service.study.stability.report import write_report
+
     wanted.out.mkdir(parents=True, exist_ok=True)  # said now, not after the studies
     findings = [study(wanted.fine) for study in tqdm(STUDIES, unit="regions", disable=None)]
     write_report(wanted.out, findings)
@@ -281,6 +281,8 @@ def run_stability(wanted: argparse.Namespace) -> int:
 
 def run_chart(wanted: argparse.Namespace) -> int:
     """Measure all methods on a scene, with progress bars on a terminal."""
+    from radar_service.study.chart import chart  # here, as above
+
     if not wanted.out.is_dir():
         raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(wanted.out))
     effort = chart.QUICK if wanted.quick else chart.FULL

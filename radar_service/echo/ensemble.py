@@ -225,8 +225,8 @@ class Ensemble:
         projected area, the others diffuse (constant gamma: sigma = gamma cos(i) A). Zero where not visible."""
         sight = antenna - place
         sight[:, 2] -= (sight[:, 0] ** 2 + sight[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna
-        sight /= np.maximum(np.linalg.norm(sight, axis=1), 1e-9)[:, None]
-        cosine = np.abs(np.einsum("ij,ij->i", sight, normal))  # real meshes are wound either way
+        length = np.sqrt(np.einsum("ij,ij->i", sight, sight))  # a third of the time of linalg.norm
+        cosine = np.abs(np.einsum("ij,ij->i", sight, normal)) / np.maximum(length, 1e-9)  # meshes are wound either way
         cosine[self.triangle[asked] < 0] = 1.0
         facing, body = cosine * self.area[asked] * visible, self.body[asked]
         total = np.bincount(body, facing, minlength=len(self.bodies))

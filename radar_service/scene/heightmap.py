@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RectBivariateSpline
 
 from radar_service.scene.error import SceneError
 from radar_service.scene.geo import Origin, map_from_geographic
@@ -142,6 +141,8 @@ def _mapped(grid: Floats, origin: Origin) -> Floats:
     places = map_from_geographic(coarse[..., 1], coarse[..., 0], origin)
     if coarse.shape == grid.shape:
         return places
+    from scipy.interpolate import RectBivariateSpline  # here: it would take a sixth of every start
+
     every = np.arange(grid.shape[0]), np.arange(grid.shape[1])
     degree = min(3, len(rows) - 1), min(3, len(columns) - 1)
     parts = [RectBivariateSpline(rows, columns, places[..., k], kx=degree[0], ky=degree[1])(*every) for k in range(2)]

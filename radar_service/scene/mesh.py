@@ -9,7 +9,6 @@ import warnings
 from typing import NamedTuple
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from radar_service.scene.error import SceneError
@@ -58,6 +57,8 @@ def mesh_from_bytes(content: bytes, name: str, place: str, scale: float = 1.0, u
 
 def _parse(content: bytes, kind: str, place: str) -> tuple[Floats, Faces]:
     """Vertices (V, 3) and faces (F, 3) of all geometry in the file, placed by the file's own transforms."""
+    import trimesh  # here: it would take a third of every start
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about materials and odd normals, which are not read

@@ -116,10 +116,15 @@ def _add_scenes(router: APIRouter, stations: Mapping[str, Station], shelf: Scene
         openapi_extra={"requestBody": UPLOAD_BODY},
     )  # fmt: skip
     async def upload(request: Request) -> say.SceneAnswer:
-        """Keep a scene on the list, checked; it replaces an earlier upload of its name."""
+        """Keep a scene on the list, checked and planned for the first radar; it replaces an earlier upload of its name."""
         name, scene, kind, files = await _upload(request)
         built = await asyncio.to_thread(shelf.add, name, scene, kind, files)
-        return say.SceneAnswer(name=name, bodies=len(built.bodies), warnings=list(built.warnings))
+        try:
+            plan = await next(iter(stations.values())).plan(built)
+        except ValueError:  # no engine takes it
+            await asyncio.to_thread(shelf.remove, name)
+            raise
+        return say.SceneAnswer(name=name, bodies=len(built.bodies), warnings=list(built.warnings), plan=plan)
 
     @router.delete("/scenes/{name}", status_code=204, responses={**UNKNOWN, **CONFLICT})
     async def remove(name: str) -> None:

@@ -79,13 +79,13 @@ class SceneUpload(Body):
 
 
 class SceneAnswer(BaseModel):
-    """A scene that was taken. epoch: of the feed once it runs, null for one that is only kept."""
+    """A scene that was taken. epoch: of the feed once it runs, null for one that is only kept; plan: what is modelled of it."""
 
     name: str
     bodies: int
     warnings: list[str]
     epoch: str | None = None
-    plan: dict[str, Any] | None = None
+    plan: dict[str, Any]
 
 
 class SceneOffer(BaseModel):

@@ -99,6 +99,11 @@ class Station:
             ahead = await asyncio.to_thread(self._prepare, scene)
             return self.transmitter.follow_with(ahead), ahead.engine
 
+    async def plan(self, scene: Scene) -> dict[str, Any]:
+        """What this radar would model of a scene, in plain data. Whatever the factory raises comes out."""
+        async with self._swapping:
+            return dict((await asyncio.to_thread(self._factory, scene)).plan.as_dict())
+
     async def turn(self, rpm: float) -> tuple[str, Engine]:
         """The same scene at another rate of rotation, as another scene.
 

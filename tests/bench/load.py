@@ -1,7 +1,8 @@
 """Many clients of one feed in a process of their own: python -m tests.bench.load HOST PORT CLIENTS SECONDS STALLED QUERY.
 
 Loopback only. Every message is checked for holes and doubles; lateness is that of its last spoke against the best of the
-run, so that it holds the queueing but not the batch. The stalled ones read nothing until the end, and then all that was
+run, so that it holds the queueing but not the batch. It counts from SETTLING on: the first clients read nothing while the
+others connect. The stalled ones read nothing until the end, and then all that was
 kept for them. Prints a line of JSON.
 """
 
@@ -26,6 +27,7 @@ HEAD = 600  # bytes: a message's fields up to the times of its at most 32 spokes
 PING, PONG = 9, 10
 NOTHING = msgpack.packb({"type": "none"})
 BUFFER = memoryview(bytearray(1 << 20))
+SETTLING = 2.0  # s
 CATCH_UP = 10.0  # s that stalled clients are given to read what was kept for them
 
 
@@ -159,6 +161,7 @@ def main(host: str, port: int, clients: int, seconds: float, stalled: int, query
     assert host == "127.0.0.1" and clients <= MOST_CLIENTS, "loopback only, and bounded"
     deaf = [Listener((host, port), query) for _ in range(stalled)]
     listeners = [Listener((host, port), query) for _ in range(clients - stalled)]
+    followed(listeners, SETTLING)
     late, newest = followed(listeners, seconds)
     late_ms = 1000 * (np.array(late) - min(late))
     result = {

@@ -119,7 +119,7 @@ WORDS = {
     "schedule_p99_ms": "schedule p99 [ms]", "slips": "slips", "mib_each": "MiB each", "stale_mb": "stale MB",
     "stalled_holes": "unannounced to the stalled", "stalled_lost": "lost by a stalled one",
 }  # fmt: skip
-MORE = ("p50_ms", "max_ms", "cores", "schedule_p99_ms", "stalled_lost")
+MORE = ("p50_ms", "max_ms", "cores", "schedule_p99_ms", "slips", "stalled_lost")
 
 
 def main() -> int:

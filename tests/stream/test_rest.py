@@ -195,6 +195,9 @@ def test_a_scene_that_the_engine_refuses_is_refused_with_its_words() -> None:
         answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "x"}})
         assert answer.status_code == 422
         assert answer.json() == {"detail": ["body[0].mesh: too fine", "body[1].mesh: too coarse"]}
+        answer = await server.http.post("/api/scenes", json={"name": "kept", "scene": {"name": "x"}})
+        assert answer.status_code == 422 and len(answer.json()["detail"]) == 2
+        assert "kept" not in {offer["name"] for offer in (await server.http.get("/api/scenes")).json()}
 
     play(test, station(make=refuse))
 
@@ -206,6 +209,7 @@ def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
     async def test(server: Server) -> None:
         answer = await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": "my own"}})
         assert answer.status_code == 201 and answer.json()["name"] == "mine"
+        assert answer.json()["plan"] == (await server.http.get("/api/radars/0")).json()["plan"]  # of the same kind of engine
         listed = {offer["name"]: offer for offer in (await server.http.get("/api/scenes")).json()}
         assert listed["mine"]["title"] == "my own" and listed["mine"]["origin"] == "uploaded"
         assert listed["local"]["title"] == "from a folder" and listed["local"]["origin"] == "folder"

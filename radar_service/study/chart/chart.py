@@ -27,6 +27,9 @@ from radar_service.study.chart.twin import twin_error_db
 
 Floats = NDArray[np.float64]
 Result = TypeVar("Result")
+SURE = 0.05 * np.log(10.0) / 10.0  # 0.05 dB
+FINER = 3  # times the lattice of a target is made finer
+FAINTEST = 1e-300  # W
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,7 @@ def _power(scene: Scene, seed: int, effort: Effort, bar: bool) -> tuple[list[Poi
     if not scene.bodies:
         return [], {}
     windows = windows_of(scene, all_echoes(scene, seed + 1), effort.targets)
-    truth, coarse = _with_bar("reference", 2 * len(windows), bar, lambda done: _truth(scene, windows, effort.lattice, done))
+    truth, coarse = _with_bar("reference", len(windows), bar, lambda done: _truth(scene, windows, effort.lattice, done))
     seen = np.flatnonzero((truth > 0.0) & (coarse > 0.0))
     if not len(seen):
         return [], {}
@@ -139,12 +142,17 @@ def _power(scene: Scene, seed: int, effort: Effort, bar: bool) -> tuple[list[Poi
 def _truth(
     scene: Scene, windows: list[Window], lattice: tuple[int, int], done: Callable[[], object]
 ) -> tuple[Floats, Floats]:
-    """Mean power (T,) [W] of each window from a lattice of rays, and from one half as fine, which says how sure it is."""
+    """Mean power (T,) [W] of each window from a lattice of rays, and from one half as fine, which says how sure it is: it is
+    made finer until they differ by at most SURE, up to FINER times."""
     twin, found = SurfaceTwin(scene), np.zeros((2, len(windows)))
     for k, window in enumerate(windows):
-        for coarse in (0, 1):
-            found[coarse, k] = twin.power(window, lattice[0] >> coarse, lattice[1] >> coarse)
-            done()
+        coarse, fine = (twin.power(window, lattice[0] >> step, lattice[1] >> step) for step in (1, 0))
+        for step in range(1, FINER + 1):
+            if abs(np.log(max(fine, FAINTEST) / max(coarse, FAINTEST))) <= SURE:
+                break
+            coarse, fine = fine, twin.power(window, lattice[0] << step, lattice[1] << step)
+        found[:, k] = fine, coarse
+        done()
     return found[0], found[1]
 
 
