@@ -4,6 +4,7 @@ import argparse
 import asyncio
 import contextlib
 import errno
+import gc
 import json
 import math
 import os
@@ -179,6 +180,8 @@ def run_serve(wanted: argparse.Namespace) -> int:
     if wanted.exit_when_failed:
         for station in stations:
             station.failed = server.give_up
+    gc.collect()
+    gc.freeze()  # what lives as long as the service is not looked through again and again, 50 ms at a time
     with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
         runner.run(server.serve(sockets=[listener]))
     return 0 if server.started and not server.gave_up else 1

@@ -5,6 +5,7 @@ azimuths. It prints its address, and when it ends its processor time and how lat
 """
 
 import asyncio
+import gc
 import json
 import signal
 import sys
@@ -76,6 +77,8 @@ def main(azimuths: int, bins: int, name: str = "") -> None:
     listener = listening_socket("127.0.0.1", 0)
     server = Server(config, [station], lambda: None)
     signal.signal(signal.SIGTERM, lambda *_: None)  # uvicorn stops at it and raises it again, which must not be our end
+    gc.collect()
+    gc.freeze()
     started = time.process_time()
     with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
         runner.run(server.serve(sockets=[listener]))
