@@ -137,7 +137,7 @@ def test_the_report_holds_every_region(tmp_path: Path) -> None:
 
 
 def test_the_command_writes_its_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radar_service.__main__.STUDIES", stability.STUDIES[:1])
+    monkeypatch.setattr(stability, "STUDIES", stability.STUDIES[:1])
     assert main(["stability", "-o", str(tmp_path / "out")]) == 0
     assert "float32 range" in (tmp_path / "out" / "stability.html").read_text()
 
