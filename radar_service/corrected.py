@@ -179,26 +179,27 @@ class CorrectedChain:
     def _laid_moving(self, at: Instants) -> Profiles | None:
         """Rows (K, size) of all that moves and passes, as many azimuths swept together as the fidelity says."""
         step = self.fidelity.swept_together
-        parts = [at.part(first, first + step) for first in range(0, len(at.time), step)]
-        laid = [self._laid_together(part) for part in parts]
-        if all(rows is None for rows in laid):
-            return None
-        silent = [np.zeros((len(part.time), self.compression.size), dtype=np.complex64) for part in parts]
-        return np.concatenate([none if rows is None else rows for rows, none in zip(laid, silent, strict=True)])
+        rows: Profiles | None = None
+        for first in range(0, len(at.time), step):
+            part = at.part(first, first + step)
+            echoes = self._swept_together(part)
+            if not len(echoes.range):
+                continue
+            if rows is None:
+                rows = np.zeros((len(at.time), self.compression.size), dtype=np.complex64)
+            drift = echoes.drift * np.float32(1.0 / self.radar.range_step)
+            self.compression.lay(rows[first : first + step], self._column(echoes.range), drift, echoes.amplitude)
+        return rows
 
-    def _laid_together(self, at: Instants) -> Profiles | None:
-        """Rows (K, size) with every moving echo, and every passing shadow, where it is at its instant."""
+    def _swept_together(self, at: Instants) -> SweptEchoes:
+        """Every moving echo, and every passing shadow, where it is at its instant."""
         parts = []
         if len(self.moving):
             parts += swept_by_interval(self.moving.swept, at, self.radar)
         shadows = self._shadows(int(at.middle // self.moving.interval))
         if len(shadows.range):
             parts.append(_swept_at_rest(shadows, at.boresight, self._pattern))
-        echoes = joined(parts, len(at.time))
-        if not len(echoes.range):
-            return None
-        drift = echoes.drift * np.float32(1.0 / self.radar.range_step)
-        return self.compression.laid(self._column(echoes.range), drift, echoes.amplitude)
+        return joined(parts, len(at.time))
 
     def _shadowed(self, glance: int) -> Echoes:
         return self.resting.shadows(self.landscape, (glance + 0.5) * self.moving.interval)

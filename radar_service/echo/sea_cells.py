@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from radar_service.echo.sea_clutter import wind_factor
 from radar_service.echo.sight import Landscape
-from radar_service.echo.turn_rows import BLOCK, TurnRows
+from radar_service.echo.turn_rows import BLOCK, KnownRows, TurnRows
 from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
@@ -58,19 +58,21 @@ class SeaCells:
         self.count = int(np.ceil(reach / (step * self.bins) - 1e-9))
         middle = (np.arange(self.count, dtype=np.float64) + 0.5) * step * self.bins
         self._place = sea_place(middle, scene.radar.height, landscape.earth_radius)
-        self.rows = TurnRows(rows, self._looked_at)
-        if rests:
-            everything = np.concatenate([self._looked_at(0, j, min(j + BLOCK, rows)) for j in range(0, rows, BLOCK)])
-            self.rows = TurnRows(rows, lambda scan, start, stop: everything[start:stop])
+        self.turn = rows
+        self.rows = KnownRows(self._all_around()) if rests else TurnRows(rows, self._looked_at)
+
+    def _all_around(self) -> Levels:
+        """Levels (rows, cells) of the whole turn, for an antenna at rest."""
+        return np.concatenate([self._looked_at(0, j, min(j + BLOCK, self.turn)) for j in range(0, self.turn, BLOCK)])
 
     def _looked_at(self, scan: int, start: int, stop: int) -> Levels:
         """Levels (stop - start, cells) of some rows as the antenna finds them when it passes the middle one."""
-        azimuth = np.arange(start, stop, dtype=np.float64) * (2.0 * np.pi / self.rows.turn)
+        azimuth = np.arange(start, stop, dtype=np.float64) * (2.0 * np.pi / self.turn)
         radar, wind_from = self.scene.radar, self.scene.environment.wind_from
         factor = wind_factor((azimuth - wind_from)[:, None], self._place.grazing, radar.wavelength)
         seen = np.broadcast_to(self._place.grazing > 0, factor.shape)
         if self.landscape.has_still:
-            time = (scan + 0.5 * (start + stop) / self.rows.turn) * radar.rotation_period
+            time = (scan + 0.5 * (start + stop) / self.turn) * radar.rotation_period
             antenna = self.scene.antenna(max(time, 0.0))[0]
             places = np.zeros((*factor.shape, 3))
             places[..., 0] = antenna[0] + np.sin(azimuth)[:, None] * self._place.distance

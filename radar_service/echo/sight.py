@@ -119,6 +119,10 @@ class Landscape:
         mine: Flags,
     ) -> Flags:
         """Of scatterers `which`, those hidden by this occluder, on which those flagged `mine` lie themselves."""
+        if mine.all():
+            return occluder.hides_own(stand, antenna, place.take(which, axis=0), self._own_triangles(surface, which))
+        if not mine.any():
+            return occluder.hides(stand, antenna, place.take(which, axis=0))
         hidden = np.zeros(len(which), dtype=np.bool_)
         own = self._own_triangles(surface, which[mine])
         hidden[mine] = occluder.hides_own(stand, antenna, place[which[mine]], own)

@@ -1,6 +1,7 @@
 """Rows of a turn: what depends on the bearing, made once in blocks and kept while the beam sweeps over it."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from threading import Lock
 
 import numpy as np
@@ -9,11 +10,20 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Pattern = Callable[[Floats], Floats]  # offset from boresight [rad] to gain relative to it
 Weights = NDArray[np.float32]
-Make = Callable[[int, int, int], NDArray[np.generic]]
+Rows = NDArray[np.generic]
+Make = Callable[[int, int, int], Rows]
 
 BLOCK = 32  # rows made together, so that a random generator is set up for many thousands of draws
-TOGETHER = 2  # blocks that are joined to windows together, so that rows are not joined anew for every call
-WINDOWS = 2  # kept, for threads that lag behind
+CHUNK = 128  # rows that lie in one array, so that few spans need rows of two; whole blocks
+SPARE = 1  # chunks kept beyond those of a span, for threads that lag behind
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Rows (CHUNK, N), fewer at the end of a turn, and which of them begin blocks that are made already."""
+
+    rows: Rows
+    made: set[int]
 
 
 class TurnRows:
@@ -26,39 +36,52 @@ class TurnRows:
 
     def __init__(self, turn: int, make: Make) -> None:
         self.turn, self._make, self._lock = turn, make, Lock()
-        self._blocks = -(-turn // BLOCK)  # per turn
-        self._kept: dict[int, NDArray[np.generic]] = {}
-        self._windows: dict[tuple[int, int], NDArray[np.generic]] = {}
+        self._chunks = -(-turn // CHUNK)  # per turn
+        self._kept: dict[int, Chunk] = {}  # by number, the one used last at the end
 
-    def span(self, first: int, stop: int) -> NDArray[np.generic]:
-        """Rows first to stop (exclusive), (stop - first, N)."""
-        begin, end = self._block_of(first), self._block_of(stop - 1) + 1
-        begin, end = max(begin // TOGETHER * TOGETHER, -self._blocks), -(-end // TOGETHER) * TOGETHER
+    def span(self, first: int, stop: int) -> Rows:
+        """Rows first to stop (exclusive), (stop - first, N); whoever asks must not change them."""
+        numbers = range(self._chunk_of(first), self._chunk_of(stop - 1) + 1)
         with self._lock:
-            window = self._window(begin, end)
-        skipped = first - (begin // self._blocks * self.turn + begin % self._blocks * BLOCK)
-        return window[skipped : skipped + stop - first]
-
-    def _window(self, begin: int, end: int) -> NDArray[np.generic]:
-        """Blocks begin to end (exclusive) as one array."""
-        if (begin, end) not in self._windows:
-            while len(self._windows) >= WINDOWS:
-                del self._windows[next(iter(self._windows))]
-            blocks = [self._block(b, end - begin + TOGETHER) for b in range(begin, end)]
-            self._windows[begin, end] = np.concatenate(blocks)
-        return self._windows[begin, end]
-
-    def _block(self, b: int, room: int) -> NDArray[np.generic]:
-        """Block b, kept among at most `room`, the oldest of which goes first."""
-        if b not in self._kept:
-            while len(self._kept) >= room:
+            parts = [self._part(number, first, stop) for number in numbers]
+            while len(self._kept) > len(numbers) + SPARE:
                 del self._kept[next(iter(self._kept))]
-            scan, start = b // self._blocks, b % self._blocks * BLOCK
-            self._kept[b] = self._make(scan, start, min(start + BLOCK, self.turn))
-        return self._kept[b]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
-    def _block_of(self, row: int) -> int:
-        return row // self.turn * self._blocks + row % self.turn // BLOCK
+    def _part(self, number: int, first: int, stop: int) -> Rows:
+        """Rows first to stop, as far as they lie in the chunk of this number."""
+        scan, start = divmod(number, self._chunks)
+        start *= CHUNK
+        before = scan * self.turn + start  # rows before the chunk since the start
+        length = min(CHUNK, self.turn - start)
+        low, high = max(first - before, 0), min(stop - before, length)
+        chunk = self._kept.pop(number, None)
+        for block in range(low // BLOCK * BLOCK, high, BLOCK):
+            if chunk is None or block not in chunk.made:
+                rows = self._make(scan, start + block, start + min(block + BLOCK, length))
+                chunk = chunk or Chunk(np.empty((length, *rows.shape[1:]), rows.dtype), set())
+                chunk.rows[block : block + len(rows)] = rows
+                chunk.made.add(block)
+        assert chunk is not None  # no part is empty
+        self._kept[number] = chunk
+        return chunk.rows[low:high]
+
+    def _chunk_of(self, row: int) -> int:
+        return row // self.turn * self._chunks + row % self.turn // CHUNK
+
+
+class KnownRows:
+    """Rows that are the same in every revolution, all known: what `TurnRows` is to those that are not."""
+
+    def __init__(self, rows: Rows) -> None:
+        """rows: (turn, N), row 0 looking north."""
+        self.turn, self._twice = len(rows), np.concatenate([rows, rows])
+
+    def span(self, first: int, stop: int) -> Rows:
+        """Rows first to stop (exclusive), (stop - first, N); whoever asks must not change them."""
+        begin = first % self.turn
+        end = begin + stop - first
+        return self._twice[begin:end] if end <= len(self._twice) else self._twice.take(range(begin, end), 0, mode="wrap")
 
 
 class BeamRows:

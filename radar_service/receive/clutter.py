@@ -119,6 +119,7 @@ class Sea:
     """What the sea adds to speckle. mean: (cells, bins of a cell) root of the mean power over directions [sqrt(W)]."""
 
     mean: Reals
+    loudest: Reals  # (cells,) of the mean's, W
     cells: SeaCells
     beam: BeamRows  # over the cells' rows: two-way power
     texture: TurnRows  # Gaussian
@@ -126,7 +127,7 @@ class Sea:
 
     def reach(self, level: Reals, floor: float) -> int:
         """Bins to which any of the levels (K, cells) lifts the mean power above `floor` [W]."""
-        mattering = np.flatnonzero(level.max(axis=0) * self.mean.max(axis=1) ** 2 > floor)
+        mattering = np.flatnonzero(level.max(axis=0) * self.loudest > floor)
         return (int(mattering[-1]) + 1) * self.mean.shape[1] if len(mattering) else 0
 
     def level(self, number: NDArray[np.int64]) -> Reals:
@@ -236,7 +237,7 @@ def _sea_of(
     motion = _texture_motion(scene, turn, float(np.median(shape)))
     texture = TurnRows(turn, TextureRows(motion, columns, seed).make)
     beam = BeamRows(radar.azimuths, cells.rows.turn, lambda x: pattern(x) ** 2, REACH * cell.width, order=1)
-    return Sea(mean, cells, beam, texture, TextureTable(shape))
+    return Sea(mean, mean.max(axis=1) ** 2, cells, beam, texture, TextureTable(shape))
 
 
 def _shape(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: float) -> Floats:

@@ -62,20 +62,21 @@ class Compression:
         one_way = 0 if not laid else self.size if self.blanking is None else 2 * self.size + self.blanking.transformed
         return one_way + (self.size if laid or noise else 0)
 
-    def laid(self, column: Floats, drift: NDArray[np.float32], amplitude: Profiles) -> Profiles:
-        """Rows (K, size) of echoes at places `column` (E,) [samples] that drift (E, K) from row to row; amplitude (E, K)."""
+    def lay(self, rows: Profiles, column: Floats, drift: NDArray[np.float32], amplitude: Profiles) -> None:
+        """Lays echoes at places `column` (E,) [samples] that drift (E, K) from row to row, of amplitude (E, K), on rows
+        (K, size), contiguous, which hold 0 before."""
         clipped = np.zeros(len(column), dtype=np.bool_)
         if isinstance(self.kernel, PulseKernel):
             clipped = self.kernel.clips(column + drift.min(axis=1, initial=0.0))
         if not clipped.any():
-            return lay_swept(self.size, column, drift, amplitude, self.tables)
-        rows = lay_swept(self.size, column[~clipped], drift[~clipped], amplitude[~clipped], self.tables)
+            lay_swept(rows, column, drift, amplitude, self.tables)
+            return
+        lay_swept(rows, column[~clipped], drift[~clipped], amplitude[~clipped], self.tables)
         place, number = column[clipped, None] + drift[clipped], np.arange(len(rows))
         first, weight = self.kernel.weights(place.ravel())
         cells = (first[:, None] + np.arange(self.kernel.width)) % self.size
         row = np.tile(number, clipped.sum())[:, None]
         np.add.at(rows, (row, cells), amplitude[clipped].reshape(-1, 1) * weight)
-        return rows
 
     def from_spectrum(self, spectrum: Profiles) -> Profiles:
         """Profiles (K, bins) of spectra (K, size)."""

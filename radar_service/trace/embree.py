@@ -45,11 +45,16 @@ class TriangleScene:
 
     def hit_distance(self, triangle: NDArray[np.int64], origin: Floats, direction: Floats) -> Floats:
         """Where each ray meets the plane of its triangle, in lengths of `direction`, in float64. Shapes (M,), as above."""
-        a, b, c = (self._vertices.take(self._faces[:, i].take(triangle), axis=0) for i in range(3))
+        each, ray = triangle, np.arange(0)
+        if origin.ndim == 1 and len(triangle) > len(self._faces):  # then all planes are fewer than rays
+            each, ray = np.arange(len(self._faces)), triangle
+        a, b, c = (self._vertices.take(self._faces[:, i].take(each), axis=0) for i in range(3))
         (ux, uy, uz), (vx, vy, vz) = (b - a).T, (c - a).T
         normal = np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)  # half the time of np.cross
-        along = np.einsum("ij,ij->i", normal, np.broadcast_to(direction, normal.shape))
         toward = np.einsum("ij,ij->i", normal, a - origin)
+        if len(ray):
+            normal, toward = normal.take(ray, axis=0), toward.take(ray)
+        along = np.einsum("ij,ij->i", normal, np.broadcast_to(direction, normal.shape))
         distance: Floats = np.divide(toward, along, out=np.full(len(along), np.inf), where=along != 0)
         return distance
 

@@ -96,9 +96,9 @@ def _noting_textures(original: Callable[..., Any], work: Work) -> Callable[..., 
 
 
 def _noting_laid(work: Work) -> Callable[..., Any]:
-    def noting(size: int, column: Any, drift: Any, amplitude: Any, tables: Any) -> Any:
+    def noting(rows: Any, column: Any, drift: Any, amplitude: Any, tables: Any) -> None:
         work.cells += amplitude.size * tables[0].shape[2]
-        return lay_swept(size, column, drift, amplitude, tables)
+        lay_swept(rows, column, drift, amplitude, tables)
 
     return noting
 

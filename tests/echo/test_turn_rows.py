@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.echo.turn_rows import BLOCK, TOGETHER, TurnRows, beam_weights
+from radar_service.echo.turn_rows import BLOCK, CHUNK, KnownRows, TurnRows, beam_weights
 
 
 def numbered(turn: int) -> TurnRows:
@@ -11,12 +11,20 @@ def numbered(turn: int) -> TurnRows:
     return TurnRows(turn, lambda scan, start, stop: (scan * turn + np.arange(start, stop, dtype=np.float64))[:, None])
 
 
-@pytest.mark.parametrize("turn", [4, 16, 37, 64, 200])
+@pytest.mark.parametrize("turn", [4, 16, 37, 64, 200, 2 * CHUNK + 5])
 def test_any_span_is_there_across_north_and_before_the_start(turn: int) -> None:
     rows = numbered(turn)
     for first in (-3, 0, 5, turn - 1, turn, 3 * turn - 2):
         for count in (1, 7, 2 * turn + 1):
             np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count))
+
+
+@pytest.mark.parametrize("turn", [1, 4, 37])
+def test_what_is_known_is_the_same_in_every_turn(turn: int) -> None:
+    rows = KnownRows(np.arange(turn)[:, None])
+    for first in (-3, 0, 5, turn - 1, 3 * turn - 2):
+        for count in (1, 7, 3 * turn + 1):
+            np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count) % turn)
 
 
 def test_blocks_are_made_once_while_they_are_in_use_and_never_cross_north() -> None:
@@ -32,7 +40,7 @@ def test_blocks_are_made_once_while_they_are_in_use_and_never_cross_north() -> N
         rows.span(first, first + 2 * half + half // 2)
     blocks = [(scan, start, min(start + BLOCK, 5 * half)) for scan in range(11) for start in (0, BLOCK, 2 * BLOCK)]
     assert asked == blocks[: len(asked)]
-    assert 0 <= len(asked) - 32 < TOGETHER  # the last row is in the 32nd block
+    assert len(asked) == 32  # the last row is in the 32nd block
 
 
 def test_weights_are_the_pattern_within_reach() -> None:

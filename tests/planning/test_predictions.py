@@ -82,7 +82,7 @@ def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: 
         return note
 
     monkeypatch.setattr(corrected, "lay", noting("rest", corrected.lay, 3))
-    monkeypatch.setattr(Compression, "laid", noting("motion", Compression.laid, 3))
+    monkeypatch.setattr(Compression, "lay", noting("motion", Compression.lay, 4))
     with watched(work):
         landscape = Landscape(sim.scene.bodies, effective_earth_radius(sim.scene.environment.earth_factor), unseen)
         scene = without(idle_effects(sim.scene, fidelity), sim.scene)

@@ -18,7 +18,8 @@ def heard(settings: dict[str, Any], share: float) -> tuple[np.ndarray, np.ndarra
     compression, fs = compression_for(made, 6), made.sample_rate
     late = share * made.pulse
     one, still = np.ones((1, 1), np.complex64), np.zeros((1, 1), np.float32)
-    laid = compression.laid(np.array([late * fs - 0.5]), still, one)
+    laid = np.zeros((1, compression.size), np.complex64)
+    compression.lay(laid, np.array([late * fs - 0.5]), still, one)
     delay = (np.arange(made.bins) + 0.5) / fs - late
     exact = compressed_pulse(delay, made.bandwidth, made.pulse, HAMMING, made.pulse / 2 - late)
     return compression.profiles(laid)[0], exact, compressed_pulse(delay, made.bandwidth, made.pulse, HAMMING)

@@ -206,7 +206,7 @@ def test_judging_takes_each_draw_by_its_own_truth() -> None:
 
 
 def test_works_are_repeated_within_a_time_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A clock that ticks 1 s for one work and 3 s for the other: the third turn begins before ten seconds are over."""
+    """A clock that ticks 1 s for one work and 3 s for the other, ten seconds in all: five for each."""
     clock, told = [0.0], []
     monkeypatch.setattr("radar_service.study.chart.point.time.process_time", lambda: clock[0])
 
@@ -214,7 +214,7 @@ def test_works_are_repeated_within_a_time_for_all(monkeypatch: pytest.MonkeyPatc
         return lambda: clock.append(clock.pop() + seconds)
 
     times = in_turns([lasting(1.0), lasting(3.0)], [9, 9], lambda: told.append(1), budget=10.0)
-    assert times == [(1.0,) * 3, (3.0,) * 3] and len(told) == 18
+    assert times == [(1.0,) * 5, (3.0,) * 2] and len(told) == 18
     assert in_turns([lasting(9.0)], [5], lambda: None, budget=4.0) == [(9.0,) * 2]  # a spread needs two
 
 

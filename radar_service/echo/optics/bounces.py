@@ -57,28 +57,48 @@ class Tubes:
     def __len__(self) -> int:
         return len(self.inner)
 
-    def chosen(self, which: Indices | Flags) -> "Tubes":
+    def chosen(self, which: Indices) -> "Tubes":
         """Some of them."""
-        return Tubes(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+        if len(which) == len(self):
+            return self  # indices rise, so it is all of them
+        return Tubes(*(getattr(self, name).take(which, axis=0) for name in self.__dataclass_fields__))
 
 
-def lit_pieces(pieces: Pieces, mesh: Mesh, outside: NDArray[np.int8], antenna: Floats, radio: Radio, seen: Seen) -> Tubes:
+@dataclass(frozen=True)
+class Planes:
+    """Of the triangles (F,) of a mesh: a corner (F, 3) [m] and the unit normal (F, 3), 0 where there is no area."""
+
+    corner: Floats
+    normal: Floats
+
+
+def planes_of(mesh: Mesh) -> Planes:
+    """The planes that a mesh's triangles lie in."""
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    cross = np.cross(b - a, c - a)
+    length = np.linalg.norm(cross, axis=1)
+    return Planes(a, cross / np.where(length > 0.0, length, 1.0)[:, None])
+
+
+def lit_pieces(
+    pieces: Pieces, planes: Planes, outside: NDArray[np.int8], antenna: Floats, radio: Radio, seen: Seen
+) -> Tubes:
     """The tubes that fall from the antenna (3,) on the pieces it sees, whichever way these are wound.
 
     outside: (F,) as from `outward_side`; what is seen from within a closed body is no use looking at.
     """
-    corner, normal = _plane(mesh, np.arange(len(mesh.faces)))
-    above = np.einsum("ij,ij->i", normal, antenna - corner)  # a whole triangle turns its face, or its back
-    lit = np.flatnonzero((above * outside + (outside == 0) > 0.0)[pieces.triangle])
-    lit = lit[seen(pieces.centre[lit], pieces.triangle[lit])]
-    centre, triangle = pieces.centre[lit], pieces.triangle[lit]
-    facing = pieces.normal[lit] * np.where(above < 0.0, -1.0, 1.0)[triangle, None]
+    above = np.einsum("ij,ij->i", planes.normal, antenna - planes.corner)  # a whole triangle turns its face, or its back
+    lit = np.flatnonzero((above * outside + (outside == 0) > 0.0).take(pieces.triangle))
+    centre, triangle = pieces.centre.take(lit, axis=0), pieces.triangle.take(lit)
+    kept = np.flatnonzero(seen(centre, triangle))
+    lit, centre, triangle = lit[kept], centre.take(kept, axis=0), triangle[kept]
+    facing = pieces.normal.take(lit, axis=0) * np.where(above < 0.0, -1.0, 1.0)[triangle, None]
     toward, _ = _sight(antenna, centre)
     field = polarization_of(toward, radio.polarization)
-    return Tubes(pieces.corners[lit], centre, facing, triangle, -toward, field, centre, np.zeros(len(lit)))
+    return Tubes(pieces.corners.take(lit, axis=0), centre, facing, triangle, -toward, field, centre, np.zeros(len(lit)))
 
 
-def hits(tubes: Tubes, mesh: Mesh, scene: TriangleScene, hollow: Flags, bounces: int) -> Iterator[Tubes]:
+def hits(tubes: Tubes, planes: Planes, scene: TriangleScene, hollow: Flags, bounces: int) -> Iterator[Tubes]:
     """The tubes where they first fall, and again after each mirror, up to `bounces` surfaces in all.
 
     hollow: (F, 2) whether there is anything to hit before the front and before the back of each triangle.
@@ -88,28 +108,28 @@ def hits(tubes: Tubes, mesh: Mesh, scene: TriangleScene, hollow: Flags, bounces:
             return
         yield tubes
         if bounce + 1 < bounces:
-            tubes = _onward(tubes, mesh, scene, hollow)
+            tubes = _onward(tubes, planes, scene, hollow)
 
 
-def _onward(tubes: Tubes, mesh: Mesh, scene: TriangleScene, hollow: Flags) -> Tubes:
+def _onward(tubes: Tubes, planes: Planes, scene: TriangleScene, hollow: Flags) -> Tubes:
     """The tubes that another surface of the body catches after this one, where it does."""
-    tubes = tubes.chosen(_before_something(tubes, mesh, hollow))
+    tubes = tubes.chosen(_before_something(tubes, planes, hollow))
     direction, field = mirrored(tubes.direction, tubes.field, tubes.normal)
     offset = OFFSET + OFFSET_RELATIVE * scene.radius
     hit = scene.first_hit(tubes.centre + offset * tubes.normal, direction)
     caught = np.flatnonzero(hit >= 0)
     tubes = replace(tubes.chosen(caught), direction=direction[caught], field=field[caught], triangle=hit[caught])
-    return _landed(tubes, mesh)
+    return _landed(tubes, planes)
 
 
-def _before_something(tubes: Tubes, mesh: Mesh, hollow: Flags) -> Indices:
-    front = np.einsum("ij,ij->i", tubes.normal, _plane(mesh, tubes.triangle)[1]) > 0.0
+def _before_something(tubes: Tubes, planes: Planes, hollow: Flags) -> Indices:
+    front = np.einsum("ij,ij->i", tubes.normal, planes.normal.take(tubes.triangle, axis=0)) > 0.0
     return np.flatnonzero(hollow[tubes.triangle, np.where(front, 0, 1)])
 
 
-def _landed(tubes: Tubes, mesh: Mesh) -> Tubes:
+def _landed(tubes: Tubes, planes: Planes) -> Tubes:
     """Tubes on their way to `triangle`, carried into its plane; those that would graze it or lie behind it are left out."""
-    corner, normal = _plane(mesh, tubes.triangle)
+    corner, normal = planes.corner.take(tubes.triangle, axis=0), planes.normal.take(tubes.triangle, axis=0)
     facing = np.einsum("ij,ij->i", normal, tubes.direction)
     normal = np.where(facing[:, None] > 0.0, -normal, normal)
     facing = -np.abs(facing)
@@ -121,15 +141,7 @@ def _landed(tubes: Tubes, mesh: Mesh) -> Tubes:
     middle = (way[:, 0] + way[:, 1] + way[:, 2]) / 3.0
     centre = tubes.centre + middle[:, None] * tubes.direction
     landing = replace(tubes, corners=landed, centre=centre, normal=normal, inner=tubes.inner + middle)
-    return landing.chosen(middle > 0.0)
-
-
-def _plane(mesh: Mesh, triangle: Indices) -> tuple[Floats, Floats]:
-    """A corner and the unit normal (M, 3), 0 where there is no area, of triangles (M,)."""
-    a, b, c = (mesh.vertices[mesh.faces[triangle, i]] for i in range(3))
-    cross = np.cross(b - a, c - a)
-    length = np.linalg.norm(cross, axis=1)
-    return a, cross / np.where(length > 0.0, length, 1.0)[:, None]
+    return landing.chosen(np.flatnonzero(middle > 0.0))
 
 
 def sent_back(tubes: Tubes, antenna: Floats, radio: Radio) -> tuple[Floats, Complexes]:
@@ -141,14 +153,15 @@ def sent_back(tubes: Tubes, antenna: Floats, radio: Radio) -> tuple[Floats, Comp
     """
     end = tubes.centre
     toward, last = _sight(antenna, end)
-    _, first = _sight(antenna, tubes.begin)
     gradient = tubes.direction - toward
     surface = _areas(tubes.corners) * triangle_phases(tubes.corners, end, gradient, radio.wavenumber)
     received = polarization_of(toward, radio.polarization)
     amplitude = scattering_amplitude(tubes.direction, tubes.field, toward, received, tubes.normal, surface, radio.wavelength)
+    if tubes.begin is end:  # as they have come straight from the antenna
+        return end, amplitude
+    _, first = _sight(antenna, tubes.begin)
     behind, _ = _sight(antenna, (tubes.begin + end) / 2.0)
-    point = antenna - behind * ((first + tubes.inner + last) / 2.0)[:, None]
-    return point, amplitude
+    return antenna - behind * ((first + tubes.inner + last) / 2.0)[:, None], amplitude
 
 
 def _sight(antenna: Floats, places: Floats) -> tuple[Floats, Floats]:
@@ -159,5 +172,6 @@ def _sight(antenna: Floats, places: Floats) -> tuple[Floats, Floats]:
 
 
 def _areas(corners: Floats) -> Floats:
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", cross, cross)) / 2.0)
+    (ux, uy, uz), (vx, vy, vz) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return np.asarray(np.sqrt(x * x + y * y + z * z) / 2.0)

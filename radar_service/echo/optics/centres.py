@@ -39,10 +39,9 @@ def _cells(points: Floats, antenna: Floats, cell: float) -> NDArray[np.int64]:
     turn = np.arctan2(east, north)
     along = points[:, 0] * np.sin(turn) + points[:, 1] * np.cos(turn)
     across = points[:, 0] * np.cos(turn) - points[:, 1] * np.sin(turn)
-    steps = np.stack([along, across / WIDER, points[:, 2]], axis=1) / cell
-    index = np.floor(steps - steps.min(axis=0)).astype(np.int64)
-    size = index.max(axis=0) + 1
-    _, where = np.unique((index[:, 0] * size[1] + index[:, 1]) * size[2] + index[:, 2], return_inverse=True)
+    steps = (along / cell, across / (WIDER * cell), points[:, 2] / cell)
+    x, y, z = (np.floor(step - step.min()).astype(np.int64) for step in steps)
+    _, where = np.unique((x * (y.max() + 1) + y) * (z.max() + 1) + z, return_inverse=True)
     return where.reshape(-1)
 
 

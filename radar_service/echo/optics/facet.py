@@ -21,12 +21,12 @@ def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumbe
     The integral over a simplex of exp(j phi) with phi linear is a divided difference of exp(j x) at the corners' phases
     (Hermite-Genocchi; de Boor 2005, Divided differences), which is Gordon's (1975) line integral without its poles.
     """
-    phase = -wavenumber * np.einsum("mij,mj->mi", corners - centre[:, None, :], gradient)
-    phase.sort(axis=1)  # a divided difference does not ask for an order, and the widest step divides best
-    low, middle, high = phase.T
-    spread = high - low
-    steep = spread > NEARLY_FLAT
-    result = _flat_mean(phase)
+    x, y, z = (-wavenumber * _dot(corners[:, i] - centre, gradient) for i in range(3))
+    least, most = np.minimum(x, y), np.maximum(x, y)
+    # A divided difference does not ask for an order, and the widest step divides best
+    low, high, middle = np.minimum(least, z), np.maximum(most, z), np.maximum(least, np.minimum(most, z))
+    result = _flat_mean(x, y, z)
+    steep = np.flatnonzero(high - low > NEARLY_FLAT)
     a, b, c = low[steep], middle[steep], high[steep]
     result[steep] = -2.0 * (_first_difference(b, c) - _first_difference(a, b)) / (c - a)
     return result
@@ -34,13 +34,18 @@ def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumbe
 
 def _first_difference(a: Floats, b: Floats) -> Complexes:
     """(exp(j b) - exp(j a)) / (b - a), stable where they meet."""
-    return np.asarray(1j * np.exp(0.5j * (a + b)) * np.sinc((b - a) / (2.0 * np.pi)))
+    middle, level = (a + b) / 2.0, np.sinc((b - a) / (2.0 * np.pi))
+    difference = np.empty(len(a), dtype=np.complex128)
+    difference.real, difference.imag = -np.sin(middle) * level, np.cos(middle) * level
+    return difference
 
 
-def _flat_mean(phase: Floats) -> Complexes:
-    """The same mean by its series in the phases (M, 3), whose sum is 0: 1 - p2/24 - j p3/180, p_n the sums of powers."""
-    square = phase * phase
-    return np.asarray(1.0 - square.sum(axis=1) / 24.0 - 1j * (square * phase).sum(axis=1) / 180.0)
+def _flat_mean(x: Floats, y: Floats, z: Floats) -> Complexes:
+    """The same mean by its series in the phases (M,), whose sum is 0: 1 - p2/24 - j p3/180, p_n the sums of powers."""
+    x2, y2, z2 = x * x, y * y, z * z
+    mean = np.empty(len(x), dtype=np.complex128)
+    mean.real, mean.imag = 1.0 - (x2 + y2 + z2) / 24.0, (x2 * x + y2 * y + z2 * z) / -180.0
+    return mean
 
 
 def scattering_amplitude(
@@ -73,7 +78,7 @@ def mirrored(direction: Floats, field: Floats, normal: Floats) -> tuple[Floats, 
 def polarization_of(toward_radar: Floats, polarization: str) -> Floats:
     """Unit electric field (M, 3) of "h" (level) or "v" (upright) waves to or from the radar in unit directions (M, 3)."""
     level = np.stack([-toward_radar[:, 1], toward_radar[:, 0], np.zeros(len(toward_radar))], axis=1)
-    length = np.linalg.norm(level, axis=1)
+    length = np.hypot(level[:, 0], level[:, 1])
     level[length == 0.0, 0] = 1.0  # straight overhead every level direction is as good
     level /= np.where(length == 0.0, 1.0, length)[:, None]
     return level if polarization == "h" else np.cross(toward_radar, level)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.optics.bounces import Radio, Seen, hits, lit_pieces, sent_back
+from radar_service.echo.optics.bounces import Planes, Radio, Seen, hits, lit_pieces, planes_of, sent_back
 from radar_service.echo.optics.centres import scattering_centres
 from radar_service.echo.optics.patches import faces_something, outward_side, patch_sizes
 from radar_service.echo.optics.pieces import MOST, Pieces, far_field_edge, pieces_of
@@ -31,6 +31,7 @@ class OpticalBody:
     """
 
     mesh: Mesh
+    planes: Planes
     radio: Radio
     edge: float
     bounces: int
@@ -48,10 +49,10 @@ class OpticalBody:
         """
         nearest = float(np.linalg.norm(antenna - self.scene.centre)) - self.scene.radius
         limit = self.limit(nearest)
-        tubes = lit_pieces(self.pieces(limit), self.mesh, self.outside, antenna, self.radio, seen)
+        tubes = lit_pieces(self.pieces(limit), self.planes, self.outside, antenna, self.radio, seen)
         points, amplitudes = [np.zeros((0, 3))], [np.zeros(0, dtype=np.complex128)]
-        for bounce, arrived in enumerate(hits(tubes, self.mesh, self.scene, self.hollow, self.bounces)):
-            back = arrived if bounce == 0 else arrived.chosen(seen(arrived.centre, arrived.triangle))
+        for bounce, arrived in enumerate(hits(tubes, self.planes, self.scene, self.hollow, self.bounces)):
+            back = arrived if bounce == 0 else arrived.chosen(np.flatnonzero(seen(arrived.centre, arrived.triangle)))
             point, amplitude = sent_back(back, antenna, self.radio)
             points.append(point)
             amplitudes.append(amplitude * self.reflectivity ** ((bounce + 1) / 2.0))
@@ -98,6 +99,7 @@ def optical_body(body: Body, radar: Radar, bounces: int) -> OpticalBody:
     mesh = body.mesh
     return OpticalBody(
         mesh,
+        planes_of(mesh),
         Radio(radar.wavelength, radar.polarization),
         range_resolution(radar),
         bounces,

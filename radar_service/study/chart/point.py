@@ -55,19 +55,17 @@ def in_turns(
 ) -> list[tuple[float, ...]]:
     """CPU times [s] of each work, so many repeats of each, in turns, so that a busy spell of the machine hits all alike.
 
-    budget: CPU time [s] for all together, after which none is repeated, but LEAST times; `done` is called for every repeat, left
-    out or not.
+    budget: CPU time [s] for all together; a work that has had its even share is not repeated, but LEAST times, so that slow
+    ones do not keep quick ones from being repeated. `done` is called for every repeat, left out or not.
     """
     times: list[list[float]] = [[] for _ in works]
-    spent = 0.0
     for turn in range(max(repeats, default=0)):
         for work, wanted, taken in zip(works, repeats, times, strict=True):
             if turn < wanted:
-                if turn < LEAST or spent < budget:
+                if turn < LEAST or sum(taken) * len(works) < budget:
                     begin = time.process_time()
                     work()
                     taken.append(max(time.process_time() - begin, 1e-9))  # a clock may not have ticked
-                    spent += taken[-1]
                 done()
     return [tuple(each) for each in times]
 

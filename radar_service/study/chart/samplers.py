@@ -57,7 +57,7 @@ def samplers(scene: Scene, windows: list[Window], landscape: Landscape, most_ray
     presets = {p.scatterers_per_cell: n for n, p in PRESETS.items() if p.chain == "corrected" and p.sampler == "scatterers"}
     turn = scene.radar.azimuths
     found = [
-        Sampler("scatterers", f"{d:g} per cell", partial(scattered, scene, windows, landscape, d), turn, 8, presets.get(d))
+        Sampler("scatterers", f"{d:g} per cell", partial(scattered, scene, windows, landscape, d), turn, 24, presets.get(d))
         for d in DENSITIES
     ]
     rays = {count: draws for count, draws in RAYS.items() if count <= most_rays}

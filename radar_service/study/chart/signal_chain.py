@@ -142,8 +142,7 @@ def swept(radar: Radar, fidelity: Fidelity) -> Run:
             column = echoes.range[near] / radar.range_step - 0.5
             still = np.zeros(amplitude.shape, np.float32)
             laid = np.zeros((len(boresight), compression.size), dtype=np.complex64)
-            if len(near):
-                laid = lay_swept(compression.size, column, still, amplitude, compression.tables)
+            lay_swept(laid, column, still, amplitude, compression.tables)
             tiles.append(compression.profiles(laid))
         return np.concatenate(tiles)
 

@@ -41,9 +41,9 @@ def test_points_where_paths_end_would_not_do(tmp_path: Path) -> None:
     here = toward([1, 1, 1], 1000)
     there = here + np.array([6.4, -6.4, 0.0])
     exact = field(body, there, there)
-    tubes = lit_pieces(body.pieces(3.0), body.mesh, body.outside, here, body.radio, own_shadow(body, here))
+    tubes = lit_pieces(body.pieces(3.0), body.planes, body.outside, here, body.radio, own_shadow(body, here))
     k, ends = body.radio.wavenumber, 0j
-    for arrived in hits(tubes, body.mesh, body.scene, body.hollow, 3):
+    for arrived in hits(tubes, body.planes, body.scene, body.hollow, 3):
         point, amplitude = sent_back(arrived, here, body.radio)
         late = np.linalg.norm(point - here, axis=1) - np.linalg.norm(arrived.centre - here, axis=1)
         ends += np.sum(amplitude * np.exp(-2j * k * (late + np.linalg.norm(arrived.centre - there, axis=1))))
@@ -56,8 +56,8 @@ def test_a_corner_reflects_from_its_apex(tmp_path: Path) -> None:
     bounced three times, to a centimetre (the sight lines to two ends 0.6 m apart differ by 0.6 mrad, across 1 m: 0.6 mm)."""
     body = optical(loaded(tmp_path, trihedral(0.6, 1, True)))
     here = toward([1, 0.9, 1.1], 1000)
-    tubes = lit_pieces(body.pieces(3.0), body.mesh, body.outside, here, body.radio, own_shadow(body, here))
-    *_, thrice = hits(tubes, body.mesh, body.scene, body.hollow, 3)
+    tubes = lit_pieces(body.pieces(3.0), body.planes, body.outside, here, body.radio, own_shadow(body, here))
+    *_, thrice = hits(tubes, body.planes, body.scene, body.hollow, 3)
     point, _ = sent_back(thrice, here, body.radio)
     assert len(point) > 500
     assert np.linalg.norm(point, axis=1).max() < 0.01
@@ -78,8 +78,8 @@ def test_paths_run_either_way(tmp_path: Path) -> None:
     mesh = np.concatenate([dihedral(0.6, 0.5, 1)[:2], 0.5 * dihedral(0.6, 1.0, 1)[2:]])
     body = optical(loaded(tmp_path, mesh))
     here = toward([1, 0.8, 0.0], 2000)
-    tubes = lit_pieces(body.pieces(3.0), body.mesh, body.outside, here, body.radio, own_shadow(body, here))
-    _, twice, *_ = hits(tubes, body.mesh, body.scene, body.hollow, 2)
+    tubes = lit_pieces(body.pieces(3.0), body.planes, body.outside, here, body.radio, own_shadow(body, here))
+    _, twice, *_ = hits(tubes, body.planes, body.scene, body.hollow, 2)
     point, amplitude = sent_back(twice, here, body.radio)
     turned = amplitude * np.exp(-2j * body.radio.wavenumber * (np.linalg.norm(point - here, axis=1) - 2000))
     last_is_first = np.isin(twice.triangle, twice.triangle[:1])
