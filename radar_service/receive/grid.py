@@ -118,7 +118,7 @@ def _lay_few(
     """Adds points (E, K) at places [samples] on rows (K, size), each by itself."""
     size, width = rows.shape[1], table.shape[1]
     entry, first = _entries(place, width)
-    cells = first[:, :, None] + np.arange(width)
+    cells = first[:, :, None] + np.arange(width, dtype=np.int64)
     if first.min(initial=0) < 0 or first.max(initial=0) + width > size:
         cells %= size
     cells += np.arange(0, rows.size, size)[:, None]
@@ -126,11 +126,11 @@ def _lay_few(
     np.add.at(rows.reshape(-1, copy=False), cells.ravel(), weighted.ravel())  # flat: a tenth of the time of two indices
 
 
-def _entries(place: Floats, width: int) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
+def _entries(place: Floats, width: int) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
     """The entry of a kernel's table for places (...) [samples], and the first of its `width` samples."""
     floor = np.floor(place)
     entry = ((place - floor) * TABLE_STEPS + 0.5).astype(np.intp)
-    return entry, floor.astype(np.int64) - (width // 2 - 1)
+    return entry, floor.astype(np.int32) - (width // 2 - 1)
 
 
 def _series(drift: float, rows: int) -> tuple[int, int]:
@@ -152,7 +152,7 @@ def _lay_group(
     """A grid (size, K) of points laid with the derivatives of the table: one product for all of them."""
     count, terms, width = len(column), *table.shape[1:]
     entry, first = _entries(column, width)
-    cells: NDArray[np.int32] = first.astype(np.int32)[:, None] + np.arange(width, dtype=np.int32)
+    cells = first[:, None] + np.arange(width, dtype=np.int32)
     if first.min(initial=0) < 0 or first.max(initial=0) + width > size:
         cells %= size
     cells = np.repeat(cells, terms, axis=0).ravel()
