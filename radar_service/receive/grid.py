@@ -152,7 +152,7 @@ def _lay_group(
     """A grid (size, K) of points laid with the derivatives of the table: one product for all of them."""
     count, terms, width = len(column), *table.shape[1:]
     entry, first = _entries(column, width)
-    cells = first[:, None] + np.arange(width, dtype=np.int32)
+    cells = np.add.outer(first, np.arange(width, dtype=np.int32))
     if first.min(initial=0) < 0 or first.max(initial=0) + width > size:
         cells %= size
     cells = np.repeat(cells, terms, axis=0).ravel()
