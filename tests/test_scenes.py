@@ -100,7 +100,7 @@ def test_harbour_reflectors_return_what_theory_says() -> None:
     assert len(reflectors) == 3 and all(b.rcs is None and b.scattering == "optics" for b in reflectors)
     for body in reflectors:
         pose = body.motion.pose(0.0)
-        antenna = antenna_from(Stand(pose.position[0], float(pose.heading[0])), harbour.antenna(0.0)[0], np.inf)
+        antenna = antenna_from(body, Stand(pose.position[0], float(pose.heading[0])), harbour.antenna(0.0)[0], np.inf)
         found = cross_section(optical_body(body, harbour.radar, 3), antenna)
         assert decibels(found / theory) == pytest.approx(0.0, abs=0.5), body.name
 

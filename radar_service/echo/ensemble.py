@@ -169,8 +169,8 @@ class Ensemble:
 
     def _in_sector(self, b: int, time: float, sector: Sector) -> bool:
         """Whether anything of body b may be in a sector."""
-        stand = stands_at([self.bodies[b]], time)[0]
-        return bool(sector.holds(stand.position[None], np.array([self.bodies[b].length + self.bodies[b].beam]))[0])
+        body = self.bodies[b]
+        return bool(sector.holds(body.middle_at(time)[None], np.array([body.radius]))[0])
 
     @cached_property
     def _at_start(self) -> tuple[Floats, Floats, Indices]:
@@ -195,7 +195,7 @@ class Ensemble:
     ) -> Reflections:
         """What body b sends back by physical optics; arguments as in `reflections`."""
         if self.passing is not None:
-            time = self.passing.moment(self.bodies[b].motion, time)
+            time = self.passing.moment(self.bodies[b], time)
             antenna = self.passing.scene.antenna(time)[0]
         held = self.held.get(b)
         if held is not None and held[0] == time and self.passing is not None:
@@ -207,7 +207,7 @@ class Ensemble:
             place = map_from_body(points, stand.position, stand.heading)
             return landscape.visible(surface, place, antenna, time, reach, movers)
 
-        position, amplitude = body.sends_back(antenna_from(stand, antenna, landscape.earth_radius), seen)
+        position, amplitude = body.sends_back(antenna_from(self.bodies[b], stand, antenna, landscape.earth_radius), seen)
         found = Reflections(position, amplitude, np.full(len(position), b))
         self.held[b] = (time, found)
         return found
@@ -243,11 +243,12 @@ def _by_body(parts: Sequence[Reflections]) -> Reflections:
     return Reflections(position[order], amplitude[order], body[order])
 
 
-def antenna_from(stand: Stand, antenna: Floats, earth_radius: float) -> Floats:
+def antenna_from(body: Body, stand: Stand, antenna: Floats, earth_radius: float) -> Floats:
     """The antenna (3,) in a body's own frame [m], raised by what the earth drops in between, so that ranges in that frame
     are those of the antenna's frame (DESIGN section 2)."""
     local = (antenna - stand.position) @ body_rotation(stand.heading)
-    local[2] += (local[0] ** 2 + local[1] ** 2) / (2.0 * earth_radius)
+    east, north, _ = local - body.middle
+    local[2] += (east**2 + north**2) / (2.0 * earth_radius)
     return np.asarray(local)
 
 

@@ -228,8 +228,8 @@ class MovingEchoes:
         rough = np.full(len(self._moves), bool(own > TOLERANCE))
         if len(moving) and not own > TOLERANCE:
             position, heading = stands.position[:, moving], np.unwrap(stands.heading[:, moving], axis=0)[..., None]
-            length = np.array([max(self.ensemble.bodies[b].length, self.ensemble.bodies[b].beam) for b in moving])
-            away = strays(position[3:], position[:3], over) + length * strays(heading[3:], heading[:3], over)
+            arm = np.array([self.ensemble.bodies[b].arm for b in moving])
+            away = strays(position[3:], position[:3], over) + arm * strays(heading[3:], heading[:3], over)
             rough[moving] = away > TOLERANCE
         return rough
 

@@ -77,7 +77,7 @@ def _scattering(body: Body, scene: Scene, fidelity: Fidelity) -> tuple[str, floa
 
 
 def _optics(body: Body, mesh: Mesh, scene: Scene, fidelity: Fidelity, laid: str) -> tuple[str, float]:
-    distance = math.dist(body.motion.pose(0.0).position[0], scene.antenna(0.0)[0]) - body.length / 2.0
+    distance = math.dist(body.middle_at(0.0), scene.antenna(0.0)[0]) - body.radius
     times = coarsening(body, scene.radar, distance)
     coarse = "" if times == 1.0 else f"; pieces {times:.1f} times longer than they should be, at most {MOST} of them"
     if not faces_something(mesh).any():

@@ -106,7 +106,7 @@ def _earth(scene: Scene) -> Choice:
     factor = scene.environment.earth_factor
     if math.isinf(factor):
         return Choice("earth", False, "asked to be flat")
-    far = min(scene.radar.range_max, max((math.dist(scene.antenna(0.0)[0][:2], body.motion.position[0][:2])
+    far = min(scene.radar.range_max, max((math.dist(scene.antenna(0.0)[0][:2], body.middle_at(0.0)[:2])
                                           for body in scene.bodies), default=0.0))  # fmt: skip
     drop = far**2 / (2.0 * effective_earth_radius(factor))
     lifted = f"flat would lift what is {far / 1000:.1f} km off by {drop:.2g} m"

@@ -30,8 +30,8 @@ def _turned(body: Body, scene: Scene, seconds: float) -> float:
     if moved == 0.0:
         return 0.0
     radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)
-    place = body.motion.pose(0.0).position[0] - scene.antenna(0.0)[0]
-    distance = max(LEAST_DISTANCE, math.hypot(place[0], place[1]) - body.length / 2.0)
+    place = body.middle_at(0.0) - scene.antenna(0.0)[0]
+    distance = max(LEAST_DISTANCE, math.hypot(place[0], place[1]) - body.radius)
     height = body.motion.position[0, 2] + (0.0 if body.mesh is None else float(body.mesh.vertices[:, 2].max()))
     excess = reflection(np.array([distance, distance + moved]), height, radar.height, earth_radius).excess
     turn = 2.0 * math.pi / radar.wavelength * abs(float(excess[1] - excess[0]))

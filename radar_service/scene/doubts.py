@@ -70,7 +70,7 @@ def _doppler(radar: Radar, own_ship: Motion, bodies: Sequence[Body]) -> Iterator
 
 
 def _wide(bodies: Sequence[Body]) -> Iterator[str]:
-    still = [body.motion.position[0] for body in bodies if body.mesh is not None and body.motion.at_rest]
+    still = [body.middle_at(0.0) for body in bodies if body.mesh is not None and body.motion.at_rest]
     if len(still) < 2:
         return
     span = float(np.ptp(np.array(still)[:, :2], axis=0).max())

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.frames import map_from_deck
+from radar_service.frames import map_from_body, map_from_deck
 from radar_service.scene.turns import along_arc
 
 Floats = NDArray[np.float64]
@@ -249,6 +249,31 @@ class Body:
     mmsi: int | None
     length: float  # m, horizontal extents of the body in its own frame, 0 for a point
     beam: float
+
+    @cached_property
+    def middle(self) -> Floats:
+        """Middle (3,) of its plan in its own frame [m], at the height of its origin, which may lie far from its mesh."""
+        plan = self._plan
+        return np.append((plan.min(axis=0) + plan.max(axis=0)) / 2.0, 0.0)
+
+    @cached_property
+    def radius(self) -> float:
+        """Of the circle about `middle` that holds its plan [m]; 0 for a point."""
+        return float(np.hypot(*(self._plan - self.middle[:2]).T).max())
+
+    @cached_property
+    def arm(self) -> float:
+        """How far its plan reaches from its origin [m], about which it turns."""
+        return float(np.hypot(*self._plan.T).max())
+
+    def middle_at(self, time: float) -> Floats:
+        """Where `middle` (3,) is on the map [m] at `time` [s]."""
+        pose = self.motion.pose(time)
+        return map_from_body(self.middle, pose.position[0], float(pose.heading[0]))
+
+    @property
+    def _plan(self) -> Floats:
+        return np.zeros((1, 2)) if self.mesh is None else self.mesh.vertices[np.unique(self.mesh.faces), :2]
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ def optics_remarks(scene: Scene, bounces: int) -> dict[str, list[str]]:
 
 
 def _remarks(body: Body, mesh: Mesh, scene: Scene, bounces: int) -> list[str]:
-    distance = math.dist(body.motion.pose(0.0).position[0], scene.antenna(0.0)[0]) - body.length / 2.0
+    distance = math.dist(body.middle_at(0.0), scene.antenna(0.0)[0]) - body.radius
     limit = longest_edge(distance, range_resolution(scene.radar), scene.radar.wavelength)
     corners = mesh.vertices[mesh.faces]
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())

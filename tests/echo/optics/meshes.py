@@ -135,5 +135,6 @@ def decibels(power: float) -> float:
 
 def in_body(made: rs.Scene) -> Floats:
     """The antenna (3,) in the frame of a scene's first body, at time 0."""
-    pose = made.bodies[0].motion.pose(0.0)
-    return antenna_from(Stand(pose.position[0], float(pose.heading[0])), made.antenna(0.0)[0], np.inf)
+    body = made.bodies[0]
+    pose = body.motion.pose(0.0)
+    return antenna_from(body, Stand(pose.position[0], float(pose.heading[0])), made.antenna(0.0)[0], np.inf)

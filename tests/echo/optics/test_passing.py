@@ -14,7 +14,7 @@ def test_the_boresight_points_at_the_body_then(time: float, bearing_deg: float) 
     b = np.deg2rad(bearing_deg)
     made = scene([point("p", 1000 * np.sin(b), 1000 * np.cos(b), speed_kn=14, course_deg=70)], own_ship={"speed_kn": 9})
     motion = made.bodies[0].motion
-    moment = BeamPassing(made).moment(motion, time)
+    moment = BeamPassing(made).moment(made.bodies[0], time)
     assert abs(moment - time) <= 1.25 + 1 / 288
     east, north, _ = motion.pose(moment).position[0] - made.antenna(moment)[0]
     boresight = 2 * np.pi * moment / made.radar.rotation_period
@@ -24,12 +24,12 @@ def test_the_boresight_points_at_the_body_then(time: float, bearing_deg: float) 
 
 def test_never_before_the_start() -> None:
     made = scene([point("p", -700, 700, speed_kn=10, course_deg=0)])
-    assert BeamPassing(made).moment(made.bodies[0].motion, 0.05) >= 0.0
+    assert BeamPassing(made).moment(made.bodies[0], 0.05) >= 0.0
 
 
 def test_a_slow_antenna_does_not_keep_what_is_stale() -> None:
     """One turn a minute: half a turn before it passes, the body is looked at as it stands."""
     made = scene([point("p", 0, -1000, speed_kn=10, course_deg=180)], radar={"rpm": 1})
     passing = BeamPassing(made)
-    assert passing.moment(made.bodies[0].motion, 5.0) == 5.0
-    assert passing.moment(made.bodies[0].motion, 29.0) == pytest.approx(30.0, abs=0.2)
+    assert passing.moment(made.bodies[0], 5.0) == 5.0
+    assert passing.moment(made.bodies[0], 29.0) == pytest.approx(30.0, abs=0.2)
