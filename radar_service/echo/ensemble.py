@@ -1,6 +1,6 @@
 """The ensemble: the scatterers of all bodies in one set of arrays, and what the antenna makes of them at an instant."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Protocol
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.echo.fleet import Fleet, Stands, placed_at
 from radar_service.echo.optics.optical_body import OpticalBody, optical_body
 from radar_service.echo.optics.passing import BeamPassing
 from radar_service.echo.scatterers import (
@@ -28,6 +29,7 @@ from radar_service.trace.visibility import Stand
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -145,50 +147,79 @@ class Ensemble:
     ) -> Reflections:
         """What the antenna (3,) sees of bodies as they stand at `time` [s]; arguments as in `Landscape.visible`. sector: what
         is asked for, by default all; more may be there."""
-        place, normal = self._placed(time)
-        asked = self._asked(place, sector)
-        place, body, triangle = place[asked], self.body[asked], self.triangle[asked]
-        visible = landscape.visible(Surface(self.key[body], triangle), place, antenna, time, reach, movers)
-        amplitude = self._amplitude(asked, place, normal[asked], visible, antenna, landscape.earth_radius)
-        seen = np.flatnonzero(amplitude)
-        parts = [Reflections(self.position[asked][seen], amplitude[seen], body[seen])]
+        stands = self._fleet.stands(np.array([time]))
+        near = self._near(stands, sector)
+        asked, place = self._asked(stands, near, sector)
+        surface = Surface(self.key[self.body[asked]], self.triangle[asked])
+        visible = np.flatnonzero(landscape.visible(surface, place, antenna, time, reach, movers))
+        asked, place = asked[visible], place[visible]
+        amplitude = self._amplitude(asked, place, self._normals(stands, asked), antenna, landscape.earth_radius)
+        heard = np.flatnonzero(amplitude)
+        asked = asked[heard]
+        parts = [Reflections(self.position[asked], amplitude[heard], self.body[asked])]
         for b, optical in enumerate(self.optical):
-            if optical is not None and (sector is None or self._in_sector(b, time, sector)):
+            if optical is not None and near[b]:
                 parts.append(self._by_optics(b, optical, landscape, antenna, time, reach, movers))
         return _by_body(parts)
 
-    def _asked(self, place: Floats, sector: Sector | None) -> Indices | slice:
-        """Which scatterers at places (E, 3) a sector asks for: of bodies with a declared cross-section all or none, as they
-        share it."""
-        if sector is None:
-            return slice(None)
-        held = sector.holds(place)
-        shared = np.zeros(len(self.bodies), dtype=np.bool_)
-        shared[self.body[held]] = True
-        return np.flatnonzero(held | (shared & ~np.isnan(self.rcs))[self.body])
-
-    def _in_sector(self, b: int, time: float, sector: Sector) -> bool:
-        """Whether anything of body b may be in a sector."""
-        body = self.bodies[b]
-        return bool(sector.holds(body.middle_at(time)[None], np.array([body.radius]))[0])
+    @cached_property
+    def _fleet(self) -> Fleet:
+        return Fleet(self.bodies)
 
     @cached_property
-    def _at_start(self) -> tuple[Floats, Floats, Indices]:
-        """Places (E, 3) [m] and normals (E, 3) on the map at time 0, and which of them move."""
-        stands = stands_at(self.bodies, 0.0)
-        moves = np.array([not body.motion.at_rest for body in self.bodies], dtype=np.bool_)
-        moving = np.flatnonzero(moves[self.body])
-        return placed(self.position, self.body, stands), turned(self.normal, self.body, stands), moving
+    def _at_start(self) -> tuple[Floats, Floats]:
+        """Places (E, 3) [m] and normals (E, 3) on the map at time 0: for good of what rests."""
+        stands = stands_at(self._fleet, 0.0)
+        return placed(self.position, self.body, stands), turned(self.normal, self.body, stands)
 
-    def _placed(self, time: float) -> tuple[Floats, Floats]:
-        """Places (E, 3) [m] and normals (E, 3) on the map at `time` [s]."""
-        place, normal, moving = self._at_start
-        if len(moving):
-            stands, body = stands_at(self.bodies, time), self.body[moving]
-            place, normal = place.copy(), normal.copy()
-            place[moving] = placed(self.position[moving], body, stands)
-            normal[moving] = turned(self.normal[moving], body, stands)
-        return place, normal
+    @cached_property
+    def _plans(self) -> tuple[Floats, Floats]:
+        """Middles (B, 3) of the bodies' plans in their own frames, and radii (B,) about them [m]."""
+        middles, radii = [body.middle for body in self.bodies], [body.radius for body in self.bodies]
+        return np.array(middles).reshape(-1, 3), np.array(radii)
+
+    def _near(self, stands: Stands, sector: Sector | None) -> Flags:
+        """Which bodies (B,) may have anything in a sector."""
+        if sector is None or not self.bodies:
+            return np.ones(len(self.bodies), dtype=np.bool_)
+        middle, radius = self._plans
+        every = np.arange(len(self.bodies))
+        return sector.holds(placed_at(middle, every, stands.position[0], stands.heading[0]), radius)
+
+    def _asked(self, stands: Stands, near: Flags, sector: Sector | None) -> tuple[Indices, Floats]:
+        """Which scatterers (A,) of bodies `near` (B,) a sector asks for, and their places (A, 3) on the map [m]: of bodies
+        with a declared cross-section all or none, as they share it."""
+        asked = np.flatnonzero(near[self.body])
+        place = self._at_start[0] if len(asked) == len(self.body) else self._at_start[0][asked]
+        for b, part in self._movers_in(asked):
+            place = self._at_start[0].copy() if place is self._at_start[0] else place
+            place[part] = map_from_body(self.position[asked[part]], stands.position[0, b], stands.heading[0, b])
+        if sector is None:
+            return asked, place
+        held, body = sector.holds(place), self.body[asked]
+        shared = np.zeros(len(self.bodies), dtype=np.bool_)
+        shared[body[held]] = True
+        kept = np.flatnonzero(held | (shared & ~np.isnan(self.rcs))[body])
+        return asked[kept], place[kept]
+
+    def _normals(self, stands: Stands, asked: Indices) -> Floats:
+        """Normals (A, 3) on the map of the scatterers `asked` for."""
+        normal = self._at_start[1][asked]
+        for b, part in self._movers_in(asked):
+            normal[part] = self.normal[asked[part]] @ body_rotation(stands.heading[0, b]).T
+        return normal
+
+    def _movers_in(self, asked: Indices) -> Iterator[tuple[int, slice]]:
+        """The bodies that move, and where in `asked` (A,), which rise, their scatterers are."""
+        for b in self._fleet.moving.tolist():
+            first, last = np.searchsorted(asked, self._first[b : b + 2])
+            if first < last:
+                yield b, slice(first, last)
+
+    @cached_property
+    def _first(self) -> Indices:
+        """The first scatterer (B + 1,) of each body, and the end."""
+        return np.searchsorted(self.body, np.arange(len(self.bodies) + 1))
 
     def _by_optics(
         self, b: int, body: OpticalBody, landscape: Landscape, antenna: Floats, time: float, reach: float, movers: bool
@@ -200,7 +231,8 @@ class Ensemble:
         held = self.held.get(b)
         if held is not None and held[0] == time and self.passing is not None:
             return held[1]
-        stand = stands_at([self.bodies[b]], time)[0]
+        pose = self.bodies[b].motion.pose(time)
+        stand = Stand(pose.position[0], float(pose.heading[0]))
 
         def seen(points: Floats, triangle: Indices) -> NDArray[np.bool_]:
             surface = Surface(np.full(len(points), self.key[b]), triangle)
@@ -213,22 +245,16 @@ class Ensemble:
         return found
 
     def _amplitude(
-        self,
-        asked: Indices | slice,
-        place: Floats,
-        normal: Floats,
-        visible: NDArray[np.bool_],
-        antenna: Floats,
-        earth_radius: float,
+        self, asked: Indices, place: Floats, normal: Floats, antenna: Floats, earth_radius: float
     ) -> NDArray[np.complex128]:
-        """Root of the cross-section [m] with its phase of the scatterers `asked` for, (A,): declared ones shared by visible
-        projected area, the others diffuse (constant gamma: sigma = gamma cos(i) A). Zero where not visible."""
+        """Root of the cross-section [m] with its phase of visible scatterers `asked` for, (A,): declared ones shared by
+        projected area, the others diffuse (constant gamma: sigma = gamma cos(i) A)."""
         sight = antenna - place
         sight[:, 2] -= (sight[:, 0] ** 2 + sight[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna
         length = np.sqrt(np.einsum("ij,ij->i", sight, sight))  # a third of the time of linalg.norm
         cosine = np.abs(np.einsum("ij,ij->i", sight, normal)) / np.maximum(length, 1e-9)  # meshes are wound either way
         cosine[self.triangle[asked] < 0] = 1.0
-        facing, body = cosine * self.area[asked] * visible, self.body[asked]
+        facing, body = cosine * self.area[asked], self.body[asked]
         total = np.bincount(body, facing, minlength=len(self.bodies))
         per_area = np.where(np.isnan(self.rcs), self.gamma, self.rcs / np.where(total > 0, total, 1.0))
         return np.asarray(np.sqrt(per_area[body] * facing) * self.phasor[asked])
@@ -252,10 +278,10 @@ def antenna_from(body: Body, stand: Stand, antenna: Floats, earth_radius: float)
     return np.asarray(local)
 
 
-def stands_at(bodies: Sequence[Body], time: float) -> list[Stand]:
+def stands_at(fleet: Fleet, time: float) -> list[Stand]:
     """Where each body stands at `time` [s]."""
-    poses = [body.motion.pose(time) for body in bodies]
-    return [Stand(pose.position[0], float(pose.heading[0])) for pose in poses]
+    stands = fleet.stands(np.array([time]))
+    return [Stand(place, heading) for place, heading in zip(stands.position[0], stands.heading[0].tolist(), strict=True)]
 
 
 def placed(points: Floats, body: Indices, stands: Sequence[Stand]) -> Floats:

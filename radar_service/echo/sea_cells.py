@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from radar_service.echo.sea_clutter import wind_factor
 from radar_service.echo.sight import Landscape
 from radar_service.echo.turn_rows import BLOCK, KnownRows, TurnRows
+from radar_service.frames import wrap_angle
 from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
@@ -74,9 +75,15 @@ class SeaCells:
         if self.landscape.has_still:
             time = (scan + 0.5 * (start + stop) / self.turn) * radar.rotation_period
             antenna = self.scene.antenna(max(time, 0.0))[0]
-            places = np.zeros((*factor.shape, 3))
-            places[..., 0] = antenna[0] + np.sin(azimuth)[:, None] * self._place.distance
-            places[..., 1] = antenna[1] + np.cos(azimuth)[:, None] * self._place.distance
-            hidden = self.landscape.hides(places.reshape(-1, 3), antenna, time, movers=False)
-            seen = seen & ~hidden.reshape(factor.shape)
+            middle, half, begin = self.landscape.still_cone(antenna)
+            rows = np.flatnonzero(np.abs(wrap_angle(azimuth - middle)) <= half)
+            behind = np.flatnonzero(self._place.distance >= begin)
+            places = np.zeros((len(rows), len(behind), 3))
+            places[..., 0] = antenna[0] + np.sin(azimuth)[rows, None] * self._place.distance[behind]
+            places[..., 1] = antenna[1] + np.cos(azimuth)[rows, None] * self._place.distance[behind]
+            hidden = np.zeros(factor.shape, dtype=np.bool_)
+            hidden[np.ix_(rows, behind)] = self.landscape.hides(places.reshape(-1, 3), antenna, time, movers=False).reshape(
+                len(rows), len(behind)
+            )
+            seen = seen & ~hidden
         return np.where(seen, factor, 0.0).astype(np.float32)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.echo.fleet import Fleet
 from radar_service.frames import Polar, distances_from_map, map_from_body
 from radar_service.scene.world import Body, Mesh
 from radar_service.trace.visibility import Occluder, Stand, beyond_horizon
@@ -37,15 +38,16 @@ class Landscape:
         joined = _joined_mesh([body for body in bodies if body.motion.at_rest])
         self._still = Occluder(joined, earth_radius) if joined is not None else None
         self._movers = {
-            i: (Occluder(body.mesh, earth_radius), body.motion)
+            i: Occluder(body.mesh, earth_radius)
             for i, body in enumerate(bodies)
             if body.mesh is not None and not body.motion.at_rest and i not in idle
         }
+        self._fleet = Fleet([bodies[i] for i in self._movers])
 
     @property
     def rays(self) -> int:
         """Rays cast so far."""
-        occluders = [occluder for occluder, _ in self._movers.values()] + ([self._still] if self._still else [])
+        occluders = [*self._movers.values()] + ([self._still] if self._still else [])
         return sum(occluder.rays for occluder in occluders)
 
     def visible(
@@ -72,13 +74,17 @@ class Landscape:
         resting: list[tuple[Occluder, Stand, int | None]] = [] if self._still is None else [(self._still, STILL, None)]
         first: list[tuple[Occluder, Stand, int | None]] = []
         for key, stand in (self._stands(time) if movers else {}).items():
-            (first if (surface.body == key).all() else resting).append((self._movers[key][0], stand, key))
+            (first if (surface.body == key).all() else resting).append((self._movers[key], stand, key))
         return first + resting
 
     @property
     def has_still(self) -> bool:
         """Whether anything at rest could hide something."""
         return self._still is not None
+
+    def still_cone(self, antenna: Floats) -> tuple[float, float, float]:
+        """What all that rests may hide from the antenna (3,), as `Occluder.cone`; a half width of 0 where nothing rests."""
+        return (0.0, 0.0, np.inf) if self._still is None else self._still.cone(STILL, antenna)
 
     def hides(self, places: Floats, antenna: Floats, time: float, movers: bool = True) -> Flags:
         """Which places (W, 3) on the map anything at rest, or what moves if `movers`, hides from the antenna (3,) at
@@ -87,7 +93,7 @@ class Landscape:
         if self._still is not None:
             hidden |= self._still.hides(STILL, antenna, places)
         for key, stand in self._stands(time).items() if movers else ():
-            hidden |= self._movers[key][0].hides(stand, antenna, places)
+            hidden |= self._movers[key].hides(stand, antenna, places)
         return hidden
 
     def shadowed(self, place: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
@@ -97,7 +103,7 @@ class Landscape:
         """
         shadowed = [np.zeros(0, dtype=np.int64)]
         for key, stand in self._stands(time).items():
-            occluder = self._movers[key][0]
+            occluder = self._movers[key]
             middle, half, begin = occluder.cone(stand, antenna)
             behind = _within(polar.azimuth, middle, half)
             behind = behind[polar.distance[behind] >= begin]
@@ -105,8 +111,9 @@ class Landscape:
         return np.unique(np.concatenate(shadowed))
 
     def _stands(self, time: float) -> dict[int, Stand]:
-        poses = {key: motion.pose(time) for key, (_, motion) in self._movers.items()}
-        return {key: Stand(pose.position[0], float(pose.heading[0])) for key, pose in poses.items()}
+        stands = self._fleet.stands(np.array([time]))
+        each = zip(self._movers, stands.position[0], stands.heading[0].tolist(), strict=True)
+        return {key: Stand(place, heading) for key, place, heading in each}
 
     def _hidden(
         self,
