@@ -115,7 +115,8 @@ def row(name: str, seconds: float) -> tuple[str, list[str]]:
 
 
 WORDS = {
-    "lost": "lost", "holes": "unannounced", "p50_ms": "p50 [ms]", "p99_ms": "p99 [ms]", "max_ms": "worst [ms]", "cores": "cores", "own_cores": "cores of the clients",
+    "lost": "lost", "holes": "unannounced", "p50_ms": "p50 [ms]", "p99_ms": "p99 [ms]", "max_ms": "worst [ms]", "cores": "cores",
+    "own_cores": "cores of the clients",
     "schedule_p99_ms": "schedule p99 [ms]", "slips": "slips", "mib_each": "MiB each", "stale_mb": "stale MB",
     "stalled_holes": "unannounced to the stalled", "stalled_lost": "lost by a stalled one",
 }  # fmt: skip
