@@ -215,6 +215,8 @@ def test_works_are_repeated_within_a_time_for_all(monkeypatch: pytest.MonkeyPatc
 
     times = in_turns([lasting(1.0), lasting(3.0)], [9, 9], lambda: told.append(1), budget=10.0)
     assert times == [(1.0,) * 5, (3.0,) * 2] and len(told) == 18
+    times = in_turns([lasting(1.0), lasting(3.0)], [9, 9], lambda: None, budget=20.0)
+    assert times == [(1.0,) * 9, (3.0,) * 4]  # what the first leaves of its half goes to the second
     assert in_turns([lasting(9.0)], [5], lambda: None, budget=4.0) == [(9.0,) * 2]  # a spread needs two
 
 

@@ -55,19 +55,32 @@ def in_turns(
 ) -> list[tuple[float, ...]]:
     """CPU times [s] of each work, so many repeats of each, in turns, so that a busy spell of the machine hits all alike.
 
-    budget: CPU time [s] for all together; a work that has had its even share is not repeated, but LEAST times, so that slow
-    ones do not keep quick ones from being repeated. `done` is called for every repeat, left out or not.
+    budget: CPU time [s] for all together; a work that has had its share is not repeated, but LEAST times, so that slow ones
+    do not keep quick ones from being repeated. `done` is called for every repeat, left out or not.
     """
     times: list[list[float]] = [[] for _ in works]
+    share = budget
     for turn in range(max(repeats, default=0)):
+        if turn == LEAST:
+            share = _share([wanted * median(taken or (0.0,)) for wanted, taken in zip(repeats, times, strict=True)], budget)
         for work, wanted, taken in zip(works, repeats, times, strict=True):
             if turn < wanted:
-                if turn < LEAST or sum(taken) * len(works) < budget:
+                if turn < LEAST or sum(taken) < share:
                     begin = time.process_time()
                     work()
                     taken.append(max(time.process_time() - begin, 1e-9))  # a clock may not have ticked
                 done()
     return [tuple(each) for each in times]
+
+
+def _share(needs: Sequence[float], budget: float) -> float:
+    """The most that each may have for all together to have `budget`: who needs less leaves the rest to the others."""
+    left = budget
+    for k, need in enumerate(sorted(needs)):
+        if need * (len(needs) - k) >= left:
+            return left / (len(needs) - k)
+        left -= need
+    return inf
 
 
 def pareto(points: Iterable[Point]) -> list[Point]:
