@@ -250,30 +250,37 @@ class Body:
     length: float  # m, horizontal extents of the body in its own frame, 0 for a point
     beam: float
 
-    @cached_property
+    @property
     def middle(self) -> Floats:
         """Middle (3,) of its plan in its own frame [m], at the height of its origin, which may lie far from its mesh."""
-        plan = self._plan
-        return np.append((plan.min(axis=0) + plan.max(axis=0)) / 2.0, 0.0)
+        return self._plan[0]
 
-    @cached_property
+    @property
     def radius(self) -> float:
         """Of the circle about `middle` that holds its plan [m]; 0 for a point."""
-        return float(np.hypot(*(self._plan - self.middle[:2]).T).max())
+        return self._plan[1]
 
-    @cached_property
+    @property
     def arm(self) -> float:
         """How far its plan reaches from its origin [m], about which it turns."""
-        return float(np.hypot(*self._plan.T).max())
+        return self._plan[2]
 
     def middle_at(self, time: float) -> Floats:
         """Where `middle` (3,) is on the map [m] at `time` [s]."""
         pose = self.motion.pose(time)
         return map_from_body(self.middle, pose.position[0], float(pose.heading[0]))
 
-    @property
-    def _plan(self) -> Floats:
-        return np.zeros((1, 2)) if self.mesh is None else self.mesh.vertices[np.unique(self.mesh.faces), :2]
+    @cached_property
+    def _plan(self) -> tuple[Floats, float, float]:
+        """Middle, radius and arm."""
+        if self.mesh is None:
+            return np.zeros(3), 0.0, 0.0
+        used = np.zeros(len(self.mesh.vertices), dtype=np.bool_)
+        used[self.mesh.faces] = True
+        east, north = self.mesh.vertices[used, :2].T
+        middle = np.array([east.min() + east.max(), north.min() + north.max(), 0.0]) / 2.0
+        radius = np.hypot(east - middle[0], north - middle[1]).max()
+        return middle, float(radius), float(np.hypot(east, north).max())
 
 
 @dataclass(frozen=True)
