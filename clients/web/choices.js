@@ -3,7 +3,7 @@
 import { keep } from "./settings.js";
 import { speak } from "./status.js";
 
-const LISTS = ["orientation", "afterglow", "unit", "palette", "trails", "trailmotion"];
+const LISTS = ["orientation", "afterglow", "unit", "palette", "trails", "trailmotion", "detail"];
 const CHECKS = ["rings", "headline", "sweep", "truth"];
 const ZOOM_STEP = 2;
 const element = (id) => document.getElementById(id);
@@ -36,6 +36,7 @@ export class Choices {
       this.scope.repaint();
     }
     if (name === "orientation") this.scope.framing.moveTo({ x: 0, y: 0 }, 1); // the screen's axes now mean other bearings
+    if (name === "detail") this.scope.fit();
     if (name === "trails" || name === "trailmotion") this.scope.startTrails();
     this.scope.changed = true;
     this.show();

@@ -122,7 +122,7 @@ function frame(time) {
   requestAnimationFrame(frame);
   const began = now();
   playout.release(time / 1000);
-  scope.draw();
+  scope.draw(time);
   if (latest) {
     status.showShip(latest, origin);
     showPlaces();

@@ -1,6 +1,7 @@
 // The radar picture on the page: three stacked canvases (echoes, furniture, marks), redrawn when something changed.
 
 import { CanvasRenderer } from "./canvas.js";
+import { Detail } from "./detail.js";
 import { Framing } from "./framing.js";
 import { begin, drawFurniture, drawMarks, furnitureColours } from "./overlay.js";
 import { echoColours, trailTint } from "./palette.js";
@@ -20,6 +21,7 @@ export class Scope {
     this.place = element("scope");
     this.renderer = chooseRenderer(wanted, () => (this.changed = true));
     this.framing = new Framing();
+    this.detail = new Detail();
     this.ship = { heading: 0, course: 0, azimuth: null, position: [0, 0] };
     this.blindSectors = [];
     this.cursor = this.marker = this.truth = this.trails = null;
@@ -83,12 +85,15 @@ export class Scope {
     this.scale = window.devicePixelRatio || 1;
     this.width = this.place.clientWidth;
     this.height = this.place.clientHeight;
-    for (const layer of ["echoes", "furniture", "marks"]) {
-      element(layer).width = Math.round(this.width * this.scale);
-      element(layer).height = Math.round(this.height * this.scale);
-    }
+    this.detail.restart();
+    for (const layer of ["echoes", "furniture", "marks"]) this.size(element(layer), this.scale);
     this.furnished = "";
     this.changed = true;
+  }
+
+  size(canvas, scale) {
+    canvas.width = Math.round(this.width * scale);
+    canvas.height = Math.round(this.height * scale);
   }
 
   /** Takes the colours anew from the style sheet. */
@@ -99,15 +104,23 @@ export class Scope {
     this.changed = true;
   }
 
-  /** Draws what changed since the last call. */
-  draw() {
+  /** Draws what changed since the last call, for the frame at `time` [ms]. */
+  draw(time) {
+    if (this.watches && this.detail.frame(time, this.changed)) {
+      this.size(element("echoes"), this.scale * this.detail.share);
+    }
     if (!this.changed) return;
     const { view, settings, scale, polar } = this;
     polar.age(this.period, Number(settings.afterglow));
-    this.changed = Boolean(this.renderer.draw(polar, this.grid, view, this.trails, scale));
+    this.changed = Boolean(this.renderer.draw(polar, this.grid, view, this.trails, scale * this.detail.share));
     this.furnish(view);
     this.mark(view);
     if (!this.changed) this.place.dataset.drawn = this.written; // the epoch and the next number after what is on the screen
+  }
+
+  /** Whether the echoes may be drawn coarser where that keeps them smooth. */
+  get watches() {
+    return this.settings.detail === "auto" && this.renderer.name === "WebGL2";
   }
 
   mark(view) {

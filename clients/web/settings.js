@@ -10,6 +10,7 @@ const CHOICES = {
   sweep: ["on", "off"],
   trails: ["0", "30", "60", "180", "360"], // s; 0: none
   trailmotion: ["true", "relative"],
+  detail: ["auto", "full"],
   truth: ["off", "on"],
 };
 

@@ -54,7 +54,7 @@ class Opened:
         self.refusal = "nothing"  # in the text of the one failure that a test means to see
 
     def __call__(self, query: str = "", drawn: str = "one:720", **size: Any) -> Page:
-        page = self._browser.open(f"{self._url}?{query}", **size)
+        page = self._browser.open(f"{self._url}?detail=full&{query}", **size)
         self._pages.append(page)
         page.wait(DRAWN.format(drawn))
         return page

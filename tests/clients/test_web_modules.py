@@ -134,3 +134,44 @@ def test_a_feed_that_was_ended_hears_nothing_more(modules: Page) -> None:
 def test_rings_stand_at_round_figures(modules: Page, reach: float, unit: str, step: float) -> None:
     got = modules.ask(f"import('./units.js').then(({{ringStep}}) => ringStep({reach}, '{unit}'))")
     assert got == pytest.approx(step, rel=1e-12)  # rounding of two products
+
+
+FRAMES = """import('./detail.js').then(({Detail}) => {
+  const detail = new Detail(), shares = [];
+  let time = 0;
+  const frames = (count, gap, drawn = true) => {  // gap: ms, by the share of the pixels that are drawn
+    for (let k = 0; k < count; k++) detail.frame(time += gap(detail.share), drawn);
+    shares.push(detail.share);
+  };
+  SCRIPT
+  return shares;
+})"""
+
+
+@pytest.mark.parametrize(
+    ("script", "shares"),
+    [
+        ("frames(1000, () => 16.7);", [1]),
+        ("frames(1000, (share) => 33 * share ** 2);", [0.7]),  # 33 ms, then 16.2
+        ("frames(1000, (share) => 50 * share ** 2);", [0.5]),  # 50, 24.5, 12.5
+        ("frames(30, () => 33); frames(30, () => 33);", [1, 0.7]),  # one second tells nothing yet, two do
+        ("frames(500, () => 33.3);", [1]),  # a screen of 30 Hz: coarser is no faster
+        ("frames(500, () => 33.3, false);", [1]),
+        ("frames(500, () => 300);", [1]),  # a hidden page
+        ("frames(60, () => 33); detail.restart(); frames(1, () => 33);", [0.7, 1]),
+    ],
+)
+def test_echoes_are_drawn_coarser_where_that_keeps_them_smooth(modules: Page, script: str, shares: list[float]) -> None:
+    assert modules.ask(FRAMES.replace("SCRIPT", script)) == shares
+
+
+def test_a_coarse_picture_is_tried_finer_again_and_again_more_rarely(modules: Page) -> None:
+    """Of 400 s with frames of 33 ms at full detail and 16.2 at less: after 60, 120 and (next, beyond the end) 240 s of peace."""
+    script = """let fine = 0, now = 0;
+      for (let k = 0; now < 400_000; k++) {
+        const before = detail.share;
+        detail.frame((now += 33 * before ** 2), true);
+        if (before < 1 && detail.share === 1) fine++;
+      }
+      shares.push(fine, detail.share);"""
+    assert modules.ask(FRAMES.replace("SCRIPT", script)) == [2, 0.7]
