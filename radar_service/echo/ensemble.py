@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.fleet import Fleet, Stands, placed_at
+from radar_service.echo.fleet import Fleet, Stands, placed_at, stand_at
 from radar_service.echo.optics.optical_body import OpticalBody, optical_body
 from radar_service.echo.optics.passing import BeamPassing
 from radar_service.echo.scatterers import (
@@ -169,7 +169,7 @@ class Ensemble:
     @cached_property
     def _at_start(self) -> tuple[Floats, Floats]:
         """Places (E, 3) [m] and normals (E, 3) on the map at time 0: for good of what rests."""
-        stands = stands_at(self._fleet, 0.0)
+        stands = self._fleet.each_at(0.0)
         return placed(self.position, self.body, stands), turned(self.normal, self.body, stands)
 
     @cached_property
@@ -190,9 +190,10 @@ class Ensemble:
         """Which scatterers (A,) of bodies `near` (B,) a sector asks for, and their places (A, 3) on the map [m]: of bodies
         with a declared cross-section all or none, as they share it."""
         asked = np.flatnonzero(near[self.body])
-        place = self._at_start[0] if len(asked) == len(self.body) else self._at_start[0][asked]
-        for b, part in self._movers_in(asked):
-            place = self._at_start[0].copy() if place is self._at_start[0] else place
+        moved = list(self._movers_in(asked))
+        untouched = not moved and len(asked) == len(self.body)  # by far the most of a coast's scatterers: not copied
+        place = self._at_start[0] if untouched else self._at_start[0][asked]
+        for b, part in moved:
             place[part] = map_from_body(self.position[asked[part]], stands.position[0, b], stands.heading[0, b])
         if sector is None:
             return asked, place
@@ -231,8 +232,7 @@ class Ensemble:
         held = self.held.get(b)
         if held is not None and held[0] == time and self.passing is not None:
             return held[1]
-        pose = self.bodies[b].motion.pose(time)
-        stand = Stand(pose.position[0], float(pose.heading[0]))
+        stand = stand_at(self.bodies[b], time)
 
         def seen(points: Floats, triangle: Indices) -> NDArray[np.bool_]:
             surface = Surface(np.full(len(points), self.key[b]), triangle)
@@ -276,12 +276,6 @@ def antenna_from(body: Body, stand: Stand, antenna: Floats, earth_radius: float)
     east, north, _ = local - body.middle
     local[2] += (east**2 + north**2) / (2.0 * earth_radius)
     return np.asarray(local)
-
-
-def stands_at(fleet: Fleet, time: float) -> list[Stand]:
-    """Where each body stands at `time` [s]."""
-    stands = fleet.stands(np.array([time]))
-    return [Stand(place, heading) for place, heading in zip(stands.position[0], stands.heading[0].tolist(), strict=True)]
 
 
 def placed(points: Floats, body: Indices, stands: Sequence[Stand]) -> Floats:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.scene.world import Body
+from radar_service.trace.visibility import Stand
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -42,6 +43,17 @@ class Fleet:
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
         return Stands(position, heading)
+
+    def each_at(self, time: float) -> list[Stand]:
+        """Where each body stands at `time` [s]."""
+        stands = self.stands(np.array([time]))
+        return [Stand(place, heading) for place, heading in zip(stands.position[0], stands.heading[0].tolist(), strict=True)]
+
+
+def stand_at(body: Body, time: float) -> Stand:
+    """Where one body stands at `time` [s]."""
+    pose = body.motion.pose(time)
+    return Stand(pose.position[0], float(pose.heading[0]))
 
 
 def placed_at(points: Floats, body: Indices, position: Floats, heading: Floats) -> Floats:

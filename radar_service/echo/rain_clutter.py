@@ -27,8 +27,9 @@ def beam_height(distance: Floats, antenna_height: float, earth_radius: float, el
     distance: (N,) [m]; antenna_height: [m]; earth_radius: effective, inf for flat [m]; elevation: (M,) rising over what
     the beam reaches [rad]; gain: (M,) one-way power gain there. Rain fills the air from the sea to RAIN_HEIGHT.
     """
-    middle = (gain[1:] ** 2 + gain[:-1] ** 2) / 2.0
-    integral = np.concatenate([[0.0], np.cumsum(middle * np.diff(elevation))])
+    from scipy.integrate import cumulative_trapezoid  # here: few scenes have rain, and every start would wait for it
+
+    integral = np.concatenate([[0.0], cumulative_trapezoid(gain**2, elevation)])
     bend = distance / (2.0 * earth_radius)
     horizon = -np.sqrt(
         2.0 * antenna_height / earth_radius

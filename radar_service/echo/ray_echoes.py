@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.ensemble import Ensemble, Reflections, Sector
+from radar_service.echo.fleet import stand_at
 from radar_service.echo.sight import Landscape
 from radar_service.frames import body_rotation, direction, map_from_body
 from radar_service.random import CAST, generator
@@ -86,7 +87,7 @@ class RayCaster:
             body[which] = self._still[np.searchsorted(self._still_last, triangle, side="right")]
             position[which] = self._landscape.place(STILL, antenna, sight[which], nearest[which])
         for key, target in self._movers.items() if movers else ():
-            stand = _stand(self.bodies[key], time)
+            stand = stand_at(self.bodies[key], time)
             which, _ = _closer(target, stand, antenna, sight, nearest)
             body[which] = key
             position[which] = target.place(stand, antenna, sight[which], nearest[which])
@@ -98,7 +99,7 @@ class RayCaster:
     def _own_frames(self, body: Indices, position: Floats) -> Floats:
         """Hits on bodies at rest were met on the map: their places (H, 3) in the frames of their bodies."""
         for key in np.intersect1d(body, self._still):
-            mine, stand = body == key, _stand(self.bodies[key], 0.0)
+            mine, stand = body == key, stand_at(self.bodies[key], 0.0)
             position[mine] = (position[mine] - stand.position) @ body_rotation(stand.heading)
         return position
 
@@ -156,11 +157,6 @@ def _closer(target: RayTarget, stand: Stand, antenna: Floats, sight: Floats, nea
     return which, triangle[which]
 
 
-def _stand(body: Body, time: float) -> Stand:
-    pose = body.motion.pose(time)
-    return Stand(pose.position[0], float(pose.heading[0]))
-
-
 def _triangles(body: Body) -> int:
     return 0 if body.mesh is None else len(body.mesh.faces)
 
@@ -172,7 +168,7 @@ def _on_map(bodies: Sequence[Body]) -> Mesh:
     count = 0
     for body in bodies:
         if body.mesh is not None:
-            stand = _stand(body, 0.0)
+            stand = stand_at(body, 0.0)
             faces.append(body.mesh.faces + count)
             vertices.append(map_from_body(body.mesh.vertices, stand.position, stand.heading))
             count += len(body.mesh.vertices)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.echoes import Echoes, path_factor, received_amplitude, two_way_phase
-from radar_service.echo.ensemble import Reflectors, placed, stands_at
+from radar_service.echo.ensemble import Reflectors, placed
 from radar_service.echo.fleet import Fleet
 from radar_service.echo.intervals import apparent_range, heard_reach
 from radar_service.echo.sight import Landscape
@@ -33,10 +33,8 @@ class RestingEchoes:
 
     def shadows(self, landscape: Landscape, time: float) -> Echoes:
         """The echoes that movers hide at `time` [s], with their sign turned: added, they take the hidden ones away."""
-        echoes = self.echoes
-        if not len(self):
-            return echoes
         hidden = landscape.shadowed(self.place, self.polar, self.antenna, time)
+        echoes = self.echoes
         return Echoes(echoes.range[hidden], echoes.azimuth[hidden], -echoes.amplitude[hidden])
 
 
@@ -44,7 +42,7 @@ def resting_echoes(scene: Scene, ensemble: Reflectors, landscape: Landscape, rea
     """The echoes of an ensemble at rest, as an antenna at rest sees it out to `reach` [m]."""
     antenna = scene.antenna(0.0)[0]
     seen = ensemble.reflections(landscape, antenna, 0.0, reach, movers=False)
-    place = placed(seen.position, seen.body, stands_at(Fleet(ensemble.bodies), 0.0))
+    place = placed(seen.position, seen.body, Fleet(ensemble.bodies).each_at(0.0))
     order = np.argsort(np.arctan2(*(place[:, :2] - antenna[:2]).T), kind="stable")
     place, scattering, body = place[order], seen.amplitude[order], seen.body[order]
     polar = polar_from_map(place, antenna, landscape.earth_radius)

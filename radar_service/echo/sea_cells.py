@@ -71,19 +71,15 @@ class SeaCells:
         azimuth = np.arange(start, stop, dtype=np.float64) * (2.0 * np.pi / self.turn)
         radar, wind_from = self.scene.radar, self.scene.environment.wind_from
         factor = wind_factor((azimuth - wind_from)[:, None], self._place.grazing, radar.wavelength)
-        seen = np.broadcast_to(self._place.grazing > 0, factor.shape)
-        if self.landscape.has_still:
-            time = (scan + 0.5 * (start + stop) / self.turn) * radar.rotation_period
-            antenna = self.scene.antenna(max(time, 0.0))[0]
-            middle, half, begin = self.landscape.still_cone(antenna)
-            rows = np.flatnonzero(np.abs(wrap_angle(azimuth - middle)) <= half)
-            behind = np.flatnonzero(self._place.distance >= begin)
-            places = np.zeros((len(rows), len(behind), 3))
-            places[..., 0] = antenna[0] + np.sin(azimuth)[rows, None] * self._place.distance[behind]
-            places[..., 1] = antenna[1] + np.cos(azimuth)[rows, None] * self._place.distance[behind]
-            hidden = np.zeros(factor.shape, dtype=np.bool_)
-            hidden[np.ix_(rows, behind)] = self.landscape.hides(places.reshape(-1, 3), antenna, time, movers=False).reshape(
-                len(rows), len(behind)
-            )
-            seen = seen & ~hidden
+        seen = np.repeat(self._place.grazing[None] > 0, len(azimuth), axis=0)
+        time = (scan + 0.5 * (start + stop) / self.turn) * radar.rotation_period
+        antenna = self.scene.antenna(max(time, 0.0))[0]
+        middle, half, begin = self.landscape.still_cone(antenna)
+        rows = np.flatnonzero(np.abs(wrap_angle(azimuth - middle)) <= half)
+        behind = np.flatnonzero(self._place.distance >= begin)
+        places = np.zeros((len(rows), len(behind), 3))
+        places[..., 0] = antenna[0] + np.sin(azimuth)[rows, None] * self._place.distance[behind]
+        places[..., 1] = antenna[1] + np.cos(azimuth)[rows, None] * self._place.distance[behind]
+        hidden = self.landscape.hides(places.reshape(-1, 3), antenna, time, movers=False)
+        seen[np.ix_(rows, behind)] &= ~hidden.reshape(places.shape[:2])
         return np.where(seen, factor, 0.0).astype(np.float32)

@@ -71,16 +71,9 @@ class Landscape:
     def _in_between(self, surface: Surface, time: float, movers: bool) -> list[tuple[Occluder, Stand, int | None]]:
         """What may stand before a surface at `time` [s], where, and which body it is (None: all that rests): first all that
         rests, but before it the mover that all of the surface lies on, which hides most of itself."""
-        resting: list[tuple[Occluder, Stand, int | None]] = [] if self._still is None else [(self._still, STILL, None)]
-        first: list[tuple[Occluder, Stand, int | None]] = []
-        for key, stand in (self._stands(time) if movers else {}).items():
-            (first if (surface.body == key).all() else resting).append((self._movers[key], stand, key))
-        return first + resting
-
-    @property
-    def has_still(self) -> bool:
-        """Whether anything at rest could hide something."""
-        return self._still is not None
+        found: list[tuple[Occluder, Stand, int | None]] = [] if self._still is None else [(self._still, STILL, None)]
+        found += [(self._movers[key], stand, key) for key, stand in (self._stands(time) if movers else {}).items()]
+        return sorted(found, key=lambda one: one[2] is None or not (surface.body == one[2]).all())
 
     def still_cone(self, antenna: Floats) -> tuple[float, float, float]:
         """What all that rests may hide from the antenna (3,), as `Occluder.cone`; a half width of 0 where nothing rests."""
@@ -102,7 +95,7 @@ class Landscape:
         place: (E, 3) seen past all that rests, in rising order of azimuth; polar: the same as the antenna (3,) sees them.
         """
         shadowed = [np.zeros(0, dtype=np.int64)]
-        for key, stand in self._stands(time).items():
+        for key, stand in self._stands(time).items() if len(place) else ():
             occluder = self._movers[key]
             middle, half, begin = occluder.cone(stand, antenna)
             behind = _within(polar.azimuth, middle, half)
@@ -111,9 +104,7 @@ class Landscape:
         return np.unique(np.concatenate(shadowed))
 
     def _stands(self, time: float) -> dict[int, Stand]:
-        stands = self._fleet.stands(np.array([time]))
-        each = zip(self._movers, stands.position[0], stands.heading[0].tolist(), strict=True)
-        return {key: Stand(place, heading) for key, place, heading in each}
+        return dict(zip(self._movers, self._fleet.each_at(time), strict=True))
 
     def _hidden(
         self,

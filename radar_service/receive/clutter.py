@@ -6,7 +6,7 @@ speckle serves both; it is held while the beam passes and drawn anew each revolu
 """
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,11 +119,15 @@ class Sea:
     """What the sea adds to speckle. mean: (cells, bins of a cell) root of the mean power over directions [sqrt(W)]."""
 
     mean: Reals
-    loudest: Reals  # (cells,) of the mean's, W
     cells: SeaCells
     beam: BeamRows  # over the cells' rows: two-way power
     texture: TurnRows  # Gaussian
     table: TextureTable
+
+    @cached_property
+    def loudest(self) -> Reals:
+        """Greatest mean power (cells,) [W] in each cell."""
+        return np.asarray(self.mean.max(axis=1) ** 2)
 
     def reach(self, level: Reals, floor: float) -> int:
         """Bins to which any of the levels (K, cells) lifts the mean power above `floor` [W]."""
@@ -237,7 +241,7 @@ def _sea_of(
     motion = _texture_motion(scene, turn, float(np.median(shape)))
     texture = TurnRows(turn, TextureRows(motion, columns, seed).make)
     beam = BeamRows(radar.azimuths, cells.rows.turn, lambda x: pattern(x) ** 2, REACH * cell.width, order=1)
-    return Sea(mean, mean.max(axis=1) ** 2, cells, beam, texture, TextureTable(shape))
+    return Sea(mean, cells, beam, texture, TextureTable(shape))
 
 
 def _shape(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: float) -> Floats:

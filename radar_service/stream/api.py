@@ -118,12 +118,12 @@ def _add_scenes(router: APIRouter, stations: Mapping[str, Station], shelf: Scene
     async def upload(request: Request) -> say.SceneAnswer:
         """Keep a scene on the list, checked and planned for the first radar; it replaces an earlier upload of its name."""
         name, scene, kind, files = await _upload(request)
-        built = await asyncio.to_thread(shelf.add, name, scene, kind, files)
-        try:
-            plan = await next(iter(stations.values())).plan(built)
-        except ValueError:  # no engine takes it
-            await asyncio.to_thread(shelf.remove, name)
-            raise
+        first, loop = next(iter(stations.values())), asyncio.get_running_loop()
+
+        def planned(built: Scene) -> dict[str, Any]:
+            return asyncio.run_coroutine_threadsafe(first.plan(built), loop).result()
+
+        built, plan = await asyncio.to_thread(shelf.add, name, scene, kind, files, planned)
         return say.SceneAnswer(name=name, bodies=len(built.bodies), warnings=list(built.warnings), plan=plan)
 
     @router.delete("/scenes/{name}", status_code=204, responses={**UNKNOWN, **CONFLICT})

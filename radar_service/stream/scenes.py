@@ -4,7 +4,7 @@ import json
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -92,11 +92,13 @@ class SceneShelf:
         except SceneError as fault:
             raise SceneError(*_discreet(fault.problems, offer.path.parent)) from None
 
-    def add(self, name: str, scene: bytes, kind: str, files: Mapping[str, bytes]) -> Scene:
+    def add(
+        self, name: str, scene: bytes, kind: str, files: Mapping[str, bytes], plan: Callable[[Scene], dict[str, Any]]
+    ) -> tuple[Scene, dict[str, Any]]:
         """Take in an uploaded scene (TOML or JSON text, kind ".toml" or ".json") and its files; it replaces one of its name.
 
-        The scene is built once, so that what cannot be run is refused here and nothing is kept of it. Raises SceneError,
-        and Conflict when the shelf is full.
+        The scene is built and planned once, so that what cannot be run is refused here, nothing is kept of it, and an
+        earlier one stays. Raises SceneError, what `plan` raises, and Conflict when the shelf is full.
         """
         checked_name(name)
         if name not in self._uploads and len(self._uploads) >= MAX_UPLOADS:
@@ -105,6 +107,7 @@ class SceneShelf:
         try:
             path = _stored(folder, scene, kind, files)
             built = load_scene(path, builder=self._builders["uploaded"])
+            planned = plan(built)
         except BaseException as fault:
             shutil.rmtree(folder, ignore_errors=True)
             if isinstance(fault, SceneError):
@@ -114,7 +117,7 @@ class SceneShelf:
         self._uploads[name] = Offer(name, path, "uploaded")
         if replaced:
             shutil.rmtree(replaced.path.parent, ignore_errors=True)
-        return built
+        return built, planned
 
     def remove(self, name: str) -> None:
         """Delete an upload. Raises KeyError where there is no such scene, Conflict where it is not an upload."""

@@ -202,6 +202,22 @@ def test_a_scene_that_the_engine_refuses_is_refused_with_its_words() -> None:
     play(test, station(make=refuse))
 
 
+def test_an_upload_that_no_engine_takes_leaves_the_earlier_one_of_its_name() -> None:
+    def picky(of: Any) -> FakeEngine:
+        if of.name == "bad":
+            raise SceneError("body[0].mesh: too fine")
+        return factory()(of)
+
+    async def test(server: Server) -> None:
+        for title, status in (("good", 201), ("bad", 422)):
+            answer = await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": title}})
+            assert answer.status_code == status
+        listed = {offer["name"]: offer for offer in (await server.http.get("/api/scenes")).json()}
+        assert listed["mine"]["title"] == "good"
+
+    play(test, station(make=picky))
+
+
 def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
     (tmp_path / "local.toml").write_text('name = "from a folder"')
     (tmp_path / "broken.toml").write_text("name = ")

@@ -6,13 +6,13 @@ next surface is integrated in closed form too. Only its middle ray asks which tr
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.optics.facet import mirrored, polarization_of, scattering_amplitude, triangle_phases
 from radar_service.echo.optics.pieces import Pieces
-from radar_service.scene.world import Mesh
 from radar_service.trace.embree import TriangleScene
 
 Floats = NDArray[np.float64]
@@ -64,20 +64,11 @@ class Tubes:
         return Tubes(*(getattr(self, name).take(which, axis=0) for name in self.__dataclass_fields__))
 
 
-@dataclass(frozen=True)
-class Planes:
-    """Of the triangles (F,) of a mesh: a corner (F, 3) [m] and the unit normal (F, 3), 0 where there is no area."""
+class Planes(NamedTuple):
+    """Of the triangles (F,) of a mesh: a point (F, 3) [m] and the unit normal (F, 3), 0 where there is no area."""
 
-    corner: Floats
+    point: Floats
     normal: Floats
-
-
-def planes_of(mesh: Mesh) -> Planes:
-    """The planes that a mesh's triangles lie in."""
-    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
-    cross = np.cross(b - a, c - a)
-    length = np.linalg.norm(cross, axis=1)
-    return Planes(a, cross / np.where(length > 0.0, length, 1.0)[:, None])
 
 
 def lit_pieces(
@@ -87,7 +78,7 @@ def lit_pieces(
 
     outside: (F,) as from `outward_side`; what is seen from within a closed body is no use looking at.
     """
-    above = np.einsum("ij,ij->i", planes.normal, antenna - planes.corner)  # a whole triangle turns its face, or its back
+    above = np.einsum("ij,ij->i", planes.normal, antenna - planes.point)  # a whole triangle turns its face, or its back
     lit = np.flatnonzero((above * outside + (outside == 0) > 0.0).take(pieces.triangle))
     centre, triangle = pieces.centre.take(lit, axis=0), pieces.triangle.take(lit)
     kept = np.flatnonzero(seen(centre, triangle))
@@ -129,13 +120,13 @@ def _before_something(tubes: Tubes, planes: Planes, hollow: Flags) -> Indices:
 
 def _landed(tubes: Tubes, planes: Planes) -> Tubes:
     """Tubes on their way to `triangle`, carried into its plane; those that would graze it or lie behind it are left out."""
-    corner, normal = planes.corner.take(tubes.triangle, axis=0), planes.normal.take(tubes.triangle, axis=0)
+    point, normal = planes.point.take(tubes.triangle, axis=0), planes.normal.take(tubes.triangle, axis=0)
     facing = np.einsum("ij,ij->i", normal, tubes.direction)
     normal = np.where(facing[:, None] > 0.0, -normal, normal)
     facing = -np.abs(facing)
     steep = np.flatnonzero(facing < -GRAZING)
     tubes, normal, facing = tubes.chosen(steep), normal[steep], facing[steep]
-    height = np.einsum("mij,mj->mi", tubes.corners - corner[steep, None, :], normal)
+    height = np.einsum("mij,mj->mi", tubes.corners - point[steep, None, :], normal)
     way = height / -facing[:, None]
     landed = tubes.corners + way[:, :, None] * tubes.direction[:, None, :]
     middle = (way[:, 0] + way[:, 1] + way[:, 2]) / 3.0
@@ -157,7 +148,7 @@ def sent_back(tubes: Tubes, antenna: Floats, radio: Radio) -> tuple[Floats, Comp
     surface = _areas(tubes.corners) * triangle_phases(tubes.corners, end, gradient, radio.wavenumber)
     received = polarization_of(toward, radio.polarization)
     amplitude = scattering_amplitude(tubes.direction, tubes.field, toward, received, tubes.normal, surface, radio.wavelength)
-    if tubes.begin is end:  # as they have come straight from the antenna
+    if not tubes.inner.any():  # they have come straight from the antenna
         return end, amplitude
     _, first = _sight(antenna, tubes.begin)
     behind, _ = _sight(antenna, (tubes.begin + end) / 2.0)

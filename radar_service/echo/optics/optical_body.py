@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.optics.bounces import Planes, Radio, Seen, hits, lit_pieces, planes_of, sent_back
+from radar_service.echo.optics.bounces import Planes, Radio, Seen, hits, lit_pieces, sent_back
 from radar_service.echo.optics.centres import scattering_centres
 from radar_service.echo.optics.patches import faces_something, outward_side, patch_sizes
 from radar_service.echo.optics.pieces import MOST, Pieces, far_field_edge, pieces_of
@@ -99,7 +99,7 @@ def optical_body(body: Body, radar: Radar, bounces: int) -> OpticalBody:
     mesh = body.mesh
     return OpticalBody(
         mesh,
-        planes_of(mesh),
+        Planes(*triangle_frames(mesh)[:2]),
         Radio(radar.wavelength, radar.polarization),
         range_resolution(radar),
         bounces,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.ensemble import Ensemble, ensemble_of, placed, stands_at
+from radar_service.echo.ensemble import Ensemble, ensemble_of, placed
 from radar_service.echo.fleet import Fleet
 from radar_service.echo.sight import Landscape
 from radar_service.fidelity import PRESETS
@@ -35,7 +35,7 @@ class Model:
         """Cross-sections (T,) [m^2] of all anchors as they stand in a draw."""
         antenna, time = self.scene.antenna(0.0)[0], float(draw)
         seen = self.ensemble.reflections(self.landscape, antenna, time, 2.0 * AWAY)
-        place = placed(seen.position, seen.body, stands_at(Fleet(self.ensemble.bodies), time))
+        place = placed(seen.position, seen.body, Fleet(self.ensemble.bodies).each_at(time))
         return seen_sections(self.scene.radar, antenna, place, seen.amplitude, seen.body, len(self.ensemble))
 
 
