@@ -3,7 +3,7 @@
 from typing import Any
 
 import radar_service as rs
-from radar_service.scene.world import Radar
+from radar_service.radar.parameters import Radar
 
 
 def scene(bodies: list[dict[str, Any]] | None = None, **sections: Any) -> rs.Scene:

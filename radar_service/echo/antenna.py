@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.scene.world import Pattern, Taylor
+from radar_service.radar.parameters import Pattern, Taylor
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,8 @@ from radar_service.echo.antenna import quick_gain
 from radar_service.echo.propagation import gas_amplitude, rain_db_per_km, two_ray_factor
 from radar_service.echo.sea_surface import rms_wave_height
 from radar_service.frames import Polar, effective_earth_radius
-from radar_service.scene.world import Environment, Radar
+from radar_service.radar.parameters import Radar
+from radar_service.scene.world import Environment
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

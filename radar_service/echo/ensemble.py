@@ -23,8 +23,9 @@ from radar_service.echo.scatterers import (
 from radar_service.echo.sight import Landscape, Surface
 from radar_service.fidelity import FEWEST
 from radar_service.frames import body_rotation, map_from_body
+from radar_service.radar.parameters import Radar
 from radar_service.random import SCATTER, generator
-from radar_service.scene.world import Body, Radar
+from radar_service.scene.world import Body
 from radar_service.trace.visibility import Stand
 
 Floats = NDArray[np.float64]

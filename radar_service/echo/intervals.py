@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.moving import Instants
 from radar_service.echo.sweep import SweptEchoes
-from radar_service.scene.world import Radar
+from radar_service.radar.parameters import Radar
 
 Floats = NDArray[np.float64]
 MARGIN = 10.0  # m: more than anything moves within an interval

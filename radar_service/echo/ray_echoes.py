@@ -15,8 +15,9 @@ from radar_service.echo.ensemble import Ensemble, Reflections, Sector
 from radar_service.echo.fleet import stand_at
 from radar_service.echo.sight import Landscape
 from radar_service.frames import body_rotation, direction, map_from_body
+from radar_service.radar.parameters import Radar
 from radar_service.random import CAST, generator
-from radar_service.scene.world import Body, Mesh, Radar
+from radar_service.scene.world import Body, Mesh
 from radar_service.trace.casting import RayTarget, sea_range
 from radar_service.trace.rays import rays_round
 from radar_service.trace.visibility import Stand

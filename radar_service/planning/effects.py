@@ -10,10 +10,11 @@ from radar_service.planning.choice import Choice
 from radar_service.planning.knobs import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db
 from radar_service.planning.mirror import held_db
 from radar_service.planning.record import Record
+from radar_service.radar.parameters import Radar
 from radar_service.receive.clutter import MATTERS
 from radar_service.scene.describe import pattern_text
 from radar_service.scene.doubts import pulse_doppler_shift, top_speed
-from radar_service.scene.world import Radar, Scene
+from radar_service.scene.world import Scene
 from radar_service.trace.rays import REACH
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"

@@ -18,11 +18,12 @@ from radar_service.echo.ensemble import by_optics
 from radar_service.fidelity import FEWEST, Fidelity
 from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.mirror import held_db
+from radar_service.radar.parameters import Radar
 from radar_service.receive.beam import azimuth_kernel, beam_spectrum, grid_rows
 from radar_service.receive.compression import range_kernel, waveform_spectra
 from radar_service.receive.grid import Kernel
 from radar_service.receive.plain_pulse import PulseKernel
-from radar_service.scene.world import Radar, Scene
+from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
 

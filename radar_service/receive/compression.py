@@ -8,6 +8,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from radar_service.radar.parameters import Radar
 from radar_service.receive.blanking import Blanking, blanking_for
 from radar_service.receive.gaussian_spectrum import GaussianSpectrum
 from radar_service.receive.grid import Kernel, Tables, lay_swept
@@ -20,7 +21,6 @@ from radar_service.receive.plain_pulse import (
     pulse_kernel,
 )
 from radar_service.receive.waveform import chirp_spectrum, matched_filter, noise_power
-from radar_service.scene.world import Radar
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -14,9 +14,10 @@ from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.antenna import taylor_gain
 from radar_service.echo.turn_rows import Pattern
 from radar_service.frames import wrap_angle
+from radar_service.radar.parameters import Radar
 from radar_service.random import INTERFERENCE, generator
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
-from radar_service.scene.world import Interferer, Radar, Scene
+from radar_service.scene.world import Interferer, Scene
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -3,12 +3,13 @@
 import math
 from dataclasses import replace
 
+from radar_service.radar.parameters import Pattern, Radar, Taylor
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
 from radar_service.scene.error import SceneError
 from radar_service.scene.interference_model import InterferenceModel
 from radar_service.scene.model import EnvironmentModel
 from radar_service.scene.radar_model import PatternName, PatternTable, RadarModel, fastest_rpm
-from radar_service.scene.world import Environment, Interferer, Pattern, Radar, Scene, Taylor
+from radar_service.scene.world import Environment, Interferer, Scene
 
 
 def radar_from_model(model: RadarModel) -> Radar:

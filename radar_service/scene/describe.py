@@ -9,8 +9,9 @@ import numpy as np
 
 from radar_service.constants import KNOT, SPEED_OF_LIGHT
 from radar_service.frames import effective_earth_radius, polar_from_map
+from radar_service.radar.parameters import Pattern, Radar, Taylor
 from radar_service.scene.model import SceneModel
-from radar_service.scene.world import Body, Motion, Pattern, Radar, Scene, Taylor
+from radar_service.scene.world import Body, Motion, Scene
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
 NOTHING: Mapping[str, Sequence[str]] = MappingProxyType({})

@@ -5,8 +5,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from radar_service.constants import KNOT
+from radar_service.radar.parameters import Radar
 from radar_service.scene.error import SceneError
-from radar_service.scene.world import Body, Motion, Radar
+from radar_service.scene.world import Body, Motion
 
 SPILLING_CHIRP = 14.0  # bandwidth x pulse: below, without a window, the field errs by more than -40 dB
 CLOSE_SAMPLING = 1.1  # sample rate / bandwidth: the same

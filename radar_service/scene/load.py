@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import EARTH_RADIUS
+from radar_service.radar.parameters import Radar
 from radar_service.scene import raster
 from radar_service.scene.builder import Builder, InProcess
 from radar_service.scene.convert import environment_from_model, interferer_from_model, radar_from_model
@@ -27,7 +28,7 @@ from radar_service.scene.motion import MAX_TRACK_BYTES, motion_from_model
 from radar_service.scene.odd_places import odd_places
 from radar_service.scene.shapes import shape_mesh
 from radar_service.scene.source import Source, model_and_folder
-from radar_service.scene.world import Body, Mesh, Motion, Radar, Scattering, Scene
+from radar_service.scene.world import Body, Mesh, Motion, Scattering, Scene
 
 Floats = NDArray[np.float64]
 

@@ -71,7 +71,7 @@ class RadarModel(Section):
         2000, ge=1, le=1_000_000, description="per azimuth, of the documented fidelity and of the ray samplers"
     )
     blind_sectors_deg: tuple[tuple[Bearing, Bearing], ...] = Field(
-        (), max_length=16, description="no transmission between these angles, clockwise from the bow"
+        (), max_length=16, description="no transmission between these angles, clockwise from the bow; [0, 360] is the full circle"
     )
 
     @property
@@ -97,7 +97,7 @@ class RadarModel(Section):
             table = getattr(self, name)
             if isinstance(table, tuple):
                 _check_table(name, table)
-        for check in (_check_sampling, _check_sizes, _check_waveform, _check_repetition, _check_beam):
+        for check in (_check_sampling, _check_sizes, _check_waveform, _check_repetition, _check_beam, _check_sectors):
             check(self)
         return self
 
@@ -194,6 +194,15 @@ def _check_beam(radar: RadarModel) -> None:
             f"{place}: {width_deg:g} degrees take a grid of {rows:.0f} rows x {radar.bins} range bins; at "
             f"most {MAX_GRID} cells are allowed: widen the beam, or lower range_max_m or sample_rate_hz"
         )
+
+
+def _check_sectors(radar: RadarModel) -> None:
+    for k, (start, stop) in enumerate(radar.blind_sectors_deg):
+        if start == stop:
+            raise ValueError(
+                f"blind_sectors_deg[{k}]: [{start:g}, {stop:g}] is not allowed; two different angles from -360 to 360 degrees; "
+                "remove the sector, or write [0, 360] for the full circle"
+            )
 
 
 def _half_power_width(table: PatternTable) -> float:

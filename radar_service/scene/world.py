@@ -10,86 +10,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.frames import map_from_body, map_from_deck
+from radar_service.radar.parameters import Radar
 from radar_service.scene.turns import along_arc
 
 Floats = NDArray[np.float64]
-EDGE = 1e-9  # rad; the ends of a blind sector belong to it whatever the rounding of degrees
 Scattering = Literal["rcs", "diffuse", "optics"]
-
-
-class Taylor(NamedTuple):
-    """A Taylor line source: sidelobes below the peak [dB], and nbar, one more than how many of them are equal."""
-
-    sidelobe_db: float
-    nbar: int
-
-
-Pattern = str | Taylor | tuple[tuple[float, float], ...]  # a name, or rows of (offset rad, one-way power gain)
-
-
-@dataclass(frozen=True)
-class Radar:
-    """The radar of a scene; see RadarModel for meanings and allowed ranges."""
-
-    frequency: float
-    modulation: str
-    bandwidth: float  # of the chirp; of the receiver where the pulse has no modulation
-    pulse: float
-    sample_rate: float
-    window: str
-    prf: float | None  # pulses per second, None where it does not matter
-    second_time_around: bool
-    azimuths: int
-    rotation_period: float  # s per scan
-    bins: int
-    range_max: float
-    range_min: float
-    beamwidth: float  # rad, one-way half power, horizontal
-    beamwidth_el: float
-    tilt: float
-    pattern: Pattern
-    pattern_el: Pattern
-    height: float
-    power: float
-    gain: float  # power ratio
-    loss: float  # power ratio >= 1
-    noise_factor: float  # power ratio >= 1
-    polarization: str
-    eclipsing: bool
-    rays: int
-    blind_sectors: tuple[tuple[float, float], ...]  # rad, clockwise from the bow
-
-    @property
-    def wavelength(self) -> float:
-        """Free-space wavelength [m] (seed eq. 1)."""
-        return SPEED_OF_LIGHT / self.frequency
-
-    @property
-    def range_step(self) -> float:
-        """Length of a range bin [m]: c / (2 fs)."""
-        return SPEED_OF_LIGHT / (2.0 * self.sample_rate)
-
-    @property
-    def unambiguous_range(self) -> float:
-        """Range [m] whose echo arrives with the next pulse: c / (2 prf); inf without a pulse repetition frequency."""
-        return np.inf if self.prf is None else SPEED_OF_LIGHT / (2.0 * self.prf)
-
-    @property
-    def azimuth_step(self) -> float:
-        """Angle from one spoke to the next [rad]."""
-        return 2.0 * np.pi / self.azimuths
-
-    @property
-    def spoke_period(self) -> float:
-        """Time from one spoke to the next [s]."""
-        return self.rotation_period / self.azimuths
-
-    def schedule(self, number: NDArray[np.int64]) -> tuple[Floats, Floats]:
-        """Boresight [rad from north, 0 to 2 pi] and time [s] of spokes (K,) numbered from the start of the simulation."""
-        index = np.asarray(number % self.azimuths, dtype=np.float64)
-        return index * self.azimuth_step, np.asarray(number, dtype=np.float64) * self.spoke_period
 
 
 @dataclass(frozen=True)
@@ -333,10 +259,4 @@ class Scene:
 
     def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
         """Whether the radar is silent (K,): boresights (K,) [rad from north] in a blind sector at each time (K,) [s]."""
-        silent = np.zeros(len(time), dtype=np.bool_)
-        if not self.radar.blind_sectors:
-            return silent
-        from_bow = (boresight - self.own_ship.pose(time).heading) % (2.0 * np.pi)
-        for start, stop in self.radar.blind_sectors:
-            silent |= (from_bow - start + EDGE) % (2.0 * np.pi) <= (stop - start) % (2.0 * np.pi) + 2.0 * EDGE
-        return silent
+        return self.radar.is_blind(boresight - self.own_ship.pose(time).heading)

@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 
 from radar_service.display.video import Controls, Layout, encode, layout, scale
 from radar_service.fidelity import Fidelity
+from radar_service.radar.parameters import Radar
 from radar_service.records import SpokeBlock, Truth
-from radar_service.scene.world import Radar, Scene
+from radar_service.scene.world import Scene
 from radar_service.stream import wire
-
-TURN = 2.0 * math.pi
-ROUNDING = 1e-9  # rad; azimuth - heading of a spoke at the very edge of a sector errs by some 1e-15
 
 
 class Planned(Protocol):
@@ -124,19 +122,6 @@ def hello(
     }
 
 
-def blind(azimuth: NDArray[np.float64], heading: NDArray[np.float64], radar: Radar) -> NDArray[np.bool_]:
-    """Which spokes (K,) look into a blind sector; sectors run clockwise from the bow [rad], both ends included.
-
-    A sector whose ends differ by whole turns is the full circle.
-    """
-    bow = azimuth - heading
-    inside = np.zeros(azimuth.shape, dtype=bool)
-    for start, stop in radar.blind_sectors:
-        width = (stop - start) % TURN or (TURN if stop != start else 0.0)
-        inside |= np.mod(bow - start + ROUNDING, TURN) <= width + 2.0 * ROUNDING
-    return inside
-
-
 def spokes(
     epoch: str, first: int, block: SpokeBlock, encoding: str, to: Layout, controls: Controls, engine: Engine
 ) -> dict[str, Any]:
@@ -162,7 +147,7 @@ def spokes(
         "encoding": encoding,
         "data": data.tobytes(),
     }
-    hidden = blind(block.azimuth, block.heading, engine.scene.radar)
+    hidden = engine.scene.radar.is_blind(block.azimuth - block.heading)
     return message | {"blind": hidden.tolist()} if hidden.any() else message
 
 

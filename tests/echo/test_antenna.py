@@ -10,7 +10,7 @@ from radar_service.echo.antenna import (
     printed_two_way,
     taylor_gain,
 )
-from radar_service.scene.world import Pattern, Taylor
+from radar_service.radar.parameters import Pattern, Taylor
 
 BEAM = np.deg2rad(3.9)
 TABLE = ((0.0, 1.0), (0.02, 0.1), (0.10, 0.001))

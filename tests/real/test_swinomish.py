@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 import radar_service as rs
-from radar_service.scene.world import Radar
+from radar_service.radar.parameters import Radar
 from tests.real import places
 
 pytestmark = places.present

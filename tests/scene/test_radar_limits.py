@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.radar.parameters import Taylor
 from radar_service.scene.describe import describe
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
 from radar_service.scene.odd_places import surfaces_above
-from radar_service.scene.world import Taylor
 from tests.scenes import point, radar, scene
 
 LIGHT = 299_792_458.0

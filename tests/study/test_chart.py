@@ -13,7 +13,7 @@ import radar_service as rs
 from radar_service.__main__ import main
 from radar_service.echo.antenna import one_way_gain
 from radar_service.echo.echoes import Echoes, received_amplitude
-from radar_service.scene.world import Radar, Taylor
+from radar_service.radar.parameters import Radar, Taylor
 from radar_service.study.chart import chart
 from radar_service.study.chart.anchors import anchors_for, seen_sections
 from radar_service.study.chart.field_panel import field_points, task_for

@@ -11,8 +11,9 @@ from radar_service.echo.optics.centres import scattering_centres
 from radar_service.echo.optics.patches import faces_something, outward_side, patch_sizes
 from radar_service.echo.optics.pieces import MOST, Pieces, far_field_edge, pieces_of
 from radar_service.echo.scatterers import triangle_frames
+from radar_service.radar.parameters import Radar
 from radar_service.scene.materials import power_reflectivity
-from radar_service.scene.world import Body, Mesh, Radar
+from radar_service.scene.world import Body, Mesh
 from radar_service.trace.embree import TriangleScene
 
 Floats = NDArray[np.float64]

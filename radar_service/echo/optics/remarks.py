@@ -7,7 +7,8 @@ import numpy as np
 from radar_service.echo.optics.optical_body import coarsening, longest_edge, range_resolution
 from radar_service.echo.optics.patches import COPLANAR, faces_something, outward_side, shared_edges
 from radar_service.echo.optics.pieces import MOST
-from radar_service.scene.world import Body, Mesh, Radar, Scene
+from radar_service.radar.parameters import Radar
+from radar_service.scene.world import Body, Mesh, Scene
 
 SMOOTH = math.radians(30.0)  # a bend of less than this between facets may stand for a curve, more is an edge
 FINE = 1.0 / 50.0  # of the wavelength, 0.6 mm at X band: curves that sag no more err by 0.5 dB at most (scene/shapes.py)

@@ -10,10 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.radar.parameters import Radar
 from radar_service.random import CHART, generator
 from radar_service.scene.materials import material_from_name
 from radar_service.scene.shapes import SHAPES
-from radar_service.scene.world import Body, Mesh, Motion, Radar, Scattering, Scene
+from radar_service.scene.world import Body, Mesh, Motion, Scattering, Scene
 
 Floats = NDArray[np.float64]
 SIDE = 20.0  # wavelengths of plates, legs and heights: 0.6 m at X band, where edges and near fields matter little

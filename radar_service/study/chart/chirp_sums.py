@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from radar_service.echo.antenna import one_way_gain, printed_two_way
 from radar_service.echo.echoes import Echoes
 from radar_service.frames import wrap_angle
+from radar_service.radar.parameters import Radar
 from radar_service.receive.chirp_sum import (
     chirp,
     chirp_sum,
@@ -18,7 +19,6 @@ from radar_service.receive.chirp_sum import (
     sample_delay,
     window,
 )
-from radar_service.scene.world import Radar
 from radar_service.study.chart.method import Floats, Indices, Method, Profiles, Run
 from radar_service.trace.rays import REACH
 

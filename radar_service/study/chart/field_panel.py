@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from radar_service.echo.echoes import Echoes
 from radar_service.frames import wrap_angle
+from radar_service.radar.parameters import Radar
 from radar_service.random import CHART, generator
-from radar_service.scene.world import Radar
 from radar_service.study.chart.method import TILE, Method
 from radar_service.study.chart.point import Point, in_turns
 from radar_service.study.chart.twin import twin_field

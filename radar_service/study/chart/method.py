@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.echoes import Echoes
-from radar_service.scene.world import Radar
+from radar_service.radar.parameters import Radar
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -11,11 +11,11 @@ from radar_service.echo.echoes import Echoes
 from radar_service.echo.sweep import TABLE_STEPS, BeamTable
 from radar_service.fidelity import PRESETS, Fidelity
 from radar_service.frames import wrap_angle
+from radar_service.radar.parameters import Radar
 from radar_service.receive.beam import azimuth_kernel, grid_rows, sweep
 from radar_service.receive.compression import Compression, compression_for, waveform_spectra
 from radar_service.receive.grid import Kernel, lay, lay_swept
 from radar_service.receive.plain_pulse import PulseKernel
-from radar_service.scene.world import Radar
 from radar_service.study.chart.chirp_sums import chirp_sums
 from radar_service.study.chart.method import TILE, Floats, Indices, Method, Profiles, Run
 

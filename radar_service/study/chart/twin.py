@@ -11,7 +11,7 @@ from scipy.signal import windows
 from scipy.special import ndtr
 
 from radar_service.echo.echoes import Echoes
-from radar_service.scene.world import Pattern, Radar, Taylor
+from radar_service.radar.parameters import Pattern, Radar, Taylor
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

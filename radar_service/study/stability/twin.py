@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.radar.parameters import Radar
 from radar_service.scene.load import load_scene
-from radar_service.scene.world import Radar, Scene
+from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
