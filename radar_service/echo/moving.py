@@ -33,7 +33,7 @@ from radar_service.echo.sweep import (
     turned_amplitude,
 )
 from radar_service.frames import polar_from_map, wrap_angle
-from radar_service.scene.world import Motion, Scene
+from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -266,19 +266,10 @@ def _within(place: Floats, middle: float, half: float) -> NDArray[np.bool_]:
 
 def glance_interval(scene: Scene, glance: float) -> float:
     """Time [s] in which nothing moves more than `glance` [m] relative to the antenna, at most one revolution."""
-    others = max((_top_speed(body.motion) for body in scene.bodies), default=0.0)
-    speed = _top_speed(scene.own_ship) + mast_speed(scene) + others
+    others = max((body.motion.top_speed for body in scene.bodies), default=0.0)
+    speed = scene.own_ship.top_speed + mast_speed(scene) + others
     period = scene.radar.rotation_period
     return period if speed * period <= glance else glance / speed
-
-
-def _top_speed(motion: Motion) -> float:
-    """The highest speed [m/s] of a motion."""
-    legs = np.diff(motion.time)
-    steps = np.linalg.norm(np.diff(motion.position, axis=0), axis=1)
-    fastest = np.divide(steps, legs, out=np.zeros_like(steps), where=legs > 0).max(initial=0.0)
-    bent = 0.0 if motion.arcs is None else motion.arcs[:, 1].max()
-    return float(max(fastest, bent, np.linalg.norm(motion.final_velocity)))
 
 
 def mast_speed(scene: Scene) -> float:

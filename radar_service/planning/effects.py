@@ -13,7 +13,7 @@ from radar_service.planning.record import Record
 from radar_service.radar.parameters import Radar
 from radar_service.receive.clutter import MATTERS
 from radar_service.scene.describe import pattern_text
-from radar_service.scene.doubts import pulse_doppler_shift, top_speed
+from radar_service.scene.doubts import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.trace.rays import REACH
 
@@ -143,7 +143,7 @@ def _air(scene: Scene, record: Record) -> list[Choice]:
 
 def _doppler(scene: Scene) -> list[Choice]:
     """What is made of the speed at which echoes come nearer; nothing is said where all is at rest."""
-    speed = top_speed(scene.own_ship) + max((top_speed(body.motion) for body in scene.bodies), default=0.0)
+    speed = scene.own_ship.top_speed + max((body.motion.top_speed for body in scene.bodies), default=0.0)
     if speed == 0.0 or scene.radar.modulation != "lfm":
         return []
     cells = pulse_doppler_shift(speed, scene.radar.pulse, scene.radar.wavelength)

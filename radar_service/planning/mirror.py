@@ -7,7 +7,6 @@ import numpy as np
 from radar_service.echo.propagation import reflection, two_ray_factor
 from radar_service.echo.sea_surface import rms_wave_height
 from radar_service.frames import effective_earth_radius
-from radar_service.scene.doubts import top_speed
 from radar_service.scene.world import Body, Scene
 
 RAMP = 0.67  # rms of 2 F m dphi over rms of F^2, phases even and m = 1: 2 sqrt(2) / sqrt(6), over sqrt(3) of a ramp
@@ -26,7 +25,7 @@ def held_db(scene: Scene, swept_together: int) -> float:
 
 def _turned(body: Body, scene: Scene, seconds: float) -> float:
     """Relative change of F^2 within so many seconds [s], for the highest points of a body coming straight nearer."""
-    moved = (top_speed(scene.own_ship) + top_speed(body.motion)) * seconds
+    moved = (scene.own_ship.top_speed + body.motion.top_speed) * seconds
     if moved == 0.0:
         return 0.0
     radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)

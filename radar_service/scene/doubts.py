@@ -61,7 +61,7 @@ def _spilling(radar: Radar) -> Iterator[str]:
 def _doppler(radar: Radar, own_ship: Motion, bodies: Sequence[Body]) -> Iterator[str]:
     if radar.modulation != "lfm":
         return
-    speed = top_speed(own_ship) + max((top_speed(body.motion) for body in bodies), default=0.0)
+    speed = own_ship.top_speed + max((body.motion.top_speed for body in bodies), default=0.0)
     cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength)
     if cells > HALF_A_CELL:
         yield (
@@ -80,10 +80,3 @@ def _wide(bodies: Sequence[Body]) -> Iterator[str]:
             f"body: bodies at rest stand {span / 1000:.0f} km apart, where sight lines are good to "
             f"{span / 2.0 * 2**-24:.2g} m only and small bodies may hide themselves: leave out what the radar never nears"
         )
-
-
-def top_speed(motion: Motion) -> float:
-    """The highest speed [m/s] of a motion."""
-    legs, steps = np.diff(motion.time), np.linalg.norm(np.diff(motion.position, axis=0), axis=1)
-    fastest = np.divide(steps, legs, out=np.zeros_like(steps), where=legs > 0).max(initial=0.0)
-    return float(max(fastest, np.linalg.norm(motion.final_velocity)))

@@ -95,6 +95,13 @@ class Motion:
         still = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any())
         return still and bool(np.all(self.heading == self.heading[0])) and self.sway is None
 
+    @cached_property
+    def top_speed(self) -> float:
+        """The highest speed [m/s] on any leg or arc, and beyond the last knot; sway not counted."""
+        legs = np.linalg.norm(self._leg_velocity, axis=1).max()
+        arcs = 0.0 if self.arcs is None else self.arcs[:, 1].max()
+        return float(max(legs, arcs))
+
     def pose(self, time: Floats | float) -> Pose:
         """The state at each `time` (K,) [s]."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))

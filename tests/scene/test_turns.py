@@ -85,3 +85,12 @@ def test_check_says_arcs_and_sway() -> None:
 def test_the_period_of_no_sway_is_refused() -> None:
     with pytest.raises(rs.SceneError, match="roll_period_s: the period of nothing; add roll_deg"):
         scene([], own_ship={"roll_period_s": 8})
+
+
+def test_the_top_speed_is_that_along_the_arcs() -> None:
+    """A square whose corners' arcs meet is a circle: no leg is straight, and a chord of a quarter is 0.9 of its arc."""
+    corners = [{"position_m": list(p), "speed_kn": 15.6} for p in [(0, 200), (200, 200), (200, 0)]]
+    circle = point("t", 0, 0, waypoints=corners, turn_radius_m=100, loop=True)
+    made = scene([circle], radar={"pulse_s": 1e-3})
+    assert made.bodies[0].motion.top_speed == pytest.approx(15.6 * KNOT, rel=1e-12)  # rounding
+    assert any("Doppler" in warning for warning in made.warnings)  # from 15.48 kn on: lambda / (4 T)
