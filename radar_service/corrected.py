@@ -11,7 +11,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.antenna import aperture_beamwidth, quick_gain
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.ensemble import Reflections, Reflectors, ensemble_of
 from radar_service.echo.held import Held
@@ -24,8 +23,9 @@ from radar_service.echo.sight import Landscape
 from radar_service.echo.sweep import TABLE_STEPS, BeamTable, SweptEchoes, joined
 from radar_service.fidelity import Fidelity
 from radar_service.frames import wrap_angle
+from radar_service.radar.antenna import grid_rows, quick_gain
 from radar_service.random import NOISE, generator
-from radar_service.receive.beam import Pattern, azimuth_kernel, grid_rows, sweep
+from radar_service.receive.beam import Pattern, azimuth_kernel, sweep
 from radar_service.receive.clutter import clutter_of
 from radar_service.receive.compression import compression_for
 from radar_service.receive.grid import lay
@@ -109,7 +109,7 @@ class CorrectedChain:
         if not len(self.resting):
             return None
         echoes, radar = self.resting.echoes, self.radar
-        beamwidth = aperture_beamwidth(radar.beamwidth, radar.pattern)
+        beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
         rows = grid_rows(radar.azimuths, beamwidth)
         kernel = azimuth_kernel(beamwidth, rows, self.fidelity.beam_kernel_width)
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))

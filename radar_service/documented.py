@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.display.psf import beam_spread, detect
-from radar_service.echo.antenna import printed_two_way
 from radar_service.echo.propagation import printed_atmosphere, printed_two_ray_factor
 from radar_service.echo.sea_surface import rms_wave_height
 from radar_service.fidelity import Fidelity
 from radar_service.frames import body_rotation, direction, effective_earth_radius, polar_from_map, wrap_angle
+from radar_service.radar.patterns import printed_two_way
 from radar_service.random import RAYS, generator
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_phase, pulse_times, sample_delay, window
 from radar_service.scene.world import Motion, Scene

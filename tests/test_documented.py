@@ -5,9 +5,9 @@ import pytest
 
 from radar_service.display.psf import predicted_psf
 from radar_service.documented import DocumentedChain, Hits
-from radar_service.echo.antenna import printed_gain
 from radar_service.echo.propagation import printed_two_ray_factor
 from radar_service.fidelity import Fidelity
+from radar_service.radar.patterns import printed_gain
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, sample_delay, window
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene

@@ -9,7 +9,6 @@ from scipy.optimize import brentq
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.display.psf import beam_spread
 from radar_service.documented import DocumentedChain, Hits
-from radar_service.echo.antenna import one_way_gain, printed_gain, printed_two_way
 from radar_service.echo.echoes import received_amplitude, two_way_phase
 from radar_service.echo.propagation import (
     gas_amplitude,
@@ -20,6 +19,7 @@ from radar_service.echo.propagation import (
 )
 from radar_service.fidelity import PRESETS
 from radar_service.frames import direction
+from radar_service.radar.patterns import PATTERNS, printed_gain, printed_two_way
 from radar_service.receive.chirp_sum import (
     chirp,
     chirp_sum,
@@ -76,7 +76,7 @@ def heard(body: dict[str, Any], **radar: Any) -> Listening:
 
 def test_row_1_half_power_width() -> None:
     assert full_width(lambda t: printed_gain(t, 1.0)) == pytest.approx(0.318, abs=5e-4)  # half the last digit
-    assert full_width(lambda t: one_way_gain(t, 1.0)) == pytest.approx(1.0, rel=1e-9)  # root finder
+    assert full_width(lambda t: PATTERNS["sinc2"].gain(t, 1.0)) == pytest.approx(1.0, rel=1e-9)  # root finder
 
 
 def test_row_2_two_way_pattern() -> None:
@@ -85,7 +85,7 @@ def test_row_2_two_way_pattern() -> None:
     printed = np.array([np.abs(chain.azimuth_field(0, k)[250]) for k in range(9)]) ** 2
     offset = np.arange(9) * 2 * np.pi / 7200
     assert printed / printed[0] == pytest.approx(printed_gain(offset, BEAM) ** 4, rel=1e-4)  # power as G^4; complex64
-    width = full_width(lambda t: one_way_gain(t, 1.0) ** 2)
+    width = full_width(lambda t: PATTERNS["sinc2"].gain(t, 1.0) ** 2)
     assert (width, width * 3.9) == pytest.approx((0.7200, 2.808), abs=5e-4)  # half the last digit
 
 
@@ -164,7 +164,7 @@ def test_row_7_the_beam_twice() -> None:
     def degrees(power: np.ndarray) -> float:
         return float(np.rad2deg(sampled_width(power, step)))
 
-    once = one_way_gain(offset, BEAM) ** 2
+    once = PATTERNS["sinc2"].gain(offset, BEAM) ** 2
     twice = beam_spread(once[:, None], BEAM, step)[:, 0]
     assert (degrees(once), degrees(twice)) == pytest.approx((2.81, 4.74), abs=6e-3)  # half the last digit and the grid
     printed = printed_two_way(offset, 0.0, BEAM, 1.0) ** 2
@@ -193,7 +193,7 @@ def test_row_9_blind_range_of_one_antenna() -> None:
 
 def test_row_10_the_worked_example() -> None:
     degree = np.deg2rad(1.0)
-    assert one_way_gain(degree, BEAM) == pytest.approx(0.841, abs=5e-4)  # printed 0.67
+    assert PATTERNS["sinc2"].gain(degree, BEAM) == pytest.approx(0.841, abs=5e-4)  # printed 0.67
     assert printed_gain(degree, BEAM) == pytest.approx(0.122, abs=5e-4)
     assert printed_two_way(degree, 0.0, BEAM, 1.0) == pytest.approx(0.0149, abs=5e-5)  # printed 0.20
     assert printed_phase(200.0, LAMBDA) == pytest.approx(78_888, abs=0.5)  # printed 78 873

@@ -5,9 +5,9 @@ import pytest
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.documented import DocumentedChain
-from radar_service.echo.antenna import one_way_gain, printed_gain, printed_two_way
 from radar_service.echo.propagation import wavelength
 from radar_service.fidelity import PRESETS
+from radar_service.radar.patterns import PATTERNS, printed_gain, printed_two_way
 from radar_service.receive.chirp_sum import printed_phase, sample_delay
 from radar_service.scene.load import load_scene
 
@@ -47,14 +47,14 @@ def test_step_2_phase() -> None:
 
 
 def test_step_3_gain_one_degree_off() -> None:
-    assert one_way_gain(DEGREE, BEAM) == pytest.approx(0.841, abs=5e-4)  # right
+    assert PATTERNS["sinc2"].gain(DEGREE, BEAM) == pytest.approx(0.841, abs=5e-4)  # right
     assert printed_gain(DEGREE, BEAM) == pytest.approx(0.122, abs=5e-4)  # the printed formula, where 0.67 is printed
 
 
 def test_step_4_two_way() -> None:
     assert 0.67**4 == pytest.approx(0.20, abs=5e-3)  # printed, from the printed 0.67: also not the square that eq. 3 says
     assert printed_two_way(DEGREE, 0.0, BEAM, np.deg2rad(25)) == pytest.approx(0.0149, abs=5e-5)  # eq. 3 on eq. 2
-    assert one_way_gain(DEGREE, BEAM) ** 2 == pytest.approx(0.708, abs=5e-4)  # right, in power: -1.5 dB
+    assert PATTERNS["sinc2"].gain(DEGREE, BEAM) ** 2 == pytest.approx(0.708, abs=5e-4)  # right, in power: -1.5 dB
 
 
 def test_step_5_range_bin(chain: DocumentedChain) -> None:

@@ -6,10 +6,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.antenna import quick_gain
 from radar_service.echo.propagation import gas_amplitude, rain_db_per_km, two_ray_factor
 from radar_service.echo.sea_surface import rms_wave_height
 from radar_service.frames import Polar, effective_earth_radius
+from radar_service.radar.antenna import quick_gain
 from radar_service.radar.parameters import Radar
 from radar_service.scene.world import Environment
 

@@ -12,7 +12,6 @@ from radar_service.planning.mirror import held_db
 from radar_service.planning.record import Record
 from radar_service.radar.parameters import Radar
 from radar_service.receive.clutter import MATTERS
-from radar_service.scene.describe import pattern_text
 from radar_service.scene.doubts import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.trace.rays import REACH
@@ -90,7 +89,7 @@ def _beam(scene: Scene, fidelity: Fidelity) -> Choice:
         error, extent = cut, f"{fidelity.beam_extent:g} beamwidths each side"
         if scene.own_ship.at_rest:
             extent = f"the full circle, {extent} for what moves"
-    return Choice("beam", True, f"{pattern_text(radar.pattern)}, {extent}", field_db=error if math.isfinite(error) else None)
+    return Choice("beam", True, f"{radar.pattern.description}, {extent}", field_db=error if math.isfinite(error) else None)
 
 
 def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> list[Choice]:

@@ -13,13 +13,13 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from radar_service.echo.antenna import aperture_beamwidth, one_way_gain
 from radar_service.echo.ensemble import by_optics
 from radar_service.fidelity import FEWEST, Fidelity
 from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.mirror import held_db
+from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Radar
-from radar_service.receive.beam import azimuth_kernel, beam_spectrum, grid_rows
+from radar_service.receive.beam import azimuth_kernel, beam_spectrum
 from radar_service.receive.compression import range_kernel, waveform_spectra
 from radar_service.receive.grid import Kernel
 from radar_service.receive.plain_pulse import PulseKernel
@@ -72,9 +72,9 @@ def kernel_db(radar: Radar, width: int) -> float:
 @lru_cache(maxsize=64)
 def beam_kernel_db(radar: Radar, width: int) -> float:
     """Relative error [dB] of laying echoes at rest along azimuth with a kernel of `width` rows."""
-    beamwidth = aperture_beamwidth(radar.beamwidth, radar.pattern)
+    beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
     rows = grid_rows(radar.azimuths, beamwidth)
-    beam = beam_spectrum(lambda offset: one_way_gain(offset, radar.beamwidth, radar.pattern), rows)
+    beam = beam_spectrum(lambda offset: radar.pattern.gain(offset, radar.beamwidth), rows)
     return aliasing_db(azimuth_kernel(beamwidth, rows, width), scipy.fft.fftfreq(rows), beam**2)
 
 
@@ -84,7 +84,7 @@ def extent_db(radar: Radar, extent: float) -> float:
     if extent * radar.beamwidth >= math.pi:
         return -math.inf
     offset = np.linspace(0.0, math.pi, int(64 * math.pi / radar.beamwidth))  # 64 to a beamwidth: sidelobes are as wide
-    power = one_way_gain(offset, radar.beamwidth, radar.pattern) ** 2
+    power = radar.pattern.gain(offset, radar.beamwidth) ** 2
     beyond = np.sum(power[offset > extent * radar.beamwidth])
     return float(10.0 * np.log10(beyond / np.sum(power))) if beyond > 0.0 else -math.inf
 

@@ -1,26 +1,16 @@
 """The parameters of a radar in SI and radians, and what follows from them alone: ranges, angles, the schedule of spokes."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.radar.antenna import AntennaPattern
 
 Floats = NDArray[np.float64]
 TURN = 2.0 * np.pi
 EDGE = 1e-9  # rad; the ends of a blind sector belong to it whatever the rounding of degrees
-
-
-class Taylor(NamedTuple):
-    """A Taylor line source: sidelobes below the peak [dB], and nbar, one more than how many of them are equal."""
-
-    sidelobe_db: float
-    nbar: int
-
-
-Pattern = str | Taylor | tuple[tuple[float, float], ...]  # a name, or rows of (offset rad, one-way power gain)
 
 
 @dataclass(frozen=True)
@@ -43,8 +33,8 @@ class Radar:
     beamwidth: float  # rad, one-way half power, horizontal
     beamwidth_el: float
     tilt: float
-    pattern: Pattern
-    pattern_el: Pattern
+    pattern: AntennaPattern  # horizontal
+    pattern_el: AntennaPattern
     height: float
     power: float
     gain: float  # power ratio

@@ -6,26 +6,13 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from radar_service.radar.antenna import azimuth_oversampling
 from radar_service.receive.grid import Kernel
 
 Floats = NDArray[np.float64]
 Pattern = Callable[[Floats], Floats]  # offset from boresight [rad] to gain relative to it
 FINE = 16  # samples of the pattern per grid row: what lies beyond the band of the finest beam is below -100 dB
 COLUMNS = 256  # grid columns transformed at a time, so that a tile stays in cache
-
-
-def grid_rows(azimuths: int, beamwidth: float) -> int:
-    """Rows of the azimuth grid: a whole multiple of `azimuths` at which the beam fills at most a third of the band.
-
-    A sinc^2 beam has spatial frequencies up to 0.886 / beamwidth; at an oversampling of 2.9 a kernel of four rows errs by
-    -78 dB (DESIGN section 4), of six by less than float32.
-    """
-    return azimuths * max(1, int(np.ceil(2.9 / azimuth_oversampling(beamwidth, azimuths))))
-
-
-def azimuth_oversampling(beamwidth: float, rows: int) -> float:
-    """The band of a grid of `rows` to the turn over that of the beam: 0.564 beamwidth / step for a sinc^2 beam."""
-    return beamwidth * rows / (2.0 * np.pi) / (2.0 * 0.8859)
 
 
 def azimuth_kernel(beamwidth: float, rows: int, width: int) -> Kernel:

@@ -11,10 +11,10 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.antenna import taylor_gain
 from radar_service.echo.turn_rows import Pattern
 from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
+from radar_service.radar.patterns import PATTERNS
 from radar_service.random import INTERFERENCE, generator
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
 from radar_service.scene.world import Interferer, Scene
@@ -79,7 +79,7 @@ class Interference:
         bearing = self._bearing(time)[row]
         looks = self._start + 2.0 * np.pi * arrived / other.rotation_period
         gain = self.pattern(wrap_angle(boresight[row] - bearing))
-        gain = gain * taylor_gain(wrap_angle(looks - bearing - np.pi), other.beamwidth)
+        gain = gain * PATTERNS["taylor"].gain(wrap_angle(looks - bearing - np.pi), other.beamwidth)
         loud = np.flatnonzero(gain * other.level > AUDIBLE)
         phase = np.array([self._phase(int(p)) for p in pulse[loud]])
         amplitude = np.sqrt(self._power * gain[loud]) * np.exp(1j * phase)

@@ -3,19 +3,20 @@
 import math
 from dataclasses import replace
 
-from radar_service.radar.parameters import Pattern, Radar, Taylor
+from radar_service.radar.parameters import Radar
+from radar_service.radar.patterns import PATTERNS
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
 from radar_service.scene.error import SceneError
 from radar_service.scene.interference_model import InterferenceModel
 from radar_service.scene.model import EnvironmentModel
-from radar_service.scene.radar_model import PatternName, PatternTable, RadarModel, fastest_rpm
+from radar_service.scene.radar_model import RadarModel, antenna_pattern, fastest_rpm
 from radar_service.scene.world import Environment, Interferer, Scene
 
 
 def radar_from_model(model: RadarModel) -> Radar:
     """The radar in SI: angles in radians, gains and losses as power ratios."""
-    pattern = _pattern(model.pattern, model)
-    default_el: Pattern = pattern if not isinstance(model.pattern, tuple) else "sinc2"
+    pattern = antenna_pattern(model.pattern, model)
+    default_el = pattern if not isinstance(model.pattern, tuple) else PATTERNS["sinc2"]
     return Radar(
         frequency=model.frequency_hz,
         modulation=model.modulation,
@@ -34,7 +35,7 @@ def radar_from_model(model: RadarModel) -> Radar:
         beamwidth_el=math.radians(model.beamwidth_el_deg),
         tilt=math.radians(model.tilt_deg),
         pattern=pattern,
-        pattern_el=default_el if model.pattern_el is None else _pattern(model.pattern_el, model),
+        pattern_el=default_el if model.pattern_el is None else antenna_pattern(model.pattern_el, model),
         height=model.height_m,
         power=model.power_w,
         gain=10.0 ** (model.gain_dbi / 10.0),
@@ -57,12 +58,6 @@ def scene_at_rpm(scene: Scene, rpm: float) -> Scene:
             f"scene's prf_hz; give {60.0 * radar.prf / radar.azimuths:g} at most, or a scene with a higher prf_hz"
         )
     return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm))
-
-
-def _pattern(pattern: PatternName | PatternTable, model: RadarModel) -> Pattern:
-    if isinstance(pattern, tuple):
-        return tuple((math.radians(offset_deg), 10.0 ** (gain_db / 10.0)) for offset_deg, gain_db in pattern)
-    return Taylor(model.taylor_sidelobe_db, model.taylor_nbar) if pattern == "taylor" else pattern
 
 
 def interferer_from_model(model: InterferenceModel) -> Interferer:

@@ -9,7 +9,7 @@ import numpy as np
 
 from radar_service.constants import KNOT, SPEED_OF_LIGHT
 from radar_service.frames import effective_earth_radius, polar_from_map
-from radar_service.radar.parameters import Pattern, Radar, Taylor
+from radar_service.radar.parameters import Radar
 from radar_service.scene.model import SceneModel
 from radar_service.scene.world import Body, Motion, Scene
 
@@ -44,7 +44,7 @@ def json_schema() -> dict[str, Any]:
 def two_way_beamwidth(radar: Radar) -> float | None:
     """Half-power width of the beam out and back [rad], where one number says it: for the sinc^2 and Gaussian patterns."""
     shares = {"sinc2": TWO_WAY_SINC2, "gaussian": math.sqrt(0.5)}
-    share = shares.get(radar.pattern) if isinstance(radar.pattern, str) else None
+    share = shares.get(radar.pattern.name)
     return None if share is None else share * radar.beamwidth
 
 
@@ -54,16 +54,10 @@ def far_field(radar: Radar) -> float:
     return 2.0 * aperture**2 / radar.wavelength
 
 
-def _pattern_text(pattern: Pattern) -> str:
-    if isinstance(pattern, Taylor):
-        return f"taylor, sidelobes {pattern.sidelobe_db:g} dB down, nbar {pattern.nbar}"
-    return pattern if isinstance(pattern, str) else f"a table of {len(pattern)} rows"
-
-
 def _straddling(radar: Radar) -> str:
     """What half-way between spokes is lost, where that is more than half the power."""
     steps = radar.beamwidth / radar.azimuth_step
-    if radar.pattern != "sinc2" or TWO_WAY_SINC2 * steps >= 1.0:
+    if radar.pattern.name != "sinc2" or TWO_WAY_SINC2 * steps >= 1.0:
         return ""
     offset = APERTURE / (2.0 * steps)
     loss_db = -40.0 * math.log10(max(abs(np.sinc(offset)), 1e-6))
@@ -81,9 +75,9 @@ def radar_horizon(scene: Scene, height: float = 0.0) -> float:
 def _radar_lines(radar: Radar) -> list[str]:
     two_way = two_way_beamwidth(radar)
     beam = "" if two_way is None else f", two-way {math.degrees(two_way):.3f}"
-    pattern = pattern_text(radar.pattern)
+    pattern = radar.pattern.description
     if radar.pattern_el != radar.pattern:
-        pattern += f", vertical {pattern_text(radar.pattern_el)}"
+        pattern += f", vertical {radar.pattern_el.description}"
     rpm, rate = 60.0 / radar.rotation_period, 1.0 / radar.spoke_period
     step = math.degrees(radar.azimuth_step)
     width, height = math.degrees(radar.beamwidth), math.degrees(radar.beamwidth_el)
@@ -96,13 +90,6 @@ def _radar_lines(radar: Radar) -> list[str]:
         f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern}){_straddling(radar)}",
         f"  far field from {far_field(radar):.3g} m on; nearer the beam is not formed, which is not modelled",
     ]
-
-
-def pattern_text(pattern: Pattern) -> str:
-    """An antenna pattern in a few words."""
-    if isinstance(pattern, Taylor):
-        return f"taylor {pattern.sidelobe_db:g} dB, nbar {pattern.nbar}"
-    return pattern if isinstance(pattern, str) else f"a table of {len(pattern)} rows"
 
 
 def _pulse_text(radar: Radar) -> str:

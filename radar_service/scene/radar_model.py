@@ -1,25 +1,29 @@
 """What a scene file may say about the radar, and which of its settings the physics cannot carry together."""
 
-import itertools
 import math
-from typing import Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 from pydantic import Field, model_validator
 
 from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.radar.antenna import AntennaPattern, grid_rows
+from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.scene.fields import Bearing, Flag, Number, Section, Whole
 
 MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
 MAX_BINS = 65_536  # 64 NM at 0.9 m
 MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
-ROWS_PER_BEAM = 5.14  # of the grid on which a turn is laid (receive/beam.py: oversampling of 2.9 x 2 x 0.886)
-MAX_GRID = 2**27  # its cells, 24 bytes each while they are laid: 3 GB
-HALF_POWER_DB = -3.0103
+MAX_GRID = 2**27  # cells of the grid on which a scan is laid, 24 bytes each meanwhile: 3 GB
 MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
 LEAST_CHIRP = 4  # bandwidth x pulse: below, the chirp's spectrum is that of its edges and twice as wide as the band
 RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: outside, 3 and 13 dB of signal to noise are given away
 
-PatternName = Literal["sinc2", "printed", "gaussian", "taylor", "cosine", "cosine2"]
+SMALLEST_STEP_DEG = 1e-6  # between rows of a pattern's table: no beam is so fine, and its curve stays finite
+
+if TYPE_CHECKING:
+    PatternName = str
+else:
+    PatternName = Literal[tuple(PATTERNS)]
 PatternTable = tuple[tuple[Number, Number], ...]
 
 
@@ -102,6 +106,13 @@ class RadarModel(Section):
         return self
 
 
+def antenna_pattern(pattern: PatternName | PatternTable, radar: RadarModel) -> AntennaPattern:
+    """The pattern in radians and power ratios; one named taylor has the radar's Taylor parameters."""
+    if isinstance(pattern, tuple):
+        return Table(tuple((math.radians(offset_deg), 10.0 ** (gain_db / 10.0)) for offset_deg, gain_db in pattern))
+    return Taylor(radar.taylor_sidelobe_db, radar.taylor_nbar) if pattern == "taylor" else PATTERNS[pattern]
+
+
 def _check_sampling(radar: RadarModel) -> None:
     if radar.sampling_hz < radar.band_hz:
         raise ValueError(
@@ -177,21 +188,18 @@ def fastest_rpm(prf_hz: float, azimuths: int) -> float:
 
 
 def _check_beam(radar: RadarModel) -> None:
-    step_deg, width_deg, place = 360.0 / radar.azimuths, radar.beamwidth_deg, "beamwidth_deg"
-    finer = (
-        {"printed": 3.15}.get(radar.pattern, 1.0) if isinstance(radar.pattern, str) else 1.7
-    )  # as echo/antenna.py has them
-    if isinstance(radar.pattern, tuple):
-        width_deg, place = _half_power_width(radar.pattern), "pattern"
+    pattern, nominal = antenna_pattern(radar.pattern, radar), math.radians(radar.beamwidth_deg)
+    step_deg, width_deg = 360.0 / radar.azimuths, math.degrees(pattern.half_power_width(nominal))
+    place = "pattern" if isinstance(radar.pattern, tuple) else "beamwidth_deg"
     if width_deg < step_deg * (1.0 - 1e-9) and not radar.coarse_azimuths:
         raise ValueError(
             f"{place}: {width_deg:g} degrees are narrower than the {step_deg:.4g} degrees from spoke to spoke, so "
             f"targets fall between; raise azimuths to {math.ceil(360 / width_deg)} or set coarse_azimuths = true"
         )
-    rows = ROWS_PER_BEAM * finer * 360.0 / width_deg
+    rows = grid_rows(radar.azimuths, pattern.aperture_beamwidth(nominal))
     if rows * radar.bins > MAX_GRID:
         raise ValueError(
-            f"{place}: {width_deg:g} degrees take a grid of {rows:.0f} rows x {radar.bins} range bins; at "
+            f"{place}: {width_deg:g} degrees take a grid of {rows} rows x {radar.bins} range bins; at "
             f"most {MAX_GRID} cells are allowed: widen the beam, or lower range_max_m or sample_rate_hz"
         )
 
@@ -205,22 +213,14 @@ def _check_sectors(radar: RadarModel) -> None:
             )
 
 
-def _half_power_width(table: PatternTable) -> float:
-    """Full width [degrees] at half power of a pattern in dB; a turn where it stays above. Straight between its rows, which
-    is near enough for what is refused."""
-    for (left, high), (right, low) in itertools.pairwise(table):
-        if low < HALF_POWER_DB:
-            return 2.0 * (left + (right - left) * (HALF_POWER_DB - high) / (low - high))
-    return 360.0
-
-
 def _check_table(name: str, table: tuple[tuple[float, float], ...]) -> None:
     if not 2 <= len(table) <= 10_000:
         raise ValueError(f"{name}: a table has 2 to 10000 rows of (degrees, dB), this one has {len(table)}: thin it")
     offsets = [row[0] for row in table]
-    if offsets[0] != 0 or offsets[-1] > 180 or any(b <= a for a, b in zip(offsets, offsets[1:], strict=False)):
+    if offsets[0] != 0 or offsets[-1] > 180 or any(b - a < SMALLEST_STEP_DEG for a, b in zip(offsets, offsets[1:], strict=False)):
         raise ValueError(
-            f"{name}: the offsets start at 0 and rise strictly to at most 180 degrees; sort the rows of the table"
+            f"{name}: the offsets start at 0 and rise strictly, by {SMALLEST_STEP_DEG:g} at least, to at most 180 degrees; "
+            "sort the rows of the table"
         )
     if table[0][1] != 0 or max(row[1] for row in table) > 0:
         raise ValueError(f"{name}: gains are in dB below boresight: the first is 0, none is positive; subtract the largest")

@@ -17,8 +17,8 @@ import pytest
 
 import radar_service as rs
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.antenna import one_way_gain
 from radar_service.frames import wrap_angle
+from radar_service.radar.patterns import PATTERNS
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, window
 from tests.bench import places as scenes
 from tests.bench.floor import floor_seconds, scan_work
@@ -108,7 +108,7 @@ def against_chirp_sum(azimuths: int = 3) -> tuple[float, float]:
     sent = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
     weights, slow, wrong, ours, total = window("hamming", len(sent)), 0.0, 0.0, 0.0, 0.0
     for k in range(azimuths):
-        gain = one_way_gain(wrap_angle(own.azimuth[k] - echoes.azimuth), radar.beamwidth)
+        gain = PATTERNS["sinc2"].gain(wrap_angle(own.azimuth[k] - echoes.azimuth), radar.beamwidth)
         amplitude, phase = np.abs(echoes.amplitude) * gain, np.angle(echoes.amplitude)
         place = echoes.range - radar.range_step / 2.0  # our samples stand half a step on
         delay = np.rint(place / radar.range_step).astype(np.int64)

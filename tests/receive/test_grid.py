@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from radar_service.receive.beam import azimuth_kernel, beam_spectrum, grid_rows, sweep
+from radar_service.radar.antenna import grid_rows
+from radar_service.receive.beam import azimuth_kernel, beam_spectrum, sweep
 from radar_service.receive.grid import FEW, Kernel, lay, lay_swept
 from tests.reference.compressed_pulse import sinc2_beam
 

@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.echo.antenna import one_way_gain
 from radar_service.receive.interference import Arrivals, Interference
 from tests.scenes import scene
 
@@ -23,7 +22,7 @@ def made(radar: dict[str, Any] | None = None, **other: Any) -> rs.Scene:
 
 def one(of: rs.Scene, seed: int = 0) -> Interference:
     radar = of.radar
-    return Interference(of, 0, lambda x: one_way_gain(x, radar.beamwidth, radar.pattern), seed)
+    return Interference(of, 0, lambda x: radar.pattern.gain(x, radar.beamwidth), seed)
 
 
 def heard(of: rs.Scene, scans: int, seed: int = 0) -> tuple[Arrivals, NDArray[np.float64]]:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.echo.antenna import sinc2_gain
 from radar_service.echo.sight import Landscape
 from radar_service.frames import effective_earth_radius
+from radar_service.radar.patterns import PATTERNS
 from radar_service.receive.clutter import clutter_of
 from radar_service.receive.compression import compression_for
 from radar_service.receive.texture import gamma_from_gaussian
@@ -25,7 +25,7 @@ def rows(count: int, seed: int = 1, **own_ship: Any) -> NDArray[np.float64]:
     made = scene([], radar=RADAR, environment=SEA, own_ship=own_ship)
     landscape = Landscape((), effective_earth_radius(4 / 3))
     beamwidth = made.radar.beamwidth
-    clutter = clutter_of(made, landscape, compression_for(made.radar, 6), lambda x: sinc2_gain(x, beamwidth), seed)
+    clutter = clutter_of(made, landscape, compression_for(made.radar, 6), lambda x: PATTERNS["sinc2"].gain(x, beamwidth), seed)
     assert clutter is not None and clutter.sea is not None
     turn = clutter.sea.texture.turn
     taken = [np.array(clutter.sea.texture.span(scan * turn, (scan + 1) * turn)) for scan in range(count)]

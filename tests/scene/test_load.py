@@ -163,7 +163,7 @@ def test_bodies_by_latitude_and_longitude() -> None:
 def test_defaults_and_converted_units() -> None:
     radar = {"pattern": [[0, 0], [1, -3], [2, -40]], "blind_sectors_deg": [[90, 180]], "tilt_deg": -2, "loss_db": 3}
     scene = load_scene({"radar": radar, "environment": {"earth": "flat", "gas_db_per_km": "itu", "wind_from_deg": 90}})
-    assert scene.radar.pattern[1] == (pytest.approx(math.radians(1)), pytest.approx(10**-0.3))
+    assert scene.radar.pattern.rows[1] == (pytest.approx(math.radians(1)), pytest.approx(10**-0.3))
     assert scene.radar.blind_sectors == ((pytest.approx(math.pi / 2), pytest.approx(math.pi)),)
     assert scene.radar.loss == pytest.approx(10**0.3)
     assert scene.environment.earth_factor == math.inf
@@ -474,7 +474,7 @@ def test_one_line_of_many_numbers_is_no_long_key(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text(json.dumps(scene))
     (tmp_path / "a.toml").write_text(f"[radar]\nrange_max_m = 300\npattern = [[0, 0],\n{str(rows[1:])[1:]}\n")
     for name in ("a.json", "a.toml"):
-        assert len(load_scene(tmp_path / name).radar.pattern) == 300
+        assert len(load_scene(tmp_path / name).radar.pattern.rows) == 300
     (tmp_path / "b.toml").write_text(f"x = {{ {'.'.join('a' * 300)} = 1 }}\n")
     with pytest.raises(SceneError, match="a key of more than 200 parts"):
         load_scene(tmp_path / "b.toml")

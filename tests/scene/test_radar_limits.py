@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.radar.parameters import Taylor
+from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.scene.describe import describe
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
@@ -32,10 +32,10 @@ LIGHT = 299_792_458.0
         ({"pattern_el": [[0, 0], [0, -3]]}, "radar.pattern_el: the offsets start at 0 and rise strictly"),
         (
             {"beamwidth_deg": 0.1, "coarse_azimuths": True, "range_max_m": 20_000},
-            "radar.beamwidth_deg: 0.1 degrees take a grid of 18504 rows x 10007 range bins; at most 134217728 cells",
+            "radar.beamwidth_deg: 0.1 degrees take a grid of 18720 rows x 10007 range bins; at most 134217728 cells",
         ),
-        ({"pattern": [[0, 0], [0.1, -3.0103], [1, -40]]}, "radar.pattern: 0.2 degrees are narrower than the 0.5 degrees"),
-        ({"pattern": [[0, 0], [1e-3, -40]], "coarse_azimuths": True}, "radar.pattern: 0.00015"),
+        ({"pattern": [[0, 0], [0.1, -3.0103], [1, -40]]}, "radar.pattern: 0.2016 degrees are narrower than the 0.5 degrees"),
+        ({"pattern": [[0, 0], [1e-3, -40]], "coarse_azimuths": True}, "radar.pattern: 0.0036"),
         ({"taylor_nbar": 1}, "radar.taylor_nbar: 1 is not allowed; a whole number from 2 to 20; raise it"),
     ],
 )  # fmt: skip
@@ -63,6 +63,24 @@ def test_what_just_can_be_is_taken(settings: dict[str, Any]) -> None:
     load_scene({"radar": settings})
 
 
+WIDTHS = {"sinc2": 0.8859, "gaussian": 0.8859, "printed": 2.783, "taylor": 1.125, "cosine": 1.1889, "cosine2": 1.4406}
+
+
+def test_every_pattern_has_a_width() -> None:
+    assert set(WIDTHS) == set(PATTERNS)
+
+
+@pytest.mark.parametrize("name", PATTERNS)
+def test_the_bound_on_the_grid_is_that_of_the_engine(name: str) -> None:
+    """The grid has 2.9 x 2 rows for each wavelength over the aperture, whose half-power widths are WIDTHS lambda / a (Balanis
+    2016, table 12.1; Harris 1978). The margin of 1 % covers four digits and whole multiples of 16 azimuths."""
+    settings = {"pattern": name, "azimuths": 16, "coarse_azimuths": True, "range_max_m": 20_000}
+    finest_deg = 2.9 * 2.0 * WIDTHS[name] * 360.0 * 10_007 / 2**27
+    assert load_scene({"radar": settings | {"beamwidth_deg": finest_deg * 1.01}}).radar.bins == 10_007
+    with pytest.raises(SceneError, match="at most 134217728 cells"):
+        load_scene({"radar": settings | {"beamwidth_deg": finest_deg * 0.99}})
+
+
 def test_defaults_of_a_plain_pulse() -> None:
     """A receiver of 1.2 / T, sampled 1.5 times as fast, and no window."""
     made = radar(modulation="none", pulse_s=0.25e-6)
@@ -73,11 +91,11 @@ def test_defaults_of_a_plain_pulse() -> None:
 
 def test_patterns_of_both_planes() -> None:
     """The vertical pattern is the horizontal one by default, sinc2 where that is a table, and its own where it is given."""
-    assert radar(pattern="cosine").pattern_el == "cosine"
-    assert radar(pattern=[[0, 0], [2, -20]]).pattern_el == "sinc2"
+    assert radar(pattern="cosine").pattern_el == PATTERNS["cosine"]
+    assert radar(pattern=[[0, 0], [2, -20]]).pattern_el == PATTERNS["sinc2"]
     assert radar(pattern="taylor", taylor_sidelobe_db=35, taylor_nbar=5).pattern == Taylor(35.0, 5)
     table = radar(pattern_el=[[0, 0], [10, -3]]).pattern_el
-    assert table[1] == (pytest.approx(np.deg2rad(10)), pytest.approx(10**-0.3))
+    assert isinstance(table, Table) and table.rows[1] == (pytest.approx(np.deg2rad(10)), pytest.approx(10**-0.3))
 
 
 def test_description_says_waveform_and_repetition() -> None:

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.antenna import one_way_gain, printed_two_way
 from radar_service.echo.echoes import Echoes
 from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
+from radar_service.radar.patterns import printed_two_way
 from radar_service.receive.chirp_sum import (
     chirp,
     chirp_sum,
@@ -31,7 +31,7 @@ def chirp_sums(radar: Radar) -> list[Method]:
     """All of them for a radar that sends chirps."""
 
     def pattern(offset: Floats) -> Floats:
-        return one_way_gain(offset, radar.beamwidth, radar.pattern)
+        return radar.pattern.gain(offset, radar.beamwidth)
 
     def printed(offset: Floats) -> Floats:
         return printed_two_way(offset, 0.0, radar.beamwidth, radar.beamwidth_el)

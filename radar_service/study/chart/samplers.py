@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.documented import Solid, nearest
-from radar_service.echo.antenna import one_way_gain
 from radar_service.echo.echoes import Echoes, received_amplitude
 from radar_service.echo.ensemble import ensemble_of
 from radar_service.echo.ray_echoes import RayCaster, RayEnsemble
@@ -138,7 +137,7 @@ class Documented:
         met = np.isfinite(first) & (antenna[2] + first * np.sin(elevation) >= 0.0)
         met &= window.holds(azimuth, np.where(np.isfinite(first), first, 0.0))
         box = (3.0 * radar.beamwidth) * (3.0 * radar.beamwidth_el) / rays
-        gain = one_way_gain(elevation[met] - radar.tilt, radar.beamwidth_el, radar.pattern_el)
+        gain = radar.pattern_el.gain(elevation[met] - radar.tilt, radar.beamwidth_el)
         level = received_amplitude(radar, np.full(1, RIGHT_AT))[0] * RIGHT_AT**3  # at 1 km as the radar equation has it
         power = self._gamma[body[met]] * box * (level * gain / (first[met] ** 2 + 1.0)) ** 2
         return float(power.sum())

@@ -6,13 +6,13 @@ from functools import partial
 import numpy as np
 import scipy.fft
 
-from radar_service.echo.antenna import aperture_beamwidth, one_way_gain
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.sweep import TABLE_STEPS, BeamTable
 from radar_service.fidelity import PRESETS, Fidelity
 from radar_service.frames import wrap_angle
+from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Radar
-from radar_service.receive.beam import azimuth_kernel, grid_rows, sweep
+from radar_service.receive.beam import azimuth_kernel, sweep
 from radar_service.receive.compression import Compression, compression_for, waveform_spectra
 from radar_service.receive.grid import Kernel, lay, lay_swept
 from radar_service.receive.plain_pulse import PulseKernel
@@ -108,10 +108,10 @@ def gridded(radar: Radar, fidelity: Fidelity) -> Run:
 
 def laid_on(radar: Radar, compression: Compression, across: int) -> Run:
     """Echoes laid once on azimuth x range, on `across` rows each; one beam for the whole turn."""
-    beamwidth = aperture_beamwidth(radar.beamwidth, radar.pattern)
+    beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
     rows = grid_rows(radar.azimuths, beamwidth)
     kernel = azimuth_kernel(beamwidth, rows, across)
-    pattern = partial(one_way_gain, beamwidth=radar.beamwidth, pattern=radar.pattern)
+    pattern = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
 
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
@@ -127,7 +127,7 @@ def swept(radar: Radar, fidelity: Fidelity) -> Run:
     """The engine's way for what moves at a fidelity: laid along range alone, for each few azimuths the echoes within the
     beam's extent."""
     compression, together = compression_for(radar, fidelity.kernel_width), min(TILE, fidelity.swept_together)
-    pattern = partial(one_way_gain, beamwidth=radar.beamwidth, pattern=radar.pattern)
+    pattern = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
     extent, span = min(np.pi, fidelity.beam_extent * radar.beamwidth), TILE * radar.azimuth_step
     table = BeamTable(pattern, radar.beamwidth, extent, span, fidelity.fineness * TABLE_STEPS)
     reach = extent + together * radar.azimuth_step / 2.0

@@ -11,7 +11,9 @@ from scipy.signal import windows
 from scipy.special import ndtr
 
 from radar_service.echo.echoes import Echoes
-from radar_service.radar.parameters import Pattern, Radar, Taylor
+from radar_service.radar.antenna import AntennaPattern
+from radar_service.radar.parameters import Radar
+from radar_service.radar.patterns import Table, Taylor
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -67,15 +69,15 @@ def plain_pulse(delay: Floats, radar: Radar) -> Complexes:
     return np.asarray((ndtr(x + half) - ndtr(x - half)) / (2.0 * ndtr(half) - 1.0), dtype=np.complex128)
 
 
-def beam(offset: Floats, beamwidth: float, pattern: Pattern) -> Floats:
+def beam(offset: Floats, beamwidth: float, pattern: AntennaPattern) -> Floats:
     """One-way power gain relative to boresight at `offset` [rad], any shape. Raises ValueError for an unknown pattern."""
     wrapped = np.angle(np.exp(1j * offset))
-    if not isinstance(pattern, str | Taylor):
-        rows = np.array(pattern)
+    if isinstance(pattern, Table):
+        rows = np.array(pattern.rows)
         return np.asarray(np.exp(np.interp(np.abs(wrapped), rows[:, 0], np.log(np.maximum(rows[:, 1], 1e-30)))))
-    if pattern == "gaussian":
+    if pattern.name == "gaussian":
         return np.asarray(0.5 ** ((2.0 * wrapped / beamwidth) ** 2))
-    if pattern == "printed":
+    if pattern.name == "printed":
         return np.asarray(np.sinc(2.783 * wrapped / beamwidth) ** 2)
     low, high = 0.3, 1.0  # half power of every aperture here lies between, counted in wavelengths over its length
     for _ in range(60):
@@ -84,20 +86,18 @@ def beam(offset: Floats, beamwidth: float, pattern: Pattern) -> Floats:
     return np.asarray(aperture(2.0 * low * wrapped / beamwidth, pattern) ** 2)
 
 
-def aperture(u: Floats, pattern: str | Taylor) -> Floats:
+def aperture(u: Floats, pattern: AntennaPattern) -> Floats:
     """Far field of a line source at u = (length / wavelength) sin(offset), 1 at 0. Sources: Balanis 2016; Taylor 1955."""
-    if pattern == "sinc2":
+    if pattern.name == "sinc2":
         return np.asarray(np.sinc(u))
-    if pattern == "cosine":
+    if pattern.name == "cosine":
         away = u + ASIDE * (np.abs(np.abs(u) - 0.5) < ASIDE)
         return np.asarray(np.cos(np.pi * away) / (1.0 - 4.0 * away**2))
     away = u + 2.0 * ASIDE * (np.abs(u - np.rint(u)) < ASIDE)
-    if pattern == "cosine2":
+    if pattern.name == "cosine2":
         return np.asarray(np.sinc(away) / (1.0 - away**2))
-    if pattern == "taylor":
-        pattern = Taylor(30.0, 4)
     if not isinstance(pattern, Taylor):
-        raise ValueError(f'pattern: the reference knows sinc2, printed, gaussian, taylor, cosine, cosine2, not "{pattern}"')
+        raise ValueError(f'pattern: the reference knows sinc2, printed, gaussian, taylor, cosine, cosine2, not "{pattern.name}"')
     n = np.arange(1, pattern.nbar)
     a = np.arccosh(10.0 ** (pattern.sidelobe_db / 20.0)) / np.pi
     zeros = pattern.nbar * np.sqrt((a**2 + (n - 0.5) ** 2) / (a**2 + (pattern.nbar - 0.5) ** 2))
