@@ -8,7 +8,6 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.fleet import Fleet, Stands, placed_at, stand_at
 from radar_service.echo.optics.optical_body import OpticalBody, optical_body
 from radar_service.echo.optics.passing import BeamPassing
@@ -346,7 +345,7 @@ def _scatterers(body: Body, radar: Radar, antenna: Floats, per_cell: float, fewe
         return point_scatterer(np.zeros(3))
     if by_optics(body):
         return no_scatterers()
-    if body.rcs is not None and np.hypot(body.length, body.beam) < SPEED_OF_LIGHT / (2.0 * radar.bandwidth):
+    if body.rcs is not None and np.hypot(body.length, body.beam) < radar.range_resolution:
         corners = body.mesh.vertices[np.unique(body.mesh.faces)]
         return point_scatterer((corners.min(axis=0) + corners.max(axis=0)) / 2.0)
     pose = body.motion.pose(0.0)

@@ -25,7 +25,7 @@ def echo_reach(radar: Radar) -> float:
 
 def heard_reach(radar: Radar) -> float:
     """Apparent range [m] of the last echoes whose sidelobes, cT/2 long, still reach a bin."""
-    return radar.range_max + SPEED_OF_LIGHT * radar.pulse / 2.0
+    return radar.range_max + radar.blind_range
 
 
 def apparent_range(radar: Radar, distance: Floats) -> Floats:

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.radar.parameters import horizon
+
 Floats = NDArray[np.float64]
 
 WATER_FACTOR = 0.93  # |K|^2 of liquid water from 0 to 20 C at 3 to 10 cm (Gunn and East 1954)
@@ -31,12 +33,10 @@ def beam_height(distance: Floats, antenna_height: float, earth_radius: float, el
 
     integral = np.concatenate([[0.0], cumulative_trapezoid(gain**2, elevation)])
     bend = distance / (2.0 * earth_radius)
-    horizon = -np.sqrt(
-        2.0 * antenna_height / earth_radius
-    )  # beyond it the sea no longer bounds the beam, its own bulge does
+    dip = -np.sqrt(2.0 * antenna_height / earth_radius)  # past the horizon the sea's own bulge bounds the beam
     floor = np.arcsin(np.clip(-antenna_height / distance - bend, -1.0, 1.0))
-    beyond = distance > np.sqrt(2.0 * earth_radius * antenna_height)
-    bottom = np.where(beyond, horizon, floor)
+    beyond = distance > horizon(0.0, antenna_height, earth_radius)
+    bottom = np.where(beyond, dip, floor)
     top = np.arcsin(np.clip((RAIN_HEIGHT - antenna_height) / distance - bend, -1.0, 1.0))
     held = np.interp(top, elevation, integral) - np.interp(bottom, elevation, integral)
     return np.asarray(np.maximum(held, 0.0))

@@ -52,19 +52,12 @@ def _never_seen(body: Body, scene: Scene) -> Omission | None:
     nearest, top = nearest_and_top(body, scene)
     if nearest > echo_reach(scene.radar):
         return Omission(f"out of range for good: never nearer than {nearest / 1000:.1f} km", 0.0, hides=False)
-    earth = effective_earth_radius(scene.environment.earth_factor)
     if top < 0.0:
         return Omission(f"under the sea for good: its top is {-top:.1f} m below", 0.0, hides=False)
-    if math.isinf(earth) or nearest <= (horizon := horizon_distance(scene, top)):
+    if nearest <= (horizon := scene.horizon(top)):
         return None
     text = f"beyond the radar horizon for good: {horizon / 1000:.1f} km for its top at {top:.0f} m, never nearer than "
     return Omission(f"{text}{nearest / 1000:.1f} km", 0.0, hides=False)
-
-
-def horizon_distance(scene: Scene, height: float) -> float:
-    """Distance [m] from which the sea hides what stands `height` [m] above it: sqrt(2 ae h1) + sqrt(2 ae h2)."""
-    earth = effective_earth_radius(scene.environment.earth_factor)
-    return math.sqrt(2.0 * earth * scene.radar.height) + math.sqrt(2.0 * earth * height)
 
 
 def _drowned(scene: Scene, fidelity: Fidelity, keys: list[int]) -> dict[int, Omission]:
@@ -148,7 +141,7 @@ def _mirrored_db(body: Body, scene: Scene) -> float:
     if body.mesh is not None or not level or height[0] <= 0.0 or scene.own_ship.sway is not None:
         return 0.0
     nearest, top = nearest_and_top(body, scene)
-    farthest = max(nearest, min(echo_reach(scene.radar), horizon_distance(scene, top), 1e6))
+    farthest = max(nearest, min(echo_reach(scene.radar), scene.horizon(top), 1e6))
     if body.motion.at_rest and scene.own_ship.at_rest:
         farthest = nearest
     factor = two_ray_factor(

@@ -56,6 +56,16 @@ class Radar:
         return SPEED_OF_LIGHT / (2.0 * self.sample_rate)
 
     @property
+    def range_resolution(self) -> float:
+        """Least distance [m] at which two echoes of a chirp are told apart, before its window widens it: c / 2B."""
+        return SPEED_OF_LIGHT / (2.0 * self.bandwidth)
+
+    @property
+    def blind_range(self) -> float:
+        """Range [m] within which echoes arrive while a one-antenna radar still transmits: c T / 2."""
+        return SPEED_OF_LIGHT * self.pulse / 2.0
+
+    @property
     def unambiguous_range(self) -> float:
         """Range [m] whose echo arrives with the next pulse: c / (2 prf); inf without a pulse repetition frequency."""
         return np.inf if self.prf is None else SPEED_OF_LIGHT / (2.0 * self.prf)
@@ -84,6 +94,18 @@ class Radar:
         for start, stop in self.blind_sectors:
             silent |= (from_bow - start + EDGE) % TURN <= _sector_width(start, stop) + 2.0 * EDGE
         return silent
+
+
+def horizon(height: Floats | float, antenna_height: float, earth_radius: float) -> Floats:
+    """Ground distance [m] beyond which the sea hides a target: sqrt(2 ae h1) + sqrt(2 ae h2), inf on a flat earth.
+
+    height: of the target above the sea, any shape, below 0 as 0 [m]; antenna_height [m]; earth_radius: effective [m].
+    Source: Skolnik 2001, geometry of the refracted horizon.
+    """
+    raised = np.maximum(height, 0.0)
+    if np.isinf(earth_radius):
+        return np.full(raised.shape, np.inf)  # and not inf x 0
+    return np.asarray(np.sqrt(2.0 * earth_radius * antenna_height) + np.sqrt(2.0 * earth_radius * raised))
 
 
 def _sector_width(start: float, stop: float) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import KNOT, SPEED_OF_LIGHT
+from radar_service.constants import KNOT
 from radar_service.frames import effective_earth_radius, polar_from_map
 from radar_service.radar.parameters import Radar
 from radar_service.scene.model import SceneModel
@@ -64,14 +64,6 @@ def _straddling(radar: Radar) -> str:
     return f"; half-way between spokes {loss_db:.1f} dB are lost"
 
 
-def radar_horizon(scene: Scene, height: float = 0.0) -> float:
-    """Ground distance [m] at which a target `height` [m] above the sea sinks below the horizon; inf on a flat earth."""
-    radius = effective_earth_radius(scene.environment.earth_factor)
-    if math.isinf(radius):
-        return math.inf  # and not inf x 0
-    return math.sqrt(2.0 * radius * scene.radar.height) + math.sqrt(2.0 * radius * max(height, 0.0))
-
-
 def _radar_lines(radar: Radar) -> list[str]:
     two_way = two_way_beamwidth(radar)
     beam = "" if two_way is None else f", two-way {math.degrees(two_way):.3f}"
@@ -96,19 +88,19 @@ def _pulse_text(radar: Radar) -> str:
     kind = f"product {radar.pulse * radar.bandwidth:.0f}" if radar.modulation == "lfm" else "not modulated"
     rate = "" if radar.prf is None else f", {radar.prf:g} a second: unambiguous to {radar.unambiguous_range:.0f} m"
     folded = ", second-time-around echoes fold" if radar.second_time_around else ""
-    deaf = f", deaf to {SPEED_OF_LIGHT * radar.pulse / 2.0:.0f} m" if radar.eclipsing else ""
+    deaf = f", deaf to {radar.blind_range:.0f} m" if radar.eclipsing else ""
     return f"{radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, {kind}{rate}{folded}{deaf}"
 
 
 def _resolution_text(radar: Radar) -> str:
     if radar.modulation == "none":
-        return f"{SPEED_OF_LIGHT * radar.pulse / 2.0:.3f} m, the length of the pulse there and back"
-    return f"{SPEED_OF_LIGHT / (2.0 * radar.bandwidth):.3f} m before the window ({radar.window}) widens it"
+        return f"{radar.blind_range:.3f} m, the length of the pulse there and back"
+    return f"{radar.range_resolution:.3f} m before the window ({radar.window}) widens it"
 
 
 def _environment_lines(scene: Scene) -> list[str]:
     e = scene.environment
-    horizon = radar_horizon(scene)
+    horizon = scene.horizon()
     factor = "flat earth" if math.isinf(horizon) else f"horizon at {horizon:.0f} m ({e.earth_factor:.3g} earth)"
     asked = [name for name in ("noise", "multipath", "ground_plane") if getattr(e, name)]
     asked += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
@@ -148,7 +140,7 @@ def _unseen(distance_now: float, ground: float, up: float, body: Body, scene: Sc
     reach = math.inf if scene.radar.second_time_around else scene.radar.range_max
     if distance_now - size > reach:
         return " (beyond range)"
-    return " (below the horizon)" if ground - size > radar_horizon(scene, top) else ""
+    return " (below the horizon)" if ground - size > scene.horizon(top) else ""
 
 
 def _sway_text(motion: Motion) -> str:

@@ -10,8 +10,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import map_from_body, map_from_deck
-from radar_service.radar.parameters import Radar
+from radar_service.frames import effective_earth_radius, map_from_body, map_from_deck
+from radar_service.radar.parameters import Radar, horizon
 from radar_service.scene.turns import along_arc
 
 Floats = NDArray[np.float64]
@@ -263,6 +263,10 @@ class Scene:
         heading = self.own_ship.pose(time).heading
         level = map_from_deck(heading, np.zeros(len(time)), np.zeros(len(time)))
         return np.asarray(level @ map_from_deck(heading, roll, pitch).transpose(0, 2, 1))
+
+    def horizon(self, height: float = 0.0) -> float:
+        """Ground distance [m] beyond which the sea hides a target `height` [m] above it; inf on a flat earth."""
+        return float(horizon(height, self.radar.height, effective_earth_radius(self.environment.earth_factor)))
 
     def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
         """Whether the radar is silent (K,): boresights (K,) [rad from north] in a blind sector at each time (K,) [s]."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.frames import body_rotation, map_from_body
+from radar_service.radar.parameters import horizon
 from radar_service.scene.world import Mesh
 from radar_service.trace.embree import TriangleScene
 
@@ -109,14 +110,11 @@ class Occluder:
 
 
 def beyond_horizon(distance: Floats, height: Floats, antenna_height: float, earth_radius: float) -> Flags:
-    """Whether the sea stands between: d > sqrt(2 ae h1) + sqrt(2 ae h2). What lies under the sea is hidden too.
+    """Whether the sea stands between, past the `horizon`. What lies under the sea is hidden too.
 
     distance: along the earth (E,) [m]; height above the sea (E,) [m]. With earth_radius inf nothing above 0 is hidden.
     """
-    if np.isinf(earth_radius):
-        return np.asarray(height < 0)
-    reach = np.sqrt(2.0 * earth_radius * antenna_height) + np.sqrt(2.0 * earth_radius * np.maximum(height, 0.0))
-    return np.asarray((height < 0) | (distance > reach))
+    return np.asarray((height < 0) | (distance > horizon(height, antenna_height, earth_radius)))
 
 
 def _slack(sight: Floats) -> Floats:

@@ -11,7 +11,7 @@ from radar_service.echo.sight import Landscape
 from radar_service.fidelity import PRESETS
 from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.knobs import fidelity_for
-from radar_service.planning.leaving_out import greatest_power, horizon_distance, idle_effects, left_out
+from radar_service.planning.leaving_out import greatest_power, idle_effects, left_out
 from radar_service.planning.paths import nearest_and_top, nearest_approach
 from tests.scenes import point, scene
 
@@ -70,7 +70,7 @@ def test_a_turning_ship_keeps_its_distance() -> None:
 
 def test_the_horizon_by_hand() -> None:
     """15 and 10 m: 4.12 (sqrt 15 + sqrt 10) = 28.99 km."""
-    assert horizon_distance(scene(), 10.0) == pytest.approx(28_990, abs=10)
+    assert scene().horizon(10.0) == pytest.approx(28_990, abs=10)
 
 
 @pytest.mark.parametrize(("height", "distance", "gone"), [(10, 28_900, False), (10, 29_100, True), (100, 29_100, False)])

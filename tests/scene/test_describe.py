@@ -6,7 +6,7 @@ import math
 import jsonschema
 import pytest
 
-from radar_service.scene.describe import describe, json_schema, radar_horizon, two_way_beamwidth
+from radar_service.scene.describe import describe, json_schema, two_way_beamwidth
 from radar_service.scene.load import load_scene
 
 SCENE = {
@@ -47,9 +47,9 @@ def test_description_has_the_derived_numbers() -> None:
 def test_horizon_and_two_way_beam() -> None:
     scene = load_scene(SCENE)
     earth = 4 / 3 * 6_371_000
-    assert radar_horizon(scene, 10.0) == pytest.approx(math.sqrt(2 * earth * 15) + math.sqrt(2 * earth * 10))
+    assert scene.horizon(10.0) == pytest.approx(math.sqrt(2 * earth * 15) + math.sqrt(2 * earth * 10))
     flat = load_scene({"environment": {"earth": "flat"}, "radar": {"pattern": "gaussian", "beamwidth_deg": 2}})
-    assert radar_horizon(flat) == math.inf and "flat earth" in describe(flat)
+    assert flat.horizon() == math.inf and "flat earth" in describe(flat)
     assert two_way_beamwidth(flat.radar) == pytest.approx(math.radians(2) / math.sqrt(2))  # a squared Gaussian
     assert two_way_beamwidth(load_scene({"radar": {"pattern": "taylor"}}).radar) is None
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.optics.bounces import Planes, Radio, Seen, hits, lit_pieces, sent_back
 from radar_service.echo.optics.centres import scattering_centres
 from radar_service.echo.optics.patches import faces_something, outward_side, patch_sizes
@@ -76,7 +75,7 @@ def coarsening(body: Body, radar: Radar, distance: float) -> float:
     """How many times longer than asked the pieces of a body are, seen from `distance` [m], because it is so large; 1 where
     they are not."""
     assert body.mesh is not None
-    limit = longest_edge(distance, range_resolution(radar), radar.wavelength)
+    limit = longest_edge(distance, radar.range_resolution, radar.wavelength)
     _, _, area = triangle_frames(body.mesh)
     if len(area) + 16.0 * area.sum() / limit**2 <= MOST:  # halving leaves some limit^2 / 8 a piece, slivers less
         return 1.0
@@ -89,11 +88,6 @@ def longest_edge(distance: float, edge: float, wavelength: float) -> float:
     return min(edge, far_field_edge(float(2.0**octave), wavelength))
 
 
-def range_resolution(radar: Radar) -> float:
-    """c / 2B [m]."""
-    return SPEED_OF_LIGHT / (2.0 * radar.bandwidth)
-
-
 def optical_body(body: Body, radar: Radar, bounces: int) -> OpticalBody:
     """A body with a mesh made ready for this radar: no piece is longer than what it resolves in range."""
     assert body.mesh is not None
@@ -102,7 +96,7 @@ def optical_body(body: Body, radar: Radar, bounces: int) -> OpticalBody:
         mesh,
         Planes(*triangle_frames(mesh)[:2]),
         Radio(radar.wavelength, radar.polarization),
-        range_resolution(radar),
+        radar.range_resolution,
         bounces,
         power_reflectivity(body.material.name),
         TriangleScene(mesh.vertices, mesh.faces),

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from radar_service.echo.optics.optical_body import coarsening, longest_edge, range_resolution
+from radar_service.echo.optics.optical_body import coarsening, longest_edge
 from radar_service.echo.optics.patches import COPLANAR, faces_something, outward_side, shared_edges
 from radar_service.echo.optics.pieces import MOST
 from radar_service.radar.parameters import Radar
@@ -25,7 +25,7 @@ def optics_remarks(scene: Scene, bounces: int) -> dict[str, list[str]]:
 
 def _remarks(body: Body, mesh: Mesh, scene: Scene, bounces: int) -> list[str]:
     distance = math.dist(body.middle_at(0.0), scene.antenna(0.0)[0]) - body.radius
-    limit = longest_edge(distance, range_resolution(scene.radar), scene.radar.wavelength)
+    limit = longest_edge(distance, scene.radar.range_resolution, scene.radar.wavelength)
     corners = mesh.vertices[mesh.faces]
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
     cut = f", cut to {limit:.3g} m" if longest > limit else ""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from radar_service.documented import Solid, nearest
 from radar_service.echo.echoes import Echoes, received_amplitude
 from radar_service.echo.ensemble import ensemble_of
+from radar_service.echo.intervals import heard_reach
 from radar_service.echo.ray_echoes import RayCaster, RayEnsemble
 from radar_service.echo.resting import resting_echoes
 from radar_service.echo.sight import Landscape
@@ -21,7 +22,6 @@ from radar_service.fidelity import PRESETS
 from radar_service.frames import body_rotation, direction, wrap_angle
 from radar_service.random import CHART, generator
 from radar_service.scene.world import Scene
-from radar_service.study.chart.still import reach_of
 from radar_service.study.chart.surface_twin import Window
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.rays import REACH, azimuth_offsets, elevation_offsets
@@ -82,7 +82,7 @@ def scattered(scene: Scene, windows: list[Window], landscape: Landscape, per_cel
     """Scatterers, laid anew on every body."""
     keys = range(len(scene.bodies))
     ensemble = ensemble_of(scene.bodies, scene.radar, scene.antenna(0.0)[0], per_cell, seed, keys)
-    return powers_in(windows, resting_echoes(scene, ensemble, landscape, reach_of(scene)).echoes)
+    return powers_in(windows, resting_echoes(scene, ensemble, landscape, heard_reach(scene.radar)).echoes)
 
 
 def cast(scene: Scene, windows: list[Window], landscape: Landscape, sampler: str, rays: int, seed: int) -> Powers:
@@ -91,7 +91,7 @@ def cast(scene: Scene, windows: list[Window], landscape: Landscape, sampler: str
     caster = RayCaster(scene.bodies, radar, landscape.earth_radius, sampler, seed)
     none = ensemble_of([], radar, scene.antenna(0.0)[0], 1.0, seed, [])
     ensemble = RayEnsemble(scene.bodies, np.arange(len(scene.bodies)), none, caster)
-    return powers_in(windows, resting_echoes(scene, ensemble, landscape, reach_of(scene)).echoes)
+    return powers_in(windows, resting_echoes(scene, ensemble, landscape, heard_reach(scene.radar)).echoes)
 
 
 class Documented:

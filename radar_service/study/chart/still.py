@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.ensemble import ensemble_of
+from radar_service.echo.intervals import heard_reach
 from radar_service.echo.resting import resting_echoes
 from radar_service.echo.sight import Landscape
 from radar_service.fidelity import PRESETS
@@ -49,9 +49,4 @@ def all_echoes(scene: Scene, seed: int) -> Echoes:
     ensemble = ensemble_of(
         scene.bodies, radar, scene.antenna(0.0)[0], fidelity.scatterers_per_cell, seed, range(len(scene.bodies))
     )
-    return resting_echoes(scene, ensemble, landscape_of(scene), reach_of(scene)).echoes
-
-
-def reach_of(scene: Scene) -> float:
-    """Range [m] from beyond which nothing is heard."""
-    return scene.radar.range_max + SPEED_OF_LIGHT * scene.radar.pulse / 2.0
+    return resting_echoes(scene, ensemble, landscape_of(scene), heard_reach(scene.radar)).echoes
