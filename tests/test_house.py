@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 STAGES = ("scene", "trace", "echo", "receive", "display", "stream")
-SHARED = ("constants", "frames", "random", "records", "fidelity", "threads")  # below every stage
+SHARED = ("constants", "frames", "random", "records", "fidelity", "parallel")  # below every stage
 WIRING = (
     "simulate",
     "documented",
@@ -41,6 +41,7 @@ HOMES = {
     ),
     "pydantic_core": ("radar_service.scene.faults",),
     "prometheus_client": ("radar_service.stream.metrics",),
+    "threadpoolctl": ("radar_service.parallel",),
     "zstandard": ("radar_service.stream.wire",),
     "msgpack": ("radar_service.stream.wire",),
     "websockets": ("clients.ppi",),
