@@ -1,5 +1,6 @@
 """BLAS is limited while the engine computes and at no other time; importing the package changes nothing."""
 
+import os
 import subprocess
 import sys
 import threading
@@ -63,8 +64,9 @@ def in_force(seen: list[Numbers]) -> bool:
 
 
 def fresh(script: str) -> None:
-    """Runs a script in a new process."""
-    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True)
+    """Runs a script in a new process, without the variables that this one got from its own imports."""
+    clean = {key: text for key, text in os.environ.items() if not key.startswith(("OPENBLAS", "OMP", "MKL", "KMP"))}
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, env=clean, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
