@@ -5,7 +5,6 @@
 >>> scan = sim.scan()
 """
 
-from radar_service import threads  # noqa: F401  first: numpy asks for its number of threads when it is imported
 from radar_service.fidelity import Fidelity
 from radar_service.records import BodyTruth, Scan, Spoke, SpokeBlock, Truth
 from radar_service.scene.error import SceneError

@@ -21,6 +21,7 @@ from tqdm import tqdm
 from radar_service.display.video import Controls
 from radar_service.echo.optics.remarks import optics_remarks
 from radar_service.fidelity import PRESETS, PURPOSE
+from radar_service.parallel import BLAS_LIMIT
 from radar_service.planning.arguments import ERROR_HELP, PACE_HELP, error_budget, pace_to_keep
 from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.in_time import plan_in_time
@@ -300,6 +301,7 @@ def run_schema(_: argparse.Namespace) -> int:
     return 0
 
 
+@BLAS_LIMIT.held()  # once for the process, and so for every thread of a server
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; the exit status: 0, or 2 for what cannot be run and 130 when interrupted."""
     wanted = parser().parse_args(arguments)

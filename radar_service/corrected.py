@@ -23,6 +23,7 @@ from radar_service.echo.sight import Landscape
 from radar_service.echo.sweep import TABLE_STEPS, BeamTable, SweptEchoes, joined
 from radar_service.fidelity import Fidelity
 from radar_service.frames import wrap_angle
+from radar_service.parallel import in_order
 from radar_service.radar.antenna import grid_rows, quick_gain
 from radar_service.random import NOISE, generator
 from radar_service.receive.beam import Pattern, azimuth_kernel, sweep
@@ -31,7 +32,6 @@ from radar_service.receive.compression import compression_for
 from radar_service.receive.grid import lay
 from radar_service.receive.interference import Interference
 from radar_service.scene.world import Scene
-from radar_service.threads import in_order
 
 Floats = NDArray[np.float64]
 Profiles = NDArray[np.complex64]

@@ -13,6 +13,7 @@ from radar_service.documented import DocumentedChain
 from radar_service.echo.sight import Landscape
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
+from radar_service.parallel import BLAS_LIMIT
 from radar_service.plan import Plan, plan_for
 from radar_service.planning import ledger
 from radar_service.planning.budget import ErrorBudget
@@ -39,9 +40,11 @@ class Simulator:
     """One radar turning in one scene.
 
     The first scan starts at t = 0 looking north and is whole (the beam wraps). Same scene, fidelity and seed on one
-    machine: the same bytes. Not thread-safe, except `truth`.
+    machine: the same bytes. Not thread-safe, except `truth`. BLAS libraries are kept to one thread while set-up, `plan` or a
+    block is computed (`parallel.BLAS_LIMIT`), and only then.
     """
 
+    @BLAS_LIMIT.held()
     def __init__(self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1) -> None:
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
         many work at once, which changes no byte.
@@ -72,6 +75,7 @@ class Simulator:
         self._next_scan = 0
 
     @cached_property
+    @BLAS_LIMIT.held()
     def plan(self) -> Plan:
         """What is modelled and what is not, why, at what error and cost; costs are measured when it is first asked for."""
         chain = self._chain
@@ -107,7 +111,8 @@ class Simulator:
         """
         for _ in itertools.count() if scans is None else range(scans):
             number, self._next_scan = self._next_scan, self._next_scan + 1
-            yield from regrouped((self._block(number, *part) for part in self._chain.parts(number)), size)
+            computed = (self._block(number, *part) for part in self._chain.parts(number))
+            yield from BLAS_LIMIT.each(regrouped(computed, size))
 
     def skip_to(self, scan: int) -> None:
         """Let `scan` be the next one, counted from 0 at t = 0; earlier ones are not computed."""

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 STAGES = ("scene", "trace", "echo", "receive", "display", "stream")
 GROUND = ("constants", "frames", "radar")  # the radar's own physics, which every room but these may use
-SHARED = (*GROUND, "random", "records", "fidelity", "threads")  # below every stage
+SHARED = (*GROUND, "random", "records", "fidelity", "parallel")  # below every stage
 WIRING = (
     "simulate",
     "documented",
@@ -42,6 +42,7 @@ HOMES = {
     ),
     "pydantic_core": ("radar_service.scene.faults",),
     "prometheus_client": ("radar_service.stream.metrics",),
+    "threadpoolctl": ("radar_service.parallel",),
     "zstandard": ("radar_service.stream.wire",),
     "msgpack": ("radar_service.stream.wire",),
     "websockets": ("clients.ppi",),

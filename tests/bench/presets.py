@@ -1,7 +1,7 @@
 """What each preset costs and how far off it is: `python -m tests.bench.presets`, some minutes; `--real` adds real buildings.
 
 Errors are relative field errors of points against the closed form and mean powers of surfaces against their cross-sections;
-times are CPU times of one thread (the engine's own; set numpy's threads to 1 outside if BLAS is to keep still).
+times are CPU times of one thread (the engine's own; BLAS keeps to one).
 """
 
 import argparse
