@@ -137,7 +137,7 @@ def _summary(client: FeedClient, collector: ScanCollector, files: list[Path]) ->
         f"{scan.hello['scene']['name']}, {scan.hello['radar']['name']}: {collector.done} scan(s) of {scan.azimuths} "
         f"azimuths to {distance_label(scan.ppi.range_end)}, {encoding}",
         f"last scan: {scan.azimuths - scan.missing} azimuths came, {scan.missing} missing, "
-        f"heading {math.degrees(scan.newest_heading):05.1f}\N{DEGREE SIGN}",
+        f"heading {round(math.degrees(scan.newest_heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}",
         _account(client),
     ]
     if collector.restarts:

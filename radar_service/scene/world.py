@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.frames import map_from_body, map_from_deck
+from radar_service.frames import map_from_body, map_from_deck, wrap_bearing
 from radar_service.scene.turns import along_arc
 
 Floats = NDArray[np.float64]
@@ -108,7 +108,7 @@ class Environment:
 
 
 class Pose(NamedTuple):
-    """State at K instants: position (K, 3) [m], velocity (K, 3) [m/s], heading (K,) [rad]."""
+    """State at K instants: position (K, 3) [m], velocity (K, 3) [m/s], heading (K,) [rad] in [0, 2 pi)."""
 
     position: Floats
     velocity: Floats
@@ -116,9 +116,9 @@ class Pose(NamedTuple):
 
     @property
     def course(self) -> Floats:
-        """Course over ground [rad, 0 to 2 pi]; the heading where there is no way on."""
+        """Course over ground [rad] in [0, 2 pi); the heading where there is no way on."""
         moving = np.hypot(self.velocity[:, 0], self.velocity[:, 1]) > 0
-        return np.where(moving, np.arctan2(self.velocity[:, 0], self.velocity[:, 1]), self.heading) % (2.0 * np.pi)
+        return wrap_bearing(np.where(moving, np.arctan2(self.velocity[:, 0], self.velocity[:, 1]), self.heading))
 
     @property
     def speed(self) -> Floats:
@@ -192,7 +192,7 @@ class Motion:
             heading = heading if self.fixed else heading + self.arcs[leg, 2] * since
         if self.sway is not None:
             heading = heading + self.sway.angles(np.broadcast_to(time, t.shape))[:, 2]
-        return Pose(self.position[leg] + made, velocity, heading % (2 * np.pi))
+        return Pose(self.position[leg] + made, velocity, wrap_bearing(heading))
 
     @cached_property
     def _leg_velocity(self) -> Floats:
@@ -211,7 +211,7 @@ class Motion:
         """The state at each t (K,) of a body that knows one leg only: most of them, and most of these at rest."""
         since = np.maximum(t - self.time[0], 0.0)[:, None]
         velocity = np.where(t[:, None] >= self.time[0], self.final_velocity, 0.0)
-        heading = np.full(len(t), self.heading[0] % (2 * np.pi))
+        heading = np.full(len(t), wrap_bearing(self.heading[0]))
         return Pose(self.position[0] + since * self.final_velocity, velocity, heading)
 
 
