@@ -27,7 +27,7 @@ def test_the_python_example_prints_what_the_text_says(capsys: pytest.CaptureFixt
 def test_the_scene_example_loads_without_a_word() -> None:
     (example,) = blocks("toml")
     scene = rs.load_scene(tomllib.loads(example))
-    assert [body.name for body in scene.bodies] == ["reflector", "ferry"] and not scene.warnings
+    assert [body.name for body in scene.bodies] == ["reflector", "buoy", "ferry"] and not scene.warnings
 
 
 def test_ci_calls_exactly_the_test_command() -> None:
