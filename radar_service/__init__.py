@@ -5,6 +5,8 @@
 >>> scan = sim.scan()
 """
 
+from importlib.metadata import version
+
 from radar_service import threads  # noqa: F401  first: numpy asks for its number of threads when it is imported
 from radar_service.fidelity import Fidelity
 from radar_service.records import BodyTruth, Scan, Spoke, SpokeBlock, Truth
@@ -16,3 +18,5 @@ from radar_service.simulate import Simulator
 __all__ = [
     "BodyTruth", "Fidelity", "Scan", "Scene", "SceneError", "Simulator", "Spoke", "SpokeBlock", "Truth", "load_scene",
 ]  # fmt: skip
+
+__version__ = version("radar-service")

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from radar_service import __version__
 from radar_service.display.video import Controls
 from radar_service.echo.optics.remarks import optics_remarks
 from radar_service.fidelity import PRESETS, PURPOSE
@@ -45,6 +46,7 @@ from radar_service.stream.transmitter import Settings
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
 MOST_THREADS = 64  # a tile each: a turn has few more
+READER_GONE = 141  # exit status, 128 + SIGPIPE, as shells report of programs that a closed pipe ends
 
 
 class UsageError(Exception):
@@ -92,6 +94,7 @@ def parser() -> argparse.ArgumentParser:
     finely.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto: planned")
     finely.add_argument("--error-db", type=error_budget, metavar="DB", help=ERROR_HELP)
     common.add_argument("--seed", default=0, type=partial(whole, least=0, most=2**63 - 1))
+    top.add_argument("--version", action="version", version=f"radar-service {__version__}")
     threaded = argparse.ArgumentParser(add_help=False)
     threaded.add_argument(
         "--threads", default=1, type=thread_count, metavar="N",
@@ -301,7 +304,18 @@ def run_schema(_: argparse.Namespace) -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command line; the exit status: 0, or 2 for what cannot be run and 130 when interrupted."""
+    """The command line; the exit status: 0, 2 for what cannot be run, 130 when interrupted and 141 when its reader has gone."""
+    try:
+        try:
+            return _run(arguments)
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:  # as in `radar-service check | head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+        return READER_GONE
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     wanted = parser().parse_args(arguments)
     try:
         status: int = wanted.run(wanted)
@@ -310,6 +324,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     except UsageError as fault:
         print(fault, file=sys.stderr)
+    except BrokenPipeError:
+        raise
         return 2
     except OSError as fault:
         print(f"{fault.filename or 'file'}: {fault.strerror}", file=sys.stderr)

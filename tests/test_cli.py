@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -176,6 +177,26 @@ TOKEN = "0123456789abcdef"
 
 
 @pytest.mark.parametrize(
+@pytest.mark.parametrize("command", [["check"], ["schema"], ["plan", "--fidelity", "fast"]])
+def test_a_reader_that_has_gone_ends_a_command_without_a_word(command: list[str], scene: Path) -> None:
+    """As in `radar-service check SCENE | head -0`: the pipe is closed before anything is written."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    named = [str(scene)] if command[0] in ("check", "plan") else []
+    with os.fdopen(writer, "wb") as pipe:
+        ended = subprocess.run(
+            [sys.executable, "-m", "radar_service", *command, *named], stdout=pipe, stderr=subprocess.PIPE
+        )
+    assert (ended.returncode, ended.stderr) == (141, b"")
+
+
+def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0 and capsys.readouterr().out == f"radar-service {rs.__version__}\n"
+    assert rs.__version__ == version("radar-service")
+
+
     ("arguments", "words"),
     [
         (["--host", "0.0.0.0"], ["--host: 0.0.0.0", "--token-file", "--insecure"]),
