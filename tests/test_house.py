@@ -11,9 +11,10 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 STAGES = ("scene", "trace", "echo", "receive", "display", "stream")
-SHARED = ("constants", "frames", "random", "records", "fidelity", "threads")  # below every stage
+SHARED = ("constants", "frames", "random", "records", "fidelity", "threads", "scan_file")  # below every stage
 WIRING = (
     "simulate",
+    "scan",
     "documented",
     "corrected",
     "plan",
@@ -22,7 +23,7 @@ WIRING = (
     "study",
     "__init__",
 )  # above every stage but stream
-CLIENT_MAY = ("radar_service.stream.wire", "radar_service.display")
+CLIENT_MAY = ("radar_service.stream.wire", "radar_service.display", "radar_service.scan_file")
 HOMES = {
     "trimesh": ("radar_service.scene",),
     "pyproj": ("radar_service.scene",),
@@ -44,6 +45,7 @@ HOMES = {
     "zstandard": ("radar_service.stream.wire",),
     "msgpack": ("radar_service.stream.wire",),
     "websockets": ("clients.ppi",),
+    "matplotlib": ("radar_service.scan", "radar_service.study"),
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
 }
 NAMELESS = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")

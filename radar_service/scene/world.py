@@ -310,6 +310,15 @@ class Scene:
     warnings: tuple[str, ...] = ()
     interference: tuple[Interferer, ...] = ()
 
+    def __repr__(self) -> str:
+        radar, triangles = self.radar, sum(len(body.mesh.faces) for body in self.bodies if body.mesh is not None)
+        more = f" and {len(self.bodies) - 6} more" if len(self.bodies) > 6 else ""
+        return (
+            f"<Scene {self.name!r}: {len(self.bodies)} bodies, {triangles} triangles, {len(self.warnings)} warnings,\n"
+            f"  radar of {radar.azimuths} azimuths and {radar.bins} cells to {radar.range_max:g} m, "
+            f"{60.0 / radar.rotation_period:g} rpm,\n  bodies {', '.join(body.name for body in self.bodies[:6])}{more}>"
+        )
+
     def antenna(self, time: Floats | float) -> Floats:
         """Antenna places (K, 3) east, north, height above the sea [m] at each time (K,)."""
         pose = self.own_ship.pose(time)
