@@ -1,11 +1,12 @@
 """The command: `python -m clients.ppi ws://127.0.0.1:8000 --scans 1 --out ppi.png`. It writes only the files that it is given.
 
-Exit status: 0 done, 1 the feed could not be had or broke off, 2 wrong usage, 130 interrupted.
+Exit status: 0 done, 1 the feed could not be had or broke off, 2 wrong usage, 130 interrupted, 141 its reader has gone.
 """
 
 import argparse
 import asyncio
 import math
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,18 +24,25 @@ from radar_service.display.film import write_gif, write_mp4
 from radar_service.display.picture import Drawing, Page, distance_label, render_image, render_png
 from radar_service.scan_file import write_arrays
 
+READER_GONE = 141  # 128 + SIGPIPE, as shells report of programs that a closed pipe ends
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Receive, then draw and save, or show; returns the exit status."""
     asked = options(arguments)
     try:
-        print(_shown(asked) if asked.live else _saved(asked))
+        account = _shown(asked) if asked.live else _saved(asked)
     except (FeedError, OSError) as fault:
         print(f"clients.ppi: {fault}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("clients.ppi: interrupted; nothing was written", file=sys.stderr)
         return 130
+    try:
+        print(account, flush=True)
+    except BrokenPipeError:  # the reader has gone; what was asked for is written
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+        return READER_GONE
     return 0
 
 

@@ -474,6 +474,16 @@ def test_command_saves_all_scans_as_arrays_and_tells_what_is_missing(
     assert said.err == ""  # no progress bar where there is no terminal
 
 
+def test_a_reader_that_has_gone_ends_the_command_without_a_word(tmp_path: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    out = tmp_path / "a.png"
+    with running(Script([GREETING, batch(0, 72)], wait=True)) as feed, os.fdopen(writer, "wb") as pipe:
+        command = [sys.executable, "-m", "clients.ppi", feed.url, "--out", str(out)]
+        ended = subprocess.run(command, stdout=pipe, stderr=subprocess.PIPE, cwd=Path(__file__).parents[2])
+    assert (ended.returncode, ended.stderr) == (141, b"") and out.is_file()
+
+
 def test_command_writes_only_what_it_is_told_to(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
