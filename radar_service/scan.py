@@ -63,7 +63,7 @@ class Scan:
             (image / 255.0 - 1.0) * dynamic_range_db, cmap=ListedColormap(colour_map() / 255.0), vmin=-dynamic_range_db,
             vmax=0.0, extent=(-reach, reach, -reach, reach), interpolation="nearest",
         )  # fmt: skip
-        axes.figure.colorbar(drawn, ax=axes, label="dB below the strongest cell")
+        axes.figure.colorbar(drawn, ax=axes, label="power relative to the strongest cell [dB]")
         axes.set(xlabel="east of own ship [m]", ylabel="north of own ship [m]", title=f"scan {self.number}")
         return axes
 
