@@ -10,14 +10,15 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
+from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
+from radar_service import __version__
 from radar_service.display.video import Controls
 from radar_service.echo.optics.remarks import optics_remarks
 from radar_service.fidelity import PRESETS, PURPOSE
@@ -27,6 +28,7 @@ from radar_service.planning.budget import ErrorBudget
 from radar_service.planning.in_time import plan_in_time
 from radar_service.planning.knobs import fidelity_for
 from radar_service.records import SpokeBlock
+from radar_service.scan import Scan, save_scans, scan_of
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import IN_PROCESS, load_scene
@@ -45,6 +47,7 @@ from radar_service.stream.transmitter import Settings
 
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
+READER_GONE = 141  # exit status, 128 + SIGPIPE, as shells report of programs that a closed pipe ends
 MOST_THREADS = 64  # a tile each: a turn has few more
 
 
@@ -74,6 +77,13 @@ def thread_count(text: str) -> int:
     return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MOST_THREADS)
 
 
+def file_ending(text: str, suffix: str) -> Path:
+    """A file to write, which ends in `suffix`. Raises ArgumentTypeError."""
+    if Path(text).suffix.lower() != suffix:
+        raise argparse.ArgumentTypeError(f'"{text}" does not end in {suffix}; what is written is a {suffix} file')
+    return Path(text)
+
+
 def simulator_of(scene: Scene, wanted: argparse.Namespace, threads: int = 1) -> Simulator:
     """A simulator as the command line asks for, its plan made: nobody who connects should wait for that."""
     fidelity = wanted.fidelity if wanted.error_db is None else fidelity_for(scene, wanted.error_db)
@@ -85,6 +95,7 @@ def simulator_of(scene: Scene, wanted: argparse.Namespace, threads: int = 1) -> 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     top = argparse.ArgumentParser("radar-service", description="A simulated marine radar.")
+    top.add_argument("--version", action="version", version=f"radar-service {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     scene_help = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
     common = argparse.ArgumentParser(add_help=False)
@@ -128,8 +139,8 @@ def parser() -> argparse.ArgumentParser:
 
     scan = commands.add_parser("scan", parents=[common, threaded], help="compute scans into a file")
     scan.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
-    scan.add_argument("-o", "--out", type=Path, required=True, help="file.npz to write")
-    scan.add_argument("--png", type=Path, help="picture of the last scan to write")
+    scan.add_argument("-o", "--out", type=partial(file_ending, suffix=".npz"), required=True, help="file.npz to write")
+    scan.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: picture of the last scan")
     scan.add_argument("--scans", default=1, type=partial(whole, least=1, most=10_000))
     scan.set_defaults(run=run_scan)
 
@@ -219,36 +230,27 @@ def run_scan(wanted: argparse.Namespace) -> int:
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
     simulator = simulator_of(load_scene(wanted.scene), wanted, wanted.threads)
     azimuths = simulator.scene.radar.azimuths
-    blocks = []
     with tqdm(total=wanted.scans * azimuths, unit="spokes", disable=None) as bar:
-        for block in simulator.blocks(scans=wanted.scans):
-            blocks.append(block)
-            bar.update(len(block))
-    write_npz(wanted.out, blocks, simulator)
+        blocks = _counted(simulator.blocks(scans=wanted.scans), bar)
+        scans = [scan_of(of_scan) for _, of_scan in groupby(blocks, lambda block: block.scan)]
+    about = {"name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name}
+    save_scans(wanted.out, scans, about)
     if wanted.png:
-        write_png(wanted.png, blocks, simulator)
+        write_png(wanted.png, scans[-1], simulator)
     print(f"{wanted.out}: {wanted.scans} x {azimuths} spokes of {simulator.range.size} cells")
     return 0
 
 
-def write_npz(path: Path, blocks: Sequence[SpokeBlock], simulator: Simulator) -> None:
-    """All spokes S of some scans as arrays: scan, azimuth, time, heading, course, speed (S,), position (S, 2), range (N,),
-    field and power (S, N); and name, seed, fidelity."""
-    keys = ("azimuth", "time", "heading", "course", "speed", "position", "field", "power")
-    arrays: dict[str, Any] = {key: np.concatenate([getattr(block, key) for block in blocks]) for key in keys}
-    scan = np.concatenate([np.full(len(block), block.scan) for block in blocks])
-    with path.open("wb") as file:  # an open file keeps its name, a path would gain an ending
-        np.savez(
-            file, **arrays, scan=scan, range=simulator.range, name=simulator.scene.name, seed=simulator.seed,
-            fidelity=simulator.fidelity.name,
-        )  # fmt: skip
+def _counted(blocks: Iterable[SpokeBlock], bar: "tqdm[None]") -> Iterator[SpokeBlock]:
+    for block in blocks:
+        bar.update(len(block))
+        yield block
 
 
-def write_png(path: Path, blocks: Sequence[SpokeBlock], simulator: Simulator) -> None:
-    """The last scan as a display shows it, with its controls in the middle."""
-    last = [block for block in blocks if block.scan == blocks[-1].scan]
-    sweep = [(np.arange(block.index, block.index + len(block)), block.power) for block in last]
-    path.write_bytes(ppi_png(simulator, sweep, Controls(), PICTURE_SIZE, None, float(last[-1].time[-1])))
+def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
+    """A scan as a display shows it, with its controls in the middle."""
+    sweep = [(np.arange(len(scan.power)), scan.power)]
+    path.write_bytes(ppi_png(simulator, sweep, Controls(), PICTURE_SIZE, None, float(scan.time[-1])))
 
 
 def run_check(wanted: argparse.Namespace) -> int:
@@ -303,7 +305,18 @@ def run_schema(_: argparse.Namespace) -> int:
 
 @BLAS_LIMIT.held()  # once for the process, and so for every thread of a server
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command line; the exit status: 0, or 2 for what cannot be run and 130 when interrupted."""
+    """The command line; the exit status: 0, 2 for what cannot be run, 130 when interrupted and 141 when its reader has gone."""
+    try:
+        try:
+            return _run(arguments)
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError:  # as in `radar-service check | head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+        return READER_GONE
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     wanted = parser().parse_args(arguments)
     try:
         status: int = wanted.run(wanted)
@@ -313,6 +326,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UsageError as fault:
         print(fault, file=sys.stderr)
         return 2
+    except BrokenPipeError:
+        raise
     except OSError as fault:
         print(f"{fault.filename or 'file'}: {fault.strerror}", file=sys.stderr)
         return 2

@@ -57,8 +57,14 @@ def direction(azimuth: Floats, elevation: Floats) -> Floats:
 
 
 def wrap_angle(angle: Floats) -> Floats:
-    """The same angle in [-pi, pi) [rad]."""
+    """The same angle in [-pi, pi] [rad]; rounding may give either end for half a turn."""
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def wrap_bearing(angle: Floats | float) -> Floats:
+    """The same angle in [0, 2 pi) [rad]: never 2 pi itself, to which the remainder of -1e-17 rounds."""
+    turned = np.asarray(angle) % (2.0 * np.pi)
+    return np.where(turned < 2.0 * np.pi, turned, 0.0)
 
 
 def map_from_body(points: Floats, position: Floats, heading: float) -> Floats:

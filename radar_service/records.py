@@ -1,4 +1,4 @@
-"""The records that leave the engine: spokes, alone, in blocks and as whole scans, and the truth behind them."""
+"""The records that leave the engine: spokes, alone and in blocks, and the truth behind them."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -81,14 +81,15 @@ def regrouped(blocks: Iterable[SpokeBlock], size: int) -> Iterator[SpokeBlock]:
     for block in blocks:
         waiting.append(block)
         while sum(map(len, waiting)) >= size:
-            whole = _joined(waiting)
+            whole = joined(waiting)
             yield whole.part(0, size)
             waiting = [whole.part(size, len(whole))] if len(whole) > size else []
     if waiting:
-        yield _joined(waiting)
+        yield joined(waiting)
 
 
-def _joined(blocks: list[SpokeBlock]) -> SpokeBlock:
+def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
+    """Consecutive blocks of one scan as one."""
     if len(blocks) == 1:
         return blocks[0]
 
@@ -99,21 +100,6 @@ def _joined(blocks: list[SpokeBlock]) -> SpokeBlock:
         blocks[0], time=whole("time"), azimuth=whole("azimuth"), heading=whole("heading"), position=whole("position"),
         course=whole("course"), speed=whole("speed"), field=whole("field"), power=whole("power"),
     )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Scan:
-    """One revolution. azimuth (A,) [rad], time (A,) [s], range (N,) [m], field (A, N) [sqrt(W)], power (A, N) [W]."""
-
-    number: int
-    time: Floats
-    azimuth: Floats
-    heading: Floats
-    position: Floats  # (A, 2)
-    range: Floats
-    range_step: float
-    field: NDArray[np.complex64]
-    power: NDArray[np.float32]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,8 @@ from radar_service.planning.knobs import fidelity_for
 from radar_service.planning.leaving_out import idle_effects, left_out, without
 from radar_service.planning.record import Record
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.records import Scan, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
+from radar_service.scan import Scan, scan_of
 from radar_service.scene.world import Scene
 from radar_service.truth import TruthTeller
 
@@ -74,6 +74,12 @@ class Simulator:
         self._truth = TruthTeller(scene, landscape)
         self._next_scan = 0
 
+    def __repr__(self) -> str:
+        return (
+            f"<Simulator of {self.scene.name!r}: fidelity {self.fidelity.name}, seed {self.seed}, "
+            f"next is scan {self._next_scan}>"
+        )
+
     @cached_property
     @BLAS_LIMIT.held()
     def plan(self) -> Plan:
@@ -87,16 +93,7 @@ class Simulator:
 
     def scan(self) -> Scan:
         """The next revolution."""
-        blocks = list(self.blocks(scans=1))
-        first = blocks[0]
-
-        def whole(name: str) -> Any:
-            return np.concatenate([getattr(block, name) for block in blocks])
-
-        return Scan(
-            first.scan, whole("time"), whole("azimuth"), whole("heading"), whole("position"), first.range,
-            first.range_step, whole("field"), whole("power"),
-        )  # fmt: skip
+        return scan_of(self.blocks(scans=1))
 
     def spokes(self, scans: int | None = None) -> Iterator[Spoke]:
         """The spokes of the next `scans` revolutions one by one, in order; None for ever."""

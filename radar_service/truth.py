@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from radar_service.echo.intervals import apparent_range
 from radar_service.echo.sight import Landscape
-from radar_service.frames import map_from_body, polar_from_map
+from radar_service.frames import map_from_body, polar_from_map, wrap_bearing
 from radar_service.records import BodyTruth, Truth
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.world import Body, Pose, Scene
@@ -61,7 +61,7 @@ class TruthTeller:
         return BodyTruth(
             name, _triple(position), _triple(pose.velocity[0]),
             float(pose.heading[0]), float(pose.course[0]), float(pose.speed[0]), float(polar.range),
-            float(polar.azimuth) % (2.0 * np.pi), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
+            float(wrap_bearing(polar.azimuth)), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
         )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -39,16 +40,18 @@ def scene(tmp_path: Path) -> Path:
 
 
 def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out, png = tmp_path / "scans", tmp_path / "last.png"
+    out, png = tmp_path / "scans.npz", tmp_path / "last.png"
     assert main(["scan", str(scene), "-o", str(out), "--scans", "2", "--png", str(png), "--seed", "3"]) == 0
     assert "2 x 60 spokes" in capsys.readouterr().out
     simulator = rs.Simulator(rs.load_scene(scene), seed=3)
     scans = [simulator.scan(), simulator.scan()]
     with np.load(out) as file:
         for key in ("azimuth", "time", "heading", "position", "field", "power"):
-            np.testing.assert_array_equal(file[key], np.concatenate([getattr(scan, key) for scan in scans]))
+            wanted = scans[0].azimuth if key == "azimuth" else np.stack([getattr(scan, key) for scan in scans])
+            np.testing.assert_array_equal(file[key], wanted)
         np.testing.assert_array_equal(file["range"], scans[0].range)
-        np.testing.assert_array_equal(file["scan"], np.repeat([0, 1], 60))
+        np.testing.assert_array_equal(file["number"], [0, 1])
+        np.testing.assert_array_equal(file["spoke"], np.arange(120).reshape(2, 60))
         assert (str(file["name"]), int(file["seed"]), str(file["fidelity"])) == ("one target", 3, "auto")
     picture = np.asarray(Image.open(png).convert("L")).astype(int)
     north = picture[100:420, 440:461]  # where a target at half range ahead shows
@@ -66,9 +69,9 @@ def test_threads_reach_the_engine_and_change_no_byte(scene: Path, tmp_path: Path
 
     monkeypatch.setattr(rs.Simulator, "__init__", counted)
     monkeypatch.setattr(os, "cpu_count", lambda: 4)
-    files = [tmp_path / name for name in ("1", "3", "auto")]
+    files = [tmp_path / f"{name}.npz" for name in ("1", "3", "auto")]
     for out in files:
-        assert main(["scan", str(scene), "-o", str(out), "--threads", out.name]) == 0
+        assert main(["scan", str(scene), "-o", str(out), "--threads", out.stem]) == 0
     with socket.socket() as taken:  # serve makes its radars, and ends where it cannot listen
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -135,12 +138,12 @@ def test_a_bad_scene_is_refused_on_stderr(command: str, tmp_path: Path, capsys: 
     assert not (tmp_path / "x.npz").exists()
 
 
-@pytest.mark.parametrize("option", ["-o", "--png"])
+@pytest.mark.parametrize(("option", "name"), [("-o", "x.npz"), ("--png", "x.png")])
 def test_a_folder_that_is_not_there_is_named_before_anything_is_computed(
-    option: str, scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    option: str, name: str, scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delattr(rs.Simulator, "blocks")
-    missing = tmp_path / "nowhere" / "x"
+    missing = tmp_path / "nowhere" / name
     assert main(["scan", str(scene), "-o", str(tmp_path / "x.npz"), option, str(missing)]) == 2
     assert str(missing.parent) in capsys.readouterr().err
 
@@ -158,18 +161,40 @@ def test_a_port_in_use_is_named(scene: Path, capsys: pytest.CaptureFixture[str])
     ("arguments", "word"),
     [
         (["serve", "--pace", "0"], "pace"), (["serve", "--pace", "nan"], "pace"), (["serve", "--pace", "quick"], "pace"),
-        (["serve", "--port", "70000"], "port"), (["scan", "-o", "x", "--scans", "0"], "scans"),
+        (["serve", "--port", "70000"], "port"), (["scan", "-o", "x.npz", "--scans", "0"], "scans"),
         (["scan"], "--out"), (["plan", "--seed", "-1"], "seed"), (["plan", "--fidelity", "best"], "fidelity"),
-        ([], "COMMAND"), (["serve", "--threads", "0"], "threads"), (["scan", "-o", "x", "--threads", "many"], "threads"),
-        (["plan", "--error-db", "0"], "0.01 to 10 dB"), (["scan", "-o", "x", "--error-db", "nan"], "error-db"),
+        ([], "COMMAND"), (["serve", "--threads", "0"], "threads"), (["scan", "-o", "x.npz", "--threads", "many"], "threads"),
+        (["plan", "--error-db", "0"], "0.01 to 10 dB"), (["scan", "-o", "x.npz", "--error-db", "nan"], "error-db"),
         (["serve", "--error-db", "1", "--fidelity", "fast"], "not allowed with"),
         (["plan", "--realtime-factor", "inf"], "realtime-factor"), (["plan", "--realtime-factor", "0"], "above 0"),
+        (["scan", "-o", "x.txt"], '"x.txt" does not end in .npz'), (["scan", "-o", "x"], "npz"),
+        (["scan", "-o", "x.npz", "--png", "x.jpg"], '"x.jpg" does not end in .png'),
     ],
 )  # fmt: skip
 def test_bad_arguments_are_refused_by_name(arguments: list[str], word: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as refused:
         main(arguments)
     assert refused.value.code == 2 and word in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [["check"], ["schema"], ["plan", "--fidelity", "fast"]])
+def test_a_reader_that_has_gone_ends_a_command_without_a_word(command: list[str], scene: Path) -> None:
+    """As in `radar-service check SCENE | head -0`: the pipe is closed before anything is written."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    named = [str(scene)] if command[0] in ("check", "plan") else []
+    with os.fdopen(writer, "wb") as pipe:
+        ended = subprocess.run(
+            [sys.executable, "-m", "radar_service", *command, *named], stdout=pipe, stderr=subprocess.PIPE
+        )
+    assert (ended.returncode, ended.stderr) == (141, b"")
+
+
+def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0 and capsys.readouterr().out == f"radar-service {rs.__version__}\n"
+    assert rs.__version__ == version("radar-service")
 
 
 TOKEN = "0123456789abcdef"

@@ -85,7 +85,7 @@ def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, se
     for up in ([], ["--head-up"]):
         assert receive([*common, "--encoding", "f32", *up]) == 0
         with np.load(arrays) as file:
-            power, azimuth, distance, step = file["data"][0], file["azimuth"], file["range"], float(file["range_step"])
+            power, azimuth, distance, step = file["power"][0], file["azimuth"], file["range"], float(file["range_step"])
             np.testing.assert_allclose(file["heading"][0], np.deg2rad(heading_deg), atol=2 * np.pi / 65536)
         wanted = []
         for bearing_deg, reach in TARGETS[name]:

@@ -12,9 +12,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 STAGES = ("scene", "trace", "echo", "receive", "display", "stream")
 GROUND = ("constants", "frames", "radar")  # the radar's own physics, which every room but these may use
-SHARED = (*GROUND, "random", "records", "fidelity", "parallel")  # below every stage
+SHARED = (*GROUND, "random", "records", "fidelity", "parallel", "scan_file")  # below every stage
 WIRING = (
     "simulate",
+    "scan",
     "documented",
     "corrected",
     "plan",
@@ -23,7 +24,7 @@ WIRING = (
     "study",
     "__init__",
 )  # above every stage but stream
-CLIENT_MAY = ("radar_service.stream.wire", "radar_service.display")
+CLIENT_MAY = ("radar_service.stream.wire", "radar_service.display", "radar_service.scan_file")
 HOMES = {
     "trimesh": ("radar_service.scene",),
     "pyproj": ("radar_service.scene",),
@@ -46,6 +47,7 @@ HOMES = {
     "zstandard": ("radar_service.stream.wire",),
     "msgpack": ("radar_service.stream.wire",),
     "websockets": ("clients.ppi",),
+    "matplotlib": ("radar_service.scan", "radar_service.study"),
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
 }
 NAMELESS = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")

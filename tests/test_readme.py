@@ -1,5 +1,6 @@
 """What the README shows is true: its Python runs, its scene loads, its commands exist."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -27,7 +28,7 @@ def test_the_python_example_prints_what_the_text_says(capsys: pytest.CaptureFixt
 def test_the_scene_example_loads_without_a_word() -> None:
     (example,) = blocks("toml")
     scene = rs.load_scene(tomllib.loads(example))
-    assert [body.name for body in scene.bodies] == ["reflector", "ferry"] and not scene.warnings
+    assert [body.name for body in scene.bodies] == ["reflector", "buoy", "ferry"] and not scene.warnings
 
 
 def test_ci_calls_exactly_the_test_command() -> None:
@@ -47,3 +48,22 @@ def test_the_commands_named_exist(command: str, capsys: pytest.CaptureFixture[st
 def test_linked_files_exist() -> None:
     for target in re.findall(r"\]\((?!http)([^)#]+)\)", README):
         assert (Path(__file__).parents[1] / target).is_file(), target
+
+
+def test_verbs_of_contributing_are_the_sessions_of_nox() -> None:
+    """Each with the command that the table gives, and .ci/run and pre-commit with the same checks."""
+    root = Path(__file__).parents[1]
+    table = re.findall(r"^\| `(\w+)`.*\| `(.+)` \|$", (root / "CONTRIBUTING.md").read_text(encoding="utf-8"), flags=re.M)
+    calls: dict[str, set[str]] = {}
+    for session in ast.parse((root / "noxfile.py").read_text(encoding="utf-8")).body:
+        if isinstance(session, ast.FunctionDef):
+            (run,) = [c for c in ast.walk(session) if isinstance(c, ast.Call) and ast.unparse(c.func) == "session.run"]
+            calls[session.name] = {c.value for c in ast.walk(run) if isinstance(c, ast.Constant)}
+    assert {verb: set(command.split()) for verb, command in table} == calls
+    ci, hooks = ((root / name).read_text(encoding="utf-8") for name in (".ci/run", ".pre-commit-config.yaml"))
+    for verb in ("format", "lint", "types"):
+        assert f".venv/bin/{dict(table)[verb]}\n" in ci
+        assert (
+            f"id: {verb}" in hooks
+            and f".venv/bin/{dict(table)[verb].removesuffix(' --check .').removesuffix(' .')}\n" in hooks
+        )

@@ -1,41 +1,48 @@
-"""The command: `python -m clients.ppi ws://127.0.0.1:8000 --scans 1 --out ppi.png`.
+"""The command: `python -m clients.ppi ws://127.0.0.1:8000 --scans 1 --out ppi.png`. It writes only the files that it is given.
 
-Exit status: 0 done, 1 the feed could not be had or broke off, 2 wrong usage, 130 interrupted.
+Exit status: 0 done, 1 the feed could not be had or broke off, 2 wrong usage, 130 interrupted, 141 its reader has gone.
 """
 
 import argparse
 import asyncio
-import json
 import math
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from tqdm import tqdm
 
 from clients.ppi import live
 from clients.ppi.client import FeedClient, FeedError
 from clients.ppi.film import film
 from clients.ppi.options import FILMS, options
-from clients.ppi.scans import ReceivedScan, ScanCollector, brightness, collect_scans
+from clients.ppi.scans import ReceivedScan, ScanCollector, arrays, brightness, collect_scans
 from clients.ppi.scope import Scope
 from radar_service.display.film import write_gif, write_mp4
 from radar_service.display.picture import Drawing, Page, distance_label, render_image, render_png
+from radar_service.scan_file import write_arrays
+
+READER_GONE = 141  # 128 + SIGPIPE, as shells report of programs that a closed pipe ends
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Receive, then draw and save, or show; returns the exit status."""
     asked = options(arguments)
     try:
-        print(_shown(asked) if asked.live else _saved(asked))
+        account = _shown(asked) if asked.live else _saved(asked)
     except (FeedError, OSError) as fault:
         print(f"clients.ppi: {fault}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("clients.ppi: interrupted; nothing was written", file=sys.stderr)
         return 130
+    try:
+        print(account, flush=True)
+    except BrokenPipeError:  # the reader has gone; what was asked for is written
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+        return READER_GONE
     return 0
 
 
@@ -84,14 +91,13 @@ def _save(scans: list[ReceivedScan], asked: argparse.Namespace) -> None:
             write_gif(asked.out, _frames(scans, asked), asked.fps)
         case ".mp4":
             write_mp4(asked.out, _frames(scans, asked), asked.fps)
-        case _:
+        case ".png":
             ppi, heading = scans[-1].ppi, scans[-1].newest_heading
             picture = brightness(scans[-1], asked.dynamic_range_db)
             drawing = _drawing(scans[-1], asked) | Drawing(heading=heading, filled=ppi.filled)
             asked.out.write_bytes(render_png(picture, ppi.range_first, ppi.range_step, **drawing))
     if asked.npz:
-        with asked.npz.open("wb") as file:
-            np.savez_compressed(file, **arrays(scans))
+        write_arrays(asked.npz, arrays(scans), compress=True)
 
 
 def _drawing(scan: ReceivedScan, asked: argparse.Namespace) -> Drawing:
@@ -108,28 +114,6 @@ def _frames(scans: list[ReceivedScan], asked: argparse.Namespace) -> Iterator[Pa
         yield render_image(frame.picture, ppi.range_first, ppi.range_step, **now)
 
 
-def arrays(scans: list[ReceivedScan]) -> dict[str, Any]:
-    """Scans (S of them, all of one epoch) as named arrays.
-
-    data (S, A, N) as sent; number (S, A), -1 where no spoke came; time [s], heading, course [rad], speed [m/s] (S, A) and
-    position (S, A, 2) [m], NaN there; azimuth (A,) [rad], range (N,) [m]; the hello as JSON.
-    """
-    ppi = scans[0].ppi
-    azimuths, bins = ppi.polar.shape
-    each = {
-        name: np.stack([getattr(scan, name) for scan in scans])
-        for name in ("time", "heading", "course", "speed", "position", "blind")
-    }
-    return each | {
-        "data": np.stack([scan.ppi.polar for scan in scans]),
-        "number": np.stack([scan.ppi.number for scan in scans]),
-        "azimuth": np.arange(azimuths) * (2.0 * np.pi / azimuths),
-        "range": ppi.range_first + np.arange(bins) * ppi.range_step,
-        "range_step": np.array(ppi.range_step),
-        "hello": np.array(json.dumps(scans[0].hello, default=str)),
-    }
-
-
 def _summary(client: FeedClient, collector: ScanCollector, files: list[Path]) -> str:
     scan = collector.scans[-1]
     encoding = scan.hello["encoding"]["name"]
@@ -137,12 +121,15 @@ def _summary(client: FeedClient, collector: ScanCollector, files: list[Path]) ->
         f"{scan.hello['scene']['name']}, {scan.hello['radar']['name']}: {collector.done} scan(s) of {scan.azimuths} "
         f"azimuths to {distance_label(scan.ppi.range_end)}, {encoding}",
         f"last scan: {scan.azimuths - scan.missing} azimuths came, {scan.missing} missing, "
-        f"heading {math.degrees(scan.newest_heading):05.1f}\N{DEGREE SIGN}",
+        f"heading {round(math.degrees(scan.newest_heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}",
         _account(client),
     ]
     if collector.restarts:
         lines.append(f"the radar changed scene or range {collector.restarts} time(s); the scans are of the last")
-    return "\n".join([*lines, f"wrote {', '.join(map(str, files))}"])
+    wrote = (
+        f"wrote {', '.join(map(str, files))}" if files else "wrote nothing: --out FILE draws it, --npz FILE keeps its data"
+    )
+    return "\n".join([*lines, wrote])
 
 
 def _account(client: FeedClient) -> str:

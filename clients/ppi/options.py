@@ -8,6 +8,7 @@ from typing import Any
 from clients.ppi.client import TIMEOUT
 from radar_service.display.film import MAX_FPS, ffmpeg
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
+from radar_service.scan_file import SUFFIX
 from radar_service.stream import wire
 
 PICTURE, FILMS = ".png", (".gif", ".mp4")
@@ -20,9 +21,8 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
     found = p.parse_args(arguments)
     if found.live and (found.out or found.npz or found.scans):
         p.error("--live shows the radar until it is ended and writes nothing; leave out --out, --npz and --scans")
-    found.out = found.out or Path("ppi.png")
     found.scans = found.scans or 1
-    found.kind = found.out.suffix.lower()
+    found.kind = found.out.suffix.lower() if found.out else ""
     found.size = found.size or (FILM_SIZE if found.kind in FILMS else PICTURE_SIZE)
     return found
 
@@ -43,9 +43,9 @@ def _add_output(p: argparse.ArgumentParser) -> None:
     p.add_argument("--scans", type=_whole(1, 100_000), metavar="N", help="revolutions to receive (default 1)")
     p.add_argument(
         "--out", type=_picture, metavar="FILE",
-        help="x.png: the last of them (default ppi.png); x.gif, x.mp4 (with ffmpeg): a film of all of them",
+        help="x.png: a picture of the last of them; x.gif, x.mp4 (with ffmpeg): a film of all of them",
     )  # fmt: skip
-    p.add_argument("--npz", type=_writable, metavar="FILE", help="all of them as numpy arrays as well")
+    p.add_argument("--npz", type=_npz, metavar="FILE", help="x.npz: all of them as numpy arrays")
     p.add_argument("--live", action="store_true", help="show the radar in this terminal; q ends it")
 
 
@@ -121,6 +121,13 @@ def _picture(text: str) -> Path:
             ffmpeg()  # said now, not after a minute of receiving
         except OSError as fault:
             raise argparse.ArgumentTypeError(f"{text}: {fault}") from None
+    return path
+
+
+def _npz(text: str) -> Path:
+    path = _writable(text)
+    if path.suffix.lower() != SUFFIX:
+        raise argparse.ArgumentTypeError(f"{text}: numpy arrays are written to {SUFFIX}; give it that ending")
     return path
 
 

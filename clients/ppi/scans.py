@@ -1,7 +1,8 @@
 """Whole scans out of a feed, as arrays and as pictures."""
 
+import json
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -218,3 +219,37 @@ def bright_cells(
     if encoding["name"] == "u8":
         return ppi.polar
     return picture_from_power(power(ppi, encoding), dynamic_range_db, reference)
+
+
+def arrays(scans: Sequence[ReceivedScan]) -> dict[str, Any]:
+    """Scans, all of one epoch, as the arrays of a file of scans (`radar_service.scan_file`).
+
+    power where the encoding tells it, field where it is c64, and samples where they are neither.
+    """
+    ppi, encoding = scans[0].ppi, scans[0].hello["encoding"]
+    azimuths, bins = ppi.polar.shape
+    of_spokes = ("time", "heading", "course", "speed", "position", "blind")
+    spoke = np.stack([scan.ppi.number for scan in scans])
+    return {
+        **{name: np.stack([getattr(scan, name) for scan in scans]) for name in of_spokes},
+        **_received(np.stack([scan.ppi.polar for scan in scans]), spoke < 0, encoding),
+        "number": np.array([scan.first // azimuths for scan in scans]),
+        "spoke": spoke,
+        "azimuth": np.arange(azimuths) * (2.0 * np.pi / azimuths),
+        "range": ppi.range_first + np.arange(bins) * ppi.range_step,
+        "range_step": np.array(ppi.range_step),
+        "name": np.array(scans[0].hello["scene"]["name"]),
+        "hello": np.array(json.dumps(scans[0].hello, default=str)),
+    }
+
+
+def _received(samples: NDArray[Any], missing: NDArray[np.bool_], encoding: dict[str, Any]) -> dict[str, NDArray[Any]]:
+    """samples (S, A, N) as power, field or samples; NaN where they are `missing` (S, A)."""
+    result: dict[str, NDArray[Any]] = {}
+    if encoding["name"] != "u8":
+        result["power"] = power_from_samples(samples, encoding)
+    if encoding["name"] == "c64":
+        result["field"] = samples
+    for watts_or_field in result.values():
+        watts_or_field[missing] = np.nan
+    return result if encoding["name"] in ("f32", "c64") else result | {"samples": samples}

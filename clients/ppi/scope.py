@@ -43,7 +43,7 @@ class Scope:
         return (
             f"{self.hello['scene']['name']}, {self.hello['radar']['name']}: range {distance_label(self._radius(self.ppi))}, "
             f"rings {distance_label(ring_step(self._radius(self.ppi)))}, {up}, "
-            f"heading {math.degrees(self.heading) % 360.0:05.1f}\N{DEGREE SIGN}, scan {self.scan}"
+            f"heading {round(math.degrees(self.heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}, scan {self.scan}"
         )
 
     def image(self, size: int) -> Bytes:

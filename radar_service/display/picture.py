@@ -188,7 +188,7 @@ def _words(draw: Draw, dial: _Dial, range_max: float, heading: float | None, cor
     edge, far = dial.size * 0.012, dial.size * (1.0 - 0.012)
     title, orientation = corners
     if heading is not None:
-        orientation += f"\nheading {np.degrees(heading) % 360.0:05.1f}\N{DEGREE SIGN}"
+        orientation += f"\nheading {round(np.degrees(heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}"
     reach = f"range {distance_label(range_max)}\n{range_max / NAUTICAL_MILE:.3g} NM"
     draw.text((edge, edge), title, fill=SCALE, font=dial.font, anchor="la")
     draw.multiline_text((edge, far), orientation, fill=SCALE, font=dial.font, anchor="ld")

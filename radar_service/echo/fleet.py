@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.frames import wrap_bearing
 from radar_service.scene.world import Body
 from radar_service.trace.visibility import Stand
 
@@ -28,7 +29,7 @@ class Fleet:
         self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
         self._bent = {int(b) for b in self.moving if len(self._motions[b].time) > 1}
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
-        self._heading = np.array([m.heading[0] % (2.0 * np.pi) for m in self._motions]).reshape(-1)
+        self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
         self._velocity = np.array([self._motions[b].final_velocity for b in self.moving]).reshape(-1, 3)
         self._start = np.array([self._motions[b].time[0] for b in self.moving])
 

@@ -54,6 +54,11 @@ def far_field(radar: Radar) -> float:
     return 2.0 * aperture**2 / radar.wavelength
 
 
+def _bearing(angle: float) -> str:
+    """A bearing [rad] in degrees, 000.0 to 359.9."""
+    return f"{round(math.degrees(angle), 1) % 360.0:05.1f}"
+
+
 def _straddling(radar: Radar) -> str:
     """What half-way between spokes is lost, where that is more than half the power."""
     steps = radar.beamwidth / radar.azimuth_step
@@ -114,7 +119,7 @@ def _environment_lines(scene: Scene) -> list[str]:
 def _body_lines(body: Body, scene: Scene) -> list[str]:
     start = body.motion.pose(0.0).position
     seen = polar_from_map(start, scene.antenna(0.0), effective_earth_radius(scene.environment.earth_factor))
-    bearing = math.degrees(float(seen.azimuth[0])) % 360.0
+    bearing = _bearing(float(seen.azimuth[0]))
     shape = "a point"
     if body.mesh is not None:
         x, y, z = np.ptp(body.mesh.vertices, axis=0)
@@ -124,7 +129,7 @@ def _body_lines(body: Body, scene: Scene) -> list[str]:
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
     return [
         f"  {body.name}: {shape}",
-        f"    {seen.distance[0]:.1f} m off, bearing {bearing:05.1f}{far}; {_motion_text(body.motion)}",
+        f"    {seen.distance[0]:.1f} m off, bearing {bearing}{far}; {_motion_text(body.motion)}",
         f"    {body.material.name}, scattering {body.scattering}{section}" + (f", MMSI {body.mmsi}" if body.mmsi else ""),
     ]
 
@@ -153,10 +158,10 @@ def _sway_text(motion: Motion) -> str:
 def _motion_text(motion: Motion) -> str:
     pose = motion.pose(max(float(motion.time[0]), 0.0))
     place = f"at east {pose.position[0, 0]:.1f}, north {pose.position[0, 1]:.1f}, up {pose.position[0, 2]:.1f} m"
-    heading = f"heading {math.degrees(pose.heading[0]):05.1f}{_sway_text(motion)}"
+    heading = f"heading {_bearing(pose.heading[0])}{_sway_text(motion)}"
     if motion.at_rest:
         return f"{place}, {heading}, at rest"
-    course = f"course {math.degrees(pose.course[0]):05.1f}, {pose.speed[0] / KNOT:.1f} kn"
+    course = f"course {_bearing(pose.course[0])}, {pose.speed[0] / KNOT:.1f} kn"
     bends = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:, 2]))
     legs = f", {len(motion.time) - 1 - bends} legs" if len(motion.time) > 1 else ""
     legs += f" and {bends} arcs" if bends else ""

@@ -1,5 +1,6 @@
 """Reading a scene's files: only regular files inside the scene's own folder, symbolic links resolved, sizes capped."""
 
+import stat
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,9 +27,10 @@ class SceneFolder:
             found = (root / name).resolve()
             if not found.is_relative_to(root):
                 raise SceneError(f'{place}: "{name:.200}" leads out of {self.path} through a link; copy the file there')
-            if found.is_dir():
+            mode = _mode(found)
+            if stat.S_ISDIR(mode):
                 raise SceneError(f'{place}: "{name:.200}" is a folder; name a file in it')
-            if not found.is_file():
+            if not stat.S_ISREG(mode):
                 raise SceneError(
                     f'{place}: "{name:.200}" is not a file in {self.path}; correct the name or put the file there'
                 )
@@ -41,6 +43,14 @@ class SceneFolder:
     def read(self, name: str, place: str, limit: int) -> bytes:
         """The content of the file `name`, at most `limit` bytes. Raises SceneError naming `place`."""
         return read_limited(self.find(name, place), f'{place}: "{name:.200}"', limit)
+
+
+def _mode(path: Path) -> int:
+    """What stands there, as `stat` says; 0 for nothing. Raises OSError for links in a circle, which `is_file` would hide."""
+    try:
+        return path.stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return 0
 
 
 def read_limited(path: Path, place: str, limit: int) -> bytes:

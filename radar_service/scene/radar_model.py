@@ -75,7 +75,9 @@ class RadarModel(Section):
         2000, ge=1, le=1_000_000, description="per azimuth, of the documented fidelity and of the ray samplers"
     )
     blind_sectors_deg: tuple[tuple[Bearing, Bearing], ...] = Field(
-        (), max_length=16, description="no transmission between these angles, clockwise from the bow; [0, 360] is the full circle"
+        (),
+        max_length=16,
+        description="no transmission between these angles, clockwise from the bow; [0, 360] is the full circle",
     )
 
     @property
@@ -217,7 +219,11 @@ def _check_table(name: str, table: tuple[tuple[float, float], ...]) -> None:
     if not 2 <= len(table) <= 10_000:
         raise ValueError(f"{name}: a table has 2 to 10000 rows of (degrees, dB), this one has {len(table)}: thin it")
     offsets = [row[0] for row in table]
-    if offsets[0] != 0 or offsets[-1] > 180 or any(b - a < SMALLEST_STEP_DEG for a, b in zip(offsets, offsets[1:], strict=False)):
+    if (
+        offsets[0] != 0
+        or offsets[-1] > 180
+        or any(b - a < SMALLEST_STEP_DEG for a, b in zip(offsets, offsets[1:], strict=False))
+    ):
         raise ValueError(
             f"{name}: the offsets start at 0 and rise strictly, by {SMALLEST_STEP_DEG:g} at least, to at most 180 degrees; "
             "sort the rows of the table"

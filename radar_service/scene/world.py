@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import effective_earth_radius, map_from_body, map_from_deck
+from radar_service.frames import effective_earth_radius, map_from_body, map_from_deck, wrap_bearing
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.scene.turns import along_arc
 
@@ -34,7 +34,7 @@ class Environment:
 
 
 class Pose(NamedTuple):
-    """State at K instants: position (K, 3) [m], velocity (K, 3) [m/s], heading (K,) [rad]."""
+    """State at K instants: position (K, 3) [m], velocity (K, 3) [m/s], heading (K,) [rad] in [0, 2 pi)."""
 
     position: Floats
     velocity: Floats
@@ -42,9 +42,9 @@ class Pose(NamedTuple):
 
     @property
     def course(self) -> Floats:
-        """Course over ground [rad, 0 to 2 pi]; the heading where there is no way on."""
+        """Course over ground [rad] in [0, 2 pi); the heading where there is no way on."""
         moving = np.hypot(self.velocity[:, 0], self.velocity[:, 1]) > 0
-        return np.where(moving, np.arctan2(self.velocity[:, 0], self.velocity[:, 1]), self.heading) % (2.0 * np.pi)
+        return wrap_bearing(np.where(moving, np.arctan2(self.velocity[:, 0], self.velocity[:, 1]), self.heading))
 
     @property
     def speed(self) -> Floats:
@@ -125,7 +125,7 @@ class Motion:
             heading = heading if self.fixed else heading + self.arcs[leg, 2] * since
         if self.sway is not None:
             heading = heading + self.sway.angles(np.broadcast_to(time, t.shape))[:, 2]
-        return Pose(self.position[leg] + made, velocity, heading % (2 * np.pi))
+        return Pose(self.position[leg] + made, velocity, wrap_bearing(heading))
 
     @cached_property
     def _leg_velocity(self) -> Floats:
@@ -144,7 +144,7 @@ class Motion:
         """The state at each t (K,) of a body that knows one leg only: most of them, and most of these at rest."""
         since = np.maximum(t - self.time[0], 0.0)[:, None]
         velocity = np.where(t[:, None] >= self.time[0], self.final_velocity, 0.0)
-        heading = np.full(len(t), self.heading[0] % (2 * np.pi))
+        heading = np.full(len(t), wrap_bearing(self.heading[0]))
         return Pose(self.position[0] + since * self.final_velocity, velocity, heading)
 
 
@@ -242,6 +242,15 @@ class Scene:
     bodies: tuple[Body, ...]
     warnings: tuple[str, ...] = ()
     interference: tuple[Interferer, ...] = ()
+
+    def __repr__(self) -> str:
+        radar, triangles = self.radar, sum(len(body.mesh.faces) for body in self.bodies if body.mesh is not None)
+        more = f" and {len(self.bodies) - 6} more" if len(self.bodies) > 6 else ""
+        return (
+            f"<Scene {self.name!r}: {len(self.bodies)} bodies, {triangles} triangles, {len(self.warnings)} warnings,\n"
+            f"  radar of {radar.azimuths} azimuths and {radar.bins} cells to {radar.range_max:g} m, "
+            f"{60.0 / radar.rotation_period:g} rpm,\n  bodies {', '.join(body.name for body in self.bodies[:6])}{more}>"
+        )
 
     def antenna(self, time: Floats | float) -> Floats:
         """Antenna places (K, 3) east, north, height above the sea [m] at each time (K,)."""

@@ -1,7 +1,5 @@
 """A still picture of what a radar sees, drawn from the last revolution."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +19,7 @@ def ppi_png(engine: Engine, sweep: list[Rows], controls: Controls, size: int, ra
     for rows, power in sweep:
         polar[rows] = display_video(power, to, controls, engine.noise_power)
         filled[rows] = True
-    heading = float(engine.scene.own_ship.pose(time).heading[0]) % (2.0 * math.pi)
+    heading = float(engine.scene.own_ship.pose(time).heading[0])
     return render_png(
         polar, to.first, to.step, range_max=range_max or to.range, size=size, heading=heading, title=engine.scene.name,
         filled=filled,

@@ -17,6 +17,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+import radar_service as rs
 from clients.ppi import (
     FeedClient,
     FeedError,
@@ -30,6 +31,7 @@ from clients.ppi import (
 )
 from clients.ppi.__main__ import main
 from radar_service.display.picture import UNSEEN, colour_map
+from radar_service.stream import wire
 from tests.clients import fake_feed
 from tests.clients.fake_feed import TARGETS, Script, gap, hello, picture, running
 
@@ -458,9 +460,10 @@ def test_command_saves_all_scans_as_arrays_and_tells_what_is_missing(
         assert main(asked) == 0
     assert feed.queries == [{"encoding": "u8-log", "bins": "100", "mode": "lossless"}]
     with np.load(npz) as saved:
-        assert saved["data"].shape == (2, 72, 100) and saved["data"].dtype == np.uint8
-        assert (saved["number"][0] < 0).sum() == 10 and (saved["number"][1] >= 0).all()
-        np.testing.assert_array_equal(saved["data"][1], DATA)
+        assert saved["samples"].shape == (2, 72, 100) and saved["samples"].dtype == np.uint8
+        assert (saved["spoke"][0] < 0).sum() == 10 and (saved["spoke"][1] >= 0).all()
+        assert saved["number"].tolist() == [0, 1]
+        np.testing.assert_array_equal(saved["samples"][1], DATA)
         assert saved["time"][1, 0] == 144 / 30.0
         assert np.isnan(saved["heading"][0, 50:60]).all()
         np.testing.assert_allclose(saved["range"], (np.arange(100) + 0.5) * 20.0)
@@ -469,6 +472,44 @@ def test_command_saves_all_scans_as_arrays_and_tells_what_is_missing(
     said = capsys.readouterr()
     assert "2 scan(s) of 72 azimuths" in said.out and "10 announced as lost, 3 lost without a word" in said.out
     assert said.err == ""  # no progress bar where there is no terminal
+
+
+def test_a_reader_that_has_gone_ends_the_command_without_a_word(tmp_path: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    out = tmp_path / "a.png"
+    with running(Script([GREETING, batch(0, 72)], wait=True)) as feed, os.fdopen(writer, "wb") as pipe:
+        command = [sys.executable, "-m", "clients.ppi", feed.url, "--out", str(out)]
+        ended = subprocess.run(command, stdout=pipe, stderr=subprocess.PIPE, cwd=Path(__file__).parents[2])
+    assert (ended.returncode, ended.stderr) == (141, b"") and out.is_file()
+
+
+def test_command_writes_only_what_it_is_told_to(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with running(Script([GREETING, batch(0, 72)], wait=True)) as feed:
+        assert main([feed.url]) == 0
+    assert "wrote nothing: --out FILE" in capsys.readouterr().out and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("encoding", ["u8", "f32", "c64"])
+def test_saved_scans_are_loaded_as_those_of_the_simulator(tmp_path: Path, encoding: str) -> None:
+    npz, greeting = tmp_path / "a.npz", hello(encoding=encoding)
+    came = fake_feed.spokes(greeting, DATA.astype(wire.DTYPES[encoding]), 72, 60)
+    with running(Script([greeting, gap(greeting, 70, 2), came, gap(greeting, 132, 12)], wait=True)) as feed:
+        assert main([feed.url, "--encoding", encoding, "--npz", str(npz)]) == 0
+    if encoding == "u8":
+        with pytest.raises(ValueError, match="holds no power"):
+            rs.load_scan(npz)
+        return
+    scan = rs.load_scan(npz)
+    assert scan.number == 1 and np.isnan(scan.time[60:]).all() and np.isnan(scan.power[60:]).all()
+    np.testing.assert_array_equal(scan.power[:60] > 0, DATA[:60] > 0)
+    assert np.isnan(scan.field[:60]).all() == (encoding == "f32")
+    if encoding == "c64":
+        np.testing.assert_array_equal(scan.power[:60], scan.field[:60].real ** 2 + scan.field[:60].imag ** 2)
+    assert scan._repr_png_() and "72 azimuths" in repr(scan)
 
 
 def test_command_paints_missing_azimuths_grey(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -502,7 +543,7 @@ def test_command_fails_with_a_sentence(
     [["--scans", "0"], ["--size", "20"], ["--encoding", "u9"], ["--range", "-1"], ["--range", "nan"], ["--range", "inf"],
      ["--bins", "x"],
      ["--out", "/nowhere/at/all.png"], ["--npz", "/"], ["--out", "a.jpg"], ["--fps", "26"], ["--live", "--out", "a.png"],
-     ["--live", "--scans", "2"]],
+     ["--live", "--scans", "2"], ["--npz", "a.txt"]],
 )  # fmt: skip
 def test_command_refuses_wrong_usage_before_it_connects(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:

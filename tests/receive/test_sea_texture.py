@@ -25,7 +25,9 @@ def rows(count: int, seed: int = 1, **own_ship: Any) -> NDArray[np.float64]:
     made = scene([], radar=RADAR, environment=SEA, own_ship=own_ship)
     landscape = Landscape((), effective_earth_radius(4 / 3))
     beamwidth = made.radar.beamwidth
-    clutter = clutter_of(made, landscape, compression_for(made.radar, 6), lambda x: PATTERNS["sinc2"].gain(x, beamwidth), seed)
+    clutter = clutter_of(
+        made, landscape, compression_for(made.radar, 6), lambda x: PATTERNS["sinc2"].gain(x, beamwidth), seed
+    )
     assert clutter is not None and clutter.sea is not None
     turn = clutter.sea.texture.turn
     taken = [np.array(clutter.sea.texture.span(scan * turn, (scan + 1) * turn)) for scan in range(count)]

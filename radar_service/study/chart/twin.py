@@ -97,7 +97,9 @@ def aperture(u: Floats, pattern: AntennaPattern) -> Floats:
     if pattern.name == "cosine2":
         return np.asarray(np.sinc(away) / (1.0 - away**2))
     if not isinstance(pattern, Taylor):
-        raise ValueError(f'pattern: the reference knows sinc2, printed, gaussian, taylor, cosine, cosine2, not "{pattern.name}"')
+        raise ValueError(
+            f'pattern: the reference knows sinc2, printed, gaussian, taylor, cosine, cosine2, not "{pattern.name}"'
+        )
     n = np.arange(1, pattern.nbar)
     a = np.arccosh(10.0 ** (pattern.sidelobe_db / 20.0)) / np.pi
     zeros = pattern.nbar * np.sqrt((a**2 + (n - 0.5) ** 2) / (a**2 + (pattern.nbar - 0.5) ** 2))

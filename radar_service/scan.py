@@ -1,0 +1,129 @@
+"""A scan: one revolution as arrays, its file and its pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.display.picture import colour_map, picture_from_power, render_png
+from radar_service.display.ppi import scan_convert
+from radar_service.records import SpokeBlock, joined
+from radar_service.scan_file import read_arrays, write_arrays
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+PICTURE_SIZE = 600  # pixels of a notebook's picture
+PLOT_SIZE = 1000  # pixels of a plot
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One revolution of A azimuths and N range cells, all SI and radians.
+
+    In a scan from a file, what belongs to an azimuth that never came is NaN, and so is `field` where the file holds none.
+    """
+
+    number: int  # since the start of the simulation
+    time: Floats  # (A,) s
+    azimuth: Floats  # (A,) boresight from true north, clockwise
+    heading: Floats  # (A,) of own ship
+    position: Floats  # (A, 2) m east and north, of own ship
+    course: Floats  # (A,) of own ship
+    speed: Floats  # (A,) m/s, of own ship
+    range: Floats  # (N,) m, where the samples stand
+    range_step: float  # m
+    field: NDArray[np.complex64]  # (A, N) sqrt(W), compressed, before detection
+    power: NDArray[np.float32]  # (A, N) W
+
+    def save(self, path: str | Path) -> None:
+        """Write the scan to a .npz file; `scan_file` has the layout. Raises ValueError for another suffix; OSError."""
+        save_scans(path, [self])
+
+    def plot(self, axes: Axes | None = None, *, dynamic_range_db: float = 60.0, range_max: float | None = None) -> Axes:
+        """Plot the PPI with matplotlib, north up and own ship in the middle, and return its axes.
+
+        axes: where to, by default new ones. dynamic_range_db: colours span this much below the strongest cell. range_max:
+        half the width [m], by default all there is. Raises ValueError for a dynamic range not above 0.
+        """
+        import matplotlib.pyplot as plt  # here: it would take a third of every start
+        from matplotlib.colors import ListedColormap
+
+        reach = range_max or float(self.range[-1] + self.range_step / 2.0)
+        bright = picture_from_power(np.nan_to_num(self.power), dynamic_range_db)
+        image = scan_convert(bright, float(self.range[0]), self.range_step, PLOT_SIZE, reach, interpolation="peak")
+        axes = plt.subplots(figsize=(7.0, 6.0), layout="constrained")[1] if axes is None else axes
+        drawn = axes.imshow(
+            (image / 255.0 - 1.0) * dynamic_range_db, cmap=ListedColormap(colour_map() / 255.0), vmin=-dynamic_range_db,
+            vmax=0.0, extent=(-reach, reach, -reach, reach), interpolation="nearest",
+        )  # fmt: skip
+        axes.figure.colorbar(drawn, ax=axes, label="power relative to the strongest cell [dB]")
+        axes.set(xlabel="east of own ship [m]", ylabel="north of own ship [m]", title=f"scan {self.number}")
+        return axes
+
+    def _repr_png_(self) -> bytes:
+        """The PPI for notebooks."""
+        filled, bright = ~np.isnan(self.time), picture_from_power(np.nan_to_num(self.power))
+        heading = float(self.heading[filled][-1]) if filled.any() else None
+        return render_png(
+            bright, float(self.range[0]), self.range_step, size=PICTURE_SIZE, heading=heading, title=f"scan {self.number}",
+            filled=filled,
+        )  # fmt: skip
+
+    def __repr__(self) -> str:
+        power = np.nan_to_num(self.power)
+        azimuth, cell = np.unravel_index(power.argmax(), power.shape)
+        level = f"{10.0 * np.log10(power[azimuth, cell]):.1f} dBW" if power[azimuth, cell] > 0 else "no power"
+        seconds = f"{np.nanmin(self.time):.3f} to {np.nanmax(self.time):.3f} s" if not np.isnan(self.time).all() else "empty"
+        return (
+            f"<Scan {self.number}: {len(self.azimuth)} azimuths x {len(self.range)} cells of {self.range_step:.4g} m, "
+            f"{seconds},\n  strongest {level} at {np.rad2deg(self.azimuth[azimuth]):.1f} degrees, {self.range[cell]:.1f} m>"
+        )
+
+
+def scan_of(blocks: Iterable[SpokeBlock]) -> Scan:
+    """All the blocks of one scan as a scan."""
+    whole = joined(list(blocks))
+    return Scan(
+        whole.scan, whole.time, whole.azimuth, whole.heading, whole.position, whole.course, whole.speed, whole.range,
+        whole.range_step, whole.field, whole.power,
+    )  # fmt: skip
+
+
+def save_scans(path: str | Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
+    """Write whole scans of one radar to a .npz file. about: `name`, `fidelity` and `seed`. Raises ValueError and OSError."""
+    first, number = scans[0], np.array([scan.number for scan in scans])
+    azimuths = len(first.azimuth)
+    keys = ("time", "heading", "course", "speed", "position", "field", "power")
+    spoke = number[:, None] * azimuths + np.arange(azimuths)
+    each = {key: np.stack([getattr(scan, key) for scan in scans]) for key in keys}
+    shared = {key: getattr(first, key) for key in ("azimuth", "range", "range_step")}
+    came = ~np.isnan(each["time"])
+    write_arrays(path, each | shared | {"number": number, "spoke": np.where(came, spoke, -1)} | dict(about or {}))
+
+
+def load_scan(path: str | Path, index: int = 0) -> Scan:
+    """Read one scan of a .npz file that `Scan.save`, `radar-service scan` or the client wrote.
+
+    index: which of its scans, by default the first; -1 is the last. Raises ValueError where the file is none of those, has
+    fewer scans, or holds no power (the client's `u8` is brightness); OSError.
+    """
+    arrays = read_arrays(path)
+    numbers = arrays["number"]
+    if not -len(numbers) <= index < len(numbers):
+        raise ValueError(f"index: {index} is not in {path}, which holds {len(numbers)} scans; give 0 to {len(numbers) - 1}")
+    if "power" not in arrays:
+        raise ValueError(f"{path}: holds no power; have the client write another encoding than u8")
+    power = arrays["power"][index]
+    nothing = np.broadcast_to(np.complex64(complex(np.nan, np.nan)), power.shape)
+    return Scan(
+        int(numbers[index]), arrays["time"][index], arrays["azimuth"], arrays["heading"][index], arrays["position"][index],
+        arrays["course"][index], arrays["speed"][index], arrays["range"], float(arrays["range_step"]),
+        arrays["field"][index] if "field" in arrays else nothing, power,
+    )  # fmt: skip
