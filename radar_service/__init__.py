@@ -13,7 +13,7 @@ from radar_service.scan import Scan, load_scan
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
-from radar_service.simulate import Simulator
+from radar_service.simulator import Simulator
 
 __all__ = [
     "BodyTruth", "Fidelity", "Scan", "Scene", "SceneError", "Simulator", "Spoke", "SpokeBlock", "Truth", "load_scan",

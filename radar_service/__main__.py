@@ -20,21 +20,21 @@ from tqdm import tqdm
 
 from radar_service import __version__
 from radar_service.display.video import Controls
-from radar_service.echo.optics.remarks import optics_remarks
 from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.parallel import BLAS_LIMIT
-from radar_service.planning.arguments import ERROR_HELP, PACE_HELP, error_budget, pace_to_keep
-from radar_service.planning.budget import ErrorBudget
-from radar_service.planning.in_time import plan_in_time
-from radar_service.planning.knobs import fidelity_for
+from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, pace_to_keep
+from radar_service.plan.budget import ErrorBudget
+from radar_service.plan.realtime import plan_in_time
+from radar_service.plan.settings_search import fidelity_for
 from radar_service.records import SpokeBlock
 from radar_service.scan import Scan, save_scans, scan_of
+from radar_service.scattering.physical_optics.mesh_quality import mesh_quality
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import IN_PROCESS, load_scene
 from radar_service.scene.sandbox import Sandbox
 from radar_service.scene.world import Scene
-from radar_service.simulate import Simulator
+from radar_service.simulator import Simulator
 from radar_service.stream import journal
 from radar_service.stream.access import Access, checked_token, is_loopback
 from radar_service.stream.app import create_app
@@ -256,7 +256,7 @@ def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
 def run_check(wanted: argparse.Namespace) -> int:
     """Say what a scene contains."""
     scene = load_scene(wanted.scene)
-    print(describe(scene, optics_remarks(scene, fidelity_for(scene, ErrorBudget()).bounces)))
+    print(describe(scene, mesh_quality(scene, fidelity_for(scene, ErrorBudget()).bounces)))
     return 0
 
 

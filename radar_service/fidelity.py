@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from math import inf
 from typing import Literal
 
-FEWEST = 48  # points on the smallest surface, so that its speckle is that of many (sum of 48 phasors: kurtosis within 2 %)
+MIN_SCATTERERS = (
+    48  # points on the smallest surface, so that its speckle is that of many (sum of 48 phasors: kurtosis within 2 %)
+)
 
 
 @dataclass(frozen=True)
@@ -34,24 +36,24 @@ class Fidelity:
     tracer: Literal["embree", "moller_trumbore"] = "embree"
     sampler: Literal["scatterers", "rays", "stratified", "sobol"] = "scatterers"
     scatterers_per_cell: float = 4.0
-    fewest: int = FEWEST
+    min_scatterers: int = MIN_SCATTERERS
     bounces: int = 3
     kernel_width: int = 6
     beam_kernel_width: int = 4
     beam_extent: float = 12.0
-    swept_together: int = 16
-    glance: float = 5.0
-    fineness: int = 1
+    azimuths_per_block: int = 16
+    visibility_step: float = 5.0
+    beam_table_oversampling: int = 1
     error_db: float = 0.0
 
 
 PRESETS: dict[str, Fidelity] = {
     "documented": Fidelity("documented", chain="documented"),
-    "fast": Fidelity("fast", scatterers_per_cell=1.0, bounces=2, kernel_width=4, beam_extent=3.0, glance=20.0),
+    "fast": Fidelity("fast", scatterers_per_cell=1.0, bounces=2, kernel_width=4, beam_extent=3.0, visibility_step=20.0),
     "balanced": Fidelity("balanced"),
     "reference": Fidelity(
-        "reference", scatterers_per_cell=16.0, kernel_width=8, beam_kernel_width=6, beam_extent=inf, swept_together=1,
-        glance=1.0, fineness=8,
+        "reference", scatterers_per_cell=16.0, kernel_width=8, beam_kernel_width=6, beam_extent=inf, azimuths_per_block=1,
+        visibility_step=1.0, beam_table_oversampling=8,
     ),
 }  # fmt: skip
 

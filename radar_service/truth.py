@@ -3,24 +3,24 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.intervals import apparent_range
-from radar_service.echo.sight import Landscape
+from radar_service.echo.second_time_around import apparent_range
 from radar_service.frames import map_from_body, polar_from_map, wrap_bearing
 from radar_service.records import BodyTruth, Truth
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.world import Body, Pose, Scene
-from radar_service.trace.visibility import beyond_horizon
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.trace.occluder import beyond_horizon
 
 Floats = NDArray[np.float64]
 WITNESSES = 64  # points of a body's surface that are looked for
 
 
-class TruthTeller:
+class GroundTruth:
     """Answers for any instant, from any thread."""
 
-    def __init__(self, scene: Scene, landscape: Landscape) -> None:
-        self.scene, self.landscape, self.earth_radius = scene, landscape, landscape.earth_radius
-        self._witnesses = [_witnesses(body) for body in scene.bodies]
+    def __init__(self, scene: Scene, occlusion: OcclusionScene) -> None:
+        self.scene, self.occlusion, self.earth_radius = scene, occlusion, occlusion.earth_radius
+        self._surface_samples = [_surface_samples(body) for body in scene.bodies]
 
     def at(self, time: float) -> Truth:
         """Own ship and every body at `time` [s]."""
@@ -28,7 +28,8 @@ class TruthTeller:
         antenna = scene.antenna(time)[0]
         own = scene.own_ship.pose(time)
         bodies = tuple(
-            self._body(body, witnesses, antenna, time) for body, witnesses in zip(scene.bodies, self._witnesses, strict=True)
+            self._body(body, witnesses, antenna, time)
+            for body, witnesses in zip(scene.bodies, self._surface_samples, strict=True)
         )
         return Truth(time, self._record("own ship", own, antenna, "", None), bodies)
 
@@ -50,7 +51,7 @@ class TruthTeller:
         if not (near & ~over & lit).any():
             return "blind sector"
         candidates = places[near & ~over & lit]
-        return "shadowed" if self.landscape.hides(candidates, antenna, time).all() else ""
+        return "shadowed" if self.occlusion.hides(candidates, antenna, time).all() else ""
 
     def _record(self, name: str, pose: Pose, antenna: Floats, reason: str, mmsi: int | None) -> BodyTruth:
         position = pose.position[0]
@@ -69,7 +70,7 @@ def _triple(vector: Floats) -> tuple[float, float, float]:
     return float(vector[0]), float(vector[1]), float(vector[2])
 
 
-def _witnesses(body: Body) -> Floats:
+def _surface_samples(body: Body) -> Floats:
     """Points (W, 3) on the body, in its own frame [m]: every so many-th vertex that a face uses."""
     if body.mesh is None:
         return np.zeros((1, 3))

@@ -7,18 +7,17 @@ import pytest
 from scipy.optimize import brentq
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.display.psf import beam_spread
-from radar_service.documented import DocumentedChain, Hits
-from radar_service.echo.echoes import received_amplitude, two_way_phase
-from radar_service.echo.propagation import (
+from radar_service.engine.documented import DocumentedEngine, Hits
+from radar_service.fidelity import PRESETS
+from radar_service.frames import direction
+from radar_service.propagation.multipath import (
     gas_amplitude,
     printed_atmosphere,
     printed_two_ray_factor,
     two_ray_factor,
     wavelength,
 )
-from radar_service.fidelity import PRESETS
-from radar_service.frames import direction
+from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.radar.patterns import PATTERNS, printed_gain, printed_two_way
 from radar_service.receive.chirp_sum import (
     chirp,
@@ -30,10 +29,11 @@ from radar_service.receive.chirp_sum import (
     sample_delay,
     window,
 )
+from radar_service.receive.detection import beam_spread
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.trace.moller_trumbore import TriangleList, printed_crossings, watertight_crossings
-from radar_service.trace.rays import printed_direction
+from radar_service.trace.ray_sampling import printed_direction
 
 BEAM = np.deg2rad(3.9)
 BANDWIDTH, PULSE = 50e6, 10e-6
@@ -55,7 +55,7 @@ def scene(*bodies: dict[str, Any], **radar: Any) -> Scene:
     return load_scene({"radar": {"height_m": 10} | radar, "body": [{"name": f"body {i}"} | b for i, b in enumerate(bodies)]})
 
 
-class Listening(DocumentedChain):
+class Listening(DocumentedEngine):
     """The documented chain, remembering the hits of its last azimuth and their amplitudes."""
 
     hits: Hits
@@ -81,7 +81,7 @@ def test_row_1_half_power_width() -> None:
 
 def test_row_2_two_way_pattern() -> None:
     point = {"shape": "point", "rcs_dbsm": 0, "position_m": [0, 500, 10]}
-    chain = DocumentedChain(scene(point, rays=1, range_max_m=600, azimuths=7200), PRESETS["documented"], 0)
+    chain = DocumentedEngine(scene(point, rays=1, range_max_m=600, azimuths=7200), PRESETS["documented"], 0)
     printed = np.array([np.abs(chain.azimuth_field(0, k)[250]) for k in range(9)]) ** 2
     offset = np.arange(9) * 2 * np.pi / 7200
     assert printed / printed[0] == pytest.approx(printed_gain(offset, BEAM) ** 4, rel=1e-4)  # power as G^4; complex64
@@ -185,7 +185,7 @@ def test_row_9_blind_range_of_one_antenna() -> None:
     assert SPEED_OF_LIGHT * PULSE / 2 == pytest.approx(1499, abs=0.5)  # half the last digit
     point = {"shape": "point", "rcs_dbsm": 0, "position_m": [0, 200, 10]}
     separate, shared = (
-        np.abs(DocumentedChain(scene(point, rays=1, eclipsing=on), PRESETS["documented"], 0).azimuth_field(0, 0)[100])
+        np.abs(DocumentedEngine(scene(point, rays=1, eclipsing=on), PRESETS["documented"], 0).azimuth_field(0, 0)[100])
         for on in (False, True)
     )
     assert shared < 0.05 * separate  # 13 % of the pulse is heard, under the foot of the Hamming window

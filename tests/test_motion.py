@@ -43,8 +43,8 @@ def test_a_swaying_ship_sees_points_as_the_closed_form_does() -> None:
     scan = sim.scan()
     radar, to_map_heading = made.radar, np.deg2rad(40)
     to_map, heading = deck(scan.time, to_map_heading)
-    way = 8 * KNOT * scan.time[:, None] * np.array([np.sin(to_map_heading), np.cos(to_map_heading), 0])
-    antenna = way + radar.height * to_map[:, :, 2]
+    geometry = 8 * KNOT * scan.time[:, None] * np.array([np.sin(to_map_heading), np.cos(to_map_heading), 0])
+    antenna = geometry + radar.height * to_map[:, :, 2]
     columns = []
     for body in made.bodies:
         offset = body.motion.position[0] - antenna
@@ -131,12 +131,12 @@ def test_a_turning_ship_is_where_its_arc_puts_it() -> None:
     assert 10 * np.log10(np.sum(np.abs(difference) ** 2) / np.sum(np.abs(np.concatenate(exact)) ** 2)) < -50
 
 
-def on_the_square(way: float) -> tuple[float, float]:
-    """East, north after `way` metres round the square 500..700 with corners of radius 60, sailed leftward from the middle of
+def on_the_square(geometry: float) -> tuple[float, float]:
+    """East, north after `geometry` metres round the square 500..700 with corners of radius 60, sailed leftward from the middle of
     the arc at (500, 500)."""
     side, radius = 200.0 - 2 * 60.0, 60.0
     quarter = np.pi / 2 * radius
-    number, rest = divmod(way + quarter / 2, side + quarter)  # a corner and the straight after it
+    number, rest = divmod(geometry + quarter / 2, side + quarter)  # a corner and the straight after it
     k = int(number) % 4
     centre = np.array([(560.0, 560.0), (640.0, 560.0), (640.0, 640.0), (560.0, 640.0)][k])
     ahead = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)][k])  # along the straight after the corner

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.corrected import CorrectedChain
-from radar_service.echo.sight import Landscape
+from radar_service.engine.pipeline import CorrectedChain
 from radar_service.fidelity import fidelity_from_name
+from radar_service.trace.line_of_sight import OcclusionScene
 from tests.reference.compressed_pulse import point_field, sinc2_beam
 from tests.scenes import point, scene
 
@@ -29,8 +29,8 @@ def twin(made: rs.Scene, chain: CorrectedChain, scan: int, ranges: Array) -> Arr
     radar = made.radar
     rows = []
     tiles = [np.arange(start, min(start + chain.rows, radar.azimuths)) for start in range(0, radar.azimuths, chain.rows)]
-    together = chain.fidelity.swept_together
-    for index in (tile[k : k + together] for tile in tiles for k in range(0, len(tile), together)):
+    combine_db = chain.fidelity.azimuths_per_block
+    for index in (tile[k : k + combine_db] for tile in tiles for k in range(0, len(tile), combine_db)):
         number = scan * radar.azimuths + index
         time = number * radar.spoke_period
         seen = chain.moving._glance(int(time[len(time) // 2] // chain.moving.interval)).seen
@@ -52,7 +52,7 @@ def twin(made: rs.Scene, chain: CorrectedChain, scan: int, ranges: Array) -> Arr
 
 
 def engine(made: rs.Scene) -> CorrectedChain:
-    return CorrectedChain(made, fidelity_from_name("balanced"), 3, Landscape(made.bodies, EARTH))
+    return CorrectedChain(made, fidelity_from_name("balanced"), 3, OcclusionScene(made.bodies, EARTH))
 
 
 def hull(name: str, east: float, north: float, **more: Any) -> dict[str, Any]:
@@ -68,10 +68,10 @@ def error_db(got: Array, exact: Array) -> float:
 @pytest.mark.parametrize("who", ["own ship", "bodies"])
 def test_meshes_meet_the_twin_of_every_azimuth(knots: float, who: str) -> None:
     """-40 dB (issue); ours -51.8 at 40 kn, -58 and better else: the full circle is swept, so what is left is the series."""
-    way = {"speed_kn": knots, "course_deg": 60}
+    geometry = {"speed_kn": knots, "course_deg": 60}
     bodies = [hull("a", 150, 160), hull("b", -60, -250), hull("c", -330, 120)]
-    bodies = [{**body, **(way if who == "bodies" else {"heading_deg": 60})} for body in bodies]
-    made = scene(bodies, radar=RADAR, own_ship=way if who == "own ship" else {})
+    bodies = [{**body, **(geometry if who == "bodies" else {"heading_deg": 60})} for body in bodies]
+    made = scene(bodies, radar=RADAR, own_ship=geometry if who == "own ship" else {})
     chain = engine(made)
     got = np.concatenate([field for _, field, _ in chain.parts(1)])
     assert error_db(got, twin(made, chain, 1, chain.range)) < -50
@@ -108,8 +108,8 @@ def test_the_phase_runs_on_across_tiles_glances_and_scans() -> None:
     scans = [sim.scan() for _ in range(3)]
     time, azimuth = (np.concatenate([getattr(s, name) for s in scans]) for name in ("time", "azimuth"))
     field = np.concatenate([s.field for s in scans])
-    way = 25 * 1852 / 3600 * time
-    east, north = -way * np.sin(np.deg2rad(15)), 900 - way * np.cos(np.deg2rad(15))
+    geometry = 25 * 1852 / 3600 * time
+    east, north = -geometry * np.sin(np.deg2rad(15)), 900 - geometry * np.cos(np.deg2rad(15))
     r = np.sqrt(east**2 + north**2 + ((east**2 + north**2) / (2 * EARTH)) ** 2)
     exact = point_field(scans[0].range, azimuth, r[:, None], np.arctan2(east, north)[:, None], np.ones((len(r), 1)),
                         radar.wavelength, radar.bandwidth, radar.pulse, (0.54, 0.46), radar.beamwidth)  # fmt: skip

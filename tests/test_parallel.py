@@ -13,10 +13,10 @@ from threadpoolctl import OpenBLASController, ThreadpoolController, threadpool_i
 
 import radar_service as rs
 from radar_service import __main__ as command_line
-from radar_service.corrected import CorrectedChain
-from radar_service.documented import DocumentedChain
+from radar_service.engine.documented import DocumentedEngine
+from radar_service.engine.pipeline import CorrectedChain
 from radar_service.parallel import BLAS_LIMIT, BlasLimit, in_order
-from radar_service.planning import ledger
+from radar_service.plan import cost_model
 from tests.scenes import point, scene
 
 ROOT = Path(__file__).parents[1]
@@ -134,11 +134,11 @@ def test_limit_is_in_force_in_the_documented_fidelity_and_while_costs_are_measur
     host: Numbers, small: rs.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[Numbers] = []
-    monkeypatch.setattr(DocumentedChain, "azimuth_field", watched(DocumentedChain.azimuth_field, seen))
+    monkeypatch.setattr(DocumentedEngine, "azimuth_field", watched(DocumentedEngine.azimuth_field, seen))
     rs.Simulator(small, "documented").scan()
     assert in_force(seen) and numbers() == host
     measured: list[Numbers] = []
-    monkeypatch.setattr(ledger, "costs", watched(ledger.costs, measured))
+    monkeypatch.setattr(cost_model, "costs", watched(cost_model.costs, measured))
     assert rs.Simulator(small).plan.costs is not None
     assert in_force(measured) and numbers() == host
 

@@ -7,8 +7,8 @@ from scipy import stats
 import radar_service as rs
 from radar_service.__main__ import parser
 from radar_service.fidelity import PRESETS, PURPOSE
+from tests.engine.test_pipeline import COARSE, error_db, scattered
 from tests.scenes import scene
-from tests.test_corrected import COARSE, error_db, scattered
 
 LEVEL = 1e-4
 STATED = {"fast": (-60, -39), "balanced": (-80, -55), "reference": (-88, -86)}  # dB at rest, moving; measured 1 to 2 dB less
@@ -19,8 +19,8 @@ def test_points_meet_the_closed_form_as_well_as_the_preset_says(preset: str) -> 
     """Relative field error at rest, own ship at 12 kn, bodies at 12 kn; and not 10 dB better either, where the difference
     between presets would be idle."""
     at_rest, moving = STATED[preset]
-    way = {"speed_kn": 12, "course_deg": 30}
-    for limit, own, others in ((at_rest, {}, {}), (moving, way, {}), (moving, {}, way)):
+    geometry = {"speed_kn": 12, "course_deg": 30}
+    for limit, own, others in ((at_rest, {}, {}), (moving, geometry, {}), (moving, {}, geometry)):
         made = scene(scattered(5, 900, 2, **others), radar={"range_max_m": 1000, "azimuths": 360}, own_ship=own)
         sim = rs.Simulator(made, preset)
         sim.scan()
@@ -44,8 +44,8 @@ def test_presets_of_the_engine_grow_finer_in_order() -> None:
     for name in ("scatterers_per_cell", "kernel_width", "beam_extent", "bounces", "beam_kernel_width", "fineness"):
         values = [getattr(preset, name) for preset in (fast, balanced, reference)]
         assert values == sorted(values), name
-    assert fast.glance > balanced.glance > reference.glance
-    assert np.isinf(reference.beam_extent) and reference.swept_together == 1
+    assert fast.visibility_step > balanced.visibility_step > reference.visibility_step
+    assert np.isinf(reference.beam_extent) and reference.azimuths_per_block == 1
     assert all(PRESETS[name].name == name for name in PRESETS)
 
 

@@ -12,13 +12,13 @@ from scipy.spatial import cKDTree
 
 import radar_service as rs
 from radar_service.display.video import Controls, display_video, layout
-from radar_service.echo.ensemble import antenna_from
-from radar_service.echo.optics.optical_body import optical_body
 from radar_service.frames import map_from_body
+from radar_service.scattering.physical_optics.optical_body import optical_body
+from radar_service.scattering.scatterer_set import antenna_from
 from radar_service.scene.world import Body
-from radar_service.trace.visibility import Stand
-from tests.echo.optics.meshes import cross_section, decibels
+from radar_service.trace.occluder import BodyPose
 from tests.reference import make_scenes
+from tests.scattering.physical_optics.meshes import cross_section, decibels
 
 Floats = NDArray[np.float64]
 
@@ -100,7 +100,7 @@ def test_harbour_reflectors_return_what_theory_says() -> None:
     assert len(reflectors) == 3 and all(b.rcs is None and b.scattering == "optics" for b in reflectors)
     for body in reflectors:
         pose = body.motion.pose(0.0)
-        antenna = antenna_from(body, Stand(pose.position[0], float(pose.heading[0])), harbour.antenna(0.0)[0], np.inf)
+        antenna = antenna_from(body, BodyPose(pose.position[0], float(pose.heading[0])), harbour.antenna(0.0)[0], np.inf)
         found = cross_section(optical_body(body, harbour.radar, 3), antenna)
         assert decibels(found / theory) == pytest.approx(0.0, abs=0.5), body.name
 
@@ -138,10 +138,10 @@ def test_harbour_ships_under_way_meet_nothing() -> None:
     buoys = cKDTree([b.motion.position[0, :2] for b in harbour.bodies if b.name.startswith("buoy")])
     for ship in (b for b in harbour.bodies if not b.motion.at_rest):
         assert ship.motion.period is not None
-        way = ship.motion.pose(np.linspace(0.0, ship.motion.period, 3000)).position[:, :2]
-        assert np.min(solid.query(way)[0]) > ship.length / 2.0 + 10.0, ship.name  # m between ends, turned any way
-        assert np.min(buoys.query(way)[0]) > ship.beam, ship.name
-        assert np.hypot(*way.T).min() > 100.0, ship.name  # from own ship
+        geometry = ship.motion.pose(np.linspace(0.0, ship.motion.period, 3000)).position[:, :2]
+        assert np.min(solid.query(geometry)[0]) > ship.length / 2.0 + 10.0, ship.name  # m between ends, turned any way
+        assert np.min(buoys.query(geometry)[0]) > ship.beam, ship.name
+        assert np.hypot(*geometry.T).min() > 100.0, ship.name  # from own ship
 
 
 def is_berthed(ship: Body) -> bool:

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.corrected import CorrectedChain
-from radar_service.echo.sight import Landscape
+from radar_service.engine.pipeline import CorrectedChain
 from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
 from radar_service.scene.world import Motion
-from radar_service.trace.visibility import Stand
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.trace.occluder import BodyPose
 from tests.scenes import point
-from tests.trace.test_visibility import EARTH, bent, depths, hills
+from tests.trace.test_occluder import EARTH, bent, depths, hills
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 RADAR = {"range_max_m": 2600, "pulse_s": 1e-6, "azimuths": 60, "beamwidth_deg": 20, "height_m": 15}  # sidelobes end at 150 m
@@ -81,8 +81,8 @@ def test_a_ship_under_way_hides_like_one_at_rest() -> None:
 
 def heard(made: rs.Scene, seed: int) -> Floats:
     """Cross-sections [m^2] as heard, R^4 put back, of all echoes at rest: without speckle, as nothing is summed."""
-    landscape = Landscape(made.bodies, effective_earth_radius(made.environment.earth_factor))
-    chain = CorrectedChain(made, PRESETS["balanced"], seed, landscape)
+    occlusion = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
+    chain = CorrectedChain(made, PRESETS["balanced"], seed, occlusion)
     radar, echoes = made.radar, chain.resting.echoes
     constant = radar.power * radar.gain**2 * radar.wavelength**2 / (4 * np.pi) ** 3
     return np.abs(echoes.amplitude) ** 2 * echoes.range**4 / constant
@@ -151,10 +151,10 @@ def test_a_wall_of_many_triangles_leaks_nothing(tmp_path: Path) -> None:
              "material": "concrete"}  # fmt: skip
     made = rs.load_scene({"radar": RADAR, "body": [body, plate]}, folder=tmp_path)
     antenna = made.antenna(0.0)[0]
-    landscape = Landscape(made.bodies, np.inf)
+    occlusion = OcclusionScene(made.bodies, np.inf)
     beside = vertices + np.random.default_rng(2).normal(0, 1e-3, vertices.shape)
     leaks = [
-        int(np.sum(~landscape.hides(antenna + (places - antenna) * 1.5, antenna, 0.0)))
+        int(np.sum(~occlusion.hides(antenna + (places - antenna) * 1.5, antenna, 0.0)))
         for places in (middles, vertices, beside)
     ]
     assert leaks[0] < 7 and leaks[1] < 0.02 * len(vertices) and leaks[2] == 0
@@ -172,13 +172,13 @@ def test_the_visible_set_at_forty_kilometres_is_that_of_float64() -> None:
     made = rs.load_scene({"body": [{"name": "t", "shape": "box", "length_m": 1, "width_m": 1, "height_m": 1}]})
     place, antenna = np.array([24_000.0, 32_000.0, 0.0]), np.array([0.0, 0.0, 400.0])
     body = replace(made.bodies[0], mesh=mesh, motion=Motion(np.zeros(1), place[None], np.zeros(1)))
-    landscape = Landscape([body], EARTH)
+    occlusion = OcclusionScene([body], EARTH)
     triangle = rng.integers(0, len(mesh.faces), 600)
     share = rng.dirichlet([1, 1, 1], 600)
     points = np.einsum("ij,ijk->ik", share, mesh.vertices[mesh.faces[triangle]]) + place + [0, 0, 3.0]
-    stand = Stand(place, 0.0)
+    stand = BodyPose(place, 0.0)
     low, high = (depths(mesh, stand, antenna, points + [0, 0, up]) < 1 for up in (-0.2, 0.2))
-    hidden = landscape.hides(points, antenna, 0.0)
+    hidden = occlusion.hides(points, antenna, 0.0)
     sure = low == high
     assert 100 < hidden.sum() < 550 and sure.sum() > 580
     np.testing.assert_array_equal(hidden[sure], low[sure])

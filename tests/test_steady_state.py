@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 import radar_service as rs
-from radar_service.echo.sight import Landscape
 from radar_service.trace.embree import TriangleScene
+from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import point, scene
 
 ROOT = Path(__file__).parent.parent
@@ -65,7 +65,7 @@ def test_nothing_is_rebuilt_and_rest_is_traced_once(monkeypatch: pytest.MonkeyPa
         assert not rays
     sim = rs.Simulator(harbourlet())
     with monkeypatch.context() as patch:
-        looks, shadows = counted(patch, Landscape, "visible"), counted(patch, Landscape, "shadowed")
+        looks, shadows = counted(patch, OcclusionScene, "visible"), counted(patch, OcclusionScene, "shadowed")
         for _ in sim.blocks(scans=10):
             pass
         assert len(shadows) == pytest.approx(36, abs=1)

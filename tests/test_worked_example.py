@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.documented import DocumentedChain
-from radar_service.echo.propagation import wavelength
+from radar_service.engine.documented import DocumentedEngine
 from radar_service.fidelity import PRESETS
+from radar_service.propagation.multipath import wavelength
 from radar_service.radar.patterns import PATTERNS, printed_gain, printed_two_way
 from radar_service.receive.chirp_sum import printed_phase, sample_delay
 from radar_service.scene.load import load_scene
@@ -17,9 +17,9 @@ PRINTED_LIGHT = 3e8  # m/s, the value of the example
 
 
 @pytest.fixture(scope="module")
-def chain() -> DocumentedChain:
+def chain() -> DocumentedEngine:
     place = [RANGE * np.sin(np.pi / 4), RANGE * np.cos(np.pi / 4), 10.0]
-    return DocumentedChain(
+    return DocumentedEngine(
         load_scene(
             {
                 "radar": {"sample_rate_hz": RATE, "range_max_m": 400, "height_m": 10, "rays": 1},
@@ -57,19 +57,19 @@ def test_step_4_two_way() -> None:
     assert PATTERNS["sinc2"].gain(DEGREE, BEAM) ** 2 == pytest.approx(0.708, abs=5e-4)  # right, in power: -1.5 dB
 
 
-def test_step_5_range_bin(chain: DocumentedChain) -> None:
+def test_step_5_range_bin(chain: DocumentedEngine) -> None:
     power = chain.scan(0)[1]
     assert int(np.argmax(power[90])) == 267
     assert chain.range[267] == pytest.approx(200.11, abs=5e-3)  # printed 267 x 0.75 m = 200.25 m "about 200 m"
     assert chain.range[1] == pytest.approx(0.7495, abs=5e-5)
 
 
-def test_step_6_azimuth_bin(chain: DocumentedChain) -> None:
+def test_step_6_azimuth_bin(chain: DocumentedEngine) -> None:
     power = chain.scan(0)[1]
     assert int(np.argmax(power[:, 267])) == 90  # printed: 45 / 0.5 = 90th, counted from 0
 
 
-def test_the_whole_flow_carries_the_intermediates(chain: DocumentedChain) -> None:
+def test_the_whole_flow_carries_the_intermediates(chain: DocumentedEngine) -> None:
     boresight, one_degree_on = (chain.azimuth_field(0, index)[267] for index in (90, 92))
     assert np.abs(boresight) == pytest.approx(1 / (RANGE**2 + 1), rel=1e-6)  # eq. 8 on boresight; complex64
     assert np.abs(one_degree_on) / np.abs(boresight) == pytest.approx(0.0149, abs=5e-5)  # step 4 on the amplitude

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.echoes import Echoes, path_factor, received_amplitude, two_way_phase
-from radar_service.echo.ensemble import Reflectors, placed
-from radar_service.echo.fleet import Fleet
-from radar_service.echo.intervals import apparent_range, heard_reach
-from radar_service.echo.sight import Landscape
+from radar_service.echo.second_time_around import apparent_range, heard_reach
 from radar_service.frames import Polar, polar_from_map
+from radar_service.propagation.radar_equation import Echoes, path_factor, received_amplitude, two_way_phase
+from radar_service.scattering.scatterer_set import ScattererSource, placed
+from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
+from radar_service.trace.line_of_sight import OcclusionScene
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -31,21 +31,21 @@ class RestingEchoes:
     def __len__(self) -> int:
         return len(self.place)
 
-    def shadows(self, landscape: Landscape, time: float) -> Echoes:
+    def shadows(self, occlusion: OcclusionScene, time: float) -> Echoes:
         """The echoes that movers hide at `time` [s], with their sign turned: added, they take the hidden ones away."""
-        hidden = landscape.shadowed(self.place, self.polar, self.antenna, time)
+        hidden = occlusion.shadowed(self.place, self.polar, self.antenna, time)
         echoes = self.echoes
         return Echoes(echoes.range[hidden], echoes.azimuth[hidden], -echoes.amplitude[hidden])
 
 
-def resting_echoes(scene: Scene, ensemble: Reflectors, landscape: Landscape, reach: float) -> RestingEchoes:
+def resting_echoes(scene: Scene, ensemble: ScattererSource, occlusion: OcclusionScene, reach: float) -> RestingEchoes:
     """The echoes of an ensemble at rest, as an antenna at rest sees it out to `reach` [m]."""
     antenna = scene.antenna(0.0)[0]
-    seen = ensemble.reflections(landscape, antenna, 0.0, reach, movers=False)
-    place = placed(seen.position, seen.body, Fleet(ensemble.bodies).each_at(0.0))
+    seen = ensemble.reflections(occlusion, antenna, 0.0, reach, movers=False)
+    place = placed(seen.position, seen.body, BodyPoses(ensemble.bodies).poses_at(0.0))
     order = np.argsort(np.arctan2(*(place[:, :2] - antenna[:2]).T), kind="stable")
     place, scattering, body = place[order], seen.amplitude[order], seen.body[order]
-    polar = polar_from_map(place, antenna, landscape.earth_radius)
+    polar = polar_from_map(place, antenna, occlusion.earth_radius)
     heard = apparent_range(scene.radar, polar.range) < heard_reach(scene.radar)
     place, scattering, body, polar = place[heard], scattering[heard], body[heard], Polar(*(part[heard] for part in polar))
     path = path_factor(scene.radar, scene.environment, polar, place[:, 2])

@@ -7,7 +7,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from radar_service.radar.antenna import azimuth_oversampling
-from radar_service.receive.grid import Kernel
+from radar_service.receive.gridding import Kernel
 
 Floats = NDArray[np.float64]
 Pattern = Callable[[Floats], Floats]  # offset from boresight [rad] to gain relative to it

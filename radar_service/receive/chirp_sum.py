@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.fft import fft, ifft, next_fast_len
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.receive.waveform import window_coefficients
+from radar_service.radar.waveform import window_coefficients
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -9,9 +9,10 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from radar_service.radar.parameters import Radar
-from radar_service.receive.blanking import Blanking, blanking_for
-from radar_service.receive.gaussian_spectrum import GaussianSpectrum
-from radar_service.receive.grid import Kernel, Tables, lay_swept
+from radar_service.radar.waveform import chirp_spectrum, matched_filter, noise_power
+from radar_service.receive.eclipsing import Eclipsing, eclipsing_for
+from radar_service.receive.gridding import Kernel, Tables, spread_moving
+from radar_service.receive.noise import GaussianSpectrum
 from radar_service.receive.plain_pulse import (
     PulseKernel,
     plain_filter,
@@ -20,7 +21,6 @@ from radar_service.receive.plain_pulse import (
     plain_sent,
     pulse_kernel,
 )
-from radar_service.receive.waveform import chirp_spectrum, matched_filter, noise_power
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -44,35 +44,41 @@ class Compression:
     tables: Tables
     echo_multiplier: NDArray[np.complex64]
     noise: GaussianSpectrum
-    blanking: Blanking | None = None
+    eclipsing_filter: Eclipsing | None = None
 
-    def profiles(self, laid: Profiles) -> Profiles:
+    def profiles(self, gridded: Profiles) -> Profiles:
         """Compressed profiles (K, bins) of echoes laid on rows (K, size)."""
-        return self.from_spectrum(self.spectrum(laid))
+        return self.from_spectrum(self.spectrum(gridded))
 
-    def spectrum(self, laid: Profiles) -> Profiles:
+    def spectrum(self, gridded: Profiles) -> Profiles:
         """Spectra (K, size) of the compressed echoes laid on rows (K, size)."""
-        heard = np.asarray(scipy.fft.fft(laid, axis=1) * self.echo_multiplier)
-        if self.blanking is not None:
-            heard -= scipy.fft.fft(self.blanking.lost(laid), self.size, axis=1)
+        heard = np.asarray(scipy.fft.fft(gridded, axis=1) * self.echo_multiplier)
+        if self.eclipsing_filter is not None:
+            heard -= scipy.fft.fft(self.eclipsing_filter.lost(gridded), self.size, axis=1)
         return heard
 
-    def transformed(self, laid: bool, noise: bool) -> int:
+    def transformed(self, gridded: bool, noise: bool) -> int:
         """Samples of all Fourier transforms for one profile with echoes laid on its row, with noise."""
-        one_way = 0 if not laid else self.size if self.blanking is None else 2 * self.size + self.blanking.transformed
-        return one_way + (self.size if laid or noise else 0)
+        one_way = (
+            0
+            if not gridded
+            else self.size
+            if self.eclipsing_filter is None
+            else 2 * self.size + self.eclipsing_filter.transformed
+        )
+        return one_way + (self.size if gridded or noise else 0)
 
-    def lay(self, rows: Profiles, column: Floats, drift: NDArray[np.float32], amplitude: Profiles) -> None:
+    def spread(self, rows: Profiles, column: Floats, range_migration: NDArray[np.float32], amplitude: Profiles) -> None:
         """Lays echoes at places `column` (E,) [samples] that drift (E, K) from row to row, of amplitude (E, K), on rows
         (K, size), contiguous, which hold 0 before."""
         clipped = np.zeros(len(column), dtype=np.bool_)
         if isinstance(self.kernel, PulseKernel):
-            clipped = self.kernel.clips(column + drift.min(axis=1, initial=0.0))
+            clipped = self.kernel.clips(column + range_migration.min(axis=1, initial=0.0))
         if not clipped.any():
-            lay_swept(rows, column, drift, amplitude, self.tables)
+            spread_moving(rows, column, range_migration, amplitude, self.tables)
             return
-        lay_swept(rows, column[~clipped], drift[~clipped], amplitude[~clipped], self.tables)
-        place, number = column[clipped, None] + drift[clipped], np.arange(len(rows))
+        spread_moving(rows, column[~clipped], range_migration[~clipped], amplitude[~clipped], self.tables)
+        place, number = column[clipped, None] + range_migration[clipped], np.arange(len(rows))
         first, weight = self.kernel.weights(place.ravel())
         cells = (first[:, None] + np.arange(self.kernel.width)) % self.size
         row = np.tile(number, clipped.sum())[:, None]
@@ -102,8 +108,8 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     itself = isinstance(kernel, PulseKernel)
     pulse = np.ones(size) if itself else fs * sent(frequency) * passed(frequency)
     echo = pulse / kernel.transform(frequency / fs)
-    blanking = blanking_for(radar.pulse, fs, kernel, sent, passed) if radar.eclipsing and not itself else None
-    return Compression(radar.bins, size, kernel, kernel.tables(), echo.astype(np.complex64), noise, blanking)
+    eclipsing_filter = eclipsing_for(radar.pulse, fs, kernel, sent, passed) if radar.eclipsing and not itself else None
+    return Compression(radar.bins, size, kernel, kernel.tables(), echo.astype(np.complex64), noise, eclipsing_filter)
 
 
 def range_kernel(radar: Radar, width: int) -> Kernel:

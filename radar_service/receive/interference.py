@@ -10,8 +10,8 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from radar_service.clutter.azimuth_rows import Pattern
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.turn_rows import Pattern
 from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS

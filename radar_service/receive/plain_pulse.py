@@ -12,7 +12,7 @@ from scipy.special import erf
 
 from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
 from radar_service.radar.parameters import Radar
-from radar_service.receive.grid import Kernel
+from radar_service.receive.gridding import Kernel
 
 Floats = NDArray[np.float64]
 TAIL = 5.0  # standard deviations of the filter's answer: what lies beyond is below -120 dB of the peak

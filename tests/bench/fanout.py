@@ -179,7 +179,9 @@ def compared(size: int, seconds: float) -> Fanout:
         for kind, found in rates.items():
             with serving(kind, size) as (host, port, process):
                 found.append(rate((host, port), process, kind, seconds / TURNS))
-    (feed, feed_core), (raw, raw_core) = ([median(way) / size for way in zip(*rates[k], strict=True)] for k in rates)
+    (feed, feed_core), (raw, raw_core) = (
+        [median(geometry) / size for geometry in zip(*rates[k], strict=True)] for k in rates
+    )
     return Fanout(size, feed, raw, feed_core, raw_core)
 
 

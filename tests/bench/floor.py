@@ -21,10 +21,11 @@ import scipy.fft
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.echo.turn_rows import under_beam
+from radar_service.clutter import clutter, texture
+from radar_service.clutter.azimuth_rows import weight_rows
 from radar_service.random import normals
-from radar_service.receive import clutter, compression, gaussian_spectrum, texture
-from radar_service.receive.grid import lay_swept
+from radar_service.receive import compression, noise
+from radar_service.receive.gridding import spread_moving
 from radar_service.trace.embree import TriangleScene
 
 CACHED = 2**14  # grid cells, 128 KiB
@@ -53,7 +54,7 @@ def watched(work: Work) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for name in ("fft", "ifft"):
             patch.setattr(scipy.fft, name, _noting_fft(getattr(scipy.fft, name), name, work))
-        for module in (gaussian_spectrum, texture):
+        for module in (noise, texture):
             patch.setattr(module, "normals", _noting_normals(work))
         patch.setattr(clutter, "under_beam", _noting_products(work))
         patch.setattr(texture.TextureTable, "roots", _noting_textures(texture.TextureTable.roots, work))
@@ -80,7 +81,7 @@ def _noting_normals(work: Work) -> Callable[..., Any]:
 
 def _noting_products(work: Work) -> Callable[..., Any]:
     def noting(weights: Any, rows: Any) -> Any:
-        summed = under_beam(weights, rows)
+        summed = weight_rows(weights, rows)
         work.products.append((*weights.shape, summed.shape[1]))
         return summed
 
@@ -96,9 +97,9 @@ def _noting_textures(original: Callable[..., Any], work: Work) -> Callable[..., 
 
 
 def _noting_laid(work: Work) -> Callable[..., Any]:
-    def noting(rows: Any, column: Any, drift: Any, amplitude: Any, tables: Any) -> None:
+    def noting(rows: Any, column: Any, range_migration: Any, amplitude: Any, tables: Any) -> None:
         work.cells += amplitude.size * tables[0].shape[2]
-        lay_swept(rows, column, drift, amplitude, tables)
+        spread_moving(rows, column, range_migration, amplitude, tables)
 
     return noting
 

@@ -19,9 +19,9 @@ import numpy as np
 import radar_service as rs
 import scenes
 from radar_service.fidelity import PRESETS, Fidelity
+from tests.engine.test_pipeline import COARSE, error_db, scattered
 from tests.real import places
 from tests.scenes import scene
-from tests.test_corrected import COARSE, error_db, scattered
 
 WAY = {"speed_kn": 12, "course_deg": 30}
 NAMES = ("fast", "balanced", "reference")
@@ -75,7 +75,7 @@ def harbour(**own_ship: Any) -> rs.Scene:
 def timings(made: rs.Scene, under_way: rs.Scene, fidelity: Fidelity) -> tuple[float, float, float]:
     """Set-up [CPU s], at anchor and under way [CPU ms per azimuth]."""
     setup, at_rest = timed(lambda: rs.Simulator(made, fidelity), None)
-    slow = SLOW if fidelity.swept_together == 1 else 360
+    slow = SLOW if fidelity.azimuths_per_block == 1 else 360
     return setup, at_rest, timed(lambda: rs.Simulator(under_way, fidelity), slow)[1]
 
 

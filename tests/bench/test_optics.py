@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.echo.ensemble import Ensemble
-from tests.echo.optics.meshes import loaded, optical, own_shadow
+from radar_service.scattering.scatterer_set import ScattererSet
 from tests.reference.make_ships import coaster
+from tests.scattering.physical_optics.meshes import loaded, optical, own_shadow
 
 
 @pytest.mark.bench
@@ -17,11 +17,11 @@ def test_one_look_at_a_coaster(tmp_path: Path) -> None:
     """CPU milliseconds for one aspect of a ship of 88 m with her fittings; below 30 even on a busy core."""
     body = optical(loaded(tmp_path, coaster()))
     antenna = np.array([800.0, 600.0, 20.0])
-    body.sends_back(antenna, own_shadow(body, antenna))
+    body.echoes(antenna, own_shadow(body, antenna))
     spent = []
     for _ in range(10):
         start = time.process_time()
-        body.sends_back(antenna, own_shadow(body, antenna))
+        body.echoes(antenna, own_shadow(body, antenna))
         spent.append(time.process_time() - start)
     print(f"coaster: {1e3 * np.median(spent):.1f} ms, {len(body.pieces(body.limit(900.0)))} pieces")
     assert np.median(spent) < 0.03
@@ -30,15 +30,15 @@ def test_one_look_at_a_coaster(tmp_path: Path) -> None:
 @pytest.mark.bench
 def test_share_of_optics_in_the_harbour(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ratio of two times of one run: under a third of a revolution's work, once per revolution and ship."""
-    inner, spent = Ensemble._by_optics, [0.0]
+    inner, spent = ScattererSet._by_optics, [0.0]
 
-    def timed(self: Ensemble, *arguments: object) -> object:
+    def timed(self: ScattererSet, *arguments: object) -> object:
         start = time.process_time()
         found = inner(self, *arguments)  # type: ignore[arg-type]
         spent[0] += time.process_time() - start
         return found
 
-    monkeypatch.setattr(Ensemble, "_by_optics", timed)
+    monkeypatch.setattr(ScattererSet, "_by_optics", timed)
     sim = rs.Simulator(rs.load_scene("harbour"))
     sim.scan()
     spent[0], start = 0.0, time.process_time()

@@ -59,4 +59,4 @@ def test_scenes_run_as_fast_as_predicted(name: str, tmp_path: Path) -> None:
         f"set-up {set_up:.2f} s, plan {planned:.2f} s |"
     )
     assert measured / FACTOR < costs.total < measured * FACTOR
-    assert measured < 1.1 * balanced or sim.fidelity.fewest > PRESETS["balanced"].fewest
+    assert measured < 1.1 * balanced or sim.fidelity.min_scatterers > PRESETS["balanced"].min_scatterers

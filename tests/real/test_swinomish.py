@@ -129,8 +129,8 @@ def test_isolated_buildings_show_where_they_are(
 ) -> None:
     scene, scan = scanned(tmp_path, speed_kn, beamwidth_deg, azimuths)
     found, faults = 0, []
-    way = float(np.hypot(*scan.position[-1]))
-    for building, around in alone_within(REACH - 100.0, scene.radar, way):
+    geometry = float(np.hypot(*scan.position[-1]))
+    for building, around in alone_within(REACH - 100.0, scene.radar, geometry):
         own = position_when_passed(building, scan)
         seen = visible_points(building - own, around - own, scene.radar.height, np.random.default_rng(found))
         if len(seen) < SAMPLES // 10:

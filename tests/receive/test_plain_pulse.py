@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from radar_service.receive.compression import compression_for, receiver_noise_power
-from radar_service.receive.grid import lay_swept
+from radar_service.receive.gridding import spread_moving
 from radar_service.receive.plain_pulse import (
     PulseKernel,
     plain_filter,
@@ -77,11 +77,11 @@ def test_pulse_kernel_is_as_wide_as_what_it_lays() -> None:
     beyond = plain_response(np.array([kernel.width / 2 / 12e6]), T, B)
     assert abs(float(beyond[0])) < 1e-5
     one, still = np.ones((1, 1), np.complex64), np.zeros((1, 1), np.float32)
-    laid = np.zeros((1, 64), np.complex64)
-    lay_swept(laid, np.array([30.3]), still, one, kernel.tables())
+    gridded = np.zeros((1, 64), np.complex64)
+    spread_moving(gridded, np.array([30.3]), still, one, kernel.tables())
     exact = plain_response((np.arange(64) - 30.3) / 12e6, T, B)
     np.testing.assert_allclose(
-        laid[0].real, exact, atol=1e-4
+        gridded[0].real, exact, atol=1e-4
     )  # the nearest of 8192 entries a sample, on an edge a sample long
 
 
@@ -91,7 +91,7 @@ def test_a_long_pulse_finely_sampled_goes_by_way_of_the_band() -> None:
     compression = compression_for(made, 6)
     assert compression.kernel.width == 6
     row = np.zeros((1, compression.size), np.complex64)
-    compression.lay(row, np.array([300.4]), np.zeros((1, 1), np.float32), np.ones((1, 1), np.complex64))
+    compression.spread(row, np.array([300.4]), np.zeros((1, 1), np.float32), np.ones((1, 1), np.complex64))
     profile = compression.profiles(row)[0]
     exact = plain_response((np.arange(made.bins) - 300.4) / 75e6, 1.2e-6, 3e6)
     assert np.abs(profile - exact).max() < 1e-3

@@ -174,9 +174,11 @@ def polygon(east: float, north: float, radius: float) -> Floats:
     return np.concatenate(turns) * radius + (east, north)
 
 
-def mole(way: Places, seed: int) -> tuple[Floats, list[list[int]]]:
+def mole(geometry: Places, seed: int) -> tuple[Floats, list[list[int]]]:
     """A breakwater of armour stone along a polyline: crest 5 m above the sea, foot 2 m below, stones of half a metre."""
-    stations = np.concatenate([_steps(np.array(a, float), np.array(b, float)) for a, b in zip(way, way[1:], strict=False)])
+    stations = np.concatenate(
+        [_steps(np.array(a, float), np.array(b, float)) for a, b in zip(geometry, geometry[1:], strict=False)]
+    )
     ahead = np.gradient(stations, axis=0)
     left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1) / np.sqrt((ahead * ahead).sum(axis=1))[:, None]
     profile = [(13.0, -2.0), (10.0, 0.5), (7.0, 2.6), (3.5, 5.0), (-3.5, 5.0), (-7.0, 2.6), (-10.0, 0.5), (-13.0, -2.0)]

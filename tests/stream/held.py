@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 
-class Held(NamedTuple):
+class BlockCache(NamedTuple):
     """What a process has: resident bytes, tasks, threads, open files, objects that are collected."""
 
     memory: int
@@ -18,9 +18,9 @@ class Held(NamedTuple):
     objects: int
 
 
-def held() -> Held:
+def held() -> BlockCache:
     """What this process has now, when what nobody uses has been collected; from within a running event loop."""
     gc.collect()
     memory = int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     files = len(os.listdir("/proc/self/fd"))
-    return Held(memory, len(asyncio.all_tasks()), threading.active_count(), files, len(gc.get_objects()))
+    return BlockCache(memory, len(asyncio.all_tasks()), threading.active_count(), files, len(gc.get_objects()))

@@ -26,7 +26,7 @@ from radar_service.stream.station import Station
 from radar_service.stream.transmitter import Settings
 from tests.stream.asgi import Closed, Server, Socket, running
 from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene
-from tests.stream.held import Held, held
+from tests.stream.held import BlockCache, held
 from tests.stream.serving import served
 
 FLAT_OUT = Settings(pace=Pace("run", math.inf))
@@ -158,7 +158,7 @@ def test_a_machine_too_slow_says_so_with_the_factor_and_keeps_order() -> None:
 
 @pytest.mark.parametrize("swaps", [60, pytest.param(1000, marks=pytest.mark.study)])
 def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: int) -> None:
-    before: list[Held] = []
+    before: list[BlockCache] = []
 
     async def follow(feed: Socket) -> list[str]:
         epochs: list[str] = []

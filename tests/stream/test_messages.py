@@ -7,7 +7,7 @@ import pytest
 
 from radar_service.display.video import Controls
 from radar_service.scene.load import load_scene
-from radar_service.simulate import Simulator
+from radar_service.simulator import Simulator
 from radar_service.stream import messages, wire
 
 DEGREE = math.pi / 180

@@ -17,7 +17,7 @@ from radar_service.stream import wire
 from radar_service.stream.hub import Batch, Hub
 from radar_service.stream.mailbox import TRAILING_BYTES, Client, View
 from radar_service.stream.pace import BATCH_SPOKES, Schedule
-from tests.stream.held import Held, held
+from tests.stream.held import BlockCache, held
 
 ROOT = Path(__file__).parents[2]
 DAY = 24 * 3600 * 1638  # spokes of 24 rpm and 4096 azimuths: 142 million
@@ -66,9 +66,9 @@ def message(first: int, samples: bytes) -> dict[str, Any]:
     return fields | {"time": [n * PERIOD for n in number]}
 
 
-async def soak(spokes: int) -> list[Held]:
+async def soak(spokes: int) -> list[BlockCache]:
     """So many spokes to readers, one that comes and goes, and one that never reads; what was held on the way."""
-    hub, schedule, view, looks = Hub(time.monotonic), Schedule(), View("u8"), list[Held]()
+    hub, schedule, view, looks = Hub(time.monotonic), Schedule(), View("u8"), list[BlockCache]()
     hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
     samples, batches = bytes(BATCH_SPOKES * BINS), spokes // BATCH_SPOKES
     readers = [Reader(hub, view, looks_inside=n == 0) for n in range(4)]
@@ -97,7 +97,7 @@ def test_a_day_of_spokes_through_the_hub_leaves_nothing_behind(spokes: int) -> N
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     seconds, *found = json.loads(done.stdout)
-    looks = [Held(*look) for look in found]
+    looks = [BlockCache(*look) for look in found]
     print(f"\n{spokes / 1e6:.1f} million spokes in {seconds:.0f} s of processor time; resident MiB:",
           [round(look.memory / 2**20, 1) for look in looks], "then tasks, threads, files, objects:", looks[-1][1:])  # fmt: skip
     settled, last = looks[SETTLED], looks[-1]

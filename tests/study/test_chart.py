@@ -11,7 +11,7 @@ from PIL import Image
 
 import radar_service as rs
 from radar_service.__main__ import main
-from radar_service.echo.echoes import Echoes, received_amplitude
+from radar_service.propagation.radar_equation import Echoes, received_amplitude
 from radar_service.radar.antenna import AntennaPattern
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS, Taylor
@@ -145,8 +145,8 @@ def test_one_echo_loses_what_the_beam_leaves_out() -> None:
     tile = np.arange(made.azimuths) // 16
     middle = np.array([off[tile == t][[0, -1]].mean() if abs(off[tile == t][0]) < 2 else np.pi for t in range(tile[-1] + 1)])
     for extent in (1.5, 3.0, 6.0):
-        left_out = np.abs(middle)[tile] > extent * made.beamwidth + 8.0 * made.azimuth_step
-        share = np.sum(gain[left_out] ** 2) / np.sum(gain**2)
+        culled_bodies = np.abs(middle)[tile] > extent * made.beamwidth + 8.0 * made.azimuth_step
+        share = np.sum(gain[culled_bodies] ** 2) / np.sum(gain**2)
         assert error["azimuth by azimuth", f"{extent:g} beamwidths"] == pytest.approx(10 * np.log10(share), abs=0.3)
     wrong = np.where(np.abs(off) <= 1.5 * made.beamwidth, printed, 0.0) - gain
     share = np.sum(wrong**2) / np.sum(gain**2)

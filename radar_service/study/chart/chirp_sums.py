@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.echoes import Echoes
 from radar_service.frames import wrap_angle
+from radar_service.propagation.radar_equation import Echoes
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import printed_two_way
 from radar_service.receive.chirp_sum import (
@@ -20,7 +20,7 @@ from radar_service.receive.chirp_sum import (
     window,
 )
 from radar_service.study.chart.method import Floats, Indices, Method, Profiles, Run
-from radar_service.trace.rays import REACH
+from radar_service.trace.ray_sampling import REACH
 
 Sum = Callable[[Indices, Floats, Floats, NDArray[np.complex128], int], NDArray[np.complex128]]
 Beam = Callable[[Floats], Floats]  # offset from boresight [rad] to the weight of an amplitude

@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.echoes import Echoes
 from radar_service.frames import wrap_angle
+from radar_service.propagation.radar_equation import Echoes
 from radar_service.radar.parameters import Radar
 from radar_service.random import CHART, generator
 from radar_service.study.chart.method import TILE, Method

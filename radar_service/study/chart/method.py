@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.echoes import Echoes
+from radar_service.propagation.radar_equation import Echoes
 from radar_service.radar.parameters import Radar
 
 Floats = NDArray[np.float64]

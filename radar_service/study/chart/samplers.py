@@ -11,20 +11,20 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.documented import Solid, nearest
-from radar_service.echo.echoes import Echoes, received_amplitude
-from radar_service.echo.ensemble import ensemble_of
-from radar_service.echo.intervals import heard_reach
-from radar_service.echo.ray_echoes import RayCaster, RayEnsemble
 from radar_service.echo.resting import resting_echoes
-from radar_service.echo.sight import Landscape
+from radar_service.echo.second_time_around import heard_reach
+from radar_service.engine.documented import Solid, nearest
 from radar_service.fidelity import PRESETS
 from radar_service.frames import body_rotation, direction, wrap_angle
+from radar_service.propagation.radar_equation import Echoes, received_amplitude
 from radar_service.random import CHART, generator
+from radar_service.scattering.rays import RayCaster, RaySampledSet
+from radar_service.scattering.scatterer_set import build_scatterers
 from radar_service.scene.world import Scene
 from radar_service.study.chart.surface_twin import Window
 from radar_service.trace.embree import TriangleScene
-from radar_service.trace.rays import REACH, azimuth_offsets, elevation_offsets
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.trace.ray_sampling import REACH, azimuth_offsets, elevation_offsets
 
 Floats = NDArray[np.float64]
 RAYS = {500: 24, 2000: 24, 8000: 16, 32000: 8}  # to a box of 3 x 3 beamwidths: how often they are drawn
@@ -51,18 +51,18 @@ class Sampler:
     preset: str | None = None
 
 
-def samplers(scene: Scene, windows: list[Window], landscape: Landscape, most_rays: int) -> list[Sampler]:
+def samplers(scene: Scene, windows: list[Window], occlusion: OcclusionScene, most_rays: int) -> list[Sampler]:
     """Every sampler at every setting, up to `most_rays` rays to a box of 3 x 3 beamwidths. scene: stopped, and diffuse."""
     presets = {p.scatterers_per_cell: n for n, p in PRESETS.items() if p.chain == "corrected" and p.sampler == "scatterers"}
     turn = scene.radar.azimuths
     found = [
-        Sampler("scatterers", f"{d:g} per cell", partial(scattered, scene, windows, landscape, d), turn, 24, presets.get(d))
+        Sampler("scatterers", f"{d:g} per cell", partial(scattered, scene, windows, occlusion, d), turn, 24, presets.get(d))
         for d in DENSITIES
     ]
     rays = {count: draws for count, draws in RAYS.items() if count <= most_rays}
     for sampler, words in WORDS.items():
         found += [
-            Sampler(words, f"{n}", partial(cast, scene, windows, landscape, sampler, n), turn, draws)
+            Sampler(words, f"{n}", partial(cast, scene, windows, occlusion, sampler, n), turn, draws)
             for n, draws in rays.items()
         ]
     documented, looks = Documented(scene, windows), max(8, LOOKS // len(windows))
@@ -78,20 +78,20 @@ def powers_in(windows: list[Window], echoes: Echoes) -> Powers:
     return np.array([power[w.holds(echoes.azimuth, echoes.range)].sum() for w in windows])
 
 
-def scattered(scene: Scene, windows: list[Window], landscape: Landscape, per_cell: float, seed: int) -> Powers:
+def scattered(scene: Scene, windows: list[Window], occlusion: OcclusionScene, per_cell: float, seed: int) -> Powers:
     """Scatterers, laid anew on every body."""
     keys = range(len(scene.bodies))
-    ensemble = ensemble_of(scene.bodies, scene.radar, scene.antenna(0.0)[0], per_cell, seed, keys)
-    return powers_in(windows, resting_echoes(scene, ensemble, landscape, heard_reach(scene.radar)).echoes)
+    ensemble = build_scatterers(scene.bodies, scene.radar, scene.antenna(0.0)[0], per_cell, seed, keys)
+    return powers_in(windows, resting_echoes(scene, ensemble, occlusion, heard_reach(scene.radar)).echoes)
 
 
-def cast(scene: Scene, windows: list[Window], landscape: Landscape, sampler: str, rays: int, seed: int) -> Powers:
+def cast(scene: Scene, windows: list[Window], occlusion: OcclusionScene, sampler: str, rays: int, seed: int) -> Powers:
     """A turn of rays, each with its share of the sphere."""
     radar = replace(scene.radar, rays=rays)
-    caster = RayCaster(scene.bodies, radar, landscape.earth_radius, sampler, seed)
-    none = ensemble_of([], radar, scene.antenna(0.0)[0], 1.0, seed, [])
-    ensemble = RayEnsemble(scene.bodies, np.arange(len(scene.bodies)), none, caster)
-    return powers_in(windows, resting_echoes(scene, ensemble, landscape, heard_reach(scene.radar)).echoes)
+    caster = RayCaster(scene.bodies, radar, occlusion.earth_radius, sampler, seed)
+    none = build_scatterers([], radar, scene.antenna(0.0)[0], 1.0, seed, [])
+    ensemble = RaySampledSet(scene.bodies, np.arange(len(scene.bodies)), none, caster)
+    return powers_in(windows, resting_echoes(scene, ensemble, occlusion, heard_reach(scene.radar)).echoes)
 
 
 class Documented:

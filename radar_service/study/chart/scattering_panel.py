@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.ensemble import Ensemble, ensemble_of, placed
-from radar_service.echo.fleet import Fleet
-from radar_service.echo.sight import Landscape
 from radar_service.fidelity import PRESETS
+from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers, placed
+from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scattering, Scene
 from radar_service.study.chart.anchors import AWAY, Anchor, anchors_for, seen_sections, turns_of, turntables
 from radar_service.study.chart.point import Point, in_turns
 from radar_service.study.chart.power_panel import judged
+from radar_service.trace.line_of_sight import OcclusionScene
 
 Floats = NDArray[np.float64]
 BOUNCES = (1, 2, 3)
@@ -26,16 +26,16 @@ class Model:
 
     family: str
     setting: str
-    ensemble: Ensemble
-    landscape: Landscape
+    ensemble: ScattererSet
+    occlusion: OcclusionScene
     scene: Scene
     preset: str | None
 
     def sections(self, draw: int) -> Floats:
         """Cross-sections (T,) [m^2] of all anchors as they stand in a draw."""
         antenna, time = self.scene.antenna(0.0)[0], float(draw)
-        seen = self.ensemble.reflections(self.landscape, antenna, time, 2.0 * AWAY)
-        place = placed(seen.position, seen.body, Fleet(self.ensemble.bodies).each_at(time))
+        seen = self.ensemble.reflections(self.occlusion, antenna, time, 2.0 * AWAY)
+        place = placed(seen.position, seen.body, BodyPoses(self.ensemble.bodies).poses_at(time))
         return seen_sections(self.scene.radar, antenna, place, seen.amplitude, seen.body, len(self.ensemble))
 
 
@@ -50,8 +50,8 @@ def models_of(scene: Scene, anchors: list[Anchor], turns: Floats, seed: int) -> 
         on_tables = turntables(scene, anchors, turns, scattering)
         keys, per_cell = range(len(anchors)), PRESETS["balanced"].scatterers_per_cell
         antenna = on_tables.antenna(0.0)[0]
-        ensemble = ensemble_of(on_tables.bodies, scene.radar, antenna, per_cell, seed, keys, bounces)
-        return Model(family, setting, ensemble, Landscape(on_tables.bodies, np.inf), on_tables, preset)
+        ensemble = build_scatterers(on_tables.bodies, scene.radar, antenna, per_cell, seed, keys, bounces)
+        return Model(family, setting, ensemble, OcclusionScene(on_tables.bodies, np.inf), on_tables, preset)
 
     optics = [
         made("physical optics", f"{b} bounce{'s' * (b > 1)}", "optics", b, ", ".join(presets.get(b, [])) or None)

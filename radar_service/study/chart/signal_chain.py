@@ -6,15 +6,15 @@ from functools import partial
 import numpy as np
 import scipy.fft
 
-from radar_service.echo.echoes import Echoes
-from radar_service.echo.sweep import TABLE_STEPS, BeamTable
+from radar_service.echo.range_history import TABLE_STEPS, BeamTable
 from radar_service.fidelity import PRESETS, Fidelity
 from radar_service.frames import wrap_angle
+from radar_service.propagation.radar_equation import Echoes
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Radar
 from radar_service.receive.beam import azimuth_kernel, sweep
 from radar_service.receive.compression import Compression, compression_for, waveform_spectra
-from radar_service.receive.grid import Kernel, lay, lay_swept
+from radar_service.receive.gridding import Kernel, spread, spread_moving
 from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.study.chart.chirp_sums import chirp_sums
 from radar_service.study.chart.method import TILE, Floats, Indices, Method, Profiles, Run
@@ -116,7 +116,7 @@ def laid_on(radar: Radar, compression: Compression, across: int) -> Run:
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
         column = echoes.range / radar.range_step - 0.5
-        grid = lay((rows, compression.size), row, column, echoes.amplitude, kernel, compression.kernel)
+        grid = spread((rows, compression.size), row, column, echoes.amplitude, kernel, compression.kernel)
         turn = sweep(grid, pattern, kernel, radar.azimuths)
         return np.concatenate([compression.profiles(turn[spokes[i : i + TILE]]) for i in range(0, len(spokes), TILE)])
 
@@ -126,24 +126,24 @@ def laid_on(radar: Radar, compression: Compression, across: int) -> Run:
 def swept(radar: Radar, fidelity: Fidelity) -> Run:
     """The engine's way for what moves at a fidelity: laid along range alone, for each few azimuths the echoes within the
     beam's extent."""
-    compression, together = compression_for(radar, fidelity.kernel_width), min(TILE, fidelity.swept_together)
+    compression, combine_db = compression_for(radar, fidelity.kernel_width), min(TILE, fidelity.azimuths_per_block)
     pattern = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
     extent, span = min(np.pi, fidelity.beam_extent * radar.beamwidth), TILE * radar.azimuth_step
-    table = BeamTable(pattern, radar.beamwidth, extent, span, fidelity.fineness * TABLE_STEPS)
-    reach = extent + together * radar.azimuth_step / 2.0
+    table = BeamTable(pattern, radar.beamwidth, extent, span, fidelity.beam_table_oversampling * TABLE_STEPS)
+    reach = extent + combine_db * radar.azimuth_step / 2.0
 
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         tiles = []
-        for i in range(0, len(spokes), together):
-            boresight = spokes[i : i + together] * radar.azimuth_step
+        for i in range(0, len(spokes), combine_db):
+            boresight = spokes[i : i + combine_db] * radar.azimuth_step
             near = np.flatnonzero(np.abs(wrap_angle(boresight.mean() - echoes.azimuth)) <= reach)
             weight = table(wrap_angle(boresight - echoes.azimuth[near, None]).astype(np.float32))
             amplitude = (weight * echoes.amplitude[near, None]).astype(np.complex64)
             column = echoes.range[near] / radar.range_step - 0.5
             still = np.zeros(amplitude.shape, np.float32)
-            laid = np.zeros((len(boresight), compression.size), dtype=np.complex64)
-            lay_swept(laid, column, still, amplitude, compression.tables)
-            tiles.append(compression.profiles(laid))
+            gridded = np.zeros((len(boresight), compression.size), dtype=np.complex64)
+            spread_moving(gridded, column, still, amplitude, compression.tables)
+            tiles.append(compression.profiles(gridded))
         return np.concatenate(tiles)
 
     return run

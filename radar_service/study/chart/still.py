@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.echo.echoes import Echoes
-from radar_service.echo.ensemble import ensemble_of
-from radar_service.echo.intervals import heard_reach
 from radar_service.echo.resting import resting_echoes
-from radar_service.echo.sight import Landscape
+from radar_service.echo.second_time_around import heard_reach
 from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
+from radar_service.propagation.radar_equation import Echoes
+from radar_service.scattering.scatterer_set import build_scatterers
 from radar_service.scene.world import Body, Motion, Scene
+from radar_service.trace.line_of_sight import OcclusionScene
 
 
 def stopped(scene: Scene) -> Scene:
@@ -37,16 +37,16 @@ def is_diffuse(body: Body) -> bool:
     return body.mesh is not None and body.rcs is None and body.scattering == "diffuse"
 
 
-def landscape_of(scene: Scene) -> Landscape:
+def landscape_of(scene: Scene) -> OcclusionScene:
     """What hides what."""
-    return Landscape(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
+    return OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
 
 
 def all_echoes(scene: Scene, seed: int) -> Echoes:
     """The echoes of a stopped scene as the preset `balanced` has them, those before and behind included whose sidelobes
     are heard."""
     fidelity, radar = PRESETS["balanced"], scene.radar
-    ensemble = ensemble_of(
+    ensemble = build_scatterers(
         scene.bodies, radar, scene.antenna(0.0)[0], fidelity.scatterers_per_cell, seed, range(len(scene.bodies))
     )
     return resting_echoes(scene, ensemble, landscape_of(scene), heard_reach(scene.radar)).echoes

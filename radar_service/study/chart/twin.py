@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import windows
 from scipy.special import ndtr
 
-from radar_service.echo.echoes import Echoes
+from radar_service.propagation.radar_equation import Echoes
 from radar_service.radar.antenna import AntennaPattern
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import Table, Taylor

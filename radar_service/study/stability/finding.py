@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from radar_service.echo.sight import Floats
+from radar_service.trace.line_of_sight import Floats
 
 Verdict = Literal["computes right", "falls back", "warns", "refuses", "says so"]
 VERDICTS: tuple[Verdict, ...] = ("computes right", "falls back", "warns", "refuses", "says so")

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from radar_service.echo.echoes import received_amplitude
-from radar_service.echo.propagation import reflection, two_ray_factor
-from radar_service.echo.sea_surface import ament, miller_brown
-from radar_service.echo.sight import Floats
+from radar_service.propagation.multipath import specular_geometry, two_ray_factor
+from radar_service.propagation.radar_equation import received_amplitude
+from radar_service.propagation.sea_surface import ament, miller_brown
 from radar_service.study.stability.finding import Axis, Finding, crossing, curve, decades, decibels, places
 from radar_service.study.stability.twin import level, scene_of
+from radar_service.trace.line_of_sight import Floats
 
 WAVELENGTH = 299_792_458.0 / 9.41e9
 EARTH = 4.0 / 3.0 * 6_371_000.0
@@ -39,10 +39,10 @@ def two_ray_null(fine: int = 1) -> Finding:
         np.hypot(ground.astype(np.float32), np.float32(ANTENNA + TARGET))
         - np.hypot(ground.astype(np.float32), np.float32(ANTENNA - TARGET))
     )
-    ours = reflection(ground, TARGET, ANTENNA).excess
+    ours = specular_geometry(ground, TARGET, ANTENNA).excess
     turns = [
-        np.maximum(np.asarray(np.abs(way - exact) * (360.0 / WAVELENGTH), dtype=np.float64), 1e-16)
-        for way in (single, plain, ours)
+        np.maximum(np.asarray(np.abs(geometry - exact) * (360.0 / WAVELENGTH), dtype=np.float64), 1e-16)
+        for geometry in (single, plain, ours)
     ]
     return Finding(
         "two-ray phase", "path difference of the sea-reflected ray, antenna 15 m, target 10 m, flat sea",
@@ -95,8 +95,8 @@ def two_ray_db(ground: Floats) -> tuple[Floats, Floats]:
 def horizon(fine: int = 1) -> Finding:
     """The last kilometres before the horizon: path difference in quarter wavelengths, and F^4."""
     ground = np.linspace(15_000.0, 30_000.0, 61)
-    way = reflection(ground, TARGET, ANTENNA, EARTH)
-    quarters = np.where(way.grazing > 0, way.excess / (WAVELENGTH / 4.0), 0.0)
+    geometry = specular_geometry(ground, TARGET, ANTENNA, EARTH)
+    quarters = np.where(geometry.grazing > 0, geometry.excess / (WAVELENGTH / 4.0), 0.0)
     factor = np.abs(two_ray_factor(ground, TARGET, ANTENNA, WAVELENGTH, earth_radius=EARTH)) ** 4
     return Finding(
         "near the horizon", "ray optics where the path difference falls below a quarter wavelength (Kerr 1951, ch. 2)",
@@ -111,13 +111,13 @@ def horizon(fine: int = 1) -> Finding:
 def divergence_edge(fine: int = 1) -> Finding:
     """Grazing angle and divergence against the angle below which a curved sea has no single point of reflection."""
     ground = np.linspace(2_000.0, 28_900.0, 55)
-    way = reflection(ground, TARGET, ANTENNA, EARTH)
+    geometry = specular_geometry(ground, TARGET, ANTENNA, EARTH)
     least = least_grazing(WAVELENGTH, EARTH)
-    share = least / way.grazing
+    share = least / geometry.grazing
     return Finding(
         "divergence", "the geometric divergence factor towards grazing, antenna 15 m, target 10 m",
         Axis("distance [m]"), places(ground), Axis("[1]"),
-        (curve("least angle / grazing angle", np.minimum(share, 10.0)), curve("divergence factor D", way.divergence)), 1.0,
+        (curve("least angle / grazing angle", np.minimum(share, 10.0)), curve("divergence factor D", geometry.divergence)), 1.0,
         "grazing below (lambda / (2 pi ae))^(1/3), where the factor is no longer valid (Kerr 1951, ch. 5)",
         crossing(ground, share, 1.0), "says so", "As for the horizon: D falls to 0 there, so F goes to 1 and then to 0.",
     )  # fmt: skip

@@ -4,8 +4,8 @@ from html import escape
 
 import numpy as np
 
-from radar_service.echo.sight import Floats
 from radar_service.study.stability.finding import Axis, Finding
+from radar_service.trace.line_of_sight import Floats
 
 WIDTH, HEIGHT = 640, 300
 LEFT, RIGHT, TOP, BOTTOM = 70, 30, 14, 48  # px about the frame

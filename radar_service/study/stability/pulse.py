@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.echo.sight import Floats
 from radar_service.receive.compression import compression_for
 from radar_service.scene.doubts import SPILLING_CHIRP
 from radar_service.scene.radar_model import LEAST_CHIRP
-from radar_service.simulate import Simulator
+from radar_service.simulator import Simulator
 from radar_service.study.stability.finding import Axis, Finding, bisected, crossing, curve, decades, decibels, places
 from radar_service.study.stability.twin import error_db, level, point, point_fields, pulse_response, scene_of
+from radar_service.trace.line_of_sight import Floats
 
 FIELD_DB = -40.0  # error of the field that the engine is to keep (issue 4, the default budget)
 
@@ -168,10 +168,10 @@ def _power_error() -> Callable[[float], float]:
     first, weights = compression.kernel.weights(np.array([100.0]))
 
     def error(power: float) -> float:
-        laid = np.zeros((1, compression.size), dtype=np.complex64)
-        laid[0, first[0] : first[0] + weights.shape[1]] = np.sqrt(power) * weights[0]
+        gridded = np.zeros((1, compression.size), dtype=np.complex64)
+        gridded[0, first[0] : first[0] + weights.shape[1]] = np.sqrt(power) * weights[0]
         with np.errstate(over="ignore", invalid="ignore", under="ignore"):
-            field = compression.profiles(laid)[0, 100]
+            field = compression.profiles(gridded)[0, 100]
             found = float(field.real**2 + field.imag**2) / power
         return abs(found - 1.0) if np.isfinite(found) else 1.0
 

@@ -5,17 +5,17 @@ from typing import Any
 import numpy as np
 
 from radar_service.constants import KNOT
-from radar_service.corrected import TILE, CorrectedChain
 from radar_service.display.ppi import Ppi
-from radar_service.echo.sight import Landscape
+from radar_service.engine.pipeline import TILE, CorrectedChain
 from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
 from radar_service.random import NOISE, generator
 from radar_service.scene.doubts import pulse_doppler_shift
 from radar_service.scene.world import Scene
-from radar_service.simulate import Simulator
+from radar_service.simulator import Simulator
 from radar_service.study.stability.finding import Axis, Finding, bisected, crossing, curve, decades, places
 from radar_service.study.stability.twin import error_db, point, point_fields, pulse_response, scene_of
+from radar_service.trace.line_of_sight import OcclusionScene
 
 MOVING_DB = -50.0  # error of moving points that the engine is to keep (issue 3)
 DAY = 86_400.0
@@ -91,15 +91,15 @@ def doppler_in_the_pulse(fine: int = 1) -> Finding:
 
 
 def _chain(scene: Scene) -> CorrectedChain:
-    landscape = Landscape(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
-    return CorrectedChain(scene, PRESETS["balanced"], 0, landscape)
+    occlusion = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
+    return CorrectedChain(scene, PRESETS["balanced"], 0, occlusion)
 
 
 def months(fine: int = 1) -> Finding:
     """A target that keeps pace with own ship at 12 kn, after ever more days: phase of its field, double precision time."""
     days = np.array([0.0, 1.0, 7.0, 30.0, 90.0, 365.0, 3650.0, 36_500.0, 365_000.0])
-    together = {"speed_kn": 12.0, "course_deg": 37.0}
-    scene = scene_of(point(33.3, 301.7, **together), own_ship=together, environment={"earth": "flat"})
+    combine_db = {"speed_kn": 12.0, "course_deg": 37.0}
+    scene = scene_of(point(33.3, 301.7, **combine_db), own_ship=combine_db, environment={"earth": "flat"})
     chain, radar = _chain(scene), scene.radar
     distance = np.hypot(33.3, 301.7)
     wanted = np.exp(-4j * np.pi * distance / radar.wavelength)

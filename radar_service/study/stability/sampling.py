@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from radar_service.echo.optics.facet import triangle_phases
-from radar_service.echo.sight import Floats
 from radar_service.frames import direction
 from radar_service.random import RAYS, generator
+from radar_service.scattering.physical_optics.facet_integral import triangle_phases
 from radar_service.study.stability.finding import Axis, Finding, crossing, curve, decades, decibels, places
 from radar_service.trace.embree import TriangleScene
-from radar_service.trace.rays import REACH, azimuth_offsets, elevation_offsets
+from radar_service.trace.line_of_sight import Floats
+from radar_service.trace.ray_sampling import REACH, azimuth_offsets, elevation_offsets
 
 WAVENUMBER = 2.0 * np.pi * 9.41e9 / 299_792_458.0
 BEAM, BEAM_EL, RAYS_AN_AZIMUTH = np.deg2rad(3.9), np.deg2rad(25.0), 2000  # of the default radar

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from radar_service.echo.echoes import two_way_phase
-from radar_service.echo.sight import Floats, Landscape, Surface
+from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.scene.materials import material_from_name
 from radar_service.scene.shapes import SHAPES
 from radar_service.scene.world import Body, Mesh, Motion
 from radar_service.study.stability.finding import Axis, Finding, bisected, crossing, curve, decades, places
 from radar_service.trace.embree import TriangleScene
+from radar_service.trace.line_of_sight import Floats, OcclusionScene, Surface
 from radar_service.trace.moller_trumbore import printed_crossings, watertight_crossings
-from radar_service.trace.visibility import Occluder, Stand
+from radar_service.trace.occluder import BodyPose, Occluder
 
 WAVELENGTH = 299_792_458.0 / 9.41e9
 FAR = 1000.0  # m from which small triangles are looked at
@@ -130,7 +130,7 @@ def grazing_sight(fine: int = 1) -> Finding:
         spot = np.einsum("ij,ijk->ik", weights, vertices[faces[triangle]])
         antenna = np.array([0.0, 0.0, 1100.0 * np.tan(angle)])
         own = (triangle, triangle + 1)
-        hidden.append(float(ground.hides_own(Stand(np.zeros(3), 0.0), antenna, spot, own).mean()))
+        hidden.append(float(ground.self_occluded(BodyPose(np.zeros(3), 0.0), antenna, spot, own).mean()))
     shares = np.array(hidden)
     return Finding(
         "grazing incidence", "sight of points on flat ground, 100 to 2100 m away, past the ground's own triangles",
@@ -161,7 +161,7 @@ def wrongly_seen(far: float) -> float:
     cosine = np.einsum("ij,ij->i", sight, normal) / np.linalg.norm(sight, axis=1) / np.linalg.norm(normal, axis=1)
     surface = Surface(np.zeros(len(spot), dtype=np.int64), np.arange(len(spot)))
     above, clear = place[:, 2] >= 0.0, np.abs(cosine) > np.sin(np.deg2rad(3.0))
-    seen = Landscape(bodies, np.inf).visible(surface, place, antenna, 0.0, 1e4)
+    seen = OcclusionScene(bodies, np.inf).visible(surface, place, antenna, 0.0, 1e4)
     return float((seen != (cosine > 0.0))[above & clear].mean())
 
 

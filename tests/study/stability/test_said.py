@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.planning.effects import starving_range
+from radar_service.plan.effects import starving_range
 from radar_service.scene.describe import describe, far_field
 from tests.scenes import point, radar, scene
 

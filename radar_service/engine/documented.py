@@ -1,0 +1,203 @@
+"""The specification's chain exactly as printed: rays, hits, chirps, matched filter, Gaussian. The base line of every chart.
+
+Its amplitudes are relative (eq. 8 has no transmitter in it) and its mistakes are kept (DESIGN section 3). What it adds is
+only what the print leaves open: bearings run as everywhere else in the project (row 8), the radar and the bodies stand
+where they are at the time of each spoke, own ship carries the ground plane along, and `point` bodies exist.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.fidelity import Fidelity
+from radar_service.frames import body_rotation, direction, effective_earth_radius, polar_from_map, wrap_angle
+from radar_service.propagation.multipath import printed_atmosphere, printed_two_ray_factor
+from radar_service.propagation.sea_surface import rms_wave_height
+from radar_service.radar.patterns import printed_two_way
+from radar_service.random import RAYS, generator
+from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_phase, pulse_times, sample_delay, window
+from radar_service.receive.detection import beam_spread, detect
+from radar_service.scene.world import Motion, Scene
+from radar_service.trace.embree import TriangleScene
+from radar_service.trace.moller_trumbore import TriangleList
+from radar_service.trace.ray_sampling import REACH, azimuth_offsets, elevation_offsets
+
+Floats = NDArray[np.float64]
+
+TRACERS: dict[str, type[TriangleScene] | type[TriangleList]] = {"embree": TriangleScene, "moller_trumbore": TriangleList}
+SAME_PLACE = 1e-9  # of the range: a point that lies on a surface is not hidden by it
+
+
+@dataclass(frozen=True)
+class Hits:
+    """What the rays of one azimuth met, all (H,): slant range, height above the sea [m]; offsets from boresight [rad]."""
+
+    range: Floats
+    azimuth: Floats
+    elevation: Floats
+    height: Floats
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A body's triangles and where they stand: position (3,) [m] and rotation (3, 3) map_from_body."""
+
+    triangles: TriangleScene | TriangleList
+    position: Floats
+    rotation: Floats
+
+
+class Places:
+    """Where a list of bodies stands at any time; those at rest are looked up once."""
+
+    def __init__(self, motions: list[Motion]) -> None:
+        poses = [motion.pose(0.0) for motion in motions]
+        self._position = np.array([pose.position[0] for pose in poses]).reshape(-1, 3)
+        self._heading = np.array([pose.heading[0] for pose in poses], dtype=np.float64)
+        self._moving = [(k, motion) for k, motion in enumerate(motions) if not motion.at_rest]
+
+    def at(self, time: float) -> tuple[Floats, Floats]:
+        """Positions (K, 3) [m] and headings (K,) [rad] at `time` [s]."""
+        position, heading = self._position.copy(), self._heading.copy()
+        for k, motion in self._moving:
+            pose = motion.pose(time)
+            position[k], heading[k] = pose.position[0], pose.heading[0]
+        return position, heading
+
+
+class DocumentedEngine:
+    """The documented fidelity of a scene. Azimuths are independent of each other and may be computed in any order."""
+
+    def __init__(self, scene: Scene, fidelity: Fidelity, seed: int) -> None:
+        """Prepares every body for tracing, in its own frame, once. Raises KeyError for an unknown fidelity.tracer."""
+        tracer = TRACERS[fidelity.tracer]
+        radar = scene.radar
+        self._scene, self._seed = scene, seed
+        # As printed: sample n stands at n c / (2 fs), where all else in the project has the middle of its cell.
+        self.range: Floats = np.arange(radar.bins, dtype=np.float64) * radar.range_step
+        meshes = [(body.mesh.vertices, body.mesh.faces, body.motion) for body in scene.bodies if body.mesh is not None]
+        if scene.environment.ground_plane:
+            meshes.append((*ground_plane(2.0 * radar.range_max), scene.own_ship))
+        self._solids = [tracer(vertices, faces) for vertices, faces, _ in meshes]
+        self._solid_places = Places([motion for *_, motion in meshes])
+        self._point_places = Places([body.motion for body in scene.bodies if body.mesh is None])
+        self._transmitted = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
+        self._window = window(radar.window, self._transmitted.size)
+
+    def parts(self, scan: int) -> Iterator[tuple[int, NDArray[np.complex64], NDArray[np.float32]]]:
+        """One revolution in one piece, as eq. 19 needs all of it: index 0 of its first azimuth, field and power."""
+        yield 0, *self.scan(scan)
+
+    def scan(self, number: int) -> tuple[NDArray[np.complex64], NDArray[np.float32]]:
+        """Field (A, N) before detection and power (A, N) after eqs. 18 and 19 of the scan of that number, 0 the first."""
+        radar = self._scene.radar
+        field = np.empty((radar.azimuths, radar.bins), dtype=np.complex64)
+        for index in range(radar.azimuths):
+            field[index] = self.azimuth_field(number, index)
+        power = beam_spread(detect(field), radar.beamwidth, radar.azimuth_step)  # eqs. 18, 19
+        return field, power.astype(np.float32)
+
+    def azimuth_field(self, scan: int, index: int) -> NDArray[np.complex64]:
+        """Compressed field (N,) of one azimuth, relative amplitude: eqs. 4 to 15."""
+        radar = self._scene.radar
+        time = (scan * radar.azimuths + index) * radar.spoke_period
+        boresight = index * radar.azimuth_step
+        if self._scene.blind(np.array([time]), np.array([boresight]))[0]:
+            return np.zeros(radar.bins, dtype=np.complex64)
+        hits = self._hits(boresight, time, generator(self._seed, RAYS, scan, index))
+        if not hits.range.size:
+            return np.zeros(radar.bins, dtype=np.complex64)
+        delay = sample_delay(hits.range, radar.sample_rate)
+        phase = printed_phase(hits.range, radar.wavelength)
+        received = chirp_sum(delay, self.amplitude(hits), phase, self._transmitted, radar.bins)
+        if radar.eclipsing:
+            received[: self._transmitted.size] = 0.0
+        return compress(received, self._transmitted, self._window, radar.bins).astype(np.complex64)
+
+    def amplitude(self, hits: Hits) -> Floats:
+        """Amplitude (H,) of each hit, relative; a declared cross-section has no place in it. Source: seed eq. 8."""
+        radar, environment = self._scene.radar, self._scene.environment
+        gain = printed_two_way(hits.azimuth, hits.elevation, radar.beamwidth, radar.beamwidth_el)
+        loss = printed_atmosphere(hits.range, environment.gas_db_per_km)
+        return gain / (hits.range**2 + 1.0) * loss * self._multipath(hits)  # eq. 8
+
+    def _multipath(self, hits: Hits) -> Floats | float:
+        radar, environment = self._scene.radar, self._scene.environment
+        if not environment.multipath:
+            return 1.0
+        level = np.sqrt(np.maximum(hits.range**2 - (hits.height - radar.height) ** 2, 0.0))
+        factor = printed_two_ray_factor(
+            level,
+            hits.height,
+            radar.height,
+            radar.wavelength,
+            earth_radius=effective_earth_radius(environment.earth_factor),
+            polarization=radar.polarization,
+            wave_height=rms_wave_height(environment.sea_state),
+        )
+        power: Floats = np.abs(factor) ** 2
+        return power
+
+    def _hits(self, boresight: float, time: float, random: np.random.Generator) -> Hits:
+        """Rays of one azimuth [rad] at `time` [s] and what they meet; each point body that nothing hides is one hit more."""
+        radar = self._scene.radar
+        antenna = self._scene.antenna(time)[0]
+        solids = self._in_sector(boresight, antenna, time)
+        azimuth = azimuth_offsets(random, radar.rays, radar.beamwidth)
+        elevation = elevation_offsets(random, radar.rays, radar.beamwidth_el)
+        distance = nearest(solids, antenna, direction(boresight + azimuth, elevation + radar.tilt))
+        points = self._point_hits(boresight, antenna, time, solids)
+        azimuth, elevation = np.append(azimuth, points.azimuth), np.append(elevation, points.elevation)
+        distance = np.append(distance, points.range)
+        met = distance < radar.range_max
+        height = antenna[2] + distance[met] * np.sin(elevation[met] + radar.tilt)
+        return Hits(distance[met], azimuth[met], elevation[met], height)
+
+    def _in_sector(self, boresight: float, antenna: Floats, time: float) -> list[Solid]:
+        """The bodies whose bounding sphere reaches into the rays of this azimuth, where they stand."""
+        if not self._solids:
+            return []
+        radar = self._scene.radar
+        position, heading = self._solid_places.at(time)
+        rotations = [body_rotation(h) for h in heading]
+        centre = position + np.array([r @ t.centre for r, t in zip(rotations, self._solids, strict=True)])
+        radius = np.array([t.radius for t in self._solids])
+        polar = polar_from_map(centre, antenna, np.inf)
+        half = np.arcsin(np.minimum(radius / np.maximum(polar.distance, radius), 1.0))
+        off = np.abs(wrap_angle(polar.azimuth - boresight))
+        inside = (polar.distance <= radius) | (off <= REACH * radar.beamwidth + half)
+        chosen = np.flatnonzero(inside & (polar.range - radius < radar.range_max))
+        return [Solid(self._solids[k], position[k], rotations[k]) for k in chosen]
+
+    def _point_hits(self, boresight: float, antenna: Floats, time: float, solids: list[Solid]) -> Hits:
+        """Points within 1.5 beamwidths both ways that no surface hides, as hits."""
+        radar = self._scene.radar
+        places, _ = self._point_places.at(time)
+        polar = polar_from_map(places, antenna, np.inf)
+        azimuth = wrap_angle(polar.azimuth - boresight)
+        elevation = polar.elevation - radar.tilt
+        inside = (np.abs(azimuth) <= REACH * radar.beamwidth) & (np.abs(elevation) <= REACH * radar.beamwidth_el)
+        chosen = np.flatnonzero(inside)
+        in_front = nearest(solids, antenna, direction(polar.azimuth[chosen], polar.elevation[chosen]))
+        seen = chosen[in_front >= polar.range[chosen] * (1.0 - SAME_PLACE)]
+        return Hits(polar.range[seen], azimuth[seen], elevation[seen], places[seen, 2])
+
+
+def ground_plane(reach: float) -> tuple[Floats, NDArray[np.int64]]:
+    """The plane z = 0 out to `reach` [m] each way, as vertices (4, 3) and two triangles (2, 3). Source: seed fig. 2."""
+    corners = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]) * reach
+    return corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int64)
+
+
+def nearest(solids: list[Solid], antenna: Floats, rays: Floats) -> Floats:
+    """Distance (M,) [m] to the nearest surface along each unit ray (M, 3), inf where there is none, decided in float64."""
+    distance = np.full(len(rays), np.inf)
+    for solid in solids:
+        origin, local = (antenna - solid.position) @ solid.rotation, rays @ solid.rotation
+        triangle = solid.triangles.first_hit(origin, local)
+        hit = np.flatnonzero(triangle >= 0)
+        found = solid.triangles.hit_distance(triangle[hit], origin, local[hit])
+        distance[hit] = np.minimum(distance[hit], np.where(found > 0, found, np.inf))
+    return distance

@@ -1,0 +1,113 @@
+"""What is modelled of a scene, what is left out, and why, with predicted errors and costs: said, not guessed."""
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from radar_service.fidelity import Fidelity
+from radar_service.plan.bodies import bodies
+from radar_service.plan.budget import ErrorBudget
+from radar_service.plan.cost_model import Costs, Counts
+from radar_service.plan.effects import effects
+from radar_service.plan.items import PlanItem
+from radar_service.plan.multipath_error import multipath_error_db
+from radar_service.plan.settings_search import all_rests, combine_db, moving_db, resting_db
+from radar_service.plan.statistics import EngineStatistics, realtime_factor
+from radar_service.scene.world import Scene
+
+METHODS = ("at rest", "moving")
+NOTHING_KNOWN = EngineStatistics()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All choices for one scene at one fidelity. settings: the Fidelity's own; field_db: predicted relative field errors of
+    the methods [dB], at rest and moving, of the sea's mirror and of effects left out; realtime_factor: simulated seconds
+    per second of one thread of this machine; caveats: what cannot be had, a sentence each."""
+
+    fidelity: str
+    choices: tuple[PlanItem, ...]
+    settings: dict[str, Any]
+    field_db: dict[str, float]
+    counts: Counts | None
+    costs: Costs | None
+    realtime_factor: float | None
+    caveats: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data without infinities or NaN, which JSON has not."""
+        plain: dict[str, Any] = json.loads(json.dumps(asdict(self)), parse_constant=lambda _: None)
+        return plain
+
+    def __str__(self) -> str:
+        width = max((len(choice.what) for choice in self.choices), default=0)
+        prices = [choice.price() for choice in self.choices]
+        price_width = max((len(price) for price in prices), default=0)
+        pairs = zip(self.choices, prices, strict=True)
+        lines = [f"{'+' if c.modelled else '-'} {c.what:<{width}}  {price:<{price_width}}  {c.how}" for c, price in pairs]
+        return "\n".join([*self._head(), *lines, *(f"! {caveat}" for caveat in self.caveats)])
+
+    def _head(self) -> list[str]:
+        budget = self.settings["error_db"]
+        field = "" if not budget else f" (error budget {budget:g} dB, field {ErrorBudget(budget).field_db:.0f} dB)"
+        return [f"fidelity {self.fidelity}{field}", *self._predicted()]
+
+    def _predicted(self) -> list[str]:
+        """Errors, counts and costs, a line each."""
+        lines = []
+        if self.field_db:
+            said = ", ".join(f"{error:.0f} dB {what}" for what, error in self.field_db.items())
+            lines.append(f"predicted field error: {said}")
+        if self.counts is not None:
+            lines.append(_counted(self.counts))
+        if self.costs is not None and self.realtime_factor is not None:
+            parts = ", ".join(f"{name} {cost:.3g}" for name, cost in asdict(self.costs).items() if cost >= 0.5)
+            factor = f"{self.realtime_factor:.3g} x real time on one thread here"
+            lines.append(f"cost: {self.costs.total:.3g} us an azimuth ({parts}), {factor}")
+        return lines
+
+
+def _counted(counts: Counts) -> str:
+    once = f"{counts.scatterers} scatterers; once {counts.resting_echoes} echoes and {counts.set_up_rays} rays"
+    looks = f"{counts.visibility_updates_per_scan:.3g} looks a revolution, the first {counts.moving_echoes} echoes and {counts.visibility_rays} rays"
+    shadows = f", {counts.shadowed_echoes} hidden" if counts.shadowed_echoes else ""
+    return f"{once}; {looks}{shadows}; {counts.transform_samples} FFT samples a profile"
+
+
+def plan_for(scene: Scene, fidelity: Fidelity, record: EngineStatistics = NOTHING_KNOWN) -> Plan:
+    """The plan of a scene at a fidelity, as far as it is known."""
+    errors = {}
+    if fidelity.chain == "corrected":
+        errors["at rest"] = resting_db(scene.radar, fidelity)
+        if not all_rests(scene):
+            errors["moving"] = moving_db(scene.radar, fidelity)
+    held = -math.inf if "multipath" in record.idle or not errors else multipath_error_db(scene, fidelity.azimuths_per_block)
+    if math.isfinite(held):
+        errors["of the sea's mirror, nearest mover"] = min(held, 0.0)
+    if record.idle:
+        errors["of effects left out"] = combine_db(*record.idle.values())
+    return Plan(
+        fidelity.name,
+        (*effects(scene, fidelity, record), *bodies(scene, fidelity, record)),
+        asdict(fidelity),
+        errors,
+        record.counts,
+        record.costs,
+        None if record.costs is None else realtime_factor(scene, record.costs),
+        tuple(_caveats(fidelity, errors)),
+    )
+
+
+def _caveats(fidelity: Fidelity, errors: dict[str, float]) -> list[str]:
+    """What the budget of a fidelity asks for and cannot have."""
+    if not fidelity.error_db or not errors:
+        return []
+    limit = ErrorBudget(fidelity.error_db).method_db
+    advice = "raise sample_rate_hz, or allow a greater error" if fidelity.kernel_width > 6 else "allow a greater error"
+    return [
+        f"the error budget cannot be had: methods may err by {limit:.0f} dB in field and err by {error:.0f} dB "
+        f"{what}, with the best settings there are: {advice}"
+        for what, error in errors.items()
+        if what in METHODS and error > limit
+    ]

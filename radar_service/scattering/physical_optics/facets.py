@@ -1,0 +1,91 @@
+"""A mesh cut into triangles small enough for physical optics: inside the range cell, and each in its own far field."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.scene.world import Mesh
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+MOST = 60_000  # pieces of one body: some 100 MB and 60 ms while they are evaluated
+TUBES = 4_000  # of these, how many a body may have for the sake of its mirrors, beyond what its size asks for
+COARSER = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
+
+
+@dataclass(frozen=True)
+class Facets:
+    """Flat triangles (M,) in a body's frame: corners (M, 3, 3), centroid (M, 3) [m], unit normal (M, 3), and the triangle
+    of the mesh that each was cut from. coarser: how much longer than asked their edges may be, 1 if not at all."""
+
+    corners: Floats
+    centre: Floats
+    normal: Floats
+    triangle: Indices
+    coarser: float
+
+    def __post_init__(self) -> None:
+        count = len(self.triangle)
+        assert self.corners.shape == (count, 3, 3) and self.normal.shape == self.centre.shape == (count, 3)
+
+    def __len__(self) -> int:
+        return len(self.triangle)
+
+
+def cut_facets(mesh: Mesh, tube: Floats, longest: float, tubes: int = TUBES, most: int = MOST) -> Facets:
+    """The triangles of a mesh cut until no edge exceeds `longest` [m], nor on triangle f tube[f] [m], `tube` (F,).
+
+    `longest` grows where it would make more than `most` pieces, and more than the mesh has triangles; then the tubes
+    grow together where they would add more than `tubes`.
+    """
+    whole = mesh.vertices[mesh.faces]
+    bound, coarser = max(most, len(whole)), 1.0
+    while (plain := _cut(whole, np.full(len(whole), longest * coarser), bound)) is None:
+        coarser *= COARSER
+    corners, origin = plain
+    allowed, wider = min(len(origin) + tubes, bound), 1.0
+    while (cut := _cut(corners, np.minimum(tube * wider, longest * coarser)[origin], allowed)) is None:
+        wider *= COARSER
+    corners, triangle = cut[0], origin[cut[1]]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = np.linalg.norm(cross, axis=1)
+    sound = double > 0.0
+    corners = corners[sound]
+    return Facets(corners, corners.mean(axis=1), cross[sound] / double[sound, None], triangle[sound], coarser)
+
+
+def _cut(corners: Floats, longest: Floats, most: int) -> tuple[Floats, Indices] | None:
+    """Triangles (F, 3, 3) halved across their longest edge until none is too long; None once there are too many."""
+    done: list[tuple[Floats, Indices]] = []
+    triangle = np.arange(len(corners))
+    count = 0
+    while len(corners):
+        edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        fits = edges.max(axis=1) <= longest[triangle]
+        done.append((corners[fits], triangle[fits]))
+        count += int(fits.sum())
+        if count + 2 * int((~fits).sum()) > most:
+            return None
+        corners, triangle = _halved(corners[~fits], edges[~fits].argmax(axis=1)), np.tile(triangle[~fits], 2)
+    joined, origin = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.argsort(origin, kind="stable")
+    return joined[order], origin[order]
+
+
+def _halved(corners: Floats, edge: Indices) -> Floats:
+    """Both halves (2 M, 3, 3) of triangles (M, 3, 3) cut from the middle of edge (M,), edge i from corner i to i + 1."""
+    turn = (edge[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(corners, turn[:, :, None], axis=1).transpose(1, 0, 2)
+    middle = (a + b) / 2.0
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+
+
+def far_field_edge(distance: float, wavelength: float) -> float:
+    """The longest edge [m] with which a triangle at `distance` [m] is in its own far field, by 2 D^2 / lambda = R.
+
+    Across half of it the two-way path bends by k (D/2)^2 / R = pi/4, which neighbours share.
+    """
+    return float(np.sqrt(wavelength * distance / 2.0))

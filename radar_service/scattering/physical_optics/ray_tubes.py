@@ -1,0 +1,173 @@
+"""Tubes of rays from piece to piece of a body: where each one hits, with which field, and what that hit sends back.
+
+A tube is a triangle throughout: a flat mirror carries corners to corners along parallel lines, so its footprint on the
+next surface is integrated in closed form too. Only its middle ray asks which triangle comes next.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.scattering.physical_optics.facet_integral import (
+    mirrored,
+    polarization_of,
+    scattering_amplitude,
+    triangle_phases,
+)
+from radar_service.scattering.physical_optics.facets import Facets
+from radar_service.trace.embree import TriangleScene
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Indices = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Seen = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) the antenna sees
+
+OFFSET = 1e-3  # m; a bounce starts this far off its surface (embree.md: 0.1 mm still hits itself in 7 % of cases)
+OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
+GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long and no longer what its middle ray says
+
+
+@dataclass(frozen=True)
+class Wave:
+    """The wave: wavelength [m] and the radar's polarization, "h" or "v"."""
+
+    wavelength: float
+    polarization: str
+
+    @property
+    def wavenumber(self) -> float:
+        """[rad/m]"""
+        return 2.0 * np.pi / self.wavelength
+
+
+@dataclass(frozen=True)
+class RayTubes:
+    """Tubes (M,) where they hit a surface: corners there (M, 3, 3) and their middle (M, 3) [m], its unit normal on the lit
+    side, its triangle; direction of travel and field (M, 3) as they arrive; where each began (M, 3), and its path [m] from
+    there to here."""
+
+    corners: Floats
+    centre: Floats
+    normal: Floats
+    triangle: Indices
+    direction: Floats
+    field: Floats
+    begin: Floats
+    inner: Floats
+
+    def __len__(self) -> int:
+        return len(self.inner)
+
+    def chosen(self, which: Indices) -> "RayTubes":
+        """Some of them."""
+        if len(which) == len(self):
+            return self  # indices rise, so it is all of them
+        return RayTubes(*(getattr(self, name).take(which, axis=0) for name in self.__dataclass_fields__))
+
+
+class Planes(NamedTuple):
+    """Of the triangles (F,) of a mesh: a point (F, 3) [m] and the unit normal (F, 3), 0 where there is no area."""
+
+    point: Floats
+    normal: Floats
+
+
+def illuminated_facets(
+    pieces: Facets, planes: Planes, outside: NDArray[np.int8], antenna: Floats, radio: Wave, seen: Seen
+) -> RayTubes:
+    """The tubes that fall from the antenna (3,) on the pieces it sees, whichever way these are wound.
+
+    outside: (F,) as from `outward_side`; what is seen from within a closed body is no use looking at.
+    """
+    above = np.einsum("ij,ij->i", planes.normal, antenna - planes.point)  # a whole triangle turns its face, or its back
+    lit = np.flatnonzero((above * outside + (outside == 0) > 0.0).take(pieces.triangle))
+    centre, triangle = pieces.centre.take(lit, axis=0), pieces.triangle.take(lit)
+    kept = np.flatnonzero(seen(centre, triangle))
+    lit, centre, triangle = lit[kept], centre.take(kept, axis=0), triangle[kept]
+    facing = pieces.normal.take(lit, axis=0) * np.where(above < 0.0, -1.0, 1.0)[triangle, None]
+    toward, _ = _sight(antenna, centre)
+    field = polarization_of(toward, radio.polarization)
+    return RayTubes(pieces.corners.take(lit, axis=0), centre, facing, triangle, -toward, field, centre, np.zeros(len(lit)))
+
+
+def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, may_rebounce: Flags, bounces: int) -> Iterator[RayTubes]:
+    """The tubes where they first fall, and again after each mirror, up to `bounces` surfaces in all.
+
+    hollow: (F, 2) whether there is anything to hit before the front and before the back of each triangle.
+    """
+    for bounce in range(bounces):
+        if not len(tubes):
+            return
+        yield tubes
+        if bounce + 1 < bounces:
+            tubes = _onward(tubes, planes, scene, may_rebounce)
+
+
+def _onward(tubes: RayTubes, planes: Planes, scene: TriangleScene, may_rebounce: Flags) -> RayTubes:
+    """The tubes that another surface of the body catches after this one, where it does."""
+    tubes = tubes.chosen(_before_something(tubes, planes, may_rebounce))
+    direction, field = mirrored(tubes.direction, tubes.field, tubes.normal)
+    offset = OFFSET + OFFSET_RELATIVE * scene.radius
+    hit = scene.first_hit(tubes.centre + offset * tubes.normal, direction)
+    caught = np.flatnonzero(hit >= 0)
+    tubes = replace(tubes.chosen(caught), direction=direction[caught], field=field[caught], triangle=hit[caught])
+    return _landed(tubes, planes)
+
+
+def _before_something(tubes: RayTubes, planes: Planes, may_rebounce: Flags) -> Indices:
+    front = np.einsum("ij,ij->i", tubes.normal, planes.normal.take(tubes.triangle, axis=0)) > 0.0
+    return np.flatnonzero(may_rebounce[tubes.triangle, np.where(front, 0, 1)])
+
+
+def _landed(tubes: RayTubes, planes: Planes) -> RayTubes:
+    """Tubes on their way to `triangle`, carried into its plane; those that would graze it or lie behind it are left out."""
+    point, normal = planes.point.take(tubes.triangle, axis=0), planes.normal.take(tubes.triangle, axis=0)
+    facing = np.einsum("ij,ij->i", normal, tubes.direction)
+    normal = np.where(facing[:, None] > 0.0, -normal, normal)
+    facing = -np.abs(facing)
+    steep = np.flatnonzero(facing < -GRAZING)
+    tubes, normal, facing = tubes.chosen(steep), normal[steep], facing[steep]
+    height = np.einsum("mij,mj->mi", tubes.corners - point[steep, None, :], normal)
+    geometry = height / -facing[:, None]
+    landed = tubes.corners + geometry[:, :, None] * tubes.direction[:, None, :]
+    middle = (geometry[:, 0] + geometry[:, 1] + geometry[:, 2]) / 3.0
+    centre = tubes.centre + middle[:, None] * tubes.direction
+    landing = replace(tubes, corners=landed, centre=centre, normal=normal, inner=tubes.inner + middle)
+    return landing.chosen(np.flatnonzero(middle > 0.0))
+
+
+def scattered_field(tubes: RayTubes, antenna: Floats, radio: Wave) -> tuple[Floats, Complexes]:
+    """What tubes send back to the antenna (3,) from where they are: points (M, 3) and scattering amplitude [m] (M,).
+
+    A point stands in for a path R1 + inner + R2: between its two ends on the body, and behind them by half of what lies
+    in between, at a range of exactly half the path. Then the phase is that of the path, and as the antenna moves, both
+    change alike: by Fermat's principle a path changes with its two ends' sight lines alone, whose mean is the point's.
+    """
+    end = tubes.centre
+    toward, last = _sight(antenna, end)
+    gradient = tubes.direction - toward
+    surface = _areas(tubes.corners) * triangle_phases(tubes.corners, end, gradient, radio.wavenumber)
+    received = polarization_of(toward, radio.polarization)
+    amplitude = scattering_amplitude(tubes.direction, tubes.field, toward, received, tubes.normal, surface, radio.wavelength)
+    if not tubes.inner.any():  # they have come straight from the antenna
+        return end, amplitude
+    _, first = _sight(antenna, tubes.begin)
+    behind, _ = _sight(antenna, (tubes.begin + end) / 2.0)
+    return antenna - behind * ((first + tubes.inner + last) / 2.0)[:, None], amplitude
+
+
+def _sight(antenna: Floats, places: Floats) -> tuple[Floats, Floats]:
+    """Unit vectors (M, 3) and distances (M,) from places to the antenna (3,)."""
+    offset = antenna - places
+    distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))  # a third of the time of linalg.norm
+    return offset / np.maximum(distance, 1e-9)[:, None], distance
+
+
+def _areas(corners: Floats) -> Floats:
+    (ux, uy, uz), (vx, vy, vz) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return np.asarray(np.sqrt(x * x + y * y + z * z) / 2.0)

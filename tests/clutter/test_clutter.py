@@ -1,0 +1,324 @@
+"""Clutter as it arrives in the profiles: level by the radar equation, laws and correlations by closed forms."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import scipy.special
+import scipy.stats
+from numpy.typing import NDArray
+from scipy.integrate import quad
+
+import radar_service as rs
+from radar_service.clutter.clutter import resolution_cell, sea_power
+from radar_service.clutter.sea import mean_sigma0, texture_shape, wind_factor
+from radar_service.receive.compression import compression_for
+from tests.reference.compressed_pulse import compressed_pulse, sinc2_beam
+from tests.scenes import point, scene
+
+Floats = NDArray[np.float64]
+LEVEL = 1e-4  # of each statistical test; seeds are fixed, so a test either always passes or never
+EARTH = 4 / 3 * 6_371_000.0
+WAVELENGTH = 299_792_458 / 9.41e9
+
+# 20 m bins and azimuths two beamwidths apart, a revolution a minute: texture (6 to 12 m, 4 s) is new in every cell of every
+# scan, and speckle from every third bin to the next.
+APART = {
+    "range_max_m": 9000, "bandwidth_hz": 5e6, "pulse_s": 4e-6, "azimuths": 45, "beamwidth_deg": 4, "rpm": 1,
+    "coarse_azimuths": True,
+}  # fmt: skip
+
+
+def sea(radar: dict[str, Any], shape: float | None = None, **environment: Any) -> rs.Scene:
+    """Open sea of state 4 with the wind from 070."""
+    texture = {} if shape is None else {"sea_texture_shape": shape}
+    return scene([], radar=radar, environment={"sea_state": 4, "wind_from_deg": 70, **texture, **environment})
+
+
+def cell_by_hand(made: rs.Scene, range_step: float) -> tuple[float, float]:
+    """Two-way width [rad] of a sinc^2 beam, 2/3 of a beamwidth / 0.8859, and length [m] of the Hamming pulse's power, summed
+    over the closed form at the bins, as the engine hears it."""
+    radar = made.radar
+    delay = np.arange(-2000, 2001) / radar.sample_rate
+    pulse = np.abs(compressed_pulse(delay, radar.bandwidth, radar.pulse, (0.54, 0.46))) ** 2
+    return 2 / 3 * radar.beamwidth / 0.885893, float(pulse.sum()) * range_step
+
+
+class Instant(NamedTuple):
+    """What of a scan its mean power depends on."""
+
+    range: Floats
+    azimuth: Floats
+    range_step: float
+
+
+def grazing_by_hand(made: rs.Scene, r: Floats) -> Floats:
+    """Grazing angle [rad] at the sea, on the parabola z = -d^2 / (2 ae)."""
+    d = np.sqrt(np.maximum(r**2 - (made.radar.height + r**2 / (2 * EARTH)) ** 2, 0))
+    return np.asarray(np.arcsin(np.minimum((made.radar.height + d**2 / (2 * EARTH)) / r, 1)) - d / EARTH)
+
+
+def mean_by_hand(made: rs.Scene, scan: rs.Scan | Instant) -> Floats:
+    """Mean power (A, N) [W]: Pt G^2 lambda^2 sigma0 A G_el^2 L / ((4 pi)^3 R^4), A = R x width x length."""
+    radar, r = made.radar, scan.range
+    width, length = cell_by_hand(made, scan.range_step)
+    psi = grazing_by_hand(made, r)
+    elevation = -psi - r * np.cos(psi) / EARTH
+    sigma = mean_sigma0(psi, radar.frequency, made.environment.sea_state, "h") * r * width * length
+    sigma = sigma * wind_factor((scan.azimuth - made.environment.wind_from)[:, None], psi, WAVELENGTH)
+    loss = 10 ** (-0.2 * made.environment.gas_db_per_km * r / 1000)
+    gain = sinc2_beam(elevation, radar.beamwidth_el) ** 2
+    return np.asarray(radar.power * 1e6 * WAVELENGTH**2 * sigma * gain * loss / ((4 * np.pi) ** 3 * r**4))
+
+
+def normalised(made: rs.Scene, scans: int, seed: int = 1) -> Floats:
+    """Power over its mean (scans, A, n), every third bin from 0.5 to 9 km."""
+    sim = rs.Simulator(made, seed=seed)
+    taken = [sim.scan() for _ in range(scans)]
+    return np.stack([(s.power / mean_by_hand(made, s))[:, 25::3] for s in taken])
+
+
+def k_survival(threshold: Floats, shape: float) -> Floats:
+    """P(intensity > threshold) of the K distribution of unit mean: 2 / Gamma(nu) (nu t)^(nu/2) K_nu(2 sqrt(nu t)) (Ward)."""
+    t = np.asarray(threshold, dtype=np.float64)
+    bessel = scipy.special.kv(shape, 2 * np.sqrt(shape * t))
+    return np.asarray(2 / scipy.special.gamma(shape) * (shape * t) ** (shape / 2) * bessel)
+
+
+def test_mean_power_is_the_radar_equation() -> None:
+    """Over 12 scans, all cells: the ratio to the mean by hand is 1 within 5 sigma of the draws, whose spread is that of K
+    with shape 5, sqrt(2 (1 + 1/5) - 1); so in every fifth of the range and every ninth of the turn."""
+    ratio = normalised(sea(APART, 5.0, gas_db_per_km=0.1), 12)
+    spread = np.sqrt(2.4 - 1)
+    for part in (*np.array_split(ratio, 5, axis=2), *np.array_split(ratio, 9, axis=1)):
+        assert part.mean() == pytest.approx(1.0, abs=5 * spread / np.sqrt(part.size))
+    assert ratio.mean() == pytest.approx(1.0, abs=5 * spread / np.sqrt(ratio.size))
+
+
+def test_mean_power_by_hand_at_every_range() -> None:
+    """From under the antenna to past the horizon, through a vertical beam of 5 degrees that looks level: the cell's width
+    and length, and with them the power, by hand to 2e-3 (what the sampled band cuts off a chirp of only 20 cycles)."""
+    made = sea(APART | {"range_max_m": 18_000, "beamwidth_el_deg": 5}, gas_db_per_km=0.1)
+    radar = made.radar
+    cell = resolution_cell(lambda x: sinc2_beam(x, radar.beamwidth), compression_for(radar, 6), radar.range_step)
+    assert (cell.width, cell.length) == pytest.approx(cell_by_hand(made, radar.range_step), rel=2e-3)
+    distance = (np.arange(radar.bins, dtype=np.float64) + 0.5) * radar.range_step
+    upwind = Instant(distance, np.array([made.environment.wind_from]), radar.range_step)
+    by_hand = mean_by_hand(made, upwind)[0] / wind_factor(np.array(0.0), grazing_by_hand(made, distance), WAVELENGTH)
+    power = sea_power(made, distance, cell, EARTH)
+    assert power[0] == 0.0  # 10 m, with the antenna 15 m up
+    np.testing.assert_allclose(power[1:], by_hand[1:], rtol=2e-3, atol=1e-30)
+
+
+@pytest.mark.parametrize("shape", [0.5, 1.0, 5.0])
+def test_moments_and_law_are_those_of_k(shape: float) -> None:
+    """<I^2>/<I>^2 = 2 (1 + 1/nu) to 5 sigma, the whole law by Kolmogorov-Smirnov."""
+    ratio = normalised(sea(APART, shape), 12).ravel()
+    second = 2 * (1 + 1 / shape)
+    fourth = 24 * scipy.stats.gamma(shape, scale=1 / shape).moment(4)
+    assert np.mean(ratio**2) == pytest.approx(second, abs=5 * np.sqrt((fourth - second**2) / ratio.size))
+    assert scipy.stats.kstest(k_survival(ratio, shape), "uniform").pvalue > LEVEL
+
+
+# Threshold over mean for a false alarm probability of 1e-4 [dB], and for 1e-6, printed to two places.
+THRESHOLDS = {0.5: (16.28, 19.80), 1.0: (14.53, 17.75), 5.0: (11.56, 14.10), 20.0: (10.30, 12.40)}
+
+
+@pytest.mark.parametrize("shape", THRESHOLDS)
+def test_thresholds_are_the_printed_ones(shape: float) -> None:
+    """The law against which the tests hold the engine has the reference table's thresholds: a probability within what half a
+    printed digit is worth (0.005 dB: 2 %)."""
+    for printed, pfa in zip(THRESHOLDS[shape], (1e-4, 1e-6), strict=True):
+        assert float(k_survival(np.array(10 ** (printed / 10)), shape)) == pytest.approx(pfa, rel=0.02)
+
+
+@pytest.mark.parametrize("shape", [0.5, 1.0, 5.0])
+def test_false_alarms_at_the_printed_thresholds(shape: float) -> None:
+    """Share of 360 000 cells above the 1e-4 threshold: 5 sigma of the binomial law."""
+    ratio = normalised(sea(APART, shape), 56).ravel()
+    count = int(np.sum(ratio > 10 ** (THRESHOLDS[shape][0] / 10)))
+    expected = ratio.size * 1e-4
+    assert abs(count - expected) < 5 * np.sqrt(expected)
+
+
+def test_without_a_shape_texture_follows_grazing_and_cell() -> None:
+    """Ward's shape at 0.5 to 0.7 km and at 6 to 9 km: <I^2>/<I>^2 - 2 = 2/nu, 5 sigma of K of the mean shape."""
+    made = sea(APART)
+    ratio = normalised(made, 24)
+    width, length = cell_by_hand(made, made.radar.range_step)
+    r = ((np.arange(made.radar.bins, dtype=np.float64) + 0.5) * made.radar.range_step)[25::3]
+    nu = texture_shape(np.arcsin(15 / r) - r / (2 * EARTH), r * width * length, "h")
+    for part in (slice(0, 4), slice(90, 140)):
+        some = ratio[:, :, part]
+        law = scipy.stats.gamma(nu[part].min(), scale=1 / nu[part].min())
+        error = np.sqrt(24 * law.moment(4) / some.size)
+        assert np.mean(some**2) == pytest.approx(np.mean(2 + 2 / nu[part]), abs=5 * error)
+
+
+CLOSE = {"range_max_m": 3000, "bandwidth_hz": 10e6, "pulse_s": 4e-6, "azimuths": 240, "beamwidth_deg": 6}
+
+
+def fields(made: rs.Scene, scans: int) -> NDArray[np.complex128]:
+    """Fields (scans, A, n) over the root of their mean power, from 0.5 km on."""
+    sim = rs.Simulator(made, seed=3)
+    taken = [sim.scan() for _ in range(scans)]
+    return np.stack([(s.field / np.sqrt(mean_by_hand(made, s)))[:, 50:] for s in taken])
+
+
+def test_speckle_has_the_beams_and_the_pulses_correlation() -> None:
+    """Shape 1000 is Rayleigh. Along azimuth: the overlap of the beam with itself shifted (by quadrature), across north and
+    from scan to scan as anywhere else. Along range: the pulse's. Both 5 sigma of the independent cells."""
+    made = sea(CLOSE, 1000.0)
+    field = fields(made, 4)
+    sigma = 1 / np.sqrt(field.size / (7 * 2.5))  # 7 azimuths, 2.5 bins to an independent cell
+    beam = made.radar.beamwidth
+
+    def overlap(lag: float) -> float:
+        x = np.linspace(-0.5, 0.5, 20_001)
+        return float(np.sum(sinc2_beam(x, beam) * sinc2_beam(x - lag, beam)))
+
+    whole = field.reshape(-1, field.shape[2])
+    for steps in (1, 2, 4, 6, 9):
+        expected = overlap(steps * np.deg2rad(1.5)) / overlap(0.0)
+        found = np.mean(whole[steps:] * np.conj(whole[:-steps]))
+        assert abs(found - expected) < 5 * sigma
+    seam = np.mean(field[1:, 0] * np.conj(field[:-1, -1]))
+    assert abs(seam - overlap(np.deg2rad(1.5)) / overlap(0.0)) < 5 / np.sqrt(3 * field.shape[2] / 2.5)
+    assert abs(np.mean(field[1:] * np.conj(field[:-1]))) < 5 * sigma  # new at every revolution
+    delay = np.arange(-4000, 4001) / made.radar.sample_rate
+    pulse = compressed_pulse(delay, 10e6, 4e-6, (0.54, 0.46))
+    for lag in (1, 2, 3, 5):
+        expected_range = np.sum(pulse[lag:] * np.conj(pulse[:-lag])) / np.sum(np.abs(pulse) ** 2)
+        assert abs(np.mean(field[:, :, lag:] * np.conj(field[:, :, :-lag])) - expected_range) < 5 * sigma
+
+
+def test_texture_lives_on_from_scan_to_scan_and_speckle_does_not() -> None:
+    """At 60 rpm waves of sea state 6 (10.2 s) keep their place: powers of following scans correlate, fields do not."""
+    made = sea(CLOSE | {"rpm": 60}, 0.5, sea_state=6)
+    field = fields(made, 2)
+    log_power = np.log(np.abs(field) ** 2)
+    log_power -= log_power.mean()
+    share = np.mean(log_power[0] * log_power[1]) / np.mean(log_power**2)
+    far = fields(made, 25)[[0, 24]]
+    log_far = np.log(np.abs(far) ** 2) - np.log(np.abs(far) ** 2).mean()
+    assert share > 0.3  # 0.5 is texture's part of the variance of log power at this shape: psi'(0.5) of psi'(0.5) + psi'(1)
+    assert abs(np.mean(log_far[0] * log_far[1]) / np.mean(log_far**2)) < 0.05
+
+
+def test_clutter_is_the_same_for_any_block_size_start_and_threads() -> None:
+    wall = {"name": "w", "shape": "box", "length_m": 40, "width_m": 40, "height_m": 9, "position_m": [300, 300, 0]}
+    made = scene(
+        [{**wall, "rcs_dbsm": -60}],
+        radar={"range_max_m": 1200, "azimuths": 90, "beamwidth_deg": 8},
+        environment={"sea_state": 3, "rain_mm_h": 2, "noise": True},
+        own_ship={"course_deg": 30, "speed_kn": 15},
+    )  # fmt: skip
+    whole = [block.field for block in rs.Simulator(made, seed=4).blocks(scans=3)]
+    again = np.concatenate([block.field for block in rs.Simulator(made, seed=4, threads=3).blocks(scans=3, size=7)])
+    np.testing.assert_array_equal(again, np.concatenate(whole))
+    assert not np.array_equal(next(rs.Simulator(made, seed=5).blocks(scans=1)).field, whole[0])
+
+
+def test_nothing_unless_asked_for_and_nothing_beyond_the_horizon_or_under_the_antenna() -> None:
+    assert rs.Simulator(scene([], radar=CLOSE)).scan().power.max() == 0.0
+    far = rs.Simulator(sea({"range_max_m": 20_000, "bandwidth_hz": 1e6, "azimuths": 16, "beamwidth_deg": 40})).scan()
+    assert (far.power[:, far.range > 15_964] == 0).all() and (far.power[:, far.range < 15] == 0).all()
+    assert np.isfinite(far.power).all() and far.power.max() > 0
+
+
+def test_blind_sectors_hear_no_clutter() -> None:
+    power = rs.Simulator(sea(CLOSE | {"blind_sectors_deg": [[90, 180]]})).scan().power.max(axis=1)
+    assert (power[60:121] == 0).all() and (power[:60] > 0).all()
+
+
+def test_no_sea_where_there_is_land() -> None:
+    """A disc of land 800 m across, 600 m east: nothing on it nor behind it (a cell of its edge aside), sea before it."""
+    land = {"name": "l", "shape": "cylinder", "radius_m": 400, "height_m": 30, "position_m": [1000, 0, 0], "rcs_dbsm": -99}
+    radar = CLOSE | {"beamwidth_deg": 2, "azimuths": 720}
+    power = rs.Simulator(scene([land], radar=radar, environment={"sea_state": 4})).scan()
+    east = power.power[180]
+    assert (east[power.range > 612] < 1e-9 * east[power.range < 590].max()).all()
+    assert np.median(east[(power.range > 400) & (power.range < 590)]) > 0
+
+
+def test_rain_power_is_the_radar_equation_of_its_volume() -> None:
+    """Pt G^2 lambda^2 eta V L / ((4 pi)^3 R^4), V = R^2 x two-way beam in both planes (by quadrature) x length; eta 5.077e-7
+    at 4 mm/h; loss 0.0556 dB/km one way (P.838). Exponential power, 5 sigma."""
+    made = sea(APART | {"range_max_m": 6000}, sea_state=0, rain_mm_h=4)
+    sim = rs.Simulator(made, seed=2)
+    scans = [sim.scan() for _ in range(12)]
+    r = scans[0].range
+    width, length = cell_by_hand(made, scans[0].range_step)
+    floor = -np.arcsin(np.minimum(15 / r + r / 2 / EARTH, 1))
+    top = np.arcsin(np.minimum(2985 / r, 1) - r / 2 / EARTH)
+
+    def two_way(elevation: float) -> float:
+        return float(sinc2_beam(np.array(elevation), made.radar.beamwidth_el)) ** 2
+
+    height = np.array([quad(two_way, low, high, limit=200)[0] for low, high in zip(floor, top, strict=True)])
+    loss = 10 ** (-0.2 * 0.0556 * r / 1000)
+    mean = made.radar.power * 1e6 * WAVELENGTH**2 * 5.077e-7 * r**2 * width * height * length * loss
+    mean /= (4 * np.pi) ** 3 * r**4
+    ratio = np.stack([(s.power / mean)[:, 3::3] for s in scans])
+    assert ratio.mean() == pytest.approx(1.0, abs=5 / np.sqrt(ratio.size) + 1e-3)  # 1e-3: printed digits of eta and loss
+    assert scipy.stats.kstest(ratio.ravel(), "expon").pvalue > LEVEL
+    for part in np.array_split(ratio, 5, axis=2):
+        assert part.mean() == pytest.approx(1.0, abs=5 / np.sqrt(part.size) + 1e-3)
+
+
+def test_sea_and_rain_add_their_powers() -> None:
+    both, only_sea, only_rain = (
+        np.mean([rs.Simulator(sea(APART, 5.0, **e), seed=s).scan().power for s in range(12)], axis=0)
+        for e in ({"rain_mm_h": 30}, {}, {"rain_mm_h": 30, "sea_state": 0})
+    )  # fmt: skip
+    made = sea(APART, 5.0)
+    attenuation = 10 ** (-0.2 * 0.7625 * rs.Simulator(made).range / 1000)  # P.838 at 30 mm/h, H
+    for part in (slice(30, 100), slice(200, 400)):
+        total = (only_sea * attenuation + only_rain)[:, part].sum()
+        assert both[:, part].sum() / total == pytest.approx(1.0, abs=5 * np.sqrt(2 * 1.4 / (12 * 45 * 20)))
+
+
+def test_clutter_below_the_noise_is_left_out() -> None:
+    """With noise 30 dB too strong for any clutter the profiles are those of noise alone, bit for bit."""
+    quiet = {"range_max_m": 1200, "azimuths": 16, "beamwidth_deg": 40, "power_w": 1e-9}
+    with_sea = rs.Simulator(sea(quiet, noise=True)).scan()
+    alone = rs.Simulator(scene([], radar=quiet, environment={"noise": True})).scan()
+    np.testing.assert_array_equal(with_sea.field, alone.field)
+
+
+@pytest.mark.parametrize("pulse", [{"pulse_s": 4e-6}, {"modulation": "none", "pulse_s": 0.25e-6, "bandwidth_hz": None}])
+@pytest.mark.parametrize("rain", [{}, {"sea_state": 0, "rain_mm_h": 20}], ids=["sea", "rain"])
+def test_a_deaf_radar_hears_less_clutter(pulse: dict[str, Any], rain: dict[str, Any]) -> None:
+    """One antenna: an echo that begins while the radar still sends loses that part; past c T / 2 nothing is lost."""
+    radar = {key: value for key, value in (CLOSE | pulse).items() if value is not None}
+    open_ears, deaf = (rs.Simulator(sea(radar | {"eclipsing": e}, 1000.0, **rain), seed=1).scan() for e in (False, True))
+    past = open_ears.range > 299_792_458 * radar["pulse_s"] / 2 + 60
+    np.testing.assert_allclose(deaf.power[:, past], open_ears.power[:, past], rtol=2e-3)
+    near = (open_ears.range > 16) & (open_ears.range < 299_792_458 * radar["pulse_s"] / 8)
+    if near.any():
+        assert deaf.power[:, near].sum() < 0.5 * open_ears.power[:, near].sum()
+
+
+@pytest.mark.parametrize("range_max_m", [3000, 3077, 9000])
+def test_clutter_ends_where_it_no_longer_matters(range_max_m: float) -> None:
+    """At 10 mW the sea sinks below the noise within 1 km, at any bin of a cell; added to noise drawn alike it
+    changes the near bins and none beyond the last at which the mean upwind, by hand, is 15 dB below the noise."""
+    radar = {"range_max_m": range_max_m, "bandwidth_hz": 10e6, "pulse_s": 4e-6, "azimuths": 32, "beamwidth_deg": 20}
+    made = sea(radar | {"power_w": 0.01}, noise=True)
+    both = rs.Simulator(made, seed=1).scan()
+    alone = rs.Simulator(scene([], radar=radar, environment={"noise": True}), seed=1).scan()
+    changed = np.flatnonzero((both.field != alone.field).any(axis=0))
+    mean = mean_by_hand(made, both).max(axis=0)
+    mattering = np.flatnonzero(mean > rs.Simulator(made).noise_power * 10**-1.5)
+    assert 0 < mattering[-1] < both.field.shape[1] - 20
+    assert changed[-1] == pytest.approx(mattering[-1], abs=3)  # a cell of two bins
+
+
+def test_a_point_target_stands_in_the_clutter_as_it_does_without() -> None:
+    """Clutter is added to echoes: the field with it less the field of clutter alone is the target's, to float32."""
+    target = point("t", 0, 1000, 4, 30)
+    radar, environment = CLOSE, {"sea_state": 4}
+    both = rs.Simulator(scene([target], radar=radar, environment=environment), seed=6).scan().field
+    clutter = rs.Simulator(scene([], radar=radar, environment=environment), seed=6).scan().field
+    alone = rs.Simulator(scene([target], radar=radar), seed=6).scan().field
+    np.testing.assert_allclose(both - clutter, alone, atol=2e-6 * np.abs(both).max())

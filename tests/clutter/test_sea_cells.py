@@ -1,0 +1,74 @@
+"""Where the sea is seen: geometry against the frames, and what stands in the way."""
+
+import numpy as np
+import pytest
+
+from radar_service.clutter.sea_cells import SeaCells, sea_place
+from radar_service.frames import effective_earth_radius, polar_from_map
+from radar_service.trace.line_of_sight import OcclusionScene
+from tests.scenes import scene
+
+SEA = {"environment": {"sea_state": 3, "wind_from_deg": 90}, "radar": {"range_max_m": 1500}}
+WALL = {
+    "name": "wall", "shape": "box", "length_m": 20, "width_m": 400, "height_m": 60, "position_m": [0, 600, 0],
+    "rcs_dbsm": 0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("factor", [4 / 3, np.inf])
+def test_sea_places_are_where_the_frames_say(factor: float) -> None:
+    """Height 0 at the ground distance has the slant range asked for (1 mm) and the elevation; grazing is the elevation
+    from there back up, less the earth's own slope."""
+    radius = effective_earth_radius(factor)
+    asked = np.array([16.0, 100.0, 1000.0, 10_000.0])
+    place = sea_place(asked, 15.0, radius)
+    on_map = np.stack([place.distance, np.zeros(4), np.zeros(4)], axis=1)
+    polar = polar_from_map(on_map, np.array([0.0, 0.0, 15.0]), radius)
+    np.testing.assert_allclose(polar.range, asked, atol=1e-3)
+    np.testing.assert_allclose(polar.elevation, place.elevation, atol=1e-12)
+    np.testing.assert_allclose(place.grazing, -polar.elevation - place.distance / radius, atol=1e-12)
+
+
+def test_grazing_ends_at_the_horizon_and_nothing_lies_within_the_antennas_height() -> None:
+    """15 m: horizon 15.964 km; at 1 km 15/1000 rad less 1000/(2 ae)."""
+    radius = effective_earth_radius(4 / 3)
+    grazing = sea_place(np.array([10.0, 1000.0, 15_960.0, 15_970.0]), 15.0, radius).grazing
+    assert grazing[0] == 0.0
+    assert grazing[1] == pytest.approx(np.arcsin(0.015) - 1000 / (2 * radius), abs=1e-7)
+    assert grazing[2] > 0 > grazing[3]
+
+
+def levels(**changes: object) -> tuple[SeaCells, np.ndarray[tuple[int, int], np.dtype[np.float64]]]:
+    made = scene([WALL], **(SEA | changes))
+    occlusion = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
+    cells = SeaCells(made, occlusion, 64, 1500.0)
+    return cells, np.asarray(cells.rows.span(64, 128), dtype=np.float64)
+
+
+def test_a_wall_hides_the_sea_behind_it_and_no_other() -> None:
+    """The box 20 x 400 m stands from 590 to 610 m north, 200 m each side; cells are judged one clear of its edges."""
+    cells, level = levels()
+    cell = cells.bins * 1.99862
+    before, behind = int(590 / cell) - 1, int(595 / cell) + 1
+    assert (level[0, 3:before] > 0).all() and (level[0, behind:] == 0).all()
+    assert (level[16, 3:] > 0).all() and (level[32, 3:] > 0).all()  # east and south
+    assert (level[:, 0] == 0).all()  # 0 to 10 m: nearer than the antenna is high
+    assert level[16, 50] == level[:, 50].max() and level[16, 50] / level[48, 50] > 3  # upwind, 5.9 dB over downwind
+
+
+def test_a_moving_antenna_looks_anew_from_where_it_is() -> None:
+    """Going north at 40 kn past x = -1000: at first the wall bears 059, a minute later (1235 m on) 122 degrees (row 22)."""
+    own = {"position_m": [-1000, 0], "course_deg": 0, "speed_kn": 40}
+    cells, first = levels(own_ship=own)
+    sector = int(np.rint(np.arctan2(1000, 600) / (2 * np.pi) * 64))
+    assert first[sector, -1] == 0 and first[22, -1] > 0
+    later = cells.rows.span(24 * 64, 25 * 64)
+    assert later[sector, -1] > 0 and later[22, -1] == 0
+
+
+def test_what_was_asked_before_changes_nothing() -> None:
+    """Rows in one go, or one by one, are the same."""
+    own = {"course_deg": 0, "speed_kn": 20}
+    one, whole = levels(own_ship=own)
+    other, _ = levels(own_ship=own)
+    np.testing.assert_array_equal(np.concatenate([other.rows.span(r, r + 1) for r in range(64, 128)]), whole)

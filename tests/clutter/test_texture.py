@@ -1,0 +1,158 @@
+"""Random fields of clutter: their laws at stated levels, their correlations against the closed forms."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.stats
+from numpy.typing import NDArray
+
+from radar_service.clutter.texture import (
+    SpeckleRows,
+    TextureMotion,
+    TextureRows,
+    TextureTable,
+    gamma_from_gaussian,
+    gaussian_correlation,
+)  # fmt: skip
+
+LEVEL = 1e-4  # of each statistical test; seeds are fixed, so a test either always passes or never
+
+
+def still(row: NDArray[np.int64], since: Any, until: Any) -> Any:
+    """No drift."""
+    return np.zeros(len(row))
+
+
+def motion(turn: int = 64, length: float = 10.0, lifetime: float = 4.0, drift: Any = still) -> TextureMotion:
+    """Rows 2 m a bin, a revolution each 2 s."""
+    return TextureMotion(turn, 2.0, lifetime, 2.0, np.full(turn, length), drift)
+
+
+def test_speckle_is_complex_gaussian_of_unit_power() -> None:
+    """Parts of every 4th bin of a white band are normal with variance 1/2 (Kolmogorov-Smirnov) and independent."""
+    rows = SpeckleRows(np.ones(512), 2000, seed=3).make(0, 0, 64)
+    assert rows.dtype == np.complex64 and rows.shape == (64, 2000)
+    real, imag = (part[:, ::4].ravel() * np.sqrt(2) for part in (rows.real, rows.imag))
+    for part in (real, imag):
+        assert scipy.stats.kstest(part, "norm").pvalue > LEVEL
+    assert abs(np.mean(real * imag)) < 5 / np.sqrt(real.size)
+    assert scipy.stats.kstest(real**2 + imag**2, "expon", args=(0, 2)).pvalue > LEVEL
+
+
+def test_speckle_correlates_along_range_as_its_pulse() -> None:
+    """Any spectrum: the correlation at lag n is its transform over its sum; 5 sigma of the bins averaged."""
+    frequency = np.fft.fftfreq(512)
+    power = np.exp(-((frequency / 0.12) ** 2)) * (1 + 0.5 * np.sin(9 * frequency))  # lopsided: a complex correlation
+    rows = SpeckleRows(power, 4000, seed=1).make(2, 16, 48)
+    expected = np.fft.ifft(power) / np.mean(power)
+    for lag in range(8):
+        found = np.mean(rows[:, lag:] * np.conj(rows[:, : 4000 - lag]))
+        assert abs(found - expected[lag]) < 5 * 2.5 / np.sqrt(32 * 4000)  # 2.5: bins correlate over six
+
+
+def test_rows_are_independent_and_belong_to_their_number() -> None:
+    made = SpeckleRows(np.ones(64), 300, seed=9)
+    one, next_scan, other = made.make(0, 0, 16), made.make(1, 0, 16), made.make(0, 16, 32)
+    np.testing.assert_array_equal(one, SpeckleRows(np.ones(64), 300, seed=9).make(0, 0, 16))
+    for stranger in (next_scan, other, SpeckleRows(np.ones(64), 300, seed=8).make(0, 0, 16)):
+        assert abs(np.mean(one * np.conj(stranger))) < 5 / np.sqrt(16 * 300)
+    assert abs(np.mean(one[:-1] * np.conj(one[1:]))) < 5 / np.sqrt(15 * 300)
+
+
+@pytest.mark.parametrize("scan", [-1, 0, 7])
+def test_texture_rows_are_normal_and_correlate_exponentially_along_range(scan: int) -> None:
+    """exp(-r / 10 m) at every lag; 5 sigma of the independent stretches (20 m each) averaged; every 16th bin is normal."""
+    rows = TextureRows(motion(), 4000, seed=2).make(scan, 0, 64)
+    assert scipy.stats.kstest(rows[:, ::16].ravel(), "norm").pvalue > LEVEL
+    for lag in range(0, 30, 3):
+        found = np.mean(rows[:, lag:] * rows[:, : 4000 - lag])
+        assert abs(found - np.exp(-lag * 2.0 / 10.0)) < 5 / np.sqrt(64 * 400)
+
+
+def test_texture_lives_for_its_lifetime_and_no_longer() -> None:
+    """Two instants share the fields of the multiples of the lifetime on either side: the correlation is the sum of the
+    products of their cosine and sine weights. Rows pass at scan x 2 s + row / 64 x 2 s; lifetime 4 s. 5 sigma."""
+    rows = TextureRows(motion(), 4000, seed=4)
+    seen = [rows.make(scan, 0, 64) for scan in range(6)]
+
+    def weights(time: float) -> NDArray[np.float64]:
+        share, k = np.pi / 2 * (time / 4 % 1), int(time // 4)
+        found = np.zeros(6)
+        found[k : k + 2] = np.cos(share), np.sin(share)
+        return found
+
+    for later in range(6):
+        for row in (0, 20, 63):
+            expected = weights(row / 32) @ weights(later * 2 + row / 32)
+            found = float(np.mean(seen[0][row] * seen[later][row]))
+            assert abs(found - expected) < 5 / np.sqrt(400)
+    assert abs(np.mean(seen[0] * seen[5])) < 5 / np.sqrt(64 * 400)
+
+
+def test_texture_moves_with_the_waves() -> None:
+    """3 m/s outward: after 2 s every row looks 6 m, three bins, farther out; 5 sigma."""
+    rows = TextureRows(motion(drift=lambda row, since, until: 3.0 * (until - since)), 4000, seed=5)
+    before, after = rows.make(0, 0, 64), rows.make(1, 0, 64)
+    products = [float(np.mean(before[:, 20:-20] * after[:, 20 + lag : 3980 + lag])) for lag in range(-9, 10)]
+    assert int(np.argmax(products)) - 9 == 3
+    share = np.pi / 2 * np.arange(64) / 128
+    expected = np.mean(np.cos(share) * np.cos(share + np.pi / 4) + np.sin(share) * np.sin(share + np.pi / 4))
+    assert max(products) == pytest.approx(expected, abs=5 / np.sqrt(64 * 400))
+
+
+def test_drift_beyond_the_whole_range_stays_texture() -> None:
+    rows = TextureRows(motion(drift=lambda row, since, until: 1e6 * (until - since) + 12_345.0), 500, seed=5).make(3, 0, 64)
+    assert np.var(rows) == pytest.approx(1.0, abs=5 * np.sqrt(2 / (64 * 50)))
+
+
+def test_blocks_of_rows_do_not_depend_on_what_was_asked_before() -> None:
+    whole = TextureRows(motion(), 300, seed=6)
+    for scan in range(4):
+        whole.make(scan, 0, 16)
+    np.testing.assert_array_equal(whole.make(4, 0, 16), TextureRows(motion(), 300, seed=6).make(4, 0, 16))
+
+
+@pytest.mark.parametrize("shape", [0.1, 0.5, 1.0, 5.0, 20.0])
+def test_gamma_has_its_quantiles(shape: float) -> None:
+    """Against the law itself by another route (survival function of scipy.stats), to 1e-9 of probability."""
+    gaussian = np.linspace(-6, 6, 25)
+    gamma = gamma_from_gaussian(gaussian, shape)
+    law = scipy.stats.gamma(shape, scale=1 / shape)
+    normal = scipy.stats.norm
+    np.testing.assert_allclose(law.cdf(gamma[:13]), normal.cdf(gaussian[:13]), rtol=1e-6, atol=1e-300)
+    np.testing.assert_allclose(law.sf(gamma[12:]), normal.sf(gaussian[12:]), rtol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [0.1, 0.5, 1.0, 5.0, 100.0])
+def test_table_makes_gamma_texture(shape: float) -> None:
+    """The squared roots of normal numbers follow the gamma law of unit mean (Kolmogorov-Smirnov), with its mean and second
+    moment 1 + 1/nu to 5 sigma."""
+    gaussian = np.random.default_rng(7).standard_normal((200, 500)).astype(np.float32)
+    texture = TextureTable(np.full(500, shape)).roots(gaussian).astype(np.float64) ** 2
+    law = scipy.stats.gamma(shape, scale=1 / shape)
+    assert scipy.stats.kstest(texture.ravel(), law.cdf).pvalue > LEVEL
+    assert texture.mean() == pytest.approx(1.0, abs=5 * law.std() / np.sqrt(100_000))
+    spread = np.sqrt((law.moment(4) - law.moment(2) ** 2) / 100_000)
+    assert np.mean(texture**2) == pytest.approx(1 + 1 / shape, abs=5 * spread)
+
+
+def test_table_serves_every_bin_its_own_shape_and_any_number() -> None:
+    shape = np.geomspace(0.05, 100.0, 500)
+    table = TextureTable(shape)
+    gaussian = np.full((1, 500), 1.2816, dtype=np.float32)  # the 90th percentile
+    expected = scipy.stats.gamma(shape, scale=1 / shape).ppf(0.9)
+    np.testing.assert_allclose(table.roots(gaussian)[0] ** 2, expected, rtol=0.03)  # 1 % of shape, 0.4 % of a sigma
+    assert np.isfinite(table.roots(np.array([[-1e3] * 500, [1e3] * 500], dtype=np.float32))).all()
+
+
+@pytest.mark.parametrize("shape", [0.3, 1.0, 10.0])
+def test_gaussian_correlation_gives_the_texture_its_own(shape: float) -> None:
+    """400 000 pairs of Gaussians with the correlation found have textures that correlate 1/e: 5 sigma of the products."""
+    rho = gaussian_correlation(shape, np.exp(-1))
+    assert np.exp(-1) < rho < 1
+    rng = np.random.default_rng(8)
+    a, b = rng.standard_normal((2, 400_000))
+    x, y = gamma_from_gaussian(a, shape) - 1, gamma_from_gaussian(rho * a + np.sqrt(1 - rho**2) * b, shape) - 1
+    products = x * y * shape
+    assert products.mean() == pytest.approx(np.exp(-1), abs=5 * products.std() / np.sqrt(400_000))

@@ -1,0 +1,97 @@
+"""Errors of kernels and beams predicted, against what the chart and the closed form measured; what a budget chooses."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.fidelity import PRESETS
+from radar_service.plan.budget import STEPS_DB, ErrorBudget
+from radar_service.plan.settings_search import (
+    beam_kernel_db,
+    density_db,
+    extent_db,
+    fidelity_for,
+    kernel_db,
+    moving_db,
+    relative_cost,
+)
+from tests.scenes import point, radar, scene
+
+BALANCED = PRESETS["balanced"]
+
+
+@pytest.mark.parametrize(("width", "measured"), [(2, -24.5), (4, -61.4)])
+def test_kernels_err_as_the_chart_of_the_harbour_says(width: int, measured: float) -> None:
+    """Within 1 dB: the chart judges 400 echoes, whose sum of squares scatters by about 0.2 dB. Wider kernels are beyond its
+    single precision."""
+    assert kernel_db(radar(window="hamming"), width) == pytest.approx(measured, abs=1.0)
+
+
+@pytest.mark.parametrize(("beamwidth", "azimuths", "measured"), [(3.9, 720, -83.0), (0.9, 2048, -85.0)])
+def test_beam_kernels_err_as_was_measured(beamwidth: float, azimuths: int, measured: float) -> None:
+    """-83 dB at 4.4 grid rows to the beam's band (DESIGN section 4); twice the rows where a beam has 2.9 of them."""
+    assert beam_kernel_db(radar(beamwidth_deg=beamwidth, azimuths=azimuths), 4) == pytest.approx(measured, abs=1.0)
+
+
+@pytest.mark.parametrize(("extent", "measured"), [(3.0, -38.0), (9.0, -51.0), (12.0, -55.0)])
+def test_a_cut_beam_errs_as_was_measured(extent: float, measured: float) -> None:
+    """The table of DESIGN section 4, whole dB."""
+    assert extent_db(radar(), extent) == pytest.approx(measured, abs=0.5)
+
+
+def test_a_beam_over_the_whole_turn_has_no_error_and_a_gaussian_needs_little() -> None:
+    assert extent_db(radar(beamwidth_deg=20, azimuths=60), 9.0) == -math.inf
+    assert extent_db(radar(pattern="gaussian"), 1.5) < -60 < extent_db(radar(), 12.0)
+
+
+def test_the_default_budget_is_half_a_decibel_and_40_db_of_field() -> None:
+    assert (ErrorBudget().target_db, ErrorBudget().field_db) == (0.5, -40.0)
+    assert ErrorBudget(5.0).field_db == pytest.approx(-20.0)
+    assert density_db(fidelity_for(scene(), ErrorBudget()).scatterers_per_cell) <= 0.5
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, 11.0, math.nan, math.inf])
+def test_a_budget_beyond_reason_is_refused_with_what_is_allowed(wrong: float) -> None:
+    with pytest.raises(ValueError, match=r"error budget: .* dB is not allowed; 0\.01 to 10 dB"):
+        ErrorBudget(wrong)
+
+
+def under_way(**settings: object) -> rs.Scene:
+    return scene([point("t", 500, 500)], radar=settings, own_ship={"speed_kn": 10})
+
+
+def test_auto_is_balanced_in_the_default_radar_and_cheaper_where_the_beam_allows() -> None:
+    for made in (scene([point("t", 500, 500)]), under_way()):
+        assert replace(fidelity_for(made, ErrorBudget()), name="balanced", error_db=0.0) == BALANCED
+    tapered = under_way(pattern="taylor")
+    chosen = fidelity_for(tapered, ErrorBudget())
+    assert relative_cost(tapered.radar, chosen) < 0.4 * relative_cost(tapered.radar, BALANCED)
+    assert moving_db(tapered.radar, chosen) < -54 > moving_db(tapered.radar, replace(BALANCED, beam_extent=12.0)) - 10
+
+
+def test_looser_budgets_are_never_dearer_and_each_is_kept_if_it_can_be() -> None:
+    made = under_way()
+    chosen = [fidelity_for(made, ErrorBudget(step)) for step in STEPS_DB]
+    costs = [relative_cost(made.radar, fidelity) * fidelity.scatterers_per_cell for fidelity in chosen]
+    assert costs == sorted(costs, reverse=True) and costs[0] > 10 * costs[-1]
+    for step, fidelity in zip(STEPS_DB, chosen, strict=True):
+        assert moving_db(made.radar, fidelity) <= ErrorBudget(step).method_db
+
+
+def test_a_kernel_is_widened_where_sampling_is_coarse_and_no_more_than_helps() -> None:
+    """At 1.0 x bandwidth 8 bins reach -47 dB, 6 -44; each azimuth by itself over the full circle would gain 0.7 dB more."""
+    chosen = fidelity_for(under_way(sample_rate_hz=50e6), ErrorBudget())
+    assert (chosen.kernel_width, chosen.azimuths_per_block, chosen.beam_extent) == (8, 16, 12.0)
+    said = str(rs.Simulator(under_way(sample_rate_hz=50e6)).plan)
+    assert "! the error budget cannot be had" in said and "raise sample_rate_hz" in said
+
+
+def test_the_choice_is_the_same_every_time() -> None:
+    first = fidelity_for(under_way(), ErrorBudget(1.0))
+    kernel_db.cache_clear()
+    extent_db.cache_clear()
+    assert fidelity_for(under_way(), ErrorBudget(1.0)) == first
+    assert np.isfinite(first.beam_extent)

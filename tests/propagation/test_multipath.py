@@ -1,0 +1,193 @@
+from decimal import Decimal, getcontext
+
+import numpy as np
+import pytest
+
+from radar_service.propagation import multipath
+from radar_service.propagation.multipath import (
+    divergence,
+    gas_amplitude,
+    printed_atmosphere,
+    printed_two_ray_factor,
+    rain_db_per_km,
+    specular_geometry,
+    two_ray_factor,
+)
+from radar_service.propagation.sea_surface import fresnel, miller_brown, sea_water_permittivity
+
+FREQUENCY = 9.41e9
+WAVELENGTH = multipath.wavelength(FREQUENCY)
+EARTH = 4 / 3 * 6_371_000.0
+ANTENNA, TARGET = 15.0, 10.0
+NULLS = {np.inf: (9416.5, 4708.3, 3138.8, 2354.1, 1883.3), EARTH: (8037.0, 4487.6, 3069.6, 2324.3, 1867.9)}
+
+
+def test_wavelength_of_the_table() -> None:
+    assert multipath.wavelength(9.41e9) == pytest.approx(0.0319, abs=5e-5)  # eq. 1, half its last digit
+
+
+def test_printed_atmosphere_loses_one_db_both_ways_at_50_km() -> None:
+    assert 10 * np.log10(printed_atmosphere(50_000.0, 0.01)) == pytest.approx(-1.0, rel=1e-12)  # seed figure 9; rounding
+
+
+def test_gas_loses_its_decibels_in_power_both_ways() -> None:
+    # 0.01327 dB/km by ITU-R P.676: 0.53 dB at 20 km two-way, half the last digit
+    assert -20 * np.log10(gas_amplitude(20_000.0, 0.01327)) == pytest.approx(0.53, abs=5e-3)
+
+
+@pytest.mark.parametrize(("mm_h", "horizontal", "vertical"), [(4, 0.0556, 0.0480), (16, 0.332, 0.274), (50, 1.443, 1.147)])
+def test_rain(mm_h: float, horizontal: float, vertical: float) -> None:
+    # half the last printed digit
+    digits = 5e-5 if mm_h == 4 else 5e-4
+    assert rain_db_per_km(mm_h, "h", FREQUENCY) == pytest.approx(horizontal, abs=digits)
+    assert rain_db_per_km(mm_h, "v", FREQUENCY) == pytest.approx(vertical, abs=digits)
+
+
+def test_no_rain_costs_nothing() -> None:
+    assert rain_db_per_km(0, "v", FREQUENCY) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "place"), [((4, "x", 9e9), "polarization"), ((4, "h", 5e8), "frequency"), ((-1, "h", 9e9), "rain_mm_h")]
+)
+def test_rain_outside_its_range_is_refused(arguments: tuple[float, str, float], place: str) -> None:
+    with pytest.raises(ValueError, match=f"^{place}: "):
+        rain_db_per_km(*arguments)
+
+
+@pytest.mark.parametrize("earth_radius", [np.inf, EARTH])
+def test_nulls_of_a_perfect_mirror(earth_radius: float) -> None:
+    distance = np.linspace(1500.0, 12_000.0, 200_001)
+    waves = specular_geometry(distance, TARGET, ANTENNA, earth_radius).excess / WAVELENGTH
+    found = [np.interp(-n, -waves, distance) for n in range(1, 6)]
+    # half the last digit; the tables' 2 h1 h2 / d leaves out (h1^2 + h2^2) / d^2, 6e-5 at the fifth null: 0.1 m
+    assert found == pytest.approx(NULLS[earth_radius], abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("kilometres", "flat_db", "curved_db"),
+    [
+        (2, 8.02, 9.59),
+        (4, 10.15, 6.71),
+        (6, 11.62, 11.37),
+        (9.4165, None, 1.86),
+        (12, 3.90, 10.50),
+        (15, 10.60, 7.57),
+        (20, 11.97, -5.35),
+    ],
+)
+def test_fourth_power_of_the_factor(
+    kilometres: float, flat_db: float | None, curved_db: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(multipath, "fresnel", lambda grazing, *_: -np.ones_like(grazing))  # the tables are for rho = -1
+
+    def level(earth_radius: float) -> float:
+        factor = two_ray_factor(1e3 * kilometres, TARGET, ANTENNA, WAVELENGTH, earth_radius=earth_radius)
+        return float(40 * np.log10(np.abs(factor)))
+
+    assert level(EARTH) == pytest.approx(curved_db, abs=6e-3)  # half the last digit
+    if flat_db is None:
+        assert level(np.inf) < -90  # the flat null, given to 0.1 m: 20 log10(2 pi 0.05 m / 9416 m) for each of two ways
+    else:
+        assert level(np.inf) == pytest.approx(flat_db, abs=0.012)  # the table's 2 h1 h2 / d, see the nulls
+
+
+def test_the_ray_in_the_null_region_is_what_the_horizon_leaves() -> None:
+    geometry = specular_geometry(np.array([2000.0, 9416.5, 20_000.0]), TARGET, ANTENNA, EARTH)
+    assert geometry.divergence[0] == pytest.approx(0.9955, abs=5e-5)  # half the last digit
+    assert np.all(np.diff(geometry.divergence) < 0) and np.all(np.diff(geometry.grazing) < 0)
+
+
+@pytest.mark.parametrize(
+    ("antenna", "target", "distance"),
+    [(15.0, 10.0, 8000.0), (15.0, 10.0, 25_000.0), (100.0, 120.0, 40_000.0), (15.0, 2.0, 300.0)],
+)
+def test_the_path_difference_is_the_least_path_to_a_millionth_of_a_radian(
+    antenna: float, target: float, distance: float
+) -> None:
+    getcontext().prec = 40
+    d, earth = Decimal(distance), Decimal(2 * EARTH)
+    top, end = Decimal(antenna), Decimal(target) - d * d / earth
+
+    def path(x: Decimal) -> Decimal:
+        sea = -x * x / earth
+        return (x * x + (top - sea) ** 2).sqrt() + ((d - x) ** 2 + (end - sea) ** 2).sqrt()
+
+    near = Decimal(float(d) * antenna / (antenna + target))
+    low, high = max(near - 8000, Decimal(0)), min(near + 8000, d)
+    for _ in range(150):
+        a, b = low + (high - low) / 3, high - (high - low) / 3
+        low, high = (low, b) if path(a) < path(b) else (a, high)
+    least = path(low) - (d * d + (end - top) ** 2).sqrt()
+    found = specular_geometry(distance, target, antenna, EARTH).excess
+    assert float(found) == pytest.approx(float(least), abs=1e-6 * WAVELENGTH / (2 * np.pi))
+
+
+def test_the_factor_is_the_sum_of_two_rays_over_one() -> None:
+    d, k = np.array([700.0, 1234.5, 5000.0]), 2 * np.pi / WAVELENGTH
+    direct, bounced = np.hypot(d, ANTENNA - TARGET), np.hypot(d, ANTENNA + TARGET)
+    grazing = np.arctan2(ANTENNA + TARGET, d)
+    surface = fresnel(grazing, sea_water_permittivity(FREQUENCY), "v") * miller_brown(grazing, 0.05, WAVELENGTH)
+    fields = np.exp(-1j * k * direct) / direct + surface * np.exp(-1j * k * bounced) / bounced
+    expected = fields / (np.exp(-1j * k * direct) / direct)
+    factor = two_ray_factor(d, TARGET, ANTENNA, WAVELENGTH, polarization="v", wave_height=0.05)
+    assert factor == pytest.approx(expected, abs=1e-9)  # k R = 1e6 rad carries 1e-10 rad of rounding, the sum some more
+
+
+def test_the_beam_weighs_the_reflected_ray() -> None:
+    def sky_only(elevation: np.ndarray) -> np.ndarray:
+        return np.where(elevation > 0, 1.0, 0.0)
+
+    high = two_ray_factor(1000.0, 40.0, ANTENNA, WAVELENGTH, elevation_gain=sky_only)
+    assert high == 1.0
+    quarter = two_ray_factor(1000.0, 40.0, ANTENNA, WAVELENGTH, elevation_gain=lambda e: np.where(e > 0, 1.0, 0.25))
+    plain = two_ray_factor(1000.0, 40.0, ANTENNA, WAVELENGTH)
+    assert quarter - 1 == pytest.approx(0.5 * (plain - 1), rel=1e-12)  # amplitude goes as the root; rounding
+    null = two_ray_factor(1000.0, 40.0, ANTENNA, WAVELENGTH, elevation_gain=lambda e: np.where(e > 0, 0.0, 1.0))
+    assert np.isfinite(null)
+
+
+def test_beyond_the_horizon_there_is_nothing() -> None:
+    horizon = np.sqrt(2 * EARTH * ANTENNA) + np.sqrt(2 * EARTH * TARGET)
+    assert horizon == pytest.approx(28_998, abs=0.5)  # half the last digit of the reference
+    factor = two_ray_factor(
+        np.array([horizon - 1, horizon + 1, 2 * horizon]), TARGET, ANTENNA, WAVELENGTH, earth_radius=EARTH
+    )
+    assert np.abs(factor[0]) == pytest.approx(1.0, abs=0.05)  # D goes to 0 at the horizon: as the root of the metre left
+    assert np.array_equal(factor[1:], [0, 0])
+
+
+@pytest.mark.parametrize("earth_radius", [np.inf, EARTH, 1e6 * EARTH])
+def test_odd_places_stay_finite(earth_radius: float) -> None:
+    d, h = np.meshgrid([0.0, 1e-3, 1.0, 100.0, 3e4], [-5.0, 0.0, 1e-3, 15.0, 500.0])
+    factor = two_ray_factor(d, h, ANTENNA, WAVELENGTH, earth_radius=earth_radius, wave_height=0.3)
+    assert factor.shape == d.shape and np.all(np.isfinite(factor)) and np.abs(factor).max() <= 2.0
+
+
+def test_a_hardly_curved_earth_is_flat() -> None:
+    d = np.array([50.0, 500.0, 5000.0])
+    flat, nearly = (specular_geometry(d, TARGET, ANTENNA, ae) for ae in (np.inf, 1e15))
+    # d^2 / 2 ae is 1e-8 m at 5 km, which tilts a path of 2 h1 h2 / d by some 1e-9 of itself
+    assert nearly.excess == pytest.approx(flat.excess, rel=1e-8)
+    assert nearly.divergence == pytest.approx(1.0, abs=1e-8)
+
+
+def test_divergence_of_a_flat_sea_is_one() -> None:
+    assert np.array_equal(divergence(np.array([10.0, 0.0]), np.array([20.0, 0.0]), np.array([0.1, 1.0]), np.inf), [1.0, 1.0])
+
+
+def test_printed_factor_is_flat_with_a_curved_divergence() -> None:
+    null = printed_two_ray_factor(9416.5, TARGET, ANTENNA, WAVELENGTH)
+    grazing = np.arctan2(25.0, 9416.5)
+    left = 1 - np.abs(fresnel(grazing, sea_water_permittivity(FREQUENCY), "h"))
+    assert np.abs(null) == pytest.approx(left, abs=2e-3)  # Gamma is 0.06 degrees short of -180: 1e-3
+    curved = printed_two_ray_factor(9416.5, TARGET, ANTENNA, WAVELENGTH, earth_radius=EARTH)
+    d1, d2 = 9416.5 * 15 / 25, 9416.5 * 10 / 25
+    expected = 1 - (1 - left) / np.sqrt(1 + 2 * d1 * d2 / (EARTH * 9416.5 * np.sin(grazing)))
+    assert np.abs(curved) == pytest.approx(expected, abs=2e-3)
+
+
+def test_printed_and_corrected_part_company_at_sea_ranges() -> None:
+    flat = printed_two_ray_factor(20_000.0, TARGET, ANTENNA, WAVELENGTH)
+    curved = two_ray_factor(20_000.0, TARGET, ANTENNA, WAVELENGTH, earth_radius=EARTH)
+    assert 40 * np.log10(np.abs(flat) / np.abs(curved)) > 16  # the reference finds 17 dB for a perfect mirror

@@ -1,0 +1,87 @@
+"""What `check` says of bodies by optics, against shapes whose answers are known."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.scattering.physical_optics.mesh_quality import concave, curve_sag, mesh_quality
+from radar_service.scene.shapes import box, cylinder, dihedral, plate, sphere
+from radar_service.scene.world import Mesh
+from tests.reference.make_ships import coaster
+from tests.scattering.physical_optics.meshes import loaded
+from tests.scattering.physical_optics.meshes import sphere as cube_sphere
+
+
+def remarks(wavelengths: float = 1.0, **body: Any) -> str:
+    """Of one body 1 km off, at a multiple of the wavelength of 9.41 GHz."""
+    made = {"name": "b", "scattering": "optics", "position_m": [0, 1000, 0], **body}
+    scene = rs.load_scene({"radar": {"frequency_hz": 9.41e9 / wavelengths}, "body": [made]})
+    return "\n".join(mesh_quality(scene, 3)["b"])
+
+
+@pytest.mark.parametrize(("radius", "sag"), [(0.3, 0.004), (2.0, 0.0005)])
+def test_sag_of_a_cylinder_is_that_of_its_sides(radius: float, sag: float) -> None:
+    """r (1 - cos(pi / n)); turn x chord / 8 falls short of it by (pi / n)^2 / 12, and n is 20 or more: 0.2 %."""
+    mesh = cylinder(radius, 3.0, sag)
+    sides = len(mesh.faces) // 4
+    assert curve_sag(mesh) == pytest.approx(radius * (1 - np.cos(np.pi / sides)), rel=2.1e-3)
+
+
+def test_sag_of_a_sphere_is_that_of_its_largest_facet() -> None:
+    """9/8 of it for equilateral facets, and the icosphere's are so to a fifth."""
+    mesh = sphere(1.0, 0.001)
+    corners = mesh.vertices[mesh.faces]
+    middle = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    distance = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    assert curve_sag(mesh) == pytest.approx(1.125 * (1.0 - (distance / middle).min()), rel=0.2)
+
+
+def test_sag_does_not_mind_how_facets_are_wound() -> None:
+    mesh = cylinder(1.0, 2.0)
+    turned = mesh.faces.copy()
+    turned[::2] = turned[::2, ::-1]
+    assert curve_sag(Mesh(mesh.vertices, turned)) == pytest.approx(curve_sag(mesh), rel=1e-12)
+
+
+@pytest.mark.parametrize("mesh", [box(3.0, 2.0, 1.0), plate(1.0, 1.0), dihedral(1.0, 1.0)])
+def test_edges_are_no_curves(mesh: Mesh) -> None:
+    assert curve_sag(mesh) == 0.0
+
+
+def test_only_what_faces_something_is_concave() -> None:
+    closed = box(3.0, 2.0, 1.0)
+    inside_out = Mesh(closed.vertices, closed.faces[:, ::-1])
+    assert [concave(mesh) for mesh in (closed, inside_out, plate(1.0, 1.0), cylinder(1.0, 2.0))] == [0, 0, 0, 0]
+    assert concave(dihedral(1.0, 1.0)) == 4
+
+
+def test_a_fine_curve_is_fine_until_the_wavelength_is_shorter() -> None:
+    ball = {"shape": "sphere", "radius_m": 0.3}
+    assert "fine at a wavelength of 31.9 mm" in remarks(**ball) and "convex" in remarks(**ball)
+    assert "refine those that matter" in remarks(wavelengths=0.1, **ball)
+
+
+def test_a_built_in_sphere_too_large_for_its_triangles_is_said_to_sag() -> None:
+    """50 m: 81,920 triangles sag by 3.57 mm, and 9/8 of that is said."""
+    said = remarks(shape="sphere", radius_m=50.0)
+    assert "up to 4.01 mm" in said and "beyond 0.64 mm" in said
+
+
+def test_a_body_too_large_for_its_pieces_is_said() -> None:
+    said = remarks(shape="box", length_m=900.0, width_m=900.0, height_m=300.0, position_m=[0, 4000, 0])
+    assert "too large to be cut so fine: at most 60000 pieces" in said and "bends" not in said
+
+
+def test_a_ship_is_concave_and_what_is_not_by_optics_is_left_out(tmp_path: Path) -> None:
+    ship = loaded(tmp_path, coaster())
+    assert "concave: " in mesh_quality(ship, 3)["body"][0] and "up to 3 bounces" in mesh_quality(ship, 3)["body"][0]
+    declared = {"name": "b", "shape": "plate", "width_m": 1.0, "height_m": 1.0, "rcs_dbsm": 3}
+    assert mesh_quality(rs.load_scene({"body": [declared]}), 3) == {}
+
+
+def test_a_sphere_made_elsewhere_is_judged_by_its_mesh(tmp_path: Path) -> None:
+    said = ["\n".join(mesh_quality(loaded(tmp_path, cube_sphere(0.3, n)), 3)["body"]) for n in (5, 32)]
+    assert "refine" in said[0] and "fine at" in said[1]
