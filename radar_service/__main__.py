@@ -268,7 +268,9 @@ def run_plan(wanted: argparse.Namespace) -> int:
     elif wanted.fidelity != "auto":
         raise UsageError(f"--realtime-factor: is for auto, and --fidelity is {wanted.fidelity}; leave out one of them")
     else:
-        plan = plan_in_time(scene, wanted.realtime_factor, wanted.error_db, wanted.seed)
+        plan = plan_in_time(
+            scene, wanted.realtime_factor, lambda fidelity: Simulator(scene, fidelity, wanted.seed).plan, wanted.error_db
+        )
     print(json.dumps(plan.as_dict(), indent=2) if wanted.json else plan)
     return 0
 

@@ -1,26 +1,45 @@
-"""What is worked out once for a stretch of time and used by many azimuths, from any thread."""
+"""The one cache of the engine: results that many azimuths share, for any thread."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from threading import Lock
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
-T = TypeVar("T")
+Key = TypeVar("Key", bound=Hashable)
+Value = TypeVar("Value")
 
-HELD = 4  # threads may be this many stretches apart before one is worked out again
 
+class BlockCache(Generic[Key, Value]):
+    """The `size` results used last, by key.
 
-class BlockCache(Generic[T]):
-    """The results of a function of a whole number, the latest few of them."""
+    Rule: a result depends on its key alone, so it does not matter which thread computes it, nor when. A thread that asks
+    for a key while another computes it waits. Pickling leaves the results out; the other process computes its own.
+    """
 
-    def __init__(self, function: Callable[[int], T]) -> None:
-        self._function, self._lock = function, Lock()
-        self._results: dict[int, T] = {}
+    def __init__(self, size: int) -> None:
+        """size: results kept, 1 or more; it may be raised later."""
+        self.size = size
+        self._results: dict[Key, Value] = {}  # the one used last is at the end
+        self._lock = Lock()
 
-    def __call__(self, number: int) -> T:
-        """The result for `number`; it depends on the number alone."""
+    def get(self, key: Key, compute: Callable[[], Value]) -> Value:
+        """The result for `key`, from compute() where it is not kept."""
         with self._lock:
-            if number not in self._results:
-                while len(self._results) >= HELD:
-                    del self._results[next(iter(self._results))]
-                self._results[number] = self._function(number)
-            return self._results[number]
+            result = self._results.pop(key) if key in self._results else compute()
+            self._results[key] = result
+            while len(self._results) > self.size:
+                del self._results[next(iter(self._results))]
+            return result
+
+    def clear(self) -> None:
+        """Drops all results."""
+        with self._lock:
+            self._results.clear()
+
+    def __len__(self) -> int:
+        return len(self._results)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"size": self.size}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(state["size"])  # type: ignore[misc]

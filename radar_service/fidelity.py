@@ -13,9 +13,9 @@ MIN_SCATTERERS = (
 class Fidelity:
     """What is modelled, and how finely.
 
-    chain: "documented" computes the specification's equations as printed; "corrected" is the engine of scatterers and grids.
+    engine: "documented" computes the specification's equations as printed; "corrected" is the engine of scatterers and grids.
     tracer: how the documented rays find triangles.
-    sampler: how the corrected chain finds diffuse surfaces: scatterers on them, or rays from the antenna (uniform random,
+    sampler: how the corrected engine finds diffuse surfaces: scatterers on them, or rays from the antenna (uniform random,
         stratified, Sobol'), which are the independent check.
     scatterers_per_cell: points on extended surfaces per resolution cell (range bin x beamwidth).
     fewest: points on the smallest extended surface.
@@ -32,7 +32,7 @@ class Fidelity:
     """
 
     name: str
-    chain: Literal["documented", "corrected"] = "corrected"
+    engine: Literal["documented", "corrected"] = "corrected"
     tracer: Literal["embree", "moller_trumbore"] = "embree"
     sampler: Literal["scatterers", "rays", "stratified", "sobol"] = "scatterers"
     scatterers_per_cell: float = 4.0
@@ -48,7 +48,7 @@ class Fidelity:
 
 
 PRESETS: dict[str, Fidelity] = {
-    "documented": Fidelity("documented", chain="documented"),
+    "documented": Fidelity("documented", engine="documented"),
     "fast": Fidelity("fast", scatterers_per_cell=1.0, bounces=2, kernel_width=4, beam_extent=3.0, visibility_step=20.0),
     "balanced": Fidelity("balanced"),
     "reference": Fidelity(

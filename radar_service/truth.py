@@ -18,8 +18,8 @@ WITNESSES = 64  # points of a body's surface that are looked for
 class GroundTruth:
     """Answers for any instant, from any thread."""
 
-    def __init__(self, scene: Scene, occlusion: OcclusionScene) -> None:
-        self.scene, self.occlusion, self.earth_radius = scene, occlusion, occlusion.earth_radius
+    def __init__(self, scene: Scene, line_of_sight: OcclusionScene) -> None:
+        self.scene, self.line_of_sight, self.earth_radius = scene, line_of_sight, line_of_sight.earth_radius
         self._surface_samples = [_surface_samples(body) for body in scene.bodies]
 
     def at(self, time: float) -> Truth:
@@ -51,7 +51,7 @@ class GroundTruth:
         if not (near & ~over & lit).any():
             return "blind sector"
         candidates = places[near & ~over & lit]
-        return "shadowed" if self.occlusion.hides(candidates, antenna, time).all() else ""
+        return "shadowed" if self.line_of_sight.occluded(candidates, antenna, time).all() else ""
 
     def _record(self, name: str, pose: Pose, antenna: Floats, reason: str, mmsi: int | None) -> BodyTruth:
         position = pose.position[0]

@@ -1,127 +1,135 @@
-"""Rows of a turn: what depends on the bearing, made once in blocks and kept while the beam sweeps over it."""
+"""Azimuth rows: fields over bearing and range, computed in blocks and kept while the beam passes over them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from threading import Lock
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Pattern = Callable[[Floats], Floats]  # offset from boresight [rad] to gain relative to it
-Weights = NDArray[np.float32]
-Rows = NDArray[np.generic]
-Make = Callable[[int, int, int], Rows]
+from radar_service.block_cache import BlockCache
+from radar_service.types import Flags, Floats, Gain, Indices, Singles
 
-BLOCK = 32  # rows made together, so that a random generator is set up for many thousands of draws
+Rows = NDArray[Any]
+MakeRows = Callable[[int, int, int], Rows]
+
+BLOCK = 32  # rows computed together, so that a random generator is set up for many thousands of draws
 CHUNK = 128  # rows that lie in one array, so that few spans need rows of two; whole blocks
 SPARE = 1  # chunks kept beyond those of a span, for threads that lag behind
 
 
-@dataclass(frozen=True)
-class Chunk:
-    """Rows (CHUNK, N), fewer at the end of a turn, and which of them begin blocks that are made already."""
+class _Chunk:
+    """Up to CHUNK rows in one array, computed block by block. Threads wait for each other."""
 
-    rows: Rows
-    made: set[int]
+    def __init__(self, scan: int, start: int, length: int, make: MakeRows) -> None:
+        self._scan, self._start, self._length, self._make = scan, start, length, make
+        self._rows: Rows | None = None
+        self._made: Flags = np.zeros(-(-length // BLOCK), dtype=np.bool_)
+        self._lock = Lock()
+
+    def between(self, low: int, high: int) -> Rows:
+        """Rows low to high (exclusive), counted from the start of the chunk; at least one."""
+        with self._lock:
+            for block in range(low // BLOCK, -(-high // BLOCK)):
+                if not self._made[block]:
+                    self._compute(block)
+            assert self._rows is not None
+            return self._rows[low:high]
+
+    def _compute(self, block: int) -> None:
+        start, stop = block * BLOCK, min((block + 1) * BLOCK, self._length)
+        rows = self._make(self._scan, self._start + start, self._start + stop)
+        if self._rows is None:
+            self._rows = np.empty((self._length, *rows.shape[1:]), rows.dtype)
+        self._rows[start:stop] = rows
+        self._made[block] = True
 
 
 class AzimuthRowCache:
-    """Rows that divide every revolution evenly, row 0 looking north, numbered on and on from revolution to revolution.
+    """Cache of azimuth rows. Row 0 of each scan points north; numbering continues across scans.
 
-    make(scan, start, stop) gives rows start to stop (exclusive) of a scan, as (stop - start, N); the scan before the first,
-    -1, is asked for too, as the beam reaches back over north. What it gives must depend on its arguments alone. Threads
-    may ask for rows; each block is made by one of them while the others wait.
+    make(scan, start, stop) returns rows start to stop (exclusive) of a scan as (stop - start, N), and depends on its arguments
+    alone. Scan -1 occurs too, as the beam reaches back across north. Safe to call from several threads.
     """
 
-    def __init__(self, turn: int, make: Make) -> None:
-        self.turn, self._make, self._lock = turn, make, Lock()
-        self._chunks = -(-turn // CHUNK)  # per turn
-        self._kept: dict[int, Chunk] = {}  # by number, the one used last at the end
+    def __init__(self, rows_per_scan: int, make: MakeRows) -> None:
+        self.rows_per_scan, self._make = rows_per_scan, make
+        self._per_scan = -(-rows_per_scan // CHUNK)  # chunks
+        self._chunks: BlockCache[int, _Chunk] = BlockCache(1 + SPARE)
 
     def span(self, first: int, stop: int) -> Rows:
-        """Rows first to stop (exclusive), (stop - first, N); whoever asks must not change them."""
+        """Rows first to stop (exclusive), (stop - first, N), read only."""
         numbers = range(self._chunk_of(first), self._chunk_of(stop - 1) + 1)
-        with self._lock:
-            parts = [self._part(number, first, stop) for number in numbers]
-            while len(self._kept) > len(numbers) + SPARE:
-                del self._kept[next(iter(self._kept))]
+        self._chunks.size = max(self._chunks.size, len(numbers) + SPARE)
+        parts = [self._part(number, first, stop) for number in numbers]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def _part(self, number: int, first: int, stop: int) -> Rows:
         """Rows first to stop, as far as they lie in the chunk of this number."""
-        scan, start = divmod(number, self._chunks)
+        scan, start = divmod(number, self._per_scan)
         start *= CHUNK
-        before = scan * self.turn + start  # rows before the chunk since the start
-        length = min(CHUNK, self.turn - start)
-        low, high = max(first - before, 0), min(stop - before, length)
-        chunk = self._kept.pop(number, None)
-        for block in range(low // BLOCK * BLOCK, high, BLOCK):
-            if chunk is None or block not in chunk.made:
-                rows = self._make(scan, start + block, start + min(block + BLOCK, length))
-                chunk = chunk or Chunk(np.empty((length, *rows.shape[1:]), rows.dtype), set())
-                chunk.rows[block : block + len(rows)] = rows
-                chunk.made.add(block)
-        assert chunk is not None  # no part is empty
-        self._kept[number] = chunk
-        return chunk.rows[low:high]
+        before = scan * self.rows_per_scan + start  # rows before the chunk since the start
+        length = min(CHUNK, self.rows_per_scan - start)
+        chunk = self._chunks.get(number, lambda: _Chunk(scan, start, length, self._make))
+        return chunk.between(max(first - before, 0), min(stop - before, length))
 
     def _chunk_of(self, row: int) -> int:
-        return row // self.turn * self._chunks + row % self.turn // CHUNK
+        return row // self.rows_per_scan * self._per_scan + row % self.rows_per_scan // CHUNK
 
 
 class StaticAzimuthRows:
-    """Rows that are the same in every revolution, all known: what `AzimuthRowCache` is to those that are not."""
+    """Azimuth rows that are the same in every scan, with the interface of `AzimuthRowCache`."""
 
     def __init__(self, rows: Rows) -> None:
-        """rows: (turn, N), row 0 looking north."""
-        self.turn, self._twice = len(rows), np.concatenate([rows, rows])
+        """rows: (rows per scan, N), row 0 points north."""
+        self.rows_per_scan, self._twice = len(rows), np.concatenate([rows, rows])
 
     def span(self, first: int, stop: int) -> Rows:
-        """Rows first to stop (exclusive), (stop - first, N); whoever asks must not change them."""
-        begin = first % self.turn
+        """Rows first to stop (exclusive), (stop - first, N), read only."""
+        begin = first % self.rows_per_scan
         end = begin + stop - first
         return self._twice[begin:end] if end <= len(self._twice) else self._twice.take(range(begin, end), 0, mode="wrap")
 
 
 class BeamWeights:
-    """Which rows of the turn the beam sees from each azimuth of the scan, and how strongly; worked out once per index."""
+    """Weights of the beam on azimuth rows, for each azimuth of a scan; computed once per index."""
 
-    def __init__(self, azimuths: int, turn: int, pattern: Pattern, reach: float, order: int) -> None:
-        """pattern: weight at an offset from boresight [rad], 0 beyond `reach` [rad]; order: 1 makes the weights of each
-        azimuth sum to 1, 2 their squares."""
-        self._azimuths, self._turn, self._pattern, self._reach, self._order = azimuths, turn, pattern, reach, order
-        self._known: dict[tuple[int, int], tuple[int, int, Weights]] = {}
+    def __init__(self, azimuths: int, rows_per_scan: int, gain: Gain, extent: float, order: int) -> None:
+        """gain: weight at an offset from boresight [rad], 0 beyond `extent` [rad]; order: 1 normalizes the sum of each
+        azimuth's weights to 1, 2 the sum of their squares."""
+        self._azimuths, self._rows_per_scan = azimuths, rows_per_scan
+        self._gain, self._extent, self._order = gain, extent, order
+        self._weights: BlockCache[tuple[int, int], tuple[int, int, Singles]] = BlockCache(azimuths)
 
-    def seen(self, number: NDArray[np.int64]) -> tuple[int, int, Weights]:
-        """First row, row after the last, weights (K, J) for consecutive azimuths (K,) of a scan, counted from the start."""
+    def at(self, number: Indices) -> tuple[int, int, Singles]:
+        """First row, row after the last, and weights (K, J) for consecutive azimuths (K,) numbered from the start."""
         scan, index = divmod(int(number[0]), self._azimuths)
-        key = (index, len(number))
-        if key not in self._known:
-            azimuth = np.arange(index, index + len(number), dtype=np.float64) * (2.0 * np.pi / self._azimuths)
-            first, stop, weight = beam_weights(azimuth, self._turn, self._pattern, self._reach)
-            weight /= np.sum(weight**self._order, axis=1)[:, None] ** (1.0 / self._order)
-            self._known[key] = first, stop, weight.astype(np.float32)
-        first, stop, weights = self._known[key]
-        return first + scan * self._turn, stop + scan * self._turn, weights
+        first, stop, weights = self._weights.get((index, len(number)), lambda: self._computed(index, len(number)))
+        return first + scan * self._rows_per_scan, stop + scan * self._rows_per_scan, weights
+
+    def _computed(self, index: int, count: int) -> tuple[int, int, Singles]:
+        azimuth = np.arange(index, index + count, dtype=np.float64) * (2.0 * np.pi / self._azimuths)
+        first, stop, weight = beam_weights(azimuth, self._rows_per_scan, self._gain, self._extent)
+        weight /= np.sum(weight**self._order, axis=1)[:, None] ** (1.0 / self._order)
+        return first, stop, weight.astype(np.float32)
 
 
-def weight_rows(weights: Weights, rows: NDArray[np.generic]) -> Weights:
-    """Rows (J, N), real or complex, summed with weights (K, J): (K, N), or (K, 2 N) with real and imaginary parts by turns."""
-    summed: Weights = weights @ rows.view(np.float32)
+def weight_rows(weights: Singles, rows: Rows) -> Singles:
+    """Rows (J, N), real or complex, summed with weights (K, J): (K, N), or (K, 2 N) with interleaved real and imaginary parts."""
+    summed: Singles = weights @ rows.view(np.float32)
     return summed
 
 
-def beam_weights(azimuth: Floats, turn: int, pattern: Pattern, reach: float) -> tuple[int, int, Floats]:
-    """First row, row after the last, and weights (K, J) with which a beam at each azimuth (K,) sees the rows of a turn.
+def beam_weights(azimuth: Floats, rows_per_scan: int, gain: Gain, extent: float) -> tuple[int, int, Floats]:
+    """First row, row after the last, and weights (K, J) of a beam at each azimuth (K,) on the rows of a scan.
 
-    azimuth: rising, counted on from revolution to revolution [rad]; pattern: weight at an offset; nothing beyond `reach`
-    [rad], at most half a turn. The weights are the pattern's own: whoever needs a sum of 1, or of squares, divides.
+    azimuth: rising, continuing across scans [rad]; gain: weight at an offset [rad]; extent: beyond it weights are 0, at most
+    half a turn [rad]. The weights are not normalized.
     """
-    step = 2.0 * np.pi / turn
-    reach = min(reach, np.pi)
-    first = int(np.ceil((azimuth[0] - reach) / step - 1e-9))
-    stop = int(np.floor((azimuth[-1] + reach) / step + 1e-9)) + 1
+    step = 2.0 * np.pi / rows_per_scan
+    extent = min(extent, np.pi)
+    first = int(np.ceil((azimuth[0] - extent) / step - 1e-9))
+    stop = int(np.floor((azimuth[-1] + extent) / step + 1e-9)) + 1
     offset = azimuth[:, None] - np.arange(first, stop) * step
-    weight = np.where(np.abs(offset) <= reach + 1e-9, pattern(offset), 0.0)
+    weight = np.where(np.abs(offset) <= extent + 1e-9, gain(offset), 0.0)
     return first, stop, weight

@@ -11,7 +11,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, Pattern, weight_rows
+from radar_service.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, weight_rows
 from radar_service.clutter.rain import beam_height, reflectivity
 from radar_service.clutter.sea import (
     mean_sigma0,
@@ -23,11 +23,13 @@ from radar_service.clutter.sea import (
 )  # fmt: skip
 from radar_service.clutter.sea_cells import SeaCells, sea_place
 from radar_service.clutter.texture import SpeckleRows, TextureMotion, TextureRows, TextureTable, gaussian_correlation
-from radar_service.propagation.multipath import gas_amplitude, rain_db_per_km
+from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.radar_equation import elevation_gain, received_amplitude
+from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import Compression, receiver_noise_power
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.types import Gain
 
 Floats = NDArray[np.float64]
 Reals = NDArray[np.float32]
@@ -51,10 +53,10 @@ class ResolutionCell:
         return distance * self.width * self.length
 
 
-def resolution_cell(pattern: Pattern, compression: Compression, range_step: float) -> ResolutionCell:
+def resolution_cell(gain: Gain, compression: Compression, range_step: float) -> ResolutionCell:
     """The cell of a beam and a pulse."""
     offset = (np.arange(2**16, dtype=np.float64) + 0.5) * (2.0 * np.pi / 2**16) - np.pi
-    width = float(np.mean(pattern(offset) ** 2) * 2.0 * np.pi)
+    width = float(np.mean(gain(offset) ** 2) * 2.0 * np.pi)
     return ResolutionCell(width, float(np.mean(pulse_power(compression))) * range_step)  # Parseval
 
 
@@ -111,7 +113,7 @@ def _unit_power(scene: Scene, distance: Floats) -> Floats:
     """Received power [W] of 1 m^2 on boresight at slant ranges (N,) [m], through gas and rain."""
     radar, environment = scene.radar, scene.environment
     rain = rain_db_per_km(environment.rain_mm_h, radar.polarization, radar.frequency)
-    return (received_amplitude(radar, distance) * gas_amplitude(distance, environment.gas_db_per_km + rain)) ** 2
+    return (received_amplitude(radar, distance) * attenuation_amplitude(distance, environment.gas_db_per_km + rain)) ** 2
 
 
 @dataclass(frozen=True)
@@ -136,7 +138,7 @@ class Sea:
 
     def level(self, number: NDArray[np.int64]) -> Reals:
         """What the beam sees of the cells (K, cells) from azimuths (K,), a factor on the mean power."""
-        first, stop, weights = self.beam.seen(number)
+        first, stop, weights = self.beam.at(number)
         return weight_rows(weights, self.cells.rows.span(first, stop))
 
     def amplitude(self, level: Reals, columns: int) -> Reals:
@@ -166,10 +168,10 @@ class Clutter:
             columns = min(self.columns, max(columns, self.sea.reach(level, self.floor)))
         if columns == 0:
             return
-        first, stop, weights = self.beam.seen(number)
+        first, stop, weights = self.beam.at(number)
         rows = self.speckle.span(first, stop)[:, :columns]
         speckle = weight_rows(weights * transmitting, rows).view(np.complex64)
-        speckle *= self._amplitude(level, self.beam.seen(number), columns)
+        speckle *= self._amplitude(level, self.beam.at(number), columns)
         profiles[:, :columns] += speckle
 
     def _amplitude(self, level: Reals | None, seen: tuple[int, int, Reals], columns: int) -> Reals:
@@ -185,14 +187,12 @@ class Clutter:
         return amplitude
 
 
-def clutter_of(
-    scene: Scene, occlusion: OcclusionScene, compression: Compression, pattern: Pattern, seed: int
-) -> Clutter | None:
-    """The clutter that a scene asks for, None where neither sea nor rain. pattern: one-way gain in azimuth."""
+def prepare_clutter(scene: Scene, line_of_sight: OcclusionScene, compression: Compression, seed: int) -> Clutter | None:
+    """The clutter of a scene; None where it has neither sea nor rain above the noise."""
     radar, environment = scene.radar, scene.environment
     distance = (np.arange(radar.bins, dtype=np.float64) + 0.5) * radar.range_step
-    cell = resolution_cell(pattern, compression, radar.range_step)
-    radius = occlusion.earth_radius
+    cell = resolution_cell(radar.azimuth_gain, compression, radar.range_step)
+    radius = line_of_sight.earth_radius
     floor = MATTERS * receiver_noise_power(radar) if environment.noise else 0.0
     heard = heard_share(scene, compression)
     rain = np.zeros(0)
@@ -211,9 +211,9 @@ def clutter_of(
         rain.astype(np.float32),
         floor,
         columns,
-        BeamWeights(radar.azimuths, turn, pattern, reach, order=2),
+        BeamWeights(radar.azimuths, turn, radar.azimuth_gain, reach, order=2),
         AzimuthRowCache(turn, SpeckleRows(pulse_power(compression), columns, seed).make),
-        _sea_of(scene, occlusion, sea, cell, columns, pattern, turn, seed) if len(sea) else None,
+        _sea_of(scene, line_of_sight, sea, cell, columns, turn, seed) if len(sea) else None,
     )
 
 
@@ -225,25 +225,28 @@ def _mattering(power: Floats, floor: float) -> Floats:
 
 def _sea_of(
     scene: Scene,
-    occlusion: OcclusionScene,
+    line_of_sight: OcclusionScene,
     power: Floats,
     cell: ResolutionCell,
     columns: int,
-    pattern: Pattern,
     turn: int,
     seed: int,
 ) -> Sea:
     """The sea of mean power (n,) [W] on speckle of n or more `columns` bins and `turn` rows."""
     radar = scene.radar
     distance = (np.arange(columns, dtype=np.float64) + 0.5) * radar.range_step
-    cells = SeaCells(scene, occlusion, min(radar.azimuths, 2 * turn), columns * radar.range_step)
+    cells = SeaCells(scene, line_of_sight, min(radar.azimuths, 2 * turn), columns * radar.range_step)
     whole = cells.count * cells.bins
     mean = np.pad(np.sqrt(power), (0, whole - len(power))).astype(np.float32).reshape(-1, cells.bins)
-    shape = _shape(scene, distance, cell, occlusion.earth_radius)
+    shape = _shape(scene, distance, cell, line_of_sight.earth_radius)
     motion = _texture_motion(scene, turn, float(np.median(shape)))
     texture = AzimuthRowCache(turn, TextureRows(motion, columns, seed).make)
-    beam = BeamWeights(radar.azimuths, cells.rows.turn, lambda x: pattern(x) ** 2, REACH * cell.width, order=1)
+    beam = BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_two_way_gain, radar), REACH * cell.width, order=1)
     return Sea(mean, cells, beam, texture, TextureTable(shape))
+
+
+def _two_way_gain(radar: Radar, offset: Floats) -> Floats:
+    return radar.azimuth_gain(offset) ** 2
 
 
 def _shape(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: float) -> Floats:

@@ -50,15 +50,15 @@ class SeaCells:
     at each row when the beam comes to it, once a revolution. What moves hides no sea.
     """
 
-    def __init__(self, scene: Scene, occlusion: OcclusionScene, rows: int, reach: float) -> None:
+    def __init__(self, scene: Scene, line_of_sight: OcclusionScene, rows: int, reach: float) -> None:
         """rows: per turn; reach: slant range [m] to which the cells go."""
-        self.scene, self.occlusion = scene, occlusion
+        self.scene, self.line_of_sight = scene, line_of_sight
         rests = scene.own_ship.at_rest
         step = scene.radar.range_step
         self.bins = max(1, round((FINE_CELL if rests else COARSE_CELL) / step))  # range bins per cell
         self.count = int(np.ceil(reach / (step * self.bins) - 1e-9))
         middle = (np.arange(self.count, dtype=np.float64) + 0.5) * step * self.bins
-        self._place = sea_place(middle, scene.radar.height, occlusion.earth_radius)
+        self._place = sea_place(middle, scene.radar.height, line_of_sight.earth_radius)
         self.turn = rows
         self.rows = StaticAzimuthRows(self._all_around()) if rests else AzimuthRowCache(rows, self._looked_at)
 
@@ -74,12 +74,12 @@ class SeaCells:
         seen = np.repeat(self._place.grazing[None] > 0, len(azimuth), axis=0)
         time = (scan + 0.5 * (start + stop) / self.turn) * radar.rotation_period
         antenna = self.scene.antenna(max(time, 0.0))[0]
-        middle, half, begin = self.occlusion.still_cone(antenna)
+        middle, half, begin = self.line_of_sight.resting_shadow_sector(antenna)
         rows = np.flatnonzero(np.abs(wrap_angle(azimuth - middle)) <= half)
         behind = np.flatnonzero(self._place.distance >= begin)
         places = np.zeros((len(rows), len(behind), 3))
         places[..., 0] = antenna[0] + np.sin(azimuth)[rows, None] * self._place.distance[behind]
         places[..., 1] = antenna[1] + np.cos(azimuth)[rows, None] * self._place.distance[behind]
-        hidden = self.occlusion.hides(places.reshape(-1, 3), antenna, time, movers=False)
+        hidden = self.line_of_sight.occluded(places.reshape(-1, 3), antenna, time, movers=False)
         seen[np.ix_(rows, behind)] &= ~hidden.reshape(places.shape[:2])
         return np.where(seen, factor, 0.0).astype(np.float32)

@@ -13,6 +13,8 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.special import gammainccinv, gammaincinv, ndtr
 
+from radar_service.block_cache import BlockCache
+from radar_service.clutter.azimuth_rows import BLOCK
 from radar_service.random import SPECKLE, TEXTURE, generator, normals
 from radar_service.receive.noise import GaussianSpectrum
 
@@ -42,7 +44,7 @@ class SpeckleRows:
     def make(self, scan: int, start: int, stop: int) -> Complexes:
         """Rows start to stop (exclusive) of a scan from -1 on, (stop - start, columns)."""
         rng = generator(self._seed, SPECKLE, scan + 1, start)
-        spectrum = self._spectrum.drawn(stop - start, rng)
+        spectrum = self._spectrum.draw(stop - start, rng)
         return np.ascontiguousarray(scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self._columns])
 
 
@@ -71,7 +73,10 @@ class TextureRows:
     def __init__(self, motion: TextureMotion, columns: int, seed: int) -> None:
         self.motion, self._columns, self._seed = motion, columns, seed
         self._size = int(scipy.fft.next_fast_len(columns, real=True))
-        self._fields: dict[tuple[int, int], Reals] = {}
+        blocks = -(-motion.turn // BLOCK)
+        self._fields: BlockCache[tuple[int, int], Reals] = BlockCache(
+            3 * blocks
+        )  # of a lifetime, the next and the one before
 
     def make(self, scan: int, start: int, stop: int) -> Reals:
         """Rows start to stop (exclusive) of a scan from -1 on, (stop - start, columns), as the beam passes over them."""
@@ -79,7 +84,6 @@ class TextureRows:
         row = np.arange(start, stop)
         time: Floats = np.maximum((scan + row / motion.turn) * motion.rotation_period, 0.0)
         k = np.floor(time / motion.lifetime).astype(np.int64)
-        self._fields = {key: field for key, field in self._fields.items() if key[0] >= k[0] - 1}
         total = np.empty((stop - start, self._columns), dtype=np.float32)
         share = 0.5 * np.pi * (time / motion.lifetime - k)
         parts = []
@@ -97,18 +101,19 @@ class TextureRows:
 
     def _field(self, k: int, start: int, stop: int) -> Reals:
         """Field k on rows start to stop, circular along range and twice round, (stop - start, 2 size)."""
-        if (k, start) not in self._fields:
-            rng = generator(self._seed, TEXTURE, k, start)
-            a = np.exp(-self.motion.range_step / self.motion.length[start:stop, None])
-            turn = np.asarray(2.0 * np.pi * scipy.fft.rfftfreq(self._size))
-            power = (1.0 - a**2) / (1.0 - 2.0 * a * np.cos(turn) + a**2)  # of the autocorrelation a^|n|
-            draws = normals(rng, stop - start, 2 * len(turn)).view(np.complex64)
-            spectrum = draws * np.sqrt(self._size / 2.0 * power).astype(np.float32)
-            spectrum[:, 0] *= np.float32(np.sqrt(2.0))  # there the imaginary half of the draw goes unused
-            if self._size % 2 == 0:
-                spectrum[:, -1] *= np.float32(np.sqrt(2.0))
-            self._fields[k, start] = np.tile(scipy.fft.irfft(spectrum, n=self._size, axis=1), 2)
-        return self._fields[k, start]
+        return self._fields.get((k, start), lambda: self._drawn(k, start, stop))
+
+    def _drawn(self, k: int, start: int, stop: int) -> Reals:
+        rng = generator(self._seed, TEXTURE, k, start)
+        a = np.exp(-self.motion.range_step / self.motion.length[start:stop, None])
+        turn = np.asarray(2.0 * np.pi * scipy.fft.rfftfreq(self._size))
+        power = (1.0 - a**2) / (1.0 - 2.0 * a * np.cos(turn) + a**2)  # of the autocorrelation a^|n|
+        draws = normals(rng, stop - start, 2 * len(turn)).view(np.complex64)
+        spectrum = draws * np.sqrt(self._size / 2.0 * power).astype(np.float32)
+        spectrum[:, 0] *= np.float32(np.sqrt(2.0))  # there the imaginary half of the draw goes unused
+        if self._size % 2 == 0:
+            spectrum[:, -1] *= np.float32(np.sqrt(2.0))
+        return np.tile(scipy.fft.irfft(spectrum, n=self._size, axis=1), 2)
 
 
 class TextureTable:

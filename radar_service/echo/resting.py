@@ -1,55 +1,77 @@
-"""Echoes of what rests relative to the antenna: the same from every azimuth of every scan, but for passing shadows."""
+"""Echoes of all that rests relative to the antenna: the same in every scan, except for passing shadows."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from radar_service.echo.second_time_around import apparent_range, heard_reach
+from radar_service.block_cache import BlockCache
+from radar_service.echo.echoes import Echoes
+from radar_service.echo.second_time_around import apparent_range, max_apparent_range
 from radar_service.frames import Polar, polar_from_map
-from radar_service.propagation.radar_equation import Echoes, path_factor, received_amplitude, two_way_phase
-from radar_service.scattering.scatterer_set import ScattererSource, placed
-from radar_service.scene.poses import BodyPoses
+from radar_service.propagation.radar_equation import path_factor, received_amplitude, two_way_phase
+from radar_service.scattering.model import Instant
+from radar_service.scattering.scatterer_set import ScattererSet
+from radar_service.scene.poses import BodyPoses, map_from_ordered_bodies
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.types import Floats, Indices
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
+STEPS = 4  # kept: threads may be this many visibility steps apart before one is computed again
 
 
 @dataclass(frozen=True)
 class RestingEchoes:
-    """Echoes (E,) of the scatterers seen past all that rests, by rising azimuth, their places (E, 3) on the map [m] and the
-    bodies (E,) of the ensemble that they come from."""
+    """Echoes (E,) visible past all that rests, by rising azimuth.
+
+    echoes: range, azimuth and amplitude on boresight.
+    position: (E, 3) on the map [m].
+    body: (E,) index in the set they come from.
+    polar: the positions relative to the antenna.
+    antenna: (3,) on the map [m].
+    """
 
     echoes: Echoes
-    place: Floats
+    position: Floats
     body: Indices
     polar: Polar
-    antenna: Floats  # (3,)
+    antenna: Floats
 
     def __len__(self) -> int:
-        return len(self.place)
-
-    def shadows(self, occlusion: OcclusionScene, time: float) -> Echoes:
-        """The echoes that movers hide at `time` [s], with their sign turned: added, they take the hidden ones away."""
-        hidden = occlusion.shadowed(self.place, self.polar, self.antenna, time)
-        echoes = self.echoes
-        return Echoes(echoes.range[hidden], echoes.azimuth[hidden], -echoes.amplitude[hidden])
+        return len(self.position)
 
 
-def resting_echoes(scene: Scene, ensemble: ScattererSource, occlusion: OcclusionScene, reach: float) -> RestingEchoes:
-    """The echoes of an ensemble at rest, as an antenna at rest sees it out to `reach` [m]."""
+class PassingShadows:
+    """Resting echoes that moving bodies occlude, renewed once per visibility step. Safe to call from several threads."""
+
+    def __init__(self, resting: RestingEchoes, line_of_sight: OcclusionScene, interval: float) -> None:
+        """interval: length of a visibility step [s]."""
+        self._resting, self._line_of_sight, self._interval = resting, line_of_sight, interval
+        self._steps: BlockCache[int, Echoes] = BlockCache(STEPS)
+
+    def at(self, step: int) -> Echoes:
+        """Echoes occluded during a visibility step, with opposite sign: added, they cancel the resting ones."""
+        return self._steps.get(step, lambda: self.computed(step))
+
+    def computed(self, step: int) -> Echoes:
+        """As `at`, computed anew."""
+        resting, echoes = self._resting, self._resting.echoes
+        time = (step + 0.5) * self._interval
+        which = self._line_of_sight.shadowed(resting.position, resting.polar, resting.antenna, time)
+        return Echoes(echoes.range[which], echoes.azimuth[which], -echoes.amplitude[which])
+
+
+def resting_echoes(scene: Scene, scatterers: ScattererSet, line_of_sight: OcclusionScene, max_range: float) -> RestingEchoes:
+    """Echoes of a set at rest for an antenna at rest, out to `max_range` [m]."""
     antenna = scene.antenna(0.0)[0]
-    seen = ensemble.reflections(occlusion, antenna, 0.0, reach, movers=False)
-    place = placed(seen.position, seen.body, BodyPoses(ensemble.bodies).poses_at(0.0))
-    order = np.argsort(np.arctan2(*(place[:, :2] - antenna[:2]).T), kind="stable")
-    place, scattering, body = place[order], seen.amplitude[order], seen.body[order]
-    polar = polar_from_map(place, antenna, occlusion.earth_radius)
-    heard = apparent_range(scene.radar, polar.range) < heard_reach(scene.radar)
-    place, scattering, body, polar = place[heard], scattering[heard], body[heard], Polar(*(part[heard] for part in polar))
-    path = path_factor(scene.radar, scene.environment, polar, place[:, 2])
+    found = scatterers.echoes(antenna, antenna, Instant(0.0, line_of_sight, max_range, movers=False))
+    position = map_from_ordered_bodies(found.position, found.body, BodyPoses(scatterers.bodies).each_at(0.0))
+    order = np.argsort(np.arctan2(*(position[:, :2] - antenna[:2]).T), kind="stable")
+    position, scattering, body = position[order], found.amplitude[order], found.body[order]
+    polar = polar_from_map(position, antenna, line_of_sight.earth_radius)
+    kept = apparent_range(scene.radar, polar.range) < max_apparent_range(scene.radar)
+    position, scattering, body, polar = position[kept], scattering[kept], body[kept], Polar(*(part[kept] for part in polar))
+    path = path_factor(scene.radar, scene.environment, polar, position[:, 2])
     level = received_amplitude(scene.radar, polar.range)
     amplitude = scattering * path * level * two_way_phase(polar.range, scene.radar.wavelength)
     apparent = apparent_range(scene.radar, polar.range)
-    return RestingEchoes(Echoes(apparent, polar.azimuth, amplitude), place, body, polar, antenna)
+    return RestingEchoes(Echoes(apparent, polar.azimuth, amplitude), position, body, polar, antenna)

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.frames import body_rotation, direction, effective_earth_radius, polar_from_map, wrap_angle
-from radar_service.propagation.multipath import printed_atmosphere, printed_two_ray_factor
+from radar_service.propagation.attenuation import printed_atmosphere
+from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.patterns import printed_two_way
 from radar_service.random import RAYS, generator
@@ -49,24 +50,6 @@ class Solid:
     rotation: Floats
 
 
-class Places:
-    """Where a list of bodies stands at any time; those at rest are looked up once."""
-
-    def __init__(self, motions: list[Motion]) -> None:
-        poses = [motion.pose(0.0) for motion in motions]
-        self._position = np.array([pose.position[0] for pose in poses]).reshape(-1, 3)
-        self._heading = np.array([pose.heading[0] for pose in poses], dtype=np.float64)
-        self._moving = [(k, motion) for k, motion in enumerate(motions) if not motion.at_rest]
-
-    def at(self, time: float) -> tuple[Floats, Floats]:
-        """Positions (K, 3) [m] and headings (K,) [rad] at `time` [s]."""
-        position, heading = self._position.copy(), self._heading.copy()
-        for k, motion in self._moving:
-            pose = motion.pose(time)
-            position[k], heading[k] = pose.position[0], pose.heading[0]
-        return position, heading
-
-
 class DocumentedEngine:
     """The documented fidelity of a scene. Azimuths are independent of each other and may be computed in any order."""
 
@@ -81,12 +64,12 @@ class DocumentedEngine:
         if scene.environment.ground_plane:
             meshes.append((*ground_plane(2.0 * radar.range_max), scene.own_ship))
         self._solids = [tracer(vertices, faces) for vertices, faces, _ in meshes]
-        self._solid_places = Places([motion for *_, motion in meshes])
-        self._point_places = Places([body.motion for body in scene.bodies if body.mesh is None])
+        self._solid_motions = [motion for *_, motion in meshes]
+        self._point_motions = [body.motion for body in scene.bodies if body.mesh is None]
         self._transmitted = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
         self._window = window(radar.window, self._transmitted.size)
 
-    def parts(self, scan: int) -> Iterator[tuple[int, NDArray[np.complex64], NDArray[np.float32]]]:
+    def tiles(self, scan: int) -> Iterator[tuple[int, NDArray[np.complex64], NDArray[np.float32]]]:
         """One revolution in one piece, as eq. 19 needs all of it: index 0 of its first azimuth, field and power."""
         yield 0, *self.scan(scan)
 
@@ -160,7 +143,7 @@ class DocumentedEngine:
         if not self._solids:
             return []
         radar = self._scene.radar
-        position, heading = self._solid_places.at(time)
+        position, heading = poses_of(self._solid_motions, time)
         rotations = [body_rotation(h) for h in heading]
         centre = position + np.array([r @ t.centre for r, t in zip(rotations, self._solids, strict=True)])
         radius = np.array([t.radius for t in self._solids])
@@ -174,7 +157,7 @@ class DocumentedEngine:
     def _point_hits(self, boresight: float, antenna: Floats, time: float, solids: list[Solid]) -> Hits:
         """Points within 1.5 beamwidths both ways that no surface hides, as hits."""
         radar = self._scene.radar
-        places, _ = self._point_places.at(time)
+        places, _ = poses_of(self._point_motions, time)
         polar = polar_from_map(places, antenna, np.inf)
         azimuth = wrap_angle(polar.azimuth - boresight)
         elevation = polar.elevation - radar.tilt
@@ -183,6 +166,13 @@ class DocumentedEngine:
         in_front = nearest(solids, antenna, direction(polar.azimuth[chosen], polar.elevation[chosen]))
         seen = chosen[in_front >= polar.range[chosen] * (1.0 - SAME_PLACE)]
         return Hits(polar.range[seen], azimuth[seen], elevation[seen], places[seen, 2])
+
+
+def poses_of(motions: list[Motion], time: float) -> tuple[Floats, Floats]:
+    """Positions (K, 3) [m] and headings (K,) [rad] of motions at `time` [s]."""
+    poses = [motion.pose(time) for motion in motions]
+    position = np.array([pose.position[0] for pose in poses]).reshape(-1, 3)
+    return position, np.array([pose.heading[0] for pose in poses], dtype=np.float64)
 
 
 def ground_plane(reach: float) -> tuple[Floats, NDArray[np.int64]]:

@@ -1,220 +1,277 @@
-"""The corrected engine: scatterers, visible echoes, azimuth/range grid, beam, compression (DESIGN section 4).
+"""The engine, stage by stage: scatterers, line of sight, range histories, grid, beam, compression, noise and clutter.
 
-What rests relative to the antenna is laid once for the whole turn and kept as finished profiles. What moves, what
-fluctuates, and what a mover shadows, is laid azimuth by azimuth with its exact range, phase and beam weight. Arithmetic
-runs in tiles of at most TILE azimuths that are the same however spokes are grouped afterwards, so bytes do not depend on it.
+`prepare` does all that a scene needs once. `profiles` computes a few azimuths of any scan from it. What rests relative to the
+antenna is spread on the grid once for the full circle, and kept as finished profiles. What moves, what fluctuates, and what a
+moving body shadows, is computed azimuth by azimuth with its exact range, phase and beam weight (docs/engine.md).
+
+Arithmetic runs in tiles that are the same however spokes are grouped afterwards, so bytes do not depend on the grouping.
 """
 
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from radar_service.block_cache import BlockCache
-from radar_service.clutter.clutter import clutter_of
-from radar_service.echo.moving import AzimuthTimes, MovingEchoes
-from radar_service.echo.range_history import TABLE_STEPS, BeamTable, BeamWeightedEchoes, joined
-from radar_service.echo.resting import resting_echoes
-from radar_service.echo.second_time_around import echo_reach, fold_ranges
+from radar_service.clutter.clutter import Clutter, prepare_clutter
+from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, Echoes, concatenated
+from radar_service.echo.moving import MovingEchoes
+from radar_service.echo.moving_beam import BeamTable
+from radar_service.echo.resting import PassingShadows, RestingEchoes, resting_echoes
+from radar_service.echo.second_time_around import fold_ranges, max_echo_range
+from radar_service.echo.visibility import Visibility
 from radar_service.fidelity import Fidelity
-from radar_service.frames import wrap_angle
+from radar_service.frames import effective_earth_radius, wrap_angle
 from radar_service.parallel import in_order
-from radar_service.propagation.radar_equation import Echoes
-from radar_service.radar.antenna import grid_rows, quick_gain
+from radar_service.radar.antenna import grid_rows
+from radar_service.radar.parameters import Radar
 from radar_service.random import NOISE, generator
-from radar_service.receive.beam import Pattern, azimuth_kernel, sweep
-from radar_service.receive.compression import compression_for
+from radar_service.receive.beam import azimuth_kernel, beam_filter
+from radar_service.receive.compression import Compression, compression_for
+from radar_service.receive.detection import square_law
 from radar_service.receive.gridding import spread
 from radar_service.receive.interference import Interference
+from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.physical_optics.beam_crossing import BeamCrossing
-from radar_service.scattering.rays import RayCaster, RaySampledSet, is_cast
-from radar_service.scattering.scatterer_set import BodyEchoes, ScattererSource, build_scatterers
-from radar_service.scene.world import Scene
+from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
+from radar_service.scene.world import Body, Scene
+from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.types import Flags, Floats, Profiles, Singles
 
-Floats = NDArray[np.float64]
-Profiles = NDArray[np.complex64]
-
-TILE = 32  # azimuths per arithmetic tile at most
-TILE_BYTES = (
-    2**20
-)  # of rows in a tile, which the L2 cache holds; 16 azimuths at least, fewer where things move far meanwhile
+MAX_TILE = 32  # azimuths
+TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 azimuths at least
 
 
-class CorrectedChain:
-    """The engine for one scene: `tile` gives the profiles of consecutive azimuths of any scan."""
+@dataclass(frozen=True)
+class Prepared:
+    """One scene, ready for any azimuth. It can be pickled: caches stay behind, and Embree trees are built again.
 
-    def __init__(
-        self,
-        scene: Scene,
-        fidelity: Fidelity,
-        seed: int,
-        occlusion: OcclusionScene,
-        threads: int = 1,
-        culled_bodies: Collection[int] = (),
-    ) -> None:
-        """left_out: indices of bodies that send nothing back; the landscape decides whether they hide anything."""
-        self.threads, self._left_out = threads, culled_bodies
-        self.scene, self.radar, self.fidelity, self.seed = scene, scene.radar, fidelity, seed
-        self.range: Floats = (np.arange(scene.radar.bins, dtype=np.float64) + 0.5) * scene.radar.range_step
-        self.compression = compression_for(scene.radar, fidelity.kernel_width)
-        reach = echo_reach(scene.radar)
-        self.occlusion = occlusion
-        self.still, moving = self._ensembles()
-        extent = min(np.pi, fidelity.beam_extent * scene.radar.beamwidth)
-        most = int(np.clip(TILE_BYTES // (self.compression.size * np.dtype(np.complex64).itemsize), TILE // 2, TILE))
-        span, steps = most * scene.radar.azimuth_step, fidelity.beam_table_oversampling * TABLE_STEPS
-        beam = BeamTable(self._pattern, scene.radar.beamwidth, extent, span, steps)
-        self.moving = MovingEchoes(scene, moving, self.occlusion, reach, beam, fidelity.visibility_step, seed)
-        self.rows = int(np.clip(self.moving.interval / scene.radar.spoke_period, 1, most))  # a tile is one glance at most
-        self.resting = resting_echoes(scene, self.still, self.occlusion, reach)
-        self._profiles = self._resting_profiles()
-        self._clutter = clutter_of(scene, occlusion, self.compression, self._pattern, seed)
-        self._interference = [Interference(scene, i, self._pattern, seed) for i in range(len(scene.interference))]
-        self._shadows = BlockCache(self._shadowed)
+    scene, fidelity, seed: what it was prepared from.
+    tile: azimuths computed together.
+    line_of_sight: all that may occlude.
+    resting_set, resting: bodies at rest relative to the antenna, and their visible echoes.
+    resting_profiles: (A, bins) compressed profiles of these for a scan [sqrt(W)]; None where nothing rests.
+    moving: echoes of all other bodies.
+    shadows: resting echoes that moving bodies occlude.
+    compression: matched filter, window and receiver noise.
+    clutter: of sea and rain; None where the scene has neither.
+    interference: of each other radar.
+    """
 
-    def _ensembles(self) -> tuple[ScattererSource, ScattererSource]:
-        """What rests relative to the antenna and does not fluctuate, and everything else, to be asked for reflections."""
-        bodies, antenna = self.scene.bodies, self.scene.antenna(0.0)[0]
-        sampler, earth_radius = self.fidelity.sampler, self.occlusion.earth_radius
-        caster = None if sampler == "scatterers" else RayCaster(bodies, self.radar, earth_radius, sampler, self.seed)
-        anchored = self.scene.own_ship.at_rest
-        still = [anchored and body.motion.at_rest and body.swerling == 0 for body in bodies]
-        per_cell, bounces = self.fidelity.scatterers_per_cell, self.fidelity.bounces
+    scene: Scene
+    fidelity: Fidelity
+    seed: int
+    tile: int
+    line_of_sight: OcclusionScene
+    resting_set: ScattererSet
+    resting: RestingEchoes
+    resting_profiles: Profiles | None
+    moving: MovingEchoes
+    shadows: PassingShadows
+    compression: Compression
+    clutter: Clutter | None
+    interference: tuple[Interference, ...]
 
-        def gathered(flag: bool) -> ScattererSource:
-            keys = [i for i, rests in enumerate(still) if rests == flag and i not in self._left_out]
-            gridded = [i for i in keys if caster is None or not is_cast(bodies[i])]
-            passing = None if flag else BeamCrossing(self.scene)
-            scatterers = build_scatterers(
-                [bodies[i] for i in gridded],
-                self.radar,
-                antenna,
-                per_cell,
-                self.seed,
-                gridded,
-                bounces,
-                passing,
-                self.fidelity.min_scatterers,
-            )
-            if caster is None:
-                return scatterers
-            return RaySampledSet(tuple(bodies[i] for i in keys), np.array(keys, dtype=np.int64), scatterers, caster)
 
-        return gathered(True), gathered(False)
+def prepare(
+    scene: Scene,
+    fidelity: Fidelity,
+    seed: int,
+    silent: Collection[int] = (),
+    transparent: Collection[int] = (),
+    rays: RayCount | None = None,
+) -> Prepared:
+    """All that is computed once for a scene.
 
-    def _resting_profiles(self) -> Profiles | None:
-        """Profiles (A, bins) of everything at rest, None where nothing is."""
-        if not len(self.resting):
-            return None
-        echoes, radar = self.resting.echoes, self.radar
-        beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
-        rows = grid_rows(radar.azimuths, beamwidth)
-        kernel = azimuth_kernel(beamwidth, rows, self.fidelity.beam_kernel_width)
-        row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
-        grid = spread(
-            (rows, self.compression.size), row, self._column(echoes.range), echoes.amplitude, kernel, self.compression.kernel
-        )
-        swept = sweep(grid, self._pattern, kernel, radar.azimuths)
-        profiles = np.empty((radar.azimuths, radar.bins), dtype=np.complex64)
-        for start in range(0, radar.azimuths, TILE):
-            profiles[start : start + TILE] = self.compression.profiles(swept[start : start + TILE])
-        return profiles
+    silent: indices of bodies without echoes; transparent: indices of bodies that occlude nothing; rays: counts the rays cast.
+    """
+    radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)
+    line_of_sight = OcclusionScene(scene.bodies, earth_radius, transparent, rays)
+    resting_set, moving_set = _scatterers(scene, fidelity, seed, silent, rays)
+    max_range = max_echo_range(radar)
+    resting = resting_echoes(scene, resting_set, line_of_sight, max_range)
+    visibility = Visibility(scene, moving_set, line_of_sight, max_range, fidelity.visibility_step)
+    compression = compression_for(radar, fidelity.kernel_width)
+    max_tile = int(np.clip(TILE_BYTES // compression.row_bytes, MAX_TILE // 2, MAX_TILE))
+    return Prepared(
+        scene,
+        fidelity,
+        seed,
+        int(np.clip(visibility.interval / radar.spoke_period, 1, max_tile)),  # within one visibility step
+        line_of_sight,
+        resting_set,
+        resting,
+        _resting_profiles(radar, fidelity, resting.echoes, compression),
+        MovingEchoes(scene, visibility, _beam_table(radar, fidelity, max_tile), seed),
+        PassingShadows(resting, line_of_sight, visibility.interval),
+        compression,
+        prepare_clutter(scene, line_of_sight, compression, seed),
+        tuple(Interference(scene, i, seed) for i in range(len(scene.interference))),
+    )
 
-    @property
-    def rays(self) -> int:
-        """Rays cast so far."""
-        return self.occlusion.rays + self.still.rays + self.moving.ensemble.rays
 
-    def look(self, number: int) -> tuple[BodyEchoes, Echoes]:
-        """What is seen of all that moves during the glance of that number, and the echoes at rest that it hides."""
-        shadows = self._shadows(number)
-        return self.moving.seen(number), shadows
+def profiles(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles:
+    """Compressed range profiles (K, bins) [sqrt(W)] of the azimuths (K,) of one tile."""
+    blind = prepared.scene.blind(azimuths.time, azimuths.boresight)
+    rows = moving_rows(prepared, azimuths)
+    field = receive(prepared, azimuths, rows, blind)
+    add_resting(prepared, field, azimuths, blind)
+    add_clutter(prepared, field, azimuths, blind)
+    add_interference(prepared, field, azimuths)
+    return field
 
-    def parts(self, scan: int) -> Iterator[tuple[int, Profiles, NDArray[np.float32]]]:
-        """One revolution piece by piece: index of the first azimuth, field (K, bins) [sqrt(W)], power (K, bins) [W]."""
-        starts = range(0, self.radar.azimuths, self.rows)
-        for start, field in zip(starts, in_order(partial(self.tile, scan), starts, self.threads), strict=True):
-            yield start, field, field.real**2 + field.imag**2
 
-    def tile(self, scan: int, start: int) -> Profiles:
-        """Profiles (K, bins) [sqrt(W)] of azimuths `start` to `start` + K of a scan; start is a multiple of `rows`."""
-        at = self.instants(scan, start)
-        index, number = at.number - scan * self.radar.azimuths, at.number
-        blind = self.scene.blind(at.time, at.boresight)
-        transmitting = ~blind[:, None]
-        field = self._received(at, blind, scan, start)
-        if self._profiles is not None:
-            rest = self._profiles[start : start + len(index)]
-            field += np.where(transmitting, rest, 0) if blind.any() else rest
-        if self._clutter is not None:
-            self._clutter.add(field, number, transmitting)
-        for other in self._interference:
-            other.add(field, at.boresight, at.time)
-        return field
+def moving_rows(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles | None:
+    """Moving echoes spread on grid rows (K, size), before compression; None where there are none."""
+    rows: Profiles | None = None
+    compression, count = prepared.compression, prepared.fidelity.azimuths_per_block
+    for first in range(0, len(azimuths.time), count):
+        echoes = moving_echoes(prepared, azimuths.part(first, first + count))
+        if not len(echoes.range):
+            continue
+        if rows is None:
+            rows = np.zeros((len(azimuths.time), compression.size), dtype=np.complex64)
+        step = prepared.scene.radar.range_step
+        migration = echoes.range_migration * np.float32(1.0 / step)
+        compression.spread(rows[first : first + count], _column(echoes.range, step), migration, echoes.amplitude)
+    return rows
 
-    def instants(self, scan: int, start: int) -> AzimuthTimes:
-        """The azimuths of a tile."""
-        number = scan * self.radar.azimuths + np.arange(start, min(start + self.rows, self.radar.azimuths))
-        return AzimuthTimes(number, *self.radar.schedule(number))
 
-    def _received(self, at: AzimuthTimes, blind: NDArray[np.bool_], scan: int, start: int) -> Profiles:
-        """Profiles (K, bins) of all that moves and of the receiver's noise."""
-        spectrum = None
-        gridded = self._laid_moving(at)
-        if gridded is not None:
-            gridded[blind] = 0.0
-            spectrum = self.compression.spectrum(gridded)
-        if self.scene.environment.noise:
-            rng = generator(self.seed, NOISE, scan, start // self.rows)
-            if spectrum is None:
-                spectrum = self.compression.noise.drawn(len(at.time), rng)
-            else:
-                self.compression.noise.add(spectrum, rng)
+def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
+    """All moving echoes, and the resting ones that they shadow, with range, phase and beam weight at each azimuth."""
+    parts: list[BeamWeightedEchoes] = []
+    if len(prepared.moving):
+        parts += fold_ranges(prepared.moving.echoes, azimuths, prepared.scene.radar)
+    shadows = prepared.shadows.at(int(azimuths.middle // prepared.moving.visibility.interval))
+    if len(shadows.range):
+        parts.append(_beam_weighted(shadows, azimuths.boresight, prepared.scene.radar))
+    return concatenated(parts, len(azimuths.time))
+
+
+def receive(prepared: Prepared, azimuths: AzimuthTimes, rows: Profiles | None, blind: Flags) -> Profiles:
+    """Compresses grid rows (K, size) and adds receiver noise: profiles (K, bins) [sqrt(W)]. Nothing is received where blind."""
+    compression = prepared.compression
+    spectrum = None
+    if rows is not None:
+        rows[blind] = 0.0
+        spectrum = compression.spectrum(rows)
+    if prepared.scene.environment.noise:
+        scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
+        rng = generator(prepared.seed, NOISE, scan, index // prepared.tile)
         if spectrum is None:
-            return np.zeros((len(at.time), self.radar.bins), dtype=np.complex64)
-        return self.compression.from_spectrum(spectrum)
-
-    def _laid_moving(self, at: AzimuthTimes) -> Profiles | None:
-        """Rows (K, size) of all that moves and passes, as many azimuths swept together as the fidelity says."""
-        step = self.fidelity.azimuths_per_block
-        rows: Profiles | None = None
-        for first in range(0, len(at.time), step):
-            part = at.part(first, first + step)
-            echoes = self._swept_together(part)
-            if not len(echoes.range):
-                continue
-            if rows is None:
-                rows = np.zeros((len(at.time), self.compression.size), dtype=np.complex64)
-            range_migration = echoes.range_migration * np.float32(1.0 / self.radar.range_step)
-            self.compression.spread(
-                rows[first : first + step], self._column(echoes.range), range_migration, echoes.amplitude
-            )
-        return rows
-
-    def _swept_together(self, at: AzimuthTimes) -> BeamWeightedEchoes:
-        """Every moving echo, and every passing shadow, where it is at its instant."""
-        parts = []
-        if len(self.moving):
-            parts += fold_ranges(self.moving.swept, at, self.radar)
-        shadows = self._shadows(int(at.middle // self.moving.interval))
-        if len(shadows.range):
-            parts.append(_swept_at_rest(shadows, at.boresight, self._pattern))
-        return joined(parts, len(at.time))
-
-    def _shadowed(self, visibility_step: int) -> Echoes:
-        return self.resting.shadows(self.occlusion, (visibility_step + 0.5) * self.moving.interval)
-
-    def _column(self, distance: Floats) -> Floats:
-        return distance / self.radar.range_step - 0.5
-
-    def _pattern(self, offset: Floats) -> Floats:
-        return quick_gain(offset, self.radar.beamwidth, self.radar.pattern)
+            spectrum = compression.noise.draw(len(azimuths.time), rng)
+        else:
+            compression.noise.add(spectrum, rng)
+    if spectrum is None:
+        return np.zeros((len(azimuths.time), compression.bins), dtype=np.complex64)
+    return compression.from_spectrum(spectrum)
 
 
-def _swept_at_rest(echoes: Echoes, boresight: Floats, pattern: Pattern) -> BeamWeightedEchoes:
-    """Echoes at rest (E,) as single azimuths see them, for boresights (K,) [rad]."""
-    weight = pattern(wrap_angle(boresight - echoes.azimuth[:, None]))
+def add_resting(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags) -> None:
+    """Adds the finished profiles of all that rests."""
+    if prepared.resting_profiles is not None:
+        start = int(azimuths.number[0]) % prepared.scene.radar.azimuths
+        resting = prepared.resting_profiles[start : start + len(field)]
+        field += np.where(~blind[:, None], resting, 0) if blind.any() else resting
+
+
+def add_clutter(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags) -> None:
+    """Adds sea and rain clutter."""
+    if prepared.clutter is not None:
+        prepared.clutter.add(field, azimuths.number, ~blind[:, None])
+
+
+def add_interference(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes) -> None:
+    """Adds the pulses of other radars, which a blind sector does not stop."""
+    for other in prepared.interference:
+        other.add(field, azimuths.boresight, azimuths.time)
+
+
+def tile_azimuths(prepared: Prepared, scan: int, start: int) -> AzimuthTimes:
+    """The azimuths of the tile of a scan that begins at azimuth `start`, a multiple of `Prepared.tile`."""
+    radar = prepared.scene.radar
+    number = scan * radar.azimuths + np.arange(start, min(start + prepared.tile, radar.azimuths))
+    return AzimuthTimes(number, *radar.schedule(number))
+
+
+class Engine:
+    """Computes scans of a prepared scene tile by tile, on one or more threads, which changes no byte."""
+
+    def __init__(self, prepared: Prepared, threads: int = 1) -> None:
+        self.prepared, self._threads = prepared, threads
+        radar = prepared.scene.radar
+        self.range: Floats = (np.arange(radar.bins, dtype=np.float64) + 0.5) * radar.range_step
+
+    def tiles(self, scan: int) -> Iterator[tuple[int, Profiles, Singles]]:
+        """One scan: index of each tile's first azimuth, field (K, bins) [sqrt(W)] and power (K, bins) [W]."""
+        starts = range(0, self.prepared.scene.radar.azimuths, self.prepared.tile)
+        fields = in_order(partial(self._tile, scan), starts, self._threads)
+        for start, field in zip(starts, fields, strict=True):
+            yield start, field, square_law(field)
+
+    def _tile(self, scan: int, start: int) -> Profiles:
+        return profiles(self.prepared, tile_azimuths(self.prepared, scan, start))
+
+
+def _scatterers(
+    scene: Scene, fidelity: Fidelity, seed: int, silent: Collection[int], rays: RayCount | None
+) -> tuple[ScattererSet, ScattererSet]:
+    """The scatterers of all that rests relative to the antenna and does not fluctuate, and those of everything else."""
+    resting = [_rests(body, scene) for body in scene.bodies]
+
+    def build(rests: bool) -> ScattererSet:
+        keys = [i for i, one in enumerate(resting) if one == rests and i not in silent]
+        context = ScatteringContext(
+            scene.radar,
+            fidelity,
+            seed,
+            scene.antenna(0.0)[0],
+            scene.bodies,
+            effective_earth_radius(scene.environment.earth_factor),
+            None if rests else BeamCrossing(scene),
+            rays,
+        )
+        return build_scatterers([scene.bodies[i] for i in keys], keys, context)
+
+    return build(True), build(False)
+
+
+def _rests(body: Body, scene: Scene) -> bool:
+    return scene.own_ship.at_rest and body.motion.at_rest and body.swerling == 0
+
+
+def _beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
+    """The azimuth gain for moving echoes, as far off boresight as the fidelity says."""
+    extent = min(np.pi, fidelity.beam_extent * radar.beamwidth)
+    span = max_tile * radar.azimuth_step
+    return BeamTable(radar.azimuth_gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
+
+
+def _resting_profiles(radar: Radar, fidelity: Fidelity, echoes: Echoes, compression: Compression) -> Profiles | None:
+    """Profiles (A, bins) of resting echoes: spread on the azimuth-range grid, filtered by the beam, compressed."""
+    if not len(echoes.range):
+        return None
+    beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
+    rows = grid_rows(radar.azimuths, beamwidth)
+    kernel = azimuth_kernel(beamwidth, rows, fidelity.beam_kernel_width)
+    row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
+    column = _column(echoes.range, radar.range_step)
+    grid = spread((rows, compression.size), row, column, echoes.amplitude, kernel, compression.kernel)
+    filtered = beam_filter(grid, radar.azimuth_gain, kernel, radar.azimuths)
+    finished = np.empty((radar.azimuths, radar.bins), dtype=np.complex64)
+    for start in range(0, radar.azimuths, MAX_TILE):
+        finished[start : start + MAX_TILE] = compression.profiles(filtered[start : start + MAX_TILE])
+    return finished
+
+
+def _column(distance: Floats, range_step: float) -> Floats:
+    """Grid column of a range: sample n stands at (n + 1/2) step."""
+    return distance / range_step - 0.5
+
+
+def _beam_weighted(echoes: Echoes, boresight: Floats, radar: Radar) -> BeamWeightedEchoes:
+    """Resting echoes (E,) at single azimuths, for boresights (K,) [rad]."""
+    weight = radar.azimuth_gain(wrap_angle(boresight - echoes.azimuth[:, None]))
     amplitude = (weight * echoes.amplitude[:, None]).astype(np.complex64)
     return BeamWeightedEchoes(echoes.range, np.zeros(amplitude.shape, dtype=np.float32), amplitude)

@@ -1,7 +1,7 @@
-"""What the engine will be asked for, counted once it is set up: echoes, rays, transforms, looks; and what that costs here.
+"""Counts and costs of a prepared engine: echoes, rays and transforms, and CPU times of its stages on this machine.
 
-Counts come from the engine's own records and formulas. Costs are CPU times of its own stages on this machine, taken over
-some azimuths about the turn; choices never depend on them unless time is the budget.
+Counts come from the engine's own records and formulas. Costs are CPU times of the pipeline's stages over some azimuths about
+the circle. No choice depends on them, unless time is the budget.
 """
 
 import math
@@ -11,184 +11,155 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from radar_service.engine.pipeline import CorrectedChain
-from radar_service.scattering.rays import RaySampledSet
-from radar_service.scattering.scatterer_set import BodyEchoes, ScattererSet, ScattererSource
+from radar_service.engine.pipeline import Prepared, moving_rows, receive, tile_azimuths
+from radar_service.plan.culling import Culling
+from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody
+from radar_service.scattering.model import BodyEchoes
 
-Indices = NDArray[np.int64]
-TILES = 8  # about the turn, over which laying is timed
-CLUTTER_SHARE = 8  # of the turn clutter is timed: its rows are made some dozens of azimuths at a time
+TILES = 8  # about the circle, over which moving echoes are timed
+CLUTTER_SHARE = 8  # of the circle clutter is timed: its rows are computed some dozens of azimuths at a time
 MICRO = 1e6
 
 
 @dataclass(frozen=True)
-class Counts:
-    """What is done. set_up_rays, resting_echoes: once; look_rays, moving_echoes, shadowed_echoes: in the first look, of which
-    there are looks_per_scan; transform_samples: of all transforms of one profile while something moves under the beam;
-    scatterers: points on the bodies modelled."""
+class SetUp:
+    """A prepared engine, what was culled before, and the rays cast: by preparation, and by the first visibility update."""
 
-    resting_echoes: int
-    moving_echoes: int
-    shadowed_echoes: int
-    scatterers: int
+    prepared: Prepared
+    culling: Culling
     set_up_rays: int
-    visibility_rays: int
-    visibility_updates_per_scan: float
-    transform_samples: int
+    look_rays: int
 
 
-@dataclass(frozen=True)
-class Costs:
-    """CPU time of one thread per azimuth [us], on average over a revolution: of looking at what moves, of laying it, of the
-    receiver with its noise and transforms, of sea and rain, of other radars, and of handing profiles over."""
-
-    looks: float
-    moving: float
-    receiver: float
-    clutter: float
-    interference: float
-    profiles: float
-
-    @property
-    def total(self) -> float:
-        """All of it [us]."""
-        return self.looks + self.moving + self.receiver + self.clutter + self.interference + self.profiles
+def first_visibility_update(prepared: Prepared) -> BodyEchoes:
+    """Runs the first visibility update; the result is cached."""
+    return _visibility_update(prepared, 0)
 
 
-@dataclass(frozen=True)
-class PerBody:
-    """Points laid on each body of the scene (B,), and its echoes (B,): at rest, or all round in the first glance."""
-
-    scatterers: Indices
-    echoes: Indices
+def engine_statistics(set_up: SetUp) -> EngineStatistics:
+    """Counts and costs of an engine. Costs are measured now, which takes about a second."""
+    prepared = set_up.prepared
+    return EngineStatistics(set_up.culling, engine_counts(set_up), counts_per_body(prepared), engine_costs(prepared))
 
 
-def first_visibility_update(chain: CorrectedChain) -> int:
-    """Has the engine look at what moves for its first glance, which it then need not do itself; the rays that this cast."""
-    before = chain.rays
-    chain.look(0)
-    return chain.rays - before
-
-
-def counts(chain: CorrectedChain, set_up_rays: int, visibility_rays: int) -> Counts:
-    """What the engine does for a revolution. set_up_rays: cast before its first look, look_rays: in that."""
-    seen, shadows = chain.look(0)
-    gridded = len(chain.moving) > 0 or len(shadows.range) > 0
+def engine_counts(set_up: SetUp) -> Counts:
+    """What the engine computes in a scan."""
+    prepared = set_up.prepared
+    visible, shadows = first_visibility_update(prepared), prepared.shadows.at(0)
+    radar, scattered = prepared.scene.radar, (prepared.resting_set, prepared.moving.visibility.scatterers)
     return Counts(
-        len(chain.resting),
-        len(seen),
+        len(prepared.resting),
+        len(visible),
         len(shadows.range),
-        int(sum(_points(ensemble).sum() for ensemble in (chain.still, chain.moving.ensemble))),
-        set_up_rays,
-        visibility_rays,
-        chain.radar.rotation_period / chain.moving.interval,
-        chain.compression.transformed(gridded, chain.scene.environment.noise),
+        int(sum(scatterers.scatterers.sum() for scatterers in scattered)),
+        set_up.set_up_rays,
+        set_up.look_rays,
+        radar.rotation_period / prepared.moving.visibility.interval,
+        prepared.compression.transformed(
+            len(prepared.moving) > 0 or len(shadows.range) > 0, prepared.scene.environment.noise
+        ),
     )
 
 
-def per_body(chain: CorrectedChain) -> PerBody:
-    """Points and echoes body by body."""
-    scatterers, echoes = (np.zeros(len(chain.scene.bodies), dtype=np.int64) for _ in range(2))
-    seen = _all_round(chain).body
-    for ensemble, body in ((chain.still, chain.resting.body), (chain.moving.ensemble, seen)):
-        scatterers[ensemble.key] += _points(ensemble)
-        echoes[ensemble.key] += np.bincount(body, minlength=len(ensemble))
+def counts_per_body(prepared: Prepared) -> PerBody:
+    """Scatterers and echoes of each body."""
+    scatterers, echoes = (np.zeros(len(prepared.scene.bodies), dtype=np.int64) for _ in range(2))
+    visibility = prepared.moving.visibility
+    sets = (prepared.resting_set, prepared.resting.body), (visibility.scatterers, visibility.all_round(0).body)
+    for bodies, body in sets:
+        scatterers[bodies.key] += bodies.scatterers
+        echoes[bodies.key] += np.bincount(body, minlength=len(bodies))
     return PerBody(scatterers, echoes)
 
 
-def _points(ensemble: ScattererSource) -> Indices:
-    """How many scatterers each body (B,) of an ensemble has."""
-    scattered = ensemble.others if isinstance(ensemble, RaySampledSet) else ensemble
-    assert isinstance(scattered, ScattererSet)
-    found = np.zeros(len(ensemble), dtype=np.int64)
-    found[np.searchsorted(ensemble.key, scattered.key)] = np.bincount(scattered.body, minlength=len(scattered))
-    return found
+def engine_costs(prepared: Prepared) -> Costs:
+    """CPU time of an azimuth on this machine."""
+    looks, moving, receiver = _moving_costs(prepared)
+    return Costs(looks, moving, receiver, _clutter(prepared), _interference(prepared), _handing_over(prepared))
 
 
-def costs(chain: CorrectedChain) -> Costs:
-    """What an azimuth costs on this machine."""
-    looks, moving, receiver = _turn(chain)
-    return Costs(looks, moving, receiver, _clutter(chain), _interference(chain), _handing_over(chain))
+def _visibility_update(prepared: Prepared, step: int) -> BodyEchoes:
+    """Renews what moves and what it shadows for a visibility step."""
+    prepared.shadows.at(step)
+    return prepared.moving.snapshot(step).echoes
 
 
-def _all_round(chain: CorrectedChain) -> BodyEchoes:
-    """What is seen of all that moves in the middle of the first glance, wherever the beam is."""
-    moment, moving = 0.5 * chain.moving.interval, chain.moving
-    return moving.ensemble.reflections(chain.occlusion, chain.scene.antenna(moment)[0], moment, moving.reach)
+def _moving_costs(prepared: Prepared) -> tuple[float, float, float]:
+    """Visibility updates, moving echoes, and the receiver without these, per azimuth [us]: means over tiles about the circle.
 
-
-def _turn(chain: CorrectedChain) -> tuple[float, float, float]:
-    """Looks, laying what moves, and the receiver without that, per azimuth [us]: means over tiles about the turn, each in its
-    own glance. The first glance has been looked at, so it is timed only where there is no other."""
-    silent, looks = np.zeros(min(chain.rows, chain.radar.azimuths), dtype=np.bool_), dict[int, float]()
-    laying = whole = 0.0
-    last = (chain.radar.azimuths - len(silent)) // chain.rows
-    starts = np.unique(np.linspace(0, last, TILES).astype(np.int64)) * chain.rows
+    The first visibility step is cached already, so it is timed only where there is no other.
+    """
+    radar, interval = prepared.scene.radar, prepared.moving.visibility.interval
+    silent, updates = np.zeros(min(prepared.tile, radar.azimuths), dtype=np.bool_), dict[int, float]()
+    moving = whole = 0.0
+    last = (radar.azimuths - len(silent)) // prepared.tile
+    starts = np.unique(np.linspace(0, last, TILES).astype(np.int64)) * prepared.tile
     for start in starts:
-        at = chain.instants(0, int(start))
-        visibility_step = int(at.middle // chain.moving.interval)
-        taken = _seconds(partial(chain.look, visibility_step), times=1)
-        if visibility_step:
-            looks.setdefault(visibility_step, taken)
-        laying += _seconds(partial(chain._laid_moving, at))
-        whole += _seconds(partial(chain._received, at, silent, 0, int(start)))
+        azimuths = tile_azimuths(prepared, 0, int(start))
+        step = int(azimuths.middle // interval)
+        taken = _seconds(partial(_visibility_update, prepared, step), times=1)
+        if step:
+            updates.setdefault(step, taken)
+        moving += _seconds(lambda azimuths=azimuths: moving_rows(prepared, azimuths))  # type: ignore[misc]
+        whole += _seconds(lambda azimuths=azimuths: receive(prepared, azimuths, moving_rows(prepared, azimuths), silent))  # type: ignore[misc]
     each = MICRO / (len(starts) * len(silent))
-    look = float(np.mean(list(looks.values()))) if looks else _look_anew(chain)
-    per_look = chain.moving.interval / chain.radar.spoke_period
-    return look / per_look * MICRO, laying * each, max(0.0, whole - laying) * each
+    update = float(np.mean(list(updates.values()))) if updates else _repeated_update(prepared)
+    per_update = interval / radar.spoke_period
+    return update / per_update * MICRO, moving * each, max(0.0, whole - moving) * each
 
 
-def _look_anew(chain: CorrectedChain) -> float:
-    """CPU time [s] of a look, where there is one in a revolution or fewer."""
-    chain.moving.ensemble.forget()
-    sight = _seconds(partial(_all_round, chain), times=1) if len(chain.moving) else 0.0
-    moment = 0.5 * chain.moving.interval
-    return sight + _seconds(partial(chain.resting.shadows, chain.occlusion, moment))
+def _repeated_update(prepared: Prepared) -> float:
+    """CPU time [s] of a visibility update, where a scan has one or fewer."""
+    visibility = prepared.moving.visibility
+    visibility.scatterers.clear()
+    visible = _seconds(partial(visibility.all_round, 0), times=1) if len(prepared.moving) else 0.0
+    return visible + _seconds(partial(prepared.shadows.computed, 0))
 
 
-def _clutter(chain: CorrectedChain) -> float:
-    if chain._clutter is None:
+def _clutter(prepared: Prepared) -> float:
+    if prepared.clutter is None:
         return 0.0
-    clutter, radar = chain._clutter, chain.radar
-    tiles = max(4, math.ceil(radar.azimuths / chain.rows / CLUTTER_SHARE))
-    index = np.arange(min(chain.rows, radar.azimuths))
+    clutter, radar = prepared.clutter, prepared.scene.radar
+    tiles = max(4, math.ceil(radar.azimuths / prepared.tile / CLUTTER_SHARE))
+    index = np.arange(min(prepared.tile, radar.azimuths))
     profiles, transmitting = np.zeros((len(index), radar.bins), dtype=np.complex64), np.ones((len(index), 1), dtype=np.bool_)
-    clutter.add(profiles, index, transmitting)  # makes the rows behind north, which come once
+    clutter.add(profiles, index, transmitting)  # computes the rows behind north, which occur once
     begun = time.thread_time()
     for tile in range(1, tiles):
-        clutter.add(profiles, (tile * chain.rows + index) % radar.azimuths, transmitting)
+        clutter.add(profiles, (tile * prepared.tile + index) % radar.azimuths, transmitting)
     return (time.thread_time() - begun) / ((tiles - 1) * len(index)) * MICRO
 
 
-def _interference(chain: CorrectedChain) -> float:
-    if not chain._interference:
+def _interference(prepared: Prepared) -> float:
+    if not prepared.interference:
         return 0.0
-    number = np.arange(min(chain.rows, chain.radar.azimuths))
-    boresight, instant = chain.radar.schedule(number)
-    profiles = np.zeros((len(number), chain.radar.bins), dtype=np.complex64)
-    once = sum(_seconds(partial(other.add, profiles, boresight, instant)) for other in chain._interference)
+    radar = prepared.scene.radar
+    number = np.arange(min(prepared.tile, radar.azimuths))
+    boresight, instant = radar.schedule(number)
+    profiles = np.zeros((len(number), radar.bins), dtype=np.complex64)
+    once = sum(_seconds(partial(other.add, profiles, boresight, instant)) for other in prepared.interference)
     return once / len(number) * MICRO
 
 
-def _handing_over(chain: CorrectedChain) -> float:
-    """Saying when and where a tile is, adding what rests, and taking the power."""
-    field = np.ones((chain.rows, chain.radar.bins), dtype=np.complex64)
+def _handing_over(prepared: Prepared) -> float:
+    """The schedule and own ship's pose of a tile, adding what rests, and detection."""
+    field = np.ones((prepared.tile, prepared.scene.radar.bins), dtype=np.complex64)
+    resting = np.zeros(1, dtype=np.complex64) if prepared.resting_profiles is None else field
 
-    def handed() -> None:
+    def handed_over() -> None:
         for _ in range(2):  # once for the tile, once for the spokes made of it
-            at = chain.instants(0, 0)
-            chain.scene.own_ship.pose(at.time)
-        chain.scene.blind(at.time, at.boresight)
-        np.add(field, 0.0 if chain._profiles is None else field, out=field)
+            azimuths = tile_azimuths(prepared, 0, 0)
+            prepared.scene.own_ship.pose(azimuths.time)
+        prepared.scene.blind(azimuths.time, azimuths.boresight)
+        np.add(field, resting, out=field)
         np.add(field.real**2, field.imag**2)
 
-    return _seconds(handed) / chain.rows * MICRO
+    return _seconds(handed_over) / prepared.tile * MICRO
 
 
 def _seconds(work: Callable[[], object], times: int = 2) -> float:
-    """CPU time [s] of doing something, the least of some."""
+    """CPU time [s] of a function: the least of some calls."""
     taken = []
     for _ in range(times):
         begun = time.thread_time()

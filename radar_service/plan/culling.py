@@ -1,63 +1,95 @@
-"""Which bodies a scene can do without, and which effects: each with the reason, and by how much it moves the answer."""
+"""Culling: bodies and effects that a scene does not need, each with the reason and the error of leaving it out."""
 
 import math
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.second_time_around import echo_reach
+from radar_service.echo.second_time_around import max_echo_range
 from radar_service.fidelity import Fidelity
 from radar_service.frames import effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.closest_approach import nearest_and_top
-from radar_service.propagation.multipath import gas_amplitude, two_ray_factor
+from radar_service.propagation.attenuation import attenuation_amplitude
+from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain, received_amplitude
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.scattering.diffuse import triangle_frames
-from radar_service.scattering.scatterer_set import uses_optics
+from radar_service.scattering.models import scattering_model
 from radar_service.scene.world import Body, Scene
 
 Floats = NDArray[np.float64]
-SPIKE = 10.0  # of the mean power: an exponential draw exceeds it once in 22 000
-MIRRORED = 16.0  # |F|^4 at most: direct and reflected ray in phase, there and back
-PLACES = 1024  # distances at which the mirror is looked at
-LOBE = 4.0  # c / 2B: no window of ours has a wider main lobe
+MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
+DISTANCES = 1024  # at which sea reflection is evaluated
+LOBE = 4.0  # c / 2B: no window here has a wider main lobe
 
 
 @dataclass(frozen=True)
 class CulledBody:
-    """A body left out. reason: why; error_db: by how much that moves the power of any cell [dB]; hides: whether it may still
-    stand before others."""
+    """A body left out. reason: why; error_db: by how much that changes the power of any cell [dB]; occludes: whether it may
+    still occlude others."""
 
     reason: str
     error_db: float
-    hides: bool
+    occludes: bool
+
+
+@dataclass(frozen=True)
+class Culling:
+    """What a scene does not need. bodies: left out, by index in the scene; effects: relative field error [dB] of leaving out
+    each, by name ("multipath", "gas")."""
+
+    bodies: Mapping[int, CulledBody] = field(default_factory=dict)
+    effects: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def silent(self) -> list[int]:
+        """Indices of bodies without echoes."""
+        return list(self.bodies)
+
+    @property
+    def transparent(self) -> list[int]:
+        """Indices of bodies that occlude nothing."""
+        return [key for key, culled in self.bodies.items() if not culled.occludes]
+
+    def applied_to(self, scene: Scene) -> Scene:
+        """The scene without the effects left out."""
+        environment = scene.environment
+        if "multipath" in self.effects:
+            environment = replace(environment, multipath=False)
+        if "gas" in self.effects:
+            environment = replace(environment, gas_db_per_km=0.0)
+        return replace(scene, environment=environment)
+
+
+def cull(scene: Scene, fidelity: Fidelity) -> Culling:
+    """What this fidelity leaves out of a scene; nothing where it allows no error."""
+    if fidelity.error_db == 0.0 or fidelity.engine == "documented":
+        return Culling()
+    return Culling(culled_bodies(scene, fidelity), negligible_effects(scene, fidelity))
 
 
 def culled_bodies(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
-    """The bodies, by index in the scene, that this fidelity leaves out; none where it allows no error."""
-    if fidelity.error_db == 0.0 or fidelity.chain == "documented":
-        return {}
-    gone = {key: never for key, body in enumerate(scene.bodies) if (never := _never_seen(body, scene)) is not None}
+    """The bodies, by index in the scene, that the error budget of a fidelity allows to leave out."""
+    gone = {key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene)) is not None}
     return gone | _below_noise(scene, fidelity, [key for key in range(len(scene.bodies)) if key not in gone])
 
 
-def _never_seen(body: Body, scene: Scene) -> CulledBody | None:
+def _never_visible(body: Body, scene: Scene) -> CulledBody | None:
     """Beyond the reach or the horizon wherever both ever are. What is, hides nothing that is seen: it lies farther than all
     of that, or below the line of sight that touches the sea."""
     nearest, top = nearest_and_top(body, scene)
-    if nearest > echo_reach(scene.radar):
-        return CulledBody(f"out of range for good: never nearer than {nearest / 1000:.1f} km", 0.0, hides=False)
+    if nearest > max_echo_range(scene.radar):
+        return CulledBody(f"out of range for good: never nearer than {nearest / 1000:.1f} km", 0.0, occludes=False)
     if top < 0.0:
-        return CulledBody(f"under the sea for good: its top is {-top:.1f} m below", 0.0, hides=False)
+        return CulledBody(f"under the sea for good: its top is {-top:.1f} m below", 0.0, occludes=False)
     if nearest <= (horizon := scene.horizon(top)):
         return None
     text = f"beyond the radar horizon for good: {horizon / 1000:.1f} km for its top at {top:.0f} m, never nearer than "
-    return CulledBody(f"{text}{nearest / 1000:.1f} km", 0.0, hides=False)
+    return CulledBody(f"{text}{nearest / 1000:.1f} km", 0.0, occludes=False)
 
 
 def _below_noise(scene: Scene, fidelity: Fidelity, keys: list[int]) -> dict[int, CulledBody]:
@@ -69,83 +101,60 @@ def _below_noise(scene: Scene, fidelity: Fidelity, keys: list[int]) -> dict[int,
     lobe = LOBE * radar.sample_rate / radar.bandwidth  # samples that an echo fills
     spoke = 10.0 ** (budget.field_db / 10.0) * radar.bins / lobe
     allowed = noise * min(budget.share, spoke)
-    powers = {key: greatest_power(scene.bodies[key], scene, fidelity.bounces) for key in keys}
+    powers = {key: max_power(scene.bodies[key], scene, fidelity) for key in keys}
     gone, total = {}, 0.0
     for key in sorted(keys, key=lambda k: (powers[k], k)):
         total += powers[key]
         if total > allowed:
             break
         below, moved = 10.0 * math.log10(powers[key] / noise), 10.0 * math.log10(1.0 + total / noise)
-        gone[key] = CulledBody(f"below the noise for good: at most {below:.0f} dB of it", moved, hides=True)
+        gone[key] = CulledBody(f"below the noise for good: at most {below:.0f} dB of it", moved, occludes=True)
     return gone
 
 
-def greatest_power(body: Body, scene: Scene, bounces: int) -> float:
+def max_power(body: Body, scene: Scene, fidelity: Fidelity) -> float:
     """A power [W] that the echoes of a body hardly ever exceed in any cell, wherever it goes."""
     nearest, _ = nearest_and_top(body, scene)
     level = float(received_amplitude(scene.radar, np.array([nearest]))[0] ** 2)
-    return (
-        level * greatest_section(body, scene.radar.wavelength, bounces) * (MIRRORED if scene.environment.multipath else 1.0)
-    )
-
-
-def greatest_section(body: Body, wavelength: float, bounces: int) -> float:
-    """A cross-section [m^2] that a body hardly ever exceeds: SPIKE times the mean where phases are random, and by optics that
-    of a plate of all its area, which every bounce may light once more (4 pi A^2 / lambda^2)."""
-    area = 0.0 if body.mesh is None else float(triangle_frames(body.mesh)[2].sum())
-    if uses_optics(body):
-        return 4.0 * math.pi * (bounces * area / wavelength) ** 2
-    spike = 1.0 if body.mesh is None and body.swerling == 0 else SPIKE
-    return spike * (body.rcs if body.rcs is not None else body.material.gamma * area)
+    multipath = MAX_MULTIPATH if scene.environment.multipath else 1.0
+    return level * scattering_model(body).max_rcs(body, scene.radar, fidelity) * multipath
 
 
 def negligible_effects(scene: Scene, fidelity: Fidelity) -> dict[str, float]:
-    """The sea's mirror ("multipath") and the air's loss ("gas") where they are asked for and move no field by as much as
-    methods may err; and by how much they do [dB]."""
-    if fidelity.error_db == 0.0 or fidelity.chain == "documented":
-        return {}
-    environment, found = scene.environment, {}
+    """Sea reflection ("multipath") and gas loss ("gas") where the scene has them and they change no field by as much as the
+    error budget allows the methods; with that change [dB]."""
+    environment, result = scene.environment, {}
     if environment.multipath:
-        found["multipath"] = mirror_db(scene)
+        result["multipath"] = multipath_db(scene)
     if environment.gas_db_per_km > 0.0:
-        found["gas"] = gas_db(scene)
+        result["gas"] = gas_db(scene)
     allowed = ErrorBudget(fidelity.error_db).method_db
-    return {name: error for name, error in found.items() if error < allowed}
-
-
-def without(idle: Collection[str], scene: Scene) -> Scene:
-    """The scene without these effects."""
-    environment = scene.environment
-    if "multipath" in idle:
-        environment = replace(environment, multipath=False)
-    if "gas" in idle:
-        environment = replace(environment, gas_db_per_km=0.0)
-    return replace(scene, environment=environment)
+    return {name: error for name, error in result.items() if error < allowed}
 
 
 def gas_db(scene: Scene) -> float:
-    """Relative field error [dB] of leaving out the gas, at the farthest range that is heard."""
-    reach = min(echo_reach(scene.radar), 1e6)
-    return _relative_db(float(1.0 - gas_amplitude(reach, scene.environment.gas_db_per_km)))
+    """Relative field error [dB] of leaving out the gas, at the maximum range of echoes."""
+    reach = min(max_echo_range(scene.radar), 1e6)
+    return _relative_db(float(1.0 - attenuation_amplitude(reach, scene.environment.gas_db_per_km)))
 
 
-def mirror_db(scene: Scene) -> float:
-    """Relative field error [dB] at most of leaving out the sea's mirror, over all distances that bodies can have; 0 where
-    one has a surface, which may reach down to the sea where the mirror is perfect, or moves up and down."""
-    return max((_mirrored_db(body, scene) for body in scene.bodies), default=-math.inf)
+def multipath_db(scene: Scene) -> float:
+    """Greatest relative field error [dB] of leaving out sea reflection, over all distances that bodies can have; 0 where one
+    has a surface, which may reach down to the water, where reflection is total, or moves up and down."""
+    return max((_reflected_db(body, scene) for body in scene.bodies), default=-math.inf)
 
 
-def _mirrored_db(body: Body, scene: Scene) -> float:
+def _reflected_db(body: Body, scene: Scene) -> float:
     height = body.motion.position[:, 2]
     level = bool(np.ptp(height) == 0.0 and body.motion.final_velocity[2] == 0.0)
     if body.mesh is not None or not level or height[0] <= 0.0 or scene.own_ship.sway is not None:
         return 0.0
     nearest, top = nearest_and_top(body, scene)
-    farthest = max(nearest, min(echo_reach(scene.radar), scene.horizon(top), 1e6))
+    farthest = max(nearest, min(max_echo_range(scene.radar), scene.horizon(top), 1e6))
     if body.motion.at_rest and scene.own_ship.at_rest:
         farthest = nearest
     factor = two_ray_factor(
-        np.geomspace(max(nearest, 1.0), max(farthest, 1.0), PLACES),
+        np.geomspace(max(nearest, 1.0), max(farthest, 1.0), DISTANCES),
         top,
         scene.radar.height,
         scene.radar.wavelength,
@@ -154,8 +163,8 @@ def _mirrored_db(body: Body, scene: Scene) -> float:
         wave_height=rms_wave_height(scene.environment.sea_state),
         elevation_gain=partial(elevation_gain, scene.radar),
     )
-    mirror = np.abs(factor - 1.0)
-    return _relative_db(float(np.max(mirror * (2.0 + mirror))))  # |F^2 - 1| whatever the phases
+    reflected = np.abs(factor - 1.0)
+    return _relative_db(float(np.max(reflected * (2.0 + reflected))))  # |F^2 - 1| whatever the phases
 
 
 def _relative_db(ratio: float) -> float:

@@ -14,15 +14,15 @@ from radar_service.plan.statistics import EngineStatistics
 from radar_service.radar.parameters import Radar
 from radar_service.scene.doubts import pulse_doppler_shift
 from radar_service.scene.world import Scene
-from radar_service.trace.ray_sampling import REACH
+from radar_service.trace.ray_sampling import missed_area_range
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 
 
-def effects(scene: Scene, fidelity: Fidelity, record: EngineStatistics) -> list[PlanItem]:
+def effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
     """The choices for everything but bodies."""
-    return _documented_effects(scene) if fidelity.chain == "documented" else _corrected_effects(scene, fidelity, record)
+    return _documented_effects(scene) if fidelity.engine == "documented" else _corrected_effects(scene, fidelity, statistics)
 
 
 def _documented_effects(scene: Scene) -> list[PlanItem]:
@@ -43,8 +43,8 @@ def _documented_effects(scene: Scene) -> list[PlanItem]:
     ]
 
 
-def _corrected_effects(scene: Scene, fidelity: Fidelity, record: EngineStatistics) -> list[PlanItem]:
-    environment, costs = scene.environment, record.costs
+def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
+    environment, costs = scene.environment, statistics.costs
     receiver = None if costs is None else costs.receiver
     noise = "thermal, k T0 F" if environment.noise else "not asked for"
     return [
@@ -52,8 +52,8 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, record: EngineStatistic
         _beam(scene, fidelity),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         _earth(scene),
-        _multipath(scene, fidelity, record),
-        *_air(scene, record),
+        _multipath(scene, fidelity, statistics),
+        *_air(scene, statistics),
         *_sway(scene, "the mast swings, bearings and elevations are those of the tilted antenna; sea clutter keeps level"),
         PlanItem("noise", environment.noise, noise, microseconds=receiver if environment.noise else None),
         *_doppler(scene),
@@ -115,15 +115,15 @@ def _earth(scene: Scene) -> PlanItem:
     return PlanItem("earth", True, f"effective radius {factor:.4g} x the earth's; costs nothing, {lifted}")
 
 
-def _multipath(scene: Scene, fidelity: Fidelity, record: EngineStatistics) -> PlanItem:
+def _multipath(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> PlanItem:
     if not scene.environment.multipath:
         return PlanItem("multipath", False, "not asked for")
-    if "multipath" in record.idle:
+    if "multipath" in statistics.culling.effects:
         return PlanItem(
             "multipath",
             False,
             "the sea mirrors too little: too rough, too steeply met, outside the beam",
-            field_db=record.idle["multipath"],
+            field_db=statistics.culling.effects["multipath"],
         )
     held = multipath_error_db(scene, fidelity.azimuths_per_block)
     if math.isinf(held):
@@ -132,12 +132,12 @@ def _multipath(scene: Scene, fidelity: Fidelity, record: EngineStatistics) -> Pl
     return PlanItem("multipath", True, how, field_db=min(held, 0.0))
 
 
-def _air(scene: Scene, record: EngineStatistics) -> list[PlanItem]:
+def _air(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
     environment = scene.environment
     lossy = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0
-    if "gas" in record.idle and not environment.rain_mm_h:
+    if "gas" in statistics.culling.effects and not environment.rain_mm_h:
         text = f"{environment.gas_db_per_km:.4g} dB/km moves nothing within the range of this radar"
-        return [PlanItem("gas and rain loss", False, text, field_db=record.idle["gas"])]
+        return [PlanItem("gas and rain loss", False, text, field_db=statistics.culling.effects["gas"])]
     text = f"{environment.gas_db_per_km:.4g} dB/km one way, rain {environment.rain_mm_h:g} mm/h (ITU-R P.838)"
     return [PlanItem("gas and rain loss", lossy, text + ("; costs nothing" if lossy else ""))]
 
@@ -156,14 +156,7 @@ def _doppler(scene: Scene) -> list[PlanItem]:
 def missed(scene: Scene) -> str:
     """From where on rays miss a square metre."""
     radar = scene.radar
-    return f"a square metre is missed by one azimuth in twenty or more beyond {starving_range(radar):.0f} m"
-
-
-def starving_range(radar: Radar) -> float:
-    """Range [m] from which uniform rays miss a square metre at boresight with 5 % probability or more: (1 - p)^N, p its
-    share of the box of rays."""
-    share = -math.expm1(math.log(0.05) / radar.rays)
-    return 1.0 / math.sqrt(share * (2.0 * REACH) ** 2 * radar.beamwidth * radar.beamwidth_el)
+    return f"a square metre is missed by one azimuth in twenty or more beyond {missed_area_range(radar.rays, radar.beamwidth, radar.beamwidth_el):.0f} m"
 
 
 def _documented_clutter(scene: Scene) -> list[PlanItem]:

@@ -8,12 +8,11 @@ from typing import Any
 from radar_service.fidelity import Fidelity
 from radar_service.plan.bodies import bodies
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.cost_model import Costs, Counts
 from radar_service.plan.effects import effects
 from radar_service.plan.items import PlanItem
 from radar_service.plan.multipath_error import multipath_error_db
 from radar_service.plan.settings_search import all_rests, combine_db, moving_db, resting_db
-from radar_service.plan.statistics import EngineStatistics, realtime_factor
+from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
 from radar_service.scene.world import Scene
 
 METHODS = ("at rest", "moving")
@@ -70,31 +69,35 @@ class Plan:
 
 def _counted(counts: Counts) -> str:
     once = f"{counts.scatterers} scatterers; once {counts.resting_echoes} echoes and {counts.set_up_rays} rays"
-    looks = f"{counts.visibility_updates_per_scan:.3g} looks a revolution, the first {counts.moving_echoes} echoes and {counts.visibility_rays} rays"
+    looks = f"{counts.looks_per_scan:.3g} looks a revolution, the first {counts.moving_echoes} echoes and {counts.look_rays} rays"
     shadows = f", {counts.shadowed_echoes} hidden" if counts.shadowed_echoes else ""
     return f"{once}; {looks}{shadows}; {counts.transform_samples} FFT samples a profile"
 
 
-def plan_for(scene: Scene, fidelity: Fidelity, record: EngineStatistics = NOTHING_KNOWN) -> Plan:
+def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NOTHING_KNOWN) -> Plan:
     """The plan of a scene at a fidelity, as far as it is known."""
     errors = {}
-    if fidelity.chain == "corrected":
+    if fidelity.engine == "corrected":
         errors["at rest"] = resting_db(scene.radar, fidelity)
         if not all_rests(scene):
             errors["moving"] = moving_db(scene.radar, fidelity)
-    held = -math.inf if "multipath" in record.idle or not errors else multipath_error_db(scene, fidelity.azimuths_per_block)
+    held = (
+        -math.inf
+        if "multipath" in statistics.culling.effects or not errors
+        else multipath_error_db(scene, fidelity.azimuths_per_block)
+    )
     if math.isfinite(held):
         errors["of the sea's mirror, nearest mover"] = min(held, 0.0)
-    if record.idle:
-        errors["of effects left out"] = combine_db(*record.idle.values())
+    if statistics.culling.effects:
+        errors["of effects left out"] = combine_db(*statistics.culling.effects.values())
     return Plan(
         fidelity.name,
-        (*effects(scene, fidelity, record), *bodies(scene, fidelity, record)),
+        (*effects(scene, fidelity, statistics), *bodies(scene, fidelity, statistics)),
         asdict(fidelity),
         errors,
-        record.counts,
-        record.costs,
-        None if record.costs is None else realtime_factor(scene, record.costs),
+        statistics.counts,
+        statistics.costs,
+        None if statistics.costs is None else realtime_factor(scene, statistics.costs),
         tuple(_caveats(fidelity, errors)),
     )
 

@@ -1,33 +1,38 @@
 """The most accurate fidelity that keeps a pace on this machine. It depends on the machine; the error budget that it comes to
 pins it: the same budget gives the same bytes anywhere."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from radar_service.fidelity import Fidelity
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
 from radar_service.plan.plan import Plan
 from radar_service.plan.settings_search import fidelity_for, relative_cost
 from radar_service.scene.world import Scene
-from radar_service.simulator import Simulator
 
 HOPE = 0.8  # of the pace: estimates from another fidelity that come so near to it are worth setting up
 
 
-def plan_in_time(scene: Scene, factor: float, asked: ErrorBudget | None = None, seed: int = 0) -> Plan:
-    """The plan of the most accurate fidelity that reaches `factor` simulated seconds a second on one thread here, of `asked`
-    if that does; of the coarsest where none does. Its caveats say so."""
-    first = Simulator(scene, fidelity_for(scene, asked or ErrorBudget()), seed).plan
-    if asked is not None and _reaches(first, factor):
+def plan_in_time(
+    scene: Scene, factor: float, planned: Callable[[Fidelity], Plan], requested: ErrorBudget | None = None
+) -> Plan:
+    """The plan of the most accurate fidelity that reaches `factor` simulated seconds a second on one thread here, of `requested`
+    if that does; of the coarsest where none does. Its caveats say so.
+
+    planned: the plan of the scene at a fidelity, with measured costs.
+    """
+    first = planned(fidelity_for(scene, requested or ErrorBudget()))
+    if requested is not None and _reaches(first, factor):
         return first
-    steps = [step for step in STEPS_DB if asked is None or step > asked.target_db]
-    tried = [] if asked is None else [first]
+    steps = [step for step in STEPS_DB if requested is None or step > requested.target_db]
+    tried = [] if requested is None else [first]
     for step in steps:
         if step != steps[-1] and estimated_factor(scene, first, step) < HOPE * factor:
             continue
-        tried.append(Simulator(scene, fidelity_for(scene, ErrorBudget(step)), seed).plan)
+        tried.append(planned(fidelity_for(scene, ErrorBudget(step))))
         if _reaches(tried[-1], factor):
             break
-    return _said(tried[-1], factor, () if asked is None else tried[:1])
+    return _said(tried[-1], factor, () if requested is None else tried[:1])
 
 
 def estimated_factor(scene: Scene, known: Plan, step: float) -> float:

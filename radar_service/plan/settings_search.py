@@ -22,7 +22,8 @@ from radar_service.receive.beam import azimuth_kernel, beam_spectrum
 from radar_service.receive.compression import range_kernel, waveform_spectra
 from radar_service.receive.gridding import Kernel
 from radar_service.receive.plain_pulse import PulseKernel
-from radar_service.scattering.scatterer_set import uses_optics
+from radar_service.scattering.fixed_scatterers import FixedScatterers, density_db, surface_db
+from radar_service.scattering.models import scattering_model
 from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
@@ -34,8 +35,6 @@ COURSES, BY_ITSELF = -61.5, -88.0  # chirps at 12 kn (tests/bench/accuracy_table
 FINENESS = {1: -78.0, 8: -96.0}  # of the beam's table: DESIGN section 4, and 18 dB less for 8 times as many entries
 AT_REST, MOVING = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
 DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with a quarter of one targets are missed (chart)
-ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of patches; chart of the harbour: 0.98, with 4 0.44, 16 0.23
-ONE_POINT, ONE_POINT_MIRRORED = 4.3, 15.0  # dB, the same of a whole small surface (tests/plan/test_power.py)
 MOST_FEWEST = 4096  # points on the smallest surface: 0.2 dB among the lobes of the sea's mirror
 GLANCES = {1.0: 20.0, 0.2: 5.0, 0.0: 1.0}  # m between looks from a budget [dB] on: those of the three presets
 FREQUENCIES = 4096  # at which spectra are compared
@@ -106,20 +105,12 @@ def motion_db(fidelity: Fidelity) -> float:
     return combine_db(swept, FINENESS[8 if fidelity.beam_table_oversampling >= 8 else 1])
 
 
-def density_db(per_cell: float) -> float:
-    """Predicted error [dB] of the mean power of a surface a few cells large: it goes as one over the root of its points."""
-    return ONE_PER_CELL / math.sqrt(per_cell)
-
-
-def surface_db(points: float, mirrored: bool) -> float:
-    """Error [dB] of the mean power of a surface that stands on so many points; mirrored: in the lobes of the sea's mirror."""
-    return (ONE_POINT_MIRRORED if mirrored else ONE_POINT) / math.sqrt(points)
-
-
 def _fewest(scene: Scene, budget: ErrorBudget) -> int:
     """Points that keep the budget on any surface of the scene, at least those of `balanced`."""
     mirrored = scene.environment.multipath
-    surfaces = [body for body in scene.bodies if body.mesh is not None and not uses_optics(body)]
+    surfaces = [
+        body for body in scene.bodies if body.mesh is not None and issubclass(scattering_model(body), FixedScatterers)
+    ]
     if not any(body.rcs is None or mirrored for body in surfaces):  # a declared cross-section is shared out exactly
         return MIN_SCATTERERS
     return int(np.clip(math.ceil((surface_db(1.0, mirrored) / budget.target_db) ** 2), MIN_SCATTERERS, MOST_FEWEST))

@@ -1,38 +1,23 @@
-"""The echoes of a set of scatterers, with the radar equation written once."""
+"""The radar equation, and all that the path does to the amplitude of an echo."""
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.frames import Polar, effective_earth_radius
-from radar_service.propagation.multipath import gas_amplitude, rain_db_per_km, two_ray_factor
+from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
+from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import quick_gain
 from radar_service.radar.parameters import Radar
 from radar_service.scene.world import Environment
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-
-
-@dataclass(frozen=True)
-class Echoes:
-    """Echoes as the boresight would hear them: range [m], azimuth [rad], amplitude [sqrt(W)], all (E,)."""
-
-    range: Floats
-    azimuth: Floats
-    amplitude: Complexes
-
-    def __post_init__(self) -> None:
-        assert self.range.shape == self.azimuth.shape == self.amplitude.shape
+from radar_service.types import Complexes, Floats
 
 
 def received_amplitude(radar: Radar, distance: Floats) -> Floats:
-    """Root of the received power [sqrt(W)] of 1 m^2 at slant range `distance` [m] on boresight, in free space.
+    """Root of the power received [sqrt(W)] from 1 m^2 at slant ranges `distance` (any shape) [m] on boresight, in free space.
 
-    P = Pt G^2 lambda^2 sigma / ((4 pi)^3 R^4 L) (Skolnik 2001, eq. 1.7). Inside radar.range_min the range counts as that.
+    P = Pt G^2 lambda^2 sigma / ((4 pi)^3 R^4 L) (Skolnik 2001, eq. 1.7). Ranges below radar.range_min count as range_min.
     """
     nearest = np.maximum(distance, radar.range_min)
     constant = radar.power * radar.gain**2 * radar.wavelength**2 / ((4.0 * np.pi) ** 3 * radar.loss)
@@ -40,15 +25,16 @@ def received_amplitude(radar: Radar, distance: Floats) -> Floats:
 
 
 def path_factor(
-    radar: Radar, environment: Environment, polar: Polar, height: Floats, lifted: Floats | float = 0.0
+    radar: Radar, environment: Environment, polar: Polar, height: Floats, tilt_error: Floats | float = 0.0
 ) -> Complexes:
-    """What the way there and back does to the amplitude, complex (E,): elevation gain, gas and rain, the sea's mirror.
+    """Two-way amplitude factor (E,) of the path, complex: elevation gain, gas and rain loss, sea reflection.
 
-    height: of the scatterers above the sea [m]; lifted: how far the antenna's sway has put each one up in its beam [rad].
+    polar: positions of the scatterers relative to the antenna; height: (E,) above the sea [m]; tilt_error: (E,) by how much
+    an antenna that sways observes each one higher in its beam [rad].
     """
     rain = rain_db_per_km(environment.rain_mm_h, radar.polarization, radar.frequency)
-    gas = gas_amplitude(polar.range, environment.gas_db_per_km + rain)
-    factor = (elevation_gain(radar, polar.elevation, lifted) * gas).astype(np.complex128)
+    gas = attenuation_amplitude(polar.range, environment.gas_db_per_km + rain)
+    factor = (elevation_gain(radar, polar.elevation, tilt_error) * gas).astype(np.complex128)
     if environment.multipath:
         factor *= (
             two_ray_factor(
@@ -59,16 +45,16 @@ def path_factor(
                 earth_radius=effective_earth_radius(environment.earth_factor),
                 polarization=radar.polarization,
                 wave_height=rms_wave_height(environment.sea_state),
-                elevation_gain=partial(elevation_gain, radar, lifted=lifted),
+                elevation_gain=partial(elevation_gain, radar, tilt_error=tilt_error),
             )
             ** 2
         )
     return factor
 
 
-def elevation_gain(radar: Radar, elevation: Floats, lifted: Floats | float = 0.0) -> Floats:
-    """One-way power gain relative to boresight at elevations [rad] from horizontal; lifted: as in `path_factor`."""
-    return quick_gain(elevation + lifted - radar.tilt, radar.beamwidth_el, radar.pattern_el)
+def elevation_gain(radar: Radar, elevation: Floats, tilt_error: Floats | float = 0.0) -> Floats:
+    """One-way power gain relative to boresight at elevations [rad] from horizontal; tilt_error: as in `path_factor`."""
+    return quick_gain(elevation + tilt_error - radar.tilt, radar.beamwidth_el, radar.pattern_el)
 
 
 def two_way_phase(distance: Floats, wavelength: float) -> Complexes:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.radar.antenna import AntennaPattern
+from radar_service.radar.antenna import AntennaPattern, quick_gain
 
 Floats = NDArray[np.float64]
 TURN = 2.0 * np.pi
@@ -79,6 +79,10 @@ class Radar:
     def spoke_period(self) -> float:
         """Time from one spoke to the next [s]."""
         return self.rotation_period / self.azimuths
+
+    def azimuth_gain(self, offset: Floats) -> Floats:
+        """One-way power gain relative to boresight at offsets in azimuth [rad] of any shape, by a table."""
+        return quick_gain(offset, self.beamwidth, self.pattern)
 
     def schedule(self, number: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Boresight [rad from north, 0 to 2 pi] and time [s] of spokes (K,) numbered from the start of the simulation."""

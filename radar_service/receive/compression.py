@@ -46,6 +46,11 @@ class Compression:
     noise: GaussianSpectrum
     eclipsing_filter: Eclipsing | None = None
 
+    @property
+    def row_bytes(self) -> int:
+        """Size of one row of the grid in memory."""
+        return self.size * np.dtype(np.complex64).itemsize
+
     def profiles(self, gridded: Profiles) -> Profiles:
         """Compressed profiles (K, bins) of echoes laid on rows (K, size)."""
         return self.from_spectrum(self.spectrum(gridded))

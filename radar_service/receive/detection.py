@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 
+from radar_service.types import Profiles, Singles
+
 Floats = NDArray[np.float64]
 KERNEL_REACH = 6.0  # sigmas kept of the Gaussian: exp(-18) = 1.5e-8 of its peak
 
@@ -13,6 +15,11 @@ KERNEL_REACH = 6.0  # sigmas kept of the Gaussian: exp(-18) = 1.5e-8 of its peak
 def detect(field: NDArray[np.complexfloating[Any, Any]]) -> Floats:
     """Power of the compressed field, any shape. Source: seed eq. 18."""
     return field.real.astype(np.float64) ** 2 + field.imag.astype(np.float64) ** 2  # eq. 18
+
+
+def square_law(field: Profiles) -> Singles:
+    """Power [W] of profiles [sqrt(W)] of any shape, in single precision."""
+    return np.asarray(field.real**2 + field.imag**2)
 
 
 def spread_sigma(beamwidth: float) -> float:

@@ -10,7 +10,6 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from radar_service.clutter.azimuth_rows import Pattern
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
@@ -38,9 +37,9 @@ class Arrivals:
 class Interference:
     """One other radar, as this one hears it."""
 
-    def __init__(self, scene: Scene, which: int, pattern: Pattern, seed: int) -> None:
-        """which: index in scene.interference; pattern: own one-way gain in azimuth."""
-        self.scene, self.other, self.pattern = scene, scene.interference[which], pattern
+    def __init__(self, scene: Scene, which: int, seed: int) -> None:
+        """which: index in scene.interference."""
+        self.scene, self.other = scene, scene.interference[which]
         self._key = (seed, INTERFERENCE, which)
         lag, turn = generator(*self._key, 0).random(2)
         self._first = lag / self.other.prf  # s, of its pulse number 0
@@ -78,7 +77,7 @@ class Interference:
         arrived = self._first + pulse / other.prf
         bearing = self._bearing(time)[row]
         looks = self._start + 2.0 * np.pi * arrived / other.rotation_period
-        gain = self.pattern(wrap_angle(boresight[row] - bearing))
+        gain = radar.azimuth_gain(wrap_angle(boresight[row] - bearing))
         gain = gain * PATTERNS["taylor"].gain(wrap_angle(looks - bearing - np.pi), other.beamwidth)
         loud = np.flatnonzero(gain * other.level > AUDIBLE)
         phase = np.array([self._phase(int(p)) for p in pulse[loud]])

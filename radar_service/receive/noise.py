@@ -23,7 +23,7 @@ class GaussianSpectrum:
         self._size, self._above, self._below = size, 2 * above, 2 * below
         self._weight = np.repeat(np.concatenate([weight[:above], weight[size - below :]]), 2).astype(np.float32)
 
-    def drawn(self, rows: int, rng: np.random.Generator) -> Profiles:
+    def draw(self, rows: int, rng: np.random.Generator) -> Profiles:
         """Spectra (rows, size)."""
         spectrum = np.zeros((rows, self._size), dtype=np.complex64)
         self.add(spectrum, rng)

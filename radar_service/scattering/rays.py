@@ -1,158 +1,179 @@
-"""Rays as a second estimator of what diffuse surfaces send back, independent of the scatterers (DESIGN section 4).
+"""Rays as a second estimator of diffuse surfaces, independent of fixed scatterers.
 
-Rays spread evenly round the antenna find the surfaces, and each hit carries the area that its ray sees. It answers the same
-question as the scatterers in its own way: no points on surfaces, no densities, no tests of visibility. Bodies with a
-declared cross-section, points and optics have no such integral: they stay with the ensemble, and only stop rays.
+Rays spread evenly about the antenna find the surfaces, and each hit stands for the area that its ray covers. There are no
+points on surfaces, no densities and no visibility tests. Bodies with a declared cross-section, points and physical optics have
+no such integral: they keep their own models, and only stop rays.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from radar_service.frames import body_rotation, direction, map_from_body
+from radar_service.fidelity import Fidelity
+from radar_service.frames import body_rotation, direction
 from radar_service.radar.parameters import Radar
 from radar_service.random import CAST, generator
-from radar_service.scattering.scatterer_set import BodyEchoes, ScattererSet, Sector
-from radar_service.scene.poses import pose_at
-from radar_service.scene.world import Body, Mesh
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.trace.occluder import BodyPose
-from radar_service.trace.ray_sampling import rays_round
+from radar_service.scattering.fixed_scatterers import DiffuseScattering
+from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
+from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
+from radar_service.scene.world import Body, Scene
+from radar_service.trace.embree import RayCount
+from radar_service.trace.ray_sampling import missed_area_range, rays_round
 from radar_service.trace.ray_target import RayTarget, sea_range
+from radar_service.types import Complexes, Floats, Indices
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
-STILL = BodyPose(np.zeros(3), 0.0)
-
-
-def is_cast(body: Body) -> bool:
-    """Whether rays estimate what a body sends back: it has a diffuse surface (none is declared)."""
-    return body.mesh is not None and body.scattering == "diffuse"
+SAMPLER_NAMES = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
 
 
 @dataclass(frozen=True)
-class Hits:
-    """Where rays met bodies (H,): the body's index in the scene, the place (H, 3) [m] in its own frame, slant range [m], the
-    solid angle [sr] of the ray, and its random phasor."""
+class RayHits:
+    """Where rays met bodies (H,).
+
+    body: (H,) index in the scene.
+    position: (H, 3) in the body's own frame [m].
+    range: (H,) slant range [m].
+    solid_angle: (H,) of the ray [sr].
+    phasor: (H,) of unit length: the random phase.
+    """
 
     body: Indices
     position: Floats
     range: Floats
     solid_angle: Floats
-    phasor: NDArray[np.complex128]
+    phasor: Complexes
 
     def __len__(self) -> int:
         return len(self.body)
 
 
-def hit_amplitude(hits: Hits, gamma: Floats) -> NDArray[np.complex128]:
-    """Root of the cross-section [m] with its phase (H,) that each hit stands for; gamma (B,) of the bodies of the scene.
+def hit_amplitude(hits: RayHits, gamma: Floats) -> Complexes:
+    """Root of the cross-section [m] with its phase (H,) that each hit stands for; gamma: (B,) of the bodies of the scene.
 
-    The ray sees the area R^2 dOmega / cos i, of sigma0 = gamma cos i: the cosines cancel, and a hit needs no normal.
+    A ray covers the area R^2 dOmega / cos i, of sigma0 = gamma cos i: the cosines cancel, and a hit needs no normal.
     """
     return np.asarray(np.sqrt(gamma[hits.body] * hits.range**2 * hits.solid_angle) * hits.phasor)
 
 
 class RayCaster:
-    """All triangles of a scene, ready for rays: what a ray meets first is a hit, and hides what is behind."""
+    """All triangles of a scene. A ray's first hit counts; what lies behind it is occluded."""
 
-    def __init__(self, bodies: Sequence[Body], radar: Radar, earth_radius: float, sampler: str, seed: int) -> None:
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        radar: Radar,
+        earth_radius: float,
+        sampler: str,
+        seed: int,
+        rays: RayCount | None = None,
+    ) -> None:
+        """sampler: how rays are distributed, as in `trace.ray_sampling`; rays: counts the rays cast, where given."""
         self.bodies, self.radar, self.earth_radius = tuple(bodies), radar, earth_radius
         self.sampler, self.seed = sampler, seed
-        self.cast = 0  # rays so far
+        self._count = rays or RayCount()
         self.gamma: Floats = np.array([body.material.gamma for body in bodies], dtype=np.float64)
-        still = [key for key, body in enumerate(bodies) if body.mesh is not None and body.motion.at_rest]
-        self._still = np.array(still, dtype=np.int64)
-        self._still_last = np.cumsum([_triangles(bodies[key]) for key in still])
-        self._landscape = RayTarget(_on_map([bodies[key] for key in still]), earth_radius) if still else None
+        resting = [key for key, body in enumerate(bodies) if body.mesh is not None and body.motion.at_rest]
+        self._resting = np.array(resting, dtype=np.int64)
+        self._last_face = np.cumsum([_triangles(bodies[key]) for key in resting])
+        merged = merged_mesh([bodies[key] for key in resting])
+        self._resting_target = None if merged is None else RayTarget(merged, earth_radius)
         self._movers = {
             key: RayTarget(body.mesh, earth_radius)
             for key, body in enumerate(bodies)
             if body.mesh is not None and not body.motion.at_rest
         }
 
-    def hits(self, antenna: Floats, time: float, reach: float, movers: bool = True) -> Hits:
-        """What a turn of rays from the antenna (3,) meets at `time` [s] within `reach` [m]; movers: whether what moves is
-        there at all. Each instant has rays and phases of its own, the same for the same seed."""
+    def hits(self, antenna: Floats, time: float, max_range: float, movers: bool = True) -> RayHits:
+        """Hits of a full circle of rays from the antenna (3,) at `time` [s] within `max_range` [m].
+
+        movers: whether bodies that move are present. Each instant has rays and phases of its own, the same for the same seed.
+        """
         radar = self.radar
         random = generator(self.seed, CAST, int(np.float64(time).view(np.int64)))
         rays = rays_round(self.sampler, random, radar.rays, radar.beamwidth, radar.beamwidth_el, radar.tilt)
-        self.cast += len(rays)
+        self._count.rays += len(rays)
         sight = direction(rays.azimuth, rays.elevation)
-        nearest = np.minimum(sea_range(rays.elevation, float(antenna[2]), self.earth_radius), reach)
+        nearest = np.minimum(sea_range(rays.elevation, float(antenna[2]), self.earth_radius), max_range)
         body, position = np.full(len(rays), -1, dtype=np.int64), np.zeros((len(rays), 3))
-        if self._landscape is not None:
-            which, triangle = _closer(self._landscape, STILL, antenna, sight, nearest)
-            body[which] = self._still[np.searchsorted(self._still_last, triangle, side="right")]
-            position[which] = self._landscape.place(STILL, antenna, sight[which], nearest[which])
+        if self._resting_target is not None:
+            which, triangle = _closer_hits(self._resting_target, MAP_POSE, antenna, sight, nearest)
+            body[which] = self._resting[np.searchsorted(self._last_face, triangle, side="right")]
+            position[which] = self._resting_target.point(MAP_POSE, antenna, sight[which], nearest[which])
         for key, target in self._movers.items() if movers else ():
-            stand = pose_at(self.bodies[key], time)
-            which, _ = _closer(target, stand, antenna, sight, nearest)
+            pose = pose_at(self.bodies[key], time)
+            which, _ = _closer_hits(target, pose, antenna, sight, nearest)
             body[which] = key
-            position[which] = target.place(stand, antenna, sight[which], nearest[which])
+            position[which] = target.point(pose, antenna, sight[which], nearest[which])
         phasor = np.exp(2j * np.pi * random.random(len(rays)))
         met = np.flatnonzero(body >= 0)
-        places = self._own_frames(body[met], position[met])
-        return Hits(body[met], places, nearest[met], rays.solid_angle[met], phasor[met])
+        own_frame = self._in_own_frames(body[met], position[met])
+        return RayHits(body[met], own_frame, nearest[met], rays.solid_angle[met], phasor[met])
 
-    def _own_frames(self, body: Indices, position: Floats) -> Floats:
-        """Hits on bodies at rest were met on the map: their places (H, 3) in the frames of their bodies."""
-        for key in np.intersect1d(body, self._still):
-            mine, stand = body == key, pose_at(self.bodies[key], 0.0)
-            position[mine] = (position[mine] - stand.position) @ body_rotation(stand.heading)
+    def _in_own_frames(self, body: Indices, position: Floats) -> Floats:
+        """Positions (H, 3) in the frames of their bodies. Hits on bodies at rest were found in map coordinates."""
+        for key in np.intersect1d(body, self._resting):
+            own, pose = body == key, pose_at(self.bodies[key], 0.0)
+            position[own] = (position[own] - pose.position) @ body_rotation(pose.heading)
         return position
 
 
-@dataclass(frozen=True)
-class RaySampledSet:
-    """B bodies, of which rays see the diffuse ones, and an ensemble of scatterers the others."""
+class RaySampledSurfaces:
+    """Diffuse bodies (B,) estimated by rays. Rays are always cast over the full circle."""
 
-    bodies: tuple[Body, ...]
-    key: Indices  # (B,) index of each body in the scene
-    others: ScattererSet
-    caster: RayCaster
+    def __init__(self, key: Indices, caster: RayCaster) -> None:
+        """key: (B,) index of each body in the scene."""
+        self.key, self._caster = key, caster
+        self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
+        self._index = np.full(len(caster.bodies), -1, dtype=np.int64)  # of each body of the scene, in this model
+        self._index[key] = np.arange(len(key))
 
-    def __len__(self) -> int:
-        return len(self.bodies)
+    @classmethod
+    def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
+        """As `ScatteringModel.build`; rays meet all bodies of the scene."""
+        sampler = context.fidelity.sampler
+        caster = RayCaster(context.scene_bodies, context.radar, context.earth_radius, sampler, context.seed, context.rays)
+        return cls(key, caster)
 
-    @property
-    def rays(self) -> int:
-        """Rays cast so far: those of the sampler, each whole, and from bounce to bounce."""
-        return self.caster.cast + self.others.rays
-
-    def forget(self) -> None:
-        """Have physical optics evaluated anew next time: so that it can be timed."""
-        self.others.forget()
-
-    def reflections(
-        self,
-        occlusion: OcclusionScene,
-        antenna: Floats,
-        time: float,
-        reach: float,
-        movers: bool = True,
-        sector: Sector | None = None,
-    ) -> BodyEchoes:
-        """What the antenna (3,) sees of bodies as they stand at `time` [s]; arguments as in `ScattererSet.reflections`. Rays are
-        always cast all round."""
-        declared = self.others.reflections(occlusion, antenna, time, reach, movers, sector)
-        hits = self.caster.hits(antenna, time, reach, movers)
-        index = np.full(len(self.caster.bodies), -1, dtype=np.int64)  # of each body of the scene, in this ensemble
-        index[self.key[[is_cast(body) for body in self.bodies]]] = np.flatnonzero([is_cast(b) for b in self.bodies])
-        mine = np.flatnonzero(index[hits.body] >= 0)
-        place = np.searchsorted(self.key, self.others.key)  # of each body of the others, in this ensemble
-        body = np.concatenate([index[hits.body[mine]], place[declared.body]])
+    def echoes(self, launch: Floats, receive: Floats, instant: Instant) -> BodyEchoes:
+        """As `ScatteringModel.echoes`. Raises ValueError where launch and receive differ: one ray serves both ways."""
+        if receive is not launch:
+            raise ValueError("rays: launch and receive must be the same point; use fixed scatterers for the sea's image")
+        hits = self._caster.hits(launch, instant.time, instant.max_range, instant.movers)
+        own = np.flatnonzero(self._index[hits.body] >= 0)
+        body, amplitude = self._index[hits.body[own]], hit_amplitude(hits, self._caster.gamma)[own]
         order = np.argsort(body, kind="stable")
-        position = np.concatenate([hits.position[mine], declared.position])
-        amplitude = np.concatenate([hit_amplitude(hits, self.caster.gamma)[mine], declared.amplitude])
-        return BodyEchoes(position[order], amplitude[order], body[order])
+        return BodyEchoes(hits.position[own][order], amplitude[order], body[order])
+
+    def clear(self) -> None:
+        """Nothing is cached."""
+
+    @staticmethod
+    def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
+        """As that of fixed scatterers."""
+        return DiffuseScattering.max_rcs(body, radar, fidelity)
+
+    @staticmethod
+    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
+        """As `ScatteringModel.description`."""
+        radar = scene.radar
+        missed = missed_area_range(radar.rays, radar.beamwidth, radar.beamwidth_el)
+        return (
+            f"diffuse, {computed}, by {SAMPLER_NAMES[fidelity.sampler]} rays, {radar.rays} to 3 x 3 beamwidths (one azimuth in "
+            f"twenty misses a square metre beyond {missed:.0f} m); no ray leaves beyond 1.5 beamwidths above and below"
+        )
+
+    @staticmethod
+    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
+        """Unknown: it depends on how many rays meet the body."""
+        return None
 
 
-def _closer(target: RayTarget, stand: BodyPose, antenna: Floats, sight: Floats, nearest: Floats) -> tuple[Indices, Indices]:
-    """Which rays meet this target before `nearest` (M,) [m], which is lowered for them, and in which of its triangles."""
-    triangle, distance = target.first_hit(stand, antenna, sight)
+def _closer_hits(
+    target: RayTarget, pose: BodyPose, antenna: Floats, sight: Floats, nearest: Floats
+) -> tuple[Indices, Indices]:
+    """Rays that meet this target before `nearest` (M,) [m], and the triangle of each. Lowers `nearest` for them."""
+    triangle, distance = target.first_hit(pose, antenna, sight)
     which = np.flatnonzero(distance < nearest)
     nearest[which] = distance[which]
     return which, triangle[which]
@@ -160,17 +181,3 @@ def _closer(target: RayTarget, stand: BodyPose, antenna: Floats, sight: Floats, 
 
 def _triangles(body: Body) -> int:
     return 0 if body.mesh is None else len(body.mesh.faces)
-
-
-def _on_map(bodies: Sequence[Body]) -> Mesh:
-    """The meshes of bodies at rest as one, on the map."""
-    vertices: list[Floats] = []
-    faces: list[Indices] = []
-    count = 0
-    for body in bodies:
-        if body.mesh is not None:
-            stand = pose_at(body, 0.0)
-            faces.append(body.mesh.faces + count)
-            vertices.append(map_from_body(body.mesh.vertices, stand.position, stand.heading))
-            count += len(body.mesh.vertices)
-    return Mesh(np.concatenate(vertices), np.concatenate(faces))

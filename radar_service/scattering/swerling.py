@@ -1,6 +1,15 @@
-"""Fluctuation of declared cross-sections."""
+"""Fluctuation of declared cross-sections (Swerling 1960)."""
+
+from collections.abc import Sequence
 
 import numpy as np
+
+from radar_service.block_cache import BlockCache
+from radar_service.random import FLUCTUATION, generator
+from radar_service.scene.world import Body
+from radar_service.types import Floats, Indices, Singles
+
+DRAWS_PER_BLOCK = 16  # azimuths drawn together: setting up a generator costs as much as some 30 draws
 
 
 def swerling_factor(case: int, rng: np.random.Generator) -> float:
@@ -14,5 +23,42 @@ def swerling_factor(case: int, rng: np.random.Generator) -> float:
 
 
 def per_azimuth(case: int) -> bool:
-    """Whether the cross-section is drawn anew for every azimuth (cases 2 and 4) rather than for every scan (1 and 3)."""
+    """Whether the cross-section is drawn for each azimuth (cases 2 and 4) rather than for each scan (1 and 3)."""
     return case in (2, 4)
+
+
+class Fluctuation:
+    """The draws of all fluctuating bodies (B,). Safe to call from several threads."""
+
+    def __init__(self, bodies: Sequence[Body], key: Indices, azimuths: int, seed: int) -> None:
+        """key: (B,) index of each body in the scene; azimuths: per scan."""
+        self._case = np.array([body.swerling for body in bodies], dtype=np.int64)
+        self._key, self._azimuths, self._seed = key, azimuths, seed
+        self._draws: BlockCache[tuple[int, int], tuple[float, ...]] = BlockCache(16 * max(1, len(bodies)))
+
+    def apply(self, weight: Singles, number: Indices, azimuth: Floats, body: Indices) -> None:
+        """Multiplies weights (E, K) by the amplitude factors of their bodies.
+
+        number: (K,) of the azimuths since the start; azimuth: (E,) of the echoes [rad]; body: (E,) of the echoes. Slow cases
+        are drawn once per beam crossing. Crossings are counted from the opposite bearing, so that no target changes while
+        the beam is on it.
+        """
+        if not self._case.any():
+            return
+        for b in np.flatnonzero(np.bincount(body, minlength=len(self._case)) * self._case):
+            own = np.flatnonzero(body == b)
+            if per_azimuth(int(self._case[b])):
+                blocks = (self._block(int(b), int(n) // DRAWS_PER_BLOCK)[int(n) % DRAWS_PER_BLOCK] for n in number)
+                weight[own] *= np.array(list(blocks), np.float32)
+                continue
+            fraction = azimuth[own[0]] % (2.0 * np.pi) / (2.0 * np.pi)
+            crossing = np.floor(number / self._azimuths - fraction + 1.5).astype(np.int64)
+            weight[own] *= np.array([self._block(int(b), int(draw))[0] for draw in crossing], np.float32)
+
+    def _block(self, body: int, draw: int) -> tuple[float, ...]:
+        """Amplitude factors of a crossing, or of DRAWS_PER_BLOCK azimuths."""
+        return self._draws.get((body, draw), lambda: self._drawn(body, draw))
+
+    def _drawn(self, body: int, draw: int) -> tuple[float, ...]:
+        rng, case = generator(self._seed, FLUCTUATION, int(self._key[body]), draw), int(self._case[body])
+        return tuple(float(np.sqrt(swerling_factor(case, rng))) for _ in range(DRAWS_PER_BLOCK if per_azimuth(case) else 1))

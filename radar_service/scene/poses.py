@@ -1,69 +1,119 @@
-"""Where many bodies stand at many instants: those at rest are asked once, those on a straight course all together."""
+"""Poses of many bodies at many instants. Bodies at rest are computed once, straight courses all together."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from radar_service.frames import wrap_bearing
-from radar_service.scene.world import Body
-from radar_service.trace.occluder import BodyPose
+from radar_service.frames import body_rotation, map_from_body, wrap_bearing
+from radar_service.scene.world import Body, Mesh
+from radar_service.types import Floats, Indices
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
+
+@dataclass(frozen=True)
+class BodyPose:
+    """Pose of one body at one instant: position (3,) on the map [m] and heading [rad]."""
+
+    position: Floats
+    heading: float
+
+    def frame_from_map(self, points: Floats, earth_radius: float) -> Floats:
+        """Map points (..., 3) in the body's own frame, curved about its origin as `trace.occluder` explains [m]."""
+        local = points - self.position
+        if self.heading != 0.0:
+            local = local @ body_rotation(self.heading)
+        if np.isfinite(earth_radius):
+            local[..., 2] -= (local[..., 0] ** 2 + local[..., 1] ** 2) / (2.0 * earth_radius)
+        return local
+
+
+MAP_POSE = BodyPose(np.zeros(3), 0.0)  # of a mesh whose vertices are map coordinates
 
 
 class PoseArrays(NamedTuple):
-    """B bodies at K instants: position (K, B, 3) [m], heading (K, B) [rad]."""
+    """Poses of B bodies at K instants: position (K, B, 3) [m], heading (K, B) [rad]."""
 
     position: Floats
     heading: Floats
 
 
 class BodyPoses:
-    """The motions of bodies (B,), in order."""
+    """The motions of bodies (B,), evaluated together. moving: indices of the bodies that do not rest."""
 
     def __init__(self, bodies: Sequence[Body]) -> None:
         self._motions = [body.motion for body in bodies]
         self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
-        self._bent = {int(b) for b in self.moving if len(self._motions[b].time) > 1}
+        self._with_legs = {int(b) for b in self.moving if len(self._motions[b].time) > 1}
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
         self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
         self._velocity = np.array([self._motions[b].final_velocity for b in self.moving]).reshape(-1, 3)
         self._start = np.array([self._motions[b].time[0] for b in self.moving])
 
-    def stands(self, time: Floats, asked: Indices | None = None) -> PoseArrays:
-        """Where bodies stand at each time (K,) [s]: those `asked` for (N,), all by default; the others somewhere."""
+    def at(self, time: Floats, requested: Indices | None = None) -> PoseArrays:
+        """Poses of all bodies at each time (K,) [s]. Rows of bodies not in `requested` (N,) are undefined; None: all."""
         position = np.repeat(self._position[None], len(time), axis=0)
         heading = np.repeat(self._heading[None], len(time), axis=0)
         if len(self.moving):
             since = np.maximum(time[:, None] - self._start, 0.0)
             position[:, self.moving] += since[:, :, None] * self._velocity
-        for b in self._bent if asked is None else (b for b in asked if b in self._bent):
+        for b in self._with_legs if requested is None else (b for b in requested if b in self._with_legs):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
         return PoseArrays(position, heading)
 
-    def poses_at(self, time: float) -> list[BodyPose]:
-        """Where each body stands at `time` [s]."""
-        stands = self.stands(np.array([time]))
-        return [
-            BodyPose(place, heading) for place, heading in zip(stands.position[0], stands.heading[0].tolist(), strict=True)
-        ]
+    def each_at(self, time: float) -> list[BodyPose]:
+        """The pose of each body at `time` [s]."""
+        poses = self.at(np.array([time]))
+        rows = zip(poses.position[0], poses.heading[0].tolist(), strict=True)
+        return [BodyPose(position, heading) for position, heading in rows]
 
 
 def pose_at(body: Body, time: float) -> BodyPose:
-    """Where one body stands at `time` [s]."""
+    """The pose of one body at `time` [s]."""
     pose = body.motion.pose(time)
     return BodyPose(pose.position[0], float(pose.heading[0]))
 
 
-def placed_at(points: Floats, body: Indices, position: Floats, heading: Floats) -> Floats:
-    """Points (E, 3) [m] of bodies' own frames, each of `body` (E,), on the map, for positions (B, 3) [m] and
-    headings (B,) [rad] of the bodies."""
+def map_from_bodies(points: Floats, body: Indices, position: Floats, heading: Floats) -> Floats:
+    """Points (E, 3) of bodies' own frames, point e of body body[e], on the map [m].
+
+    position: (B, 3) [m] and heading: (B,) [rad] of the bodies.
+    """
     c, s = np.cos(heading)[body], np.sin(heading)[body]
     east, north, up = points.T
-    turned = np.stack([c * east + s * north, c * north - s * east, up], axis=-1)
-    turned += position[body]
-    return turned
+    rotated = np.stack([c * east + s * north, c * north - s * east, up], axis=-1)
+    rotated += position[body]
+    return rotated
+
+
+def rotated_from_bodies(vectors: Floats, body: Indices, poses: Sequence[BodyPose]) -> Floats:
+    """Vectors (E, 3) of bodies' own frames, each of `body` (E,) in rising order, along the map's axes."""
+    result = vectors.copy()
+    for b, pose in enumerate(poses):
+        if pose.heading:
+            part = slice(*np.searchsorted(body, [b, b + 1]))
+            result[part] = vectors[part] @ body_rotation(pose.heading).T
+    return result
+
+
+def map_from_ordered_bodies(points: Floats, body: Indices, poses: Sequence[BodyPose]) -> Floats:
+    """Points (E, 3) of bodies' own frames, each of `body` (E,) in rising order, on the map [m]."""
+    result = rotated_from_bodies(points, body, poses)
+    if poses:
+        result += np.array([pose.position for pose in poses])[body]
+    return result
+
+
+def merged_mesh(bodies: Sequence[Body]) -> Mesh | None:
+    """The meshes of bodies at rest as one mesh in map coordinates, in their order; None where no body has a mesh."""
+    vertices: list[Floats] = []
+    faces: list[Indices] = []
+    count = 0
+    for body in bodies:
+        if body.mesh is not None:
+            pose = pose_at(body, 0.0)
+            vertices.append(map_from_body(body.mesh.vertices, pose.position, pose.heading))
+            faces.append(body.mesh.faces + count)
+            count += len(body.mesh.vertices)
+    return Mesh(np.concatenate(vertices), np.concatenate(faces)) if vertices else None

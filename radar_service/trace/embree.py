@@ -1,4 +1,4 @@
-"""Embree, held: the only module that imports embreex.
+"""Ray tests by Embree. This is the only module that imports embreex.
 
 Embree works in float32, so a scene is stored about its own centre and only says WHICH triangle a ray meets first or
 WHETHER something stands in between; where exactly is float64 arithmetic on that triangle (`hit_distance`).
@@ -7,6 +7,7 @@ overwritten, float64 input raises, tnear is always 0.
 """
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -16,17 +17,36 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-class TriangleScene:
-    """Triangles that can be asked for hits: vertices (V, 3) [m] and faces (F, 3) in any one frame. rays: asked so far, for
-    the plan's sake (several threads may lose some)."""
+class RayCount:
+    """Counts rays for a plan. It is passed in; several threads may lose some."""
 
-    def __init__(self, vertices: Floats, faces: NDArray[np.int64]) -> None:
+    def __init__(self) -> None:
+        self.rays = 0
+
+
+class TriangleScene:
+    """Triangles for ray tests: vertices (V, 3) [m] and faces (F, 3) in any one frame. Pickling leaves the Embree tree out,
+    and unpickling builds it again."""
+
+    def __init__(self, vertices: Floats, faces: NDArray[np.int64], rays: RayCount | None = None) -> None:
+        """rays: counts the rays cast, where given."""
         used = vertices[np.unique(faces)]
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
-        self._vertices, self._faces, self.rays = vertices, faces, 0
+        self._vertices, self._faces, self._count = vertices, faces, rays or RayCount()
+        self._build()
+
+    def _build(self) -> None:
+        """Hands the triangles to Embree, which builds its tree at the first ray."""
         self._scene = EmbreeScene(robust=True)  # non-robust leaks 9 % of rays at shared edges
-        TriangleMesh(self._scene, (vertices - self.centre).astype(np.float32), faces.astype(np.int32))
+        TriangleMesh(self._scene, (self._vertices - self.centre).astype(np.float32), self._faces.astype(np.int32))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name not in ("_scene", "_planes")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._build()
 
     def first_hit(self, origin: Floats, direction: Floats) -> NDArray[np.int64]:
         """Index of the first triangle that each ray meets, -1 where none. origin (3,) or (M, 3), direction (M, 3)."""
@@ -63,6 +83,6 @@ class TriangleScene:
         return normal, np.einsum("ij,ij->i", normal, a)
 
     def _as_float32(self, origin: Floats, direction: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        self.rays += len(direction)
+        self._count.rays += len(direction)
         origins = np.broadcast_to(origin - self.centre, direction.shape)
         return np.ascontiguousarray(origins, dtype=np.float32), np.ascontiguousarray(direction, dtype=np.float32)

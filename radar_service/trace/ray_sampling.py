@@ -5,6 +5,7 @@ counts each alike. A whole turn is thrown by the same law, as many rays to a box
 they meet passes under the beam as anything else does; each ray carries its share of the sphere.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -97,3 +98,12 @@ def rays_round(
     azimuth = 2.0 * np.pi * square[:, 0]
     elevation = low + (high - low) * square[:, 1]
     return Rays(azimuth, elevation, np.cos(elevation) * (2.0 * np.pi * (high - low) / len(square)))
+
+
+def missed_area_range(rays: int, beamwidth: float, beamwidth_el: float) -> float:
+    """Range [m] beyond which uniform rays miss a square metre at boresight with a probability of 5 % or more.
+
+    rays: to a box of 3 x 3 beamwidths [rad]. (1 - p)^N = 0.05, p the square metre's share of the box.
+    """
+    share = -math.expm1(math.log(0.05) / rays)
+    return 1.0 / math.sqrt(share * (2.0 * REACH) ** 2 * beamwidth * beamwidth_el)

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.frames import body_rotation
+from radar_service.scene.poses import BodyPose
 from radar_service.scene.world import Mesh
 from radar_service.trace.embree import TriangleScene
-from radar_service.trace.occluder import BodyPose
+from radar_service.trace.occluder import curved_vertices
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -25,15 +26,13 @@ class RayTarget:
     """A rigid set of triangles that rays are thrown at, bent about its own origin once."""
 
     def __init__(self, mesh: Mesh, earth_radius: float) -> None:
-        bent = mesh.vertices.copy()
-        bent[:, 2] -= (bent[:, 0] ** 2 + bent[:, 1] ** 2) / (2.0 * earth_radius)
-        self._triangles = TriangleScene(bent, mesh.faces)
+        self._triangles = TriangleScene(curved_vertices(mesh, earth_radius), mesh.faces)
         self._earth_radius = earth_radius
 
-    def first_hit(self, stand: BodyPose, antenna: Floats, ray: Floats) -> tuple[Indices, Floats]:
+    def first_hit(self, pose: BodyPose, antenna: Floats, ray: Floats) -> tuple[Indices, Floats]:
         """Triangle (M,), -1 where none, and slant range (M,) [m], inf where none, at which each unit ray (M, 3) of the
         antenna (3,) first meets this target; the range is decided in float64."""
-        origin, local = self._carried(stand, antenna, ray)
+        origin, local = self._carried(pose, antenna, ray)
         triangle = np.full(len(ray), -1, dtype=np.int64)
         near = self._near(origin, local)
         triangle[near] = self._triangles.first_hit(origin, local[near])
@@ -44,19 +43,19 @@ class RayTarget:
         distance[triangle < 0] = np.inf
         return triangle, distance
 
-    def place(self, stand: BodyPose, antenna: Floats, ray: Floats, distance: Floats) -> Floats:
+    def point(self, pose: BodyPose, antenna: Floats, ray: Floats, distance: Floats) -> Floats:
         """Points (H, 3) [m] of the body's own frame, unbent, that lie `distance` (H,) [m] along unit rays (H, 3)."""
-        origin, local = self._carried(stand, antenna, ray)
+        origin, local = self._carried(pose, antenna, ray)
         point = origin + local * distance[:, None]
         point[:, 2] += (point[:, 0] ** 2 + point[:, 1] ** 2) / (2.0 * self._earth_radius)
         return point
 
-    def _carried(self, stand: BodyPose, antenna: Floats, ray: Floats) -> tuple[Floats, Floats]:
+    def _carried(self, pose: BodyPose, antenna: Floats, ray: Floats) -> tuple[Floats, Floats]:
         """Origin (3,) and directions (M, 3) of the antenna's rays in the body's bent frame."""
-        offset = antenna - stand.position
+        offset = antenna - pose.position
         local = ray.copy()
         local[:, 2] -= (ray[:, :2] @ offset[:2]) / self._earth_radius
-        return stand.frame_from_map(antenna, self._earth_radius), local @ body_rotation(stand.heading)
+        return pose.frame_from_map(antenna, self._earth_radius), local @ body_rotation(pose.heading)
 
     def _near(self, origin: Floats, ray: Floats) -> NDArray[np.bool_]:
         """Which rays pass the target's bounding sphere, ahead of the antenna."""

@@ -12,8 +12,8 @@ from radar_service.receive.detection import predicted_psf
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 
-EMBREE = Fidelity("documented", chain="documented")
-ONE_BY_ONE = Fidelity("documented", chain="documented", tracer="moller_trumbore")
+EMBREE = Fidelity("documented", engine="documented")
+ONE_BY_ONE = Fidelity("documented", engine="documented", tracer="moller_trumbore")
 
 
 def scene(

@@ -91,11 +91,11 @@ def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: 
         chain = CorrectedChain(scene, fidelity, sim.seed, occlusion, culled_bodies=gone)
         assert work.ray_count == said.set_up_rays
         chain.look(0)
-        assert work.ray_count == said.set_up_rays + said.visibility_rays
+        assert work.ray_count == said.set_up_rays + said.look_rays
         work.ffts.clear()
         at = chain.instants(0, 0)
         chain._received(at, np.zeros(len(at.time), dtype=np.bool_), 0, 0)
-    assert work.ray_count == said.set_up_rays + said.visibility_rays  # a first tile needs no other look
+    assert work.ray_count == said.set_up_rays + said.look_rays  # a first tile needs no other look
     assert gridded == {"rest": said.resting_echoes, "motion": said.moving_echoes + said.shadowed_echoes}
     samples = sum(shape[0] * (n or shape[1]) for _, shape, _, n, _ in work.ffts)
     assert samples == said.transform_samples * len(at.time)
@@ -146,4 +146,4 @@ def test_looks_of_a_revolution_are_as_many_as_predicted() -> None:
     for scan in range(10):
         for start in range(0, sim.scene.radar.azimuths, chain.rows):
             seen.add(int(chain.instants(scan, start).middle // chain.moving.interval))
-    assert len(seen) == np.ceil(10 * counts("own ship under way").visibility_updates_per_scan) == 31
+    assert len(seen) == np.ceil(10 * counts("own ship under way").looks_per_scan) == 31

@@ -1,31 +1,33 @@
-"""A mesh cut into triangles small enough for physical optics: inside the range cell, and each in its own far field."""
+"""A mesh cut into facets small enough for physical optics: within the range cell, and each in its own far field."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.scene.world import Mesh
+from radar_service.types import Floats, Indices
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Flags = NDArray[np.bool_]
-
-MOST = 60_000  # pieces of one body: some 100 MB and 60 ms while they are evaluated
-TUBES = 4_000  # of these, how many a body may have for the sake of its mirrors, beyond what its size asks for
-COARSER = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
+MAX_FACETS = 60_000  # of one body: some 100 MB and 60 ms while they are evaluated
+MAX_TUBES = 4_000  # of these, how many a body may have for its rebounces, beyond what its size needs
+ENLARGEMENT_STEP = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
 
 
 @dataclass(frozen=True)
 class Facets:
-    """Flat triangles (M,) in a body's frame: corners (M, 3, 3), centroid (M, 3) [m], unit normal (M, 3), and the triangle
-    of the mesh that each was cut from. coarser: how much longer than asked their edges may be, 1 if not at all."""
+    """Flat facets (M,) in a body's frame.
+
+    corners: (M, 3, 3) [m].
+    centre: (M, 3), the centroid [m].
+    normal: (M, 3), of unit length.
+    triangle: (M,) of the mesh that each was cut from.
+    enlargement: how much longer than requested the edges may be, 1 if not at all.
+    """
 
     corners: Floats
     centre: Floats
     normal: Floats
     triangle: Indices
-    coarser: float
+    enlargement: float
 
     def __post_init__(self) -> None:
         count = len(self.triangle)
@@ -35,29 +37,29 @@ class Facets:
         return len(self.triangle)
 
 
-def cut_facets(mesh: Mesh, tube: Floats, longest: float, tubes: int = TUBES, most: int = MOST) -> Facets:
+def cut_facets(mesh: Mesh, tube: Floats, longest: float, max_tubes: int = MAX_TUBES, max_facets: int = MAX_FACETS) -> Facets:
     """The triangles of a mesh cut until no edge exceeds `longest` [m], nor on triangle f tube[f] [m], `tube` (F,).
 
-    `longest` grows where it would make more than `most` pieces, and more than the mesh has triangles; then the tubes
-    grow together where they would add more than `tubes`.
+    `longest` grows where it would make more than `max_facets` facets, and more than the mesh has triangles; then the tubes
+    grow together where they would add more than `max_tubes`.
     """
     whole = mesh.vertices[mesh.faces]
-    bound, coarser = max(most, len(whole)), 1.0
-    while (plain := _cut(whole, np.full(len(whole), longest * coarser), bound)) is None:
-        coarser *= COARSER
+    bound, enlargement = max(max_facets, len(whole)), 1.0
+    while (plain := _cut(whole, np.full(len(whole), longest * enlargement), bound)) is None:
+        enlargement *= ENLARGEMENT_STEP
     corners, origin = plain
-    allowed, wider = min(len(origin) + tubes, bound), 1.0
-    while (cut := _cut(corners, np.minimum(tube * wider, longest * coarser)[origin], allowed)) is None:
-        wider *= COARSER
+    allowed, wider = min(len(origin) + max_tubes, bound), 1.0
+    while (cut := _cut(corners, np.minimum(tube * wider, longest * enlargement)[origin], allowed)) is None:
+        wider *= ENLARGEMENT_STEP
     corners, triangle = cut[0], origin[cut[1]]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(cross, axis=1)
     sound = double > 0.0
     corners = corners[sound]
-    return Facets(corners, corners.mean(axis=1), cross[sound] / double[sound, None], triangle[sound], coarser)
+    return Facets(corners, corners.mean(axis=1), cross[sound] / double[sound, None], triangle[sound], enlargement)
 
 
-def _cut(corners: Floats, longest: Floats, most: int) -> tuple[Floats, Indices] | None:
+def _cut(corners: Floats, longest: Floats, limit: int) -> tuple[Floats, Indices] | None:
     """Triangles (F, 3, 3) halved across their longest edge until none is too long; None once there are too many."""
     done: list[tuple[Floats, Indices]] = []
     triangle = np.arange(len(corners))
@@ -67,7 +69,7 @@ def _cut(corners: Floats, longest: Floats, most: int) -> tuple[Floats, Indices] 
         fits = edges.max(axis=1) <= longest[triangle]
         done.append((corners[fits], triangle[fits]))
         count += int(fits.sum())
-        if count + 2 * int((~fits).sum()) > most:
+        if count + 2 * int((~fits).sum()) > limit:
             return None
         corners, triangle = _halved(corners[~fits], edges[~fits].argmax(axis=1)), np.tile(triangle[~fits], 2)
     joined, origin = (np.concatenate(column) for column in zip(*done, strict=True))

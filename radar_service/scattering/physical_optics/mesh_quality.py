@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from radar_service.radar.parameters import Radar
-from radar_service.scattering.physical_optics.facets import MOST
-from radar_service.scattering.physical_optics.optical_body import coarsening, longest_edge
+from radar_service.scattering.physical_optics.facets import MAX_FACETS
+from radar_service.scattering.physical_optics.optical_body import facet_enlargement, longest_edge
 from radar_service.scattering.physical_optics.patches import COPLANAR, faces_something, outward_side, shared_edges
+from radar_service.radar.parameters import Radar
 from radar_service.scene.world import Body, Mesh, Scene
 
 SMOOTH = math.radians(30.0)  # a bend of less than this between facets may stand for a curve, more is an edge
@@ -80,10 +80,10 @@ def curve_sag(mesh: Mesh) -> float:
 
 
 def _coarser(body: Body, radar: Radar, distance: float) -> list[str]:
-    times = coarsening(body, radar, distance)
+    times = facet_enlargement(body, radar, distance)
     if times == 1.0:
         return []
     return [
-        f"too large to be cut so fine: at most {MOST} pieces, {times:.1f} times longer than they should be, so that echoes "
+        f"too large to be cut so fine: at most {MAX_FACETS} pieces, {times:.1f} times longer than they should be, so that echoes "
         "spread over a cell or two and flashes near by are too bright; split the body or declare rcs_dbsm"
     ]

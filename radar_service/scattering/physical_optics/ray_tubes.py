@@ -1,7 +1,7 @@
-"""Tubes of rays from piece to piece of a body: where each one hits, with which field, and what that hit sends back.
+"""Ray tubes from facet to facet of a body: where each one hits, with which field, and what it scatters from there.
 
-A tube is a triangle throughout: a flat mirror carries corners to corners along parallel lines, so its footprint on the
-next surface is integrated in closed form too. Only its middle ray asks which triangle comes next.
+A tube is a triangle throughout: a flat mirror maps corners to corners along parallel lines, so its footprint on the next
+surface is integrated in closed form too. Only its middle ray is traced to the next triangle.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,12 +19,9 @@ from radar_service.scattering.physical_optics.facet_integral import (
 )
 from radar_service.scattering.physical_optics.facets import Facets
 from radar_service.trace.embree import TriangleScene
+from radar_service.types import Complexes, Flags, Floats, Indices
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Indices = NDArray[np.int64]
-Flags = NDArray[np.bool_]
-Seen = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) the antenna sees
+Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) have a line of sight to the antenna
 
 OFFSET = 1e-3  # m; a bounce starts this far off its surface (embree.md: 0.1 mm still hits itself in 7 % of cases)
 OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
@@ -77,21 +74,21 @@ class Planes(NamedTuple):
 
 
 def illuminated_facets(
-    pieces: Facets, planes: Planes, outside: NDArray[np.int8], antenna: Floats, radio: Wave, seen: Seen
+    facets: Facets, planes: Planes, outside: NDArray[np.int8], antenna: Floats, wave: Wave, visible: Visible
 ) -> RayTubes:
     """The tubes that fall from the antenna (3,) on the pieces it sees, whichever way these are wound.
 
     outside: (F,) as from `outward_side`; what is seen from within a closed body is no use looking at.
     """
     above = np.einsum("ij,ij->i", planes.normal, antenna - planes.point)  # a whole triangle turns its face, or its back
-    lit = np.flatnonzero((above * outside + (outside == 0) > 0.0).take(pieces.triangle))
-    centre, triangle = pieces.centre.take(lit, axis=0), pieces.triangle.take(lit)
-    kept = np.flatnonzero(seen(centre, triangle))
+    lit = np.flatnonzero((above * outside + (outside == 0) > 0.0).take(facets.triangle))
+    centre, triangle = facets.centre.take(lit, axis=0), facets.triangle.take(lit)
+    kept = np.flatnonzero(visible(centre, triangle))
     lit, centre, triangle = lit[kept], centre.take(kept, axis=0), triangle[kept]
-    facing = pieces.normal.take(lit, axis=0) * np.where(above < 0.0, -1.0, 1.0)[triangle, None]
+    facing = facets.normal.take(lit, axis=0) * np.where(above < 0.0, -1.0, 1.0)[triangle, None]
     toward, _ = _sight(antenna, centre)
-    field = polarization_of(toward, radio.polarization)
-    return RayTubes(pieces.corners.take(lit, axis=0), centre, facing, triangle, -toward, field, centre, np.zeros(len(lit)))
+    field = polarization_of(toward, wave.polarization)
+    return RayTubes(facets.corners.take(lit, axis=0), centre, facing, triangle, -toward, field, centre, np.zeros(len(lit)))
 
 
 def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, may_rebounce: Flags, bounces: int) -> Iterator[RayTubes]:
@@ -140,24 +137,29 @@ def _landed(tubes: RayTubes, planes: Planes) -> RayTubes:
     return landing.chosen(np.flatnonzero(middle > 0.0))
 
 
-def scattered_field(tubes: RayTubes, antenna: Floats, radio: Wave) -> tuple[Floats, Complexes]:
-    """What tubes send back to the antenna (3,) from where they are: points (M, 3) and scattering amplitude [m] (M,).
+def scattered_field(tubes: RayTubes, launch: Floats, receive: Floats, wave: Wave) -> tuple[Floats, Complexes]:
+    """Field that tubes scatter toward `receive` (3,): phase centres (M, 3) and scattering amplitudes (M,) [m].
 
-    A point stands in for a path R1 + inner + R2: between its two ends on the body, and behind them by half of what lies
-    in between, at a range of exactly half the path. Then the phase is that of the path, and as the antenna moves, both
-    change alike: by Fermat's principle a path changes with its two ends' sight lines alone, whose mean is the point's.
+    A point stands for a path R1 + inner + R2. Where launch and receive coincide, it lies between the path's two ends on the
+    body, and behind them by half of what lies in between, at a range of exactly half the path. Then the phase is that of the
+    path, and both change alike as the antenna moves: by Fermat's principle a path changes with the lines of sight of its two
+    ends alone, whose mean is the point's. Elsewhere the point is the path's last one, and the amplitude holds the rest of the
+    phase, so that exp(-jk (|launch - point| + |point - receive|)) completes it.
     """
     end = tubes.centre
-    toward, last = _sight(antenna, end)
+    toward, last = _sight(receive, end)
     gradient = tubes.direction - toward
-    surface = _areas(tubes.corners) * triangle_phases(tubes.corners, end, gradient, radio.wavenumber)
-    received = polarization_of(toward, radio.polarization)
-    amplitude = scattering_amplitude(tubes.direction, tubes.field, toward, received, tubes.normal, surface, radio.wavelength)
+    surface = _areas(tubes.corners) * triangle_phases(tubes.corners, end, gradient, wave.wavenumber)
+    received = polarization_of(toward, wave.polarization)
+    amplitude = scattering_amplitude(tubes.direction, tubes.field, toward, received, tubes.normal, surface, wave.wavelength)
     if not tubes.inner.any():  # they have come straight from the antenna
         return end, amplitude
-    _, first = _sight(antenna, tubes.begin)
-    behind, _ = _sight(antenna, (tubes.begin + end) / 2.0)
-    return antenna - behind * ((first + tubes.inner + last) / 2.0)[:, None], amplitude
+    _, first = _sight(launch, tubes.begin)
+    if receive is not launch:
+        _, direct = _sight(launch, end)
+        return end, amplitude * np.exp(-1j * wave.wavenumber * (first + tubes.inner - direct))
+    behind, _ = _sight(launch, (tubes.begin + end) / 2.0)
+    return launch - behind * ((first + tubes.inner + last) / 2.0)[:, None], amplitude
 
 
 def _sight(antenna: Floats, places: Floats) -> tuple[Floats, Floats]:

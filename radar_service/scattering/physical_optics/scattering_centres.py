@@ -1,4 +1,4 @@
-"""Scattering centres: what the pieces of a body send back, summed coherently cell by cell."""
+"""Scattering centres: the field of the facets of a body, summed coherently cell by cell."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,9 @@ DROPPED = 10.0 ** (-50.0 / 20.0)  # of the loudest centre's amplitude: all that 
 
 
 def scattering_centres(
-    points: Floats, amplitude: Complexes, antenna: Floats, cell: float, wavenumber: float
+    points: Floats, amplitude: Complexes, launch: Floats, receive: Floats, cell: float, wavenumber: float
 ) -> tuple[Floats, Complexes]:
-    """Points (C, 3) [m] and amplitudes (C,) [m] that the antenna (3,) cannot tell from points (M, 3), amplitude (M,).
+    """Points (C, 3) [m] and amplitudes (C,) [m] with the field of points (M, 3), amplitude (M,), between two ends (3,).
 
     Each stands at the power-weighted middle of a cell, `cell` [m] along the level line of sight and upward and WIDER times
     that across, with the phases of its points carried there exactly for this antenna; seen from a place so far off that the
@@ -22,15 +22,15 @@ def scattering_centres(
     """
     if not len(points):
         return points, amplitude
-    where = _cells(points, antenna, cell)
+    where = _cells(points, receive, cell)
     power = amplitude.real**2 + amplitude.imag**2 + 1e-300
     weight = np.bincount(where, power)
     centre = np.stack([np.bincount(where, power * points[:, i]) / weight for i in range(3)], axis=1)
-    path = _distance(points, antenna) - _distance(centre, antenna)[where]
+    path = _mean_range(points, launch, receive) - _mean_range(centre, launch, receive)[where]
     carried = amplitude * np.exp(-2j * wavenumber * path)
     merged = np.bincount(where, carried.real) + 1j * np.bincount(where, carried.imag)
-    heard = _heard(np.abs(merged))
-    return centre[heard], merged[heard]
+    kept = _loudest(np.abs(merged))
+    return centre[kept], merged[kept]
 
 
 def _cells(points: Floats, antenna: Floats, cell: float) -> NDArray[np.int64]:
@@ -45,11 +45,18 @@ def _cells(points: Floats, antenna: Floats, cell: float) -> NDArray[np.int64]:
     return where.reshape(-1)
 
 
-def _heard(level: Floats) -> NDArray[np.int64]:
+def _loudest(level: Floats) -> NDArray[np.int64]:
     """Indices of amplitudes (C,), in their order, without the faintest that add up to DROPPED of the loudest."""
     order = np.argsort(level)
     faint = int(np.searchsorted(np.cumsum(level[order]), DROPPED * level.max(), side="right"))
     return np.sort(order[faint:])
+
+
+def _mean_range(points: Floats, launch: Floats, receive: Floats) -> Floats:
+    """Half of the path (M,) [m] from launch to points (M, 3) to receive."""
+    if receive is launch:
+        return _distance(points, launch)
+    return (_distance(points, launch) + _distance(points, receive)) / 2.0
 
 
 def _distance(points: Floats, antenna: Floats) -> Floats:

@@ -53,7 +53,7 @@ class Sampler:
 
 def samplers(scene: Scene, windows: list[Window], occlusion: OcclusionScene, most_rays: int) -> list[Sampler]:
     """Every sampler at every setting, up to `most_rays` rays to a box of 3 x 3 beamwidths. scene: stopped, and diffuse."""
-    presets = {p.scatterers_per_cell: n for n, p in PRESETS.items() if p.chain == "corrected" and p.sampler == "scatterers"}
+    presets = {p.scatterers_per_cell: n for n, p in PRESETS.items() if p.engine == "corrected" and p.sampler == "scatterers"}
     turn = scene.radar.azimuths
     found = [
         Sampler("scatterers", f"{d:g} per cell", partial(scattered, scene, windows, occlusion, d), turn, 24, presets.get(d))

@@ -43,7 +43,7 @@ def models_of(scene: Scene, anchors: list[Anchor], turns: Floats, seed: int) -> 
     """Declared cross-sections, diffuse surfaces, and physical optics following up to three surfaces in a row."""
     presets: dict[int, list[str]] = {}
     for name, preset in PRESETS.items():
-        if preset.chain == "corrected":
+        if preset.engine == "corrected":
             presets.setdefault(preset.bounces, []).append(name)
 
     def made(family: str, setting: str, scattering: Scattering | None, bounces: int = 1, preset: str | None = None) -> Model:

@@ -20,7 +20,7 @@ from radar_service.study.chart.chirp_sums import chirp_sums
 from radar_service.study.chart.method import TILE, Floats, Indices, Method, Profiles, Run
 
 BALANCED = PRESETS["balanced"]
-CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.chain == "corrected"}
+CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.engine == "corrected"}
 WIDTHS = (2, 4, 6, 8)  # range bins that an echo is laid on
 RATES = (1.0, 1.25, 2.0, 4.0)  # samples a second over the bandwidth
 EXTENTS = (1.5, 6.0, 24.0)  # beamwidths each side, beside those of the presets

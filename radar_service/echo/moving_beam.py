@@ -1,0 +1,41 @@
+"""The beam's weight on moving echoes: table of the azimuth gain, and amplitudes rotated by the change of range."""
+
+import numpy as np
+
+from radar_service.frames import wrap_angle
+from radar_service.types import Complexes, Gain, Profiles, Singles
+
+GAINS_PER_BEAMWIDTH = 4096  # table entries: the nearest one errs by less than -75 dB of boresight
+MAX_ENTRIES = 2**22
+
+
+class BeamTable:
+    """Azimuth gains relative to boresight, even in the offset, by table look-up."""
+
+    def __init__(self, gain: Gain, beamwidth: float, extent: float, span: float, oversampling: int = 1) -> None:
+        """gain: at an offset from boresight [rad]; extent: offset beyond which echoes are left out [rad]; span: of the
+        boresights computed together [rad]; oversampling: times GAINS_PER_BEAMWIDTH entries."""
+        self.extent, self.span = extent, span
+        reach = extent + 2.0 * span  # an echo within reach of the first boresight is farther from the last
+        per_radian = min(oversampling * GAINS_PER_BEAMWIDTH / beamwidth, MAX_ENTRIES / reach)
+        offset = wrap_angle(np.arange(int(reach * per_radian) + 2) / per_radian)
+        self._gain, self._per_radian = gain(offset).astype(np.float32), np.float32(per_radian)
+
+    def __call__(self, offset: Singles) -> Singles:
+        """Gain at offsets from boresight, any shape [rad]; beyond the table's reach it is that at its end."""
+        entry = np.abs(offset)
+        entry *= self._per_radian
+        entry += np.float32(0.5)
+        gain: Singles = self._gain.take(entry.astype(np.intp), mode="clip")
+        return gain
+
+
+def rotated_amplitude(middle: Complexes, weight: Singles, range_migration: Singles, wavelength: float) -> Profiles:
+    """Amplitudes (E, K): those at the middle azimuth (E,), weighted (E, K) and rotated in phase by the change of range
+    (E, K) [m]."""
+    phase = range_migration * np.float32(-4.0 * np.pi / wavelength)  # some 100 rad: float32 leaves 1e-5 of a radian
+    amplitude = np.empty(phase.shape, dtype=np.complex64)
+    np.multiply(np.cos(phase), weight, out=amplitude.real)
+    np.multiply(np.sin(phase), weight, out=amplitude.imag)
+    amplitude *= middle.astype(np.complex64)[:, None]
+    return amplitude

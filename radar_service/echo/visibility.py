@@ -1,0 +1,104 @@
+"""Visibility of moving bodies: what the antenna has a line of sight to, renewed at fixed instants of simulated time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radar_service.block_cache import BlockCache
+from radar_service.frames import wrap_angle
+from radar_service.scattering.model import BodyEchoes, Instant, Sector
+from radar_service.scattering.scatterer_set import ScattererSet
+from radar_service.scene.poses import BodyPoses, map_from_bodies
+from radar_service.scene.world import Scene
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.types import Floats, Indices
+
+MAX_BEARING_DRIFT = 0.05  # rad that echoes which are not near may leave their bearing of the middle of a step
+SNAPSHOTS = 4  # kept: threads may be this many steps apart before one is computed again
+
+
+@dataclass(frozen=True)
+class VisibilitySnapshot:
+    """All visible echoes (M,) of moving bodies for one visibility step.
+
+    echoes: of the bodies of the set.
+    position: (M, 3) on the map in the middle of the step [m]; of bodies at rest it holds throughout.
+    order: indices of the echoes that are not near, by rising azimuth.
+    azimuth: their azimuths, in that order [rad].
+    near: indices of the others, which may have any azimuth.
+    """
+
+    echoes: BodyEchoes
+    position: Floats
+    order: Indices
+    azimuth: Floats
+    near: Indices
+
+    def around(self, boresight: float, half: float) -> Indices:
+        """Indices of all echoes that may lie within `half` of `boresight` [rad]."""
+        if half >= np.pi:
+            return np.arange(len(self.position))
+        edges = wrap_angle(np.array([boresight - half, boresight + half]))
+        first, last = np.searchsorted(self.azimuth, edges)
+        inside = [self.order[first:last]] if edges[0] <= edges[1] else [self.order[first:], self.order[:last]]
+        return np.concatenate([self.near, *inside])
+
+
+class Visibility:
+    """The visibility snapshots of a scene's moving bodies. Safe to call from several threads."""
+
+    def __init__(
+        self, scene: Scene, scatterers: ScattererSet, line_of_sight: OcclusionScene, max_range: float, step: float
+    ) -> None:
+        """max_range: beyond it no echo is received [m]; step: how far anything may move before visibility and scattering are
+        renewed [m]."""
+        self.scatterers, self.line_of_sight, self.max_range = scatterers, line_of_sight, max_range
+        self.interval = visibility_interval(scene, step)
+        self._scene, self._step = scene, step
+        self._poses = BodyPoses(scatterers.bodies)
+        sway = scene.own_ship.sway
+        self.bearing_drift = MAX_BEARING_DRIFT + (0.0 if sway is None else float(sway.amplitude[:2].sum()))
+        self._snapshots: BlockCache[int, VisibilitySnapshot] = BlockCache(SNAPSHOTS)
+
+    def snapshot(self, number: int, half: float) -> VisibilitySnapshot:
+        """The snapshot of the visibility step of that number, within `half` [rad] of all boresights meanwhile."""
+        return self._snapshots.get(number, lambda: self._computed(number, half))
+
+    def all_round(self, number: int) -> BodyEchoes:
+        """All visible echoes in the middle of the step of that number, wherever the beam points."""
+        time = self._middle(number)
+        antenna = self._scene.antenna(time)[0]
+        return self.scatterers.echoes(antenna, antenna, Instant(time, self.line_of_sight, self.max_range))
+
+    def _middle(self, number: int) -> float:
+        return (number + 0.5) * self.interval
+
+    def _computed(self, number: int, half: float) -> VisibilitySnapshot:
+        time = self._middle(number)
+        antenna = self._scene.antenna(time)[0]
+        rate = 2.0 * np.pi / self._scene.radar.rotation_period
+        width = half + rate * self.interval / 2.0 + self.bearing_drift
+        sector = Sector(antenna, rate * time % (2.0 * np.pi), width, self._step / MAX_BEARING_DRIFT)
+        echoes = self.scatterers.echoes(antenna, antenna, Instant(time, self.line_of_sight, self.max_range, sector=sector))
+        poses = self._poses.at(np.array([time]))
+        position = map_from_bodies(echoes.position, echoes.body, poses.position[0], poses.heading[0])
+        east, north, _ = (position - antenna).T
+        azimuth = np.arctan2(east, north)
+        near = np.hypot(east, north) * MAX_BEARING_DRIFT < self._step
+        far = np.flatnonzero(~near)
+        order = far[np.argsort(azimuth[far])]
+        return VisibilitySnapshot(echoes, position, order, azimuth[order], np.flatnonzero(near))
+
+
+def visibility_interval(scene: Scene, step: float) -> float:
+    """Time [s] in which nothing moves more than `step` [m] relative to the antenna, at most one scan."""
+    others = max((body.motion.top_speed for body in scene.bodies), default=0.0)
+    speed = scene.own_ship.top_speed + mast_speed(scene) + others
+    period = scene.radar.rotation_period
+    return period if speed * period <= step else step / speed
+
+
+def mast_speed(scene: Scene) -> float:
+    """The highest speed [m/s] at which sway moves the antenna."""
+    sway = scene.own_ship.sway
+    return 0.0 if sway is None else scene.radar.height * float(np.sum((sway.amplitude * 2.0 * np.pi / sway.period)[:2]))

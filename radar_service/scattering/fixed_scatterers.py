@@ -1,0 +1,257 @@
+"""Scattering by fixed scatterers: diffuse surfaces and declared cross-sections.
+
+The scatterers of all bodies of a model lie in one set of arrays, so that visibility and amplitudes are computed together.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from radar_service.fidelity import Fidelity
+from radar_service.frames import body_rotation, map_from_body
+from radar_service.radar.parameters import Radar
+from radar_service.random import SCATTER, generator
+from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.scattering.surface_sampling import (
+    Scatterers,
+    cell_density,
+    point_scatterer,
+    sample_surface,
+    triangle_frames,
+)
+from radar_service.scene.poses import (
+    BodyPoses,
+    PoseArrays,
+    map_from_bodies,
+    map_from_ordered_bodies,
+    pose_at,
+    rotated_from_bodies,
+)
+from radar_service.scene.world import Body, Scene
+from radar_service.trace.line_of_sight import SurfacePoints
+from radar_service.types import Flags, Floats, Indices
+
+PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
+ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of surfaces; chart of the harbour: 0.98, with 4 0.44, 16 0.23
+ONE_SCATTERER, ONE_WITH_MULTIPATH = 4.3, 15.0  # dB, the same of a whole small surface (tests/plan/test_power.py)
+
+
+def density_db(per_cell: float) -> float:
+    """Predicted error [dB] of the mean power of a surface a few cells large: it goes as one over the root of its points."""
+    return ONE_PER_CELL / math.sqrt(per_cell)
+
+
+def surface_db(scatterers: float, multipath: bool) -> float:
+    """Predicted error [dB] of the mean power of a surface with so many scatterers; multipath: in the lobes of sea reflection."""
+    return (ONE_WITH_MULTIPATH if multipath else ONE_SCATTERER) / math.sqrt(scatterers)
+
+
+class FixedScatterers(ABC):
+    """Scatterers (E,) of B bodies, ordered by body. Subclasses say how strongly each scatters."""
+
+    def __init__(self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers]) -> None:
+        """key: (B,) index of each body in the scene; parts: the scatterers of each body."""
+        self.bodies, self.key = tuple(bodies), key
+        self.scatterers: Indices = np.array([len(part) for part in parts], dtype=np.int64)
+        self._body: Indices = np.repeat(np.arange(len(parts)), self.scatterers)
+        self._position, self._normal, self._area, self._triangle, self._phasor = (
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("position", "normal", "area", "triangle", "phasor")
+        )
+        self._poses = BodyPoses(bodies)
+        self._first = np.searchsorted(self._body, np.arange(len(bodies) + 1))  # scatterer of each body, and the end
+        self._declared: Flags = np.array([body.rcs is not None for body in bodies], dtype=np.bool_)
+
+    @classmethod
+    def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
+        """As `ScatteringModel.build`. Density follows the resolution cell at the distance of each triangle at time 0."""
+        return cls(bodies, key, [cls.sample(body, int(k), context) for body, k in zip(bodies, key, strict=True)])
+
+    @staticmethod
+    @abstractmethod
+    def sample(body: Body, key: int, context: ScatteringContext) -> Scatterers:
+        """The scatterers of one body, whose index in the scene is `key`."""
+
+    @abstractmethod
+    def cross_sections(self, projected: Floats, body: Indices) -> Floats:
+        """Cross-sections (A,) [m^2] of visible scatterers of projected area (A,) [m^2] on bodies (A,)."""
+
+    def echoes(self, launch: Floats, receive: Floats, instant: Instant) -> BodyEchoes:
+        """As `ScatteringModel.echoes`."""
+        poses = self._poses.at(np.array([instant.time]))
+        which, position = self._in_sector(poses, instant.sector)
+        points = SurfacePoints(self.key[self._body[which]], self._triangle[which], position)
+        visible = np.flatnonzero(_visible_both_ways(points, launch, receive, instant))
+        which, position = which[visible], position[visible]
+        earth_radius = instant.line_of_sight.earth_radius
+        projected = self._projected_area(which, position, self._normals(poses, which), launch, receive, earth_radius)
+        amplitude = np.sqrt(self.cross_sections(projected, self._body[which])) * self._phasor[which]
+        nonzero = np.flatnonzero(amplitude)
+        which = which[nonzero]
+        return BodyEchoes(self._position[which], amplitude[nonzero], self._body[which])
+
+    def clear(self) -> None:
+        """Nothing is cached but poses at time 0."""
+
+    @cached_property
+    def _at_start(self) -> tuple[Floats, Floats]:
+        """Positions (E, 3) [m] and normals (E, 3) on the map at time 0; those of bodies at rest hold at all times."""
+        poses = self._poses.each_at(0.0)
+        position = map_from_ordered_bodies(self._position, self._body, poses)
+        return position, rotated_from_bodies(self._normal, self._body, poses)
+
+    @cached_property
+    def _plan_circles(self) -> tuple[Floats, Floats]:
+        """Middles (B, 3) of the bodies' plans in their own frames, and radii (B,) about them [m]."""
+        middles, radii = [body.middle for body in self.bodies], [body.radius for body in self.bodies]
+        return np.array(middles).reshape(-1, 3), np.array(radii)
+
+    def _in_sector(self, poses: PoseArrays, sector: Sector | None) -> tuple[Indices, Floats]:
+        """Scatterers (A,) within a sector and their positions (A, 3) on the map [m]. Of bodies with a declared cross-section
+        all or none count, as they share it."""
+        near = np.ones(len(self.bodies), dtype=np.bool_)
+        if sector is not None:
+            middle, radius = self._plan_circles
+            every = np.arange(len(self.bodies))
+            near = sector.contains(map_from_bodies(middle, every, poses.position[0], poses.heading[0]), radius)
+        which = np.flatnonzero(near[self._body])
+        position = self._positions(poses, which)
+        if sector is None:
+            return which, position
+        inside, body = sector.contains(position), self._body[which]
+        shared = np.zeros(len(self.bodies), dtype=np.bool_)
+        shared[body[inside]] = True
+        kept = np.flatnonzero(inside | (shared & self._declared)[body])
+        return which[kept], position[kept]
+
+    def _positions(self, poses: PoseArrays, which: Indices) -> Floats:
+        """Positions (A, 3) on the map [m] of scatterers `which`."""
+        moving = list(self._moving_parts(which))
+        if not moving and len(which) == len(self._body):  # by far the most of a coast's scatterers: not copied
+            return self._at_start[0]
+        position = self._at_start[0][which]
+        for b, part in moving:
+            position[part] = map_from_body(self._position[which[part]], poses.position[0, b], poses.heading[0, b])
+        return position
+
+    def _normals(self, poses: PoseArrays, which: Indices) -> Floats:
+        """Normals (A, 3) on the map of scatterers `which`."""
+        normal = self._at_start[1][which]
+        for b, part in self._moving_parts(which):
+            normal[part] = self._normal[which[part]] @ body_rotation(poses.heading[0, b]).T
+        return normal
+
+    def _moving_parts(self, which: Indices) -> Iterator[tuple[int, slice]]:
+        """The bodies that move, and where in `which` (A,), which rises, their scatterers are."""
+        for b in self._poses.moving.tolist():
+            first, last = np.searchsorted(which, self._first[b : b + 2])
+            if first < last:
+                yield b, slice(first, last)
+
+    def _projected_area(
+        self, which: Indices, position: Floats, normal: Floats, launch: Floats, receive: Floats, earth_radius: float
+    ) -> Floats:
+        """Area (A,) of each scatterer projected across the line of sight [m^2]: the geometric mean of both directions."""
+        cosine = _cosine(position, normal, launch, earth_radius)
+        if receive is not launch:
+            cosine = np.sqrt(cosine * _cosine(position, normal, receive, earth_radius))
+        cosine[self._triangle[which] < 0] = 1.0
+        return np.asarray(cosine * self._area[which])
+
+
+class DiffuseScattering(FixedScatterers):
+    """Rough surfaces: sigma0 = gamma cos(incidence) (constant gamma; Long, Radar Reflectivity of Land and Sea, 2001)."""
+
+    @staticmethod
+    def sample(body: Body, key: int, context: ScatteringContext) -> Scatterers:
+        """Scatterers over the mesh."""
+        assert body.mesh is not None
+        pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity
+        centroid, _, _ = triangle_frames(body.mesh)
+        middle = map_from_body(centroid, pose.position, pose.heading)
+        distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
+        density = cell_density(distance, radar.range_step, radar.beamwidth, fidelity.scatterers_per_cell)
+        return sample_surface(body.mesh, density, generator(context.seed, SCATTER, key), fidelity.min_scatterers)
+
+    def cross_sections(self, projected: Floats, body: Indices) -> Floats:
+        """gamma times the projected area."""
+        gamma = np.array([body.material.gamma for body in self.bodies], dtype=np.float64)
+        return gamma[body] * projected
+
+    @staticmethod
+    def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
+        """The peak of speckle over all of the area."""
+        assert body.mesh is not None
+        return PEAK_TO_MEAN * body.material.gamma * float(triangle_frames(body.mesh)[2].sum())
+
+    @staticmethod
+    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
+        """As `ScatteringModel.description`."""
+        return f"diffuse, {computed}, {fidelity.scatterers_per_cell:g} scatterers per resolution cell"
+
+    @staticmethod
+    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
+        """As `ScatteringModel.error_db`."""
+        error = density_db(fidelity.scatterers_per_cell)
+        if scatterers is None or scatterers <= 1:
+            return error
+        return max(error, surface_db(scatterers, scene.environment.multipath))
+
+
+class DeclaredScattering(FixedScatterers):
+    """Points and bodies of a declared cross-section, which their visible scatterers share by projected area."""
+
+    @staticmethod
+    def sample(body: Body, key: int, context: ScatteringContext) -> Scatterers:
+        """One point where there is no mesh, or a mesh within one resolution cell; else scatterers over the mesh."""
+        if body.mesh is None:
+            return point_scatterer(np.zeros(3))
+        if np.hypot(body.length, body.beam) < context.radar.range_resolution:
+            corners = body.mesh.vertices[np.unique(body.mesh.faces)]
+            return point_scatterer((corners.min(axis=0) + corners.max(axis=0)) / 2.0)
+        return DiffuseScattering.sample(body, key, context)
+
+    def cross_sections(self, projected: Floats, body: Indices) -> Floats:
+        """Shares of the declared cross-sections."""
+        rcs = np.array([body.rcs for body in self.bodies], dtype=np.float64)
+        total = np.bincount(body, projected, minlength=len(self.bodies))
+        return (rcs / np.where(total > 0, total, 1.0))[body] * projected
+
+    @staticmethod
+    def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
+        """The declared cross-section, or the peak of its fluctuation."""
+        assert body.rcs is not None
+        return (1.0 if body.mesh is None and body.swerling == 0 else PEAK_TO_MEAN) * body.rcs
+
+    @staticmethod
+    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
+        """As `ScatteringModel.description`."""
+        return f"declared cross-section, {f'Swerling {body.swerling}' if body.swerling else 'steady'}, {computed}"
+
+    @staticmethod
+    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
+        """Exact, except for a mesh in the lobes of sea reflection."""
+        if scatterers is None or scatterers <= 1 or not scene.environment.multipath:
+            return 0.0
+        return surface_db(scatterers, multipath=True)
+
+
+def _visible_both_ways(points: SurfacePoints, launch: Floats, receive: Floats, instant: Instant) -> Flags:
+    """Which points (E,) have a line of sight to both ends (3,)."""
+
+    def visible(end: Floats) -> Flags:
+        return instant.line_of_sight.visible(points, end, instant.time, instant.max_range, instant.movers)
+
+    return visible(launch) if receive is launch else visible(launch) & visible(receive)
+
+
+def _cosine(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:
+    """|cos| (A,) of the angle between normals and lines of sight from an end (3,); meshes are wound either way."""
+    sight = end - position
+    sight[:, 2] -= (sight[:, 0] ** 2 + sight[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna
+    length = np.sqrt(np.einsum("ij,ij->i", sight, sight))  # a third of the time of linalg.norm
+    return np.asarray(np.abs(np.einsum("ij,ij->i", sight, normal)) / np.maximum(length, 1e-9))

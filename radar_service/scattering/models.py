@@ -1,0 +1,21 @@
+"""Which scattering model each body has. This is the only place that decides it."""
+
+from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering
+from radar_service.scattering.model import ScatteringModel
+from radar_service.scattering.physical_optics.model import PhysicalOptics
+from radar_service.scattering.rays import RaySampledSurfaces
+from radar_service.scene.world import Body
+
+SCATTERING_MODELS: dict[str, type[ScatteringModel]] = {
+    "rcs": DeclaredScattering,
+    "diffuse": DiffuseScattering,
+    "optics": PhysicalOptics,
+}
+
+
+def scattering_model(body: Body, sampler: str = "scatterers") -> type[ScatteringModel]:
+    """The model of a body. sampler: of the fidelity; by any other than "scatterers", rays sample diffuse surfaces."""
+    name = "rcs" if body.mesh is None or body.rcs is not None else body.scattering
+    if name == "diffuse" and sampler != "scatterers":
+        return RaySampledSurfaces
+    return SCATTERING_MODELS[name]
