@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 STAGES = ("scene", "trace", "echo", "receive", "display", "stream")
-SHARED = ("constants", "frames", "random", "records", "fidelity", "threads")  # below every stage
+SHARED = ("constants", "frames", "packaged", "random", "records", "fidelity", "threads")  # below every stage
 WIRING = (
     "simulate",
     "documented",

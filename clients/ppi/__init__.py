@@ -1,8 +1,8 @@
 """The Python client of a radar's feed: receive spokes, collect scans, draw the PPI (`python -m clients.ppi`)."""
 
-from clients.ppi.client import FeedClient, FeedError, ReceivedSpoke, feed_url, spokes
-from clients.ppi.ledger import Ledger
-from clients.ppi.scans import ReceivedScan, ScanCollector, brightness, collect_scans, power_from_samples
+from .client import FeedClient, FeedError, ReceivedSpoke, feed_url, spokes
+from .ledger import Ledger
+from .scans import ReceivedScan, ScanCollector, brightness, collect_scans, power_from_samples
 
 __all__ = [
     "FeedClient", "FeedError", "Ledger", "ReceivedScan", "ReceivedSpoke", "ScanCollector", "brightness", "collect_scans",

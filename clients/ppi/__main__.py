@@ -15,14 +15,15 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from clients.ppi import live
-from clients.ppi.client import FeedClient, FeedError
-from clients.ppi.film import film
-from clients.ppi.options import FILMS, options
-from clients.ppi.scans import ReceivedScan, ScanCollector, brightness, collect_scans
-from clients.ppi.scope import Scope
 from radar_service.display.film import write_gif, write_mp4
 from radar_service.display.picture import Drawing, Page, distance_label, render_image, render_png
+
+from . import live
+from .client import FeedClient, FeedError
+from .film import film
+from .options import FILMS, options
+from .scans import ReceivedScan, ScanCollector, brightness, collect_scans
+from .scope import Scope
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
 
-from clients.ppi.ledger import Ledger
 from radar_service.stream import wire
+
+from .ledger import Ledger
 
 BACKOFF = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # s before the first, second ... attempt to come back; the last one repeats
 TIMEOUT = 30.0  # s without a message; the slowest radar, 0.01 rpm with four azimuths, is beyond it

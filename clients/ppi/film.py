@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from clients.ppi.client import FeedError
-from clients.ppi.scans import ReceivedScan, brightness, power
+from .client import FeedError
+from .scans import ReceivedScan, brightness, power
 
 AFTERGLOW = 0.6  # of its brightness is left to an echo a revolution old: the beam's place shows, old echoes stay readable
 

@@ -9,8 +9,8 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 
-from clients.ppi.client import FeedClient, FeedError
-from clients.ppi.scope import Scope, half_blocks
+from .client import FeedClient, FeedError
+from .scope import Scope, half_blocks
 
 if sys.platform != "win32":
     import termios

@@ -5,10 +5,11 @@ import math
 from pathlib import Path
 from typing import Any
 
-from clients.ppi.client import TIMEOUT
 from radar_service.display.film import MAX_FPS, ffmpeg
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
 from radar_service.stream import wire
+
+from .client import TIMEOUT
 
 PICTURE, FILMS = ".png", (".gif", ".mp4")
 PICTURE_SIZE, FILM_SIZE = 900, 480  # pixels; a revolution of the latter is about 3 MB of GIF

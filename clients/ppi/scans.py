@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clients.ppi.client import FeedClient, FeedError
 from radar_service.display.picture import picture_from_power
 from radar_service.display.ppi import Ppi
 from radar_service.stream import wire
+
+from .client import FeedClient, FeedError
 
 MAX_CELLS = 2**27  # azimuths x bins that a radar may claim: a gigabyte as complex64
 

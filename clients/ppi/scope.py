@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clients.ppi.film import faded
-from clients.ppi.scans import bright_cells, empty_ppi
 from radar_service.display.picture import HEADING, RING, UNSEEN, colour_map, distance_label, ring_step
 from radar_service.display.ppi import Ppi, scan_convert
 from radar_service.stream import wire
+
+from .film import faded
+from .scans import bright_cells, empty_ppi
 
 Bytes = NDArray[np.uint8]
 
