@@ -67,7 +67,7 @@ def expected(picture: Picture, centre: NDArray[np.float64], radius: float, up_de
     return centre + (cell / picture.range * radius)[:, None] * np.stack([np.sin(bearing), -np.cos(bearing)], axis=-1)
 
 
-def off_by(found: NDArray[np.float64], wanted: NDArray[np.float64]) -> float:
-    """The greatest distance from a wanted place to the nearest spot [pixels]; as many spots as places."""
-    assert found.shape == wanted.shape
-    return float(np.linalg.norm(found[:, None] - wanted, axis=-1).min(axis=0).max())
+def off_by(centres: NDArray[np.float64], expected_at: NDArray[np.float64]) -> float:
+    """The greatest distance from an expected position to the nearest spot [pixels]; both hold as many points."""
+    assert centres.shape == expected_at.shape
+    return float(np.linalg.norm(centres[:, None] - expected_at, axis=-1).min(axis=0).max())
