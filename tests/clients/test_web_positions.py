@@ -41,7 +41,8 @@ def test_position_text_is_as_on_a_chart(modules: Page) -> None:
 
 
 def test_slant_range_becomes_horizontal_range(modules: Page) -> None:
-    script = "return given.map((range) => geographicPosition({bearing: 0, range}, [0, 100], 30, {latitude_deg: 0, longitude_deg: 0})[0]);"
+    script = """const origin = {latitude_deg: 0, longitude_deg: 0};
+      return given.map((range) => geographicPosition({bearing: 0, range}, [0, 100], 30, origin)[0]);"""
     latitudes = run(modules, "geo", "geographicPosition", script, [50.0, 20.0])
     assert latitudes == pytest.approx(
         [float(geographic_from_map(np.array([0.0, y]), (0.0, 0.0))[0]) for y in (140.0, 100.0)]
