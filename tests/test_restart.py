@@ -53,7 +53,7 @@ def test_after_kill_9_clients_come_back_and_no_number_comes_twice(tmp_path: Path
                 if got[0][0] != spoke.epoch:
                     first = min(first, time.monotonic() - up[0])
                 if len(got) == 400:
-                    return got, first, radar.ledger.lost
+                    return got, first, radar.sequence.lost
         raise AssertionError
 
     try:

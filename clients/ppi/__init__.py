@@ -1,10 +1,13 @@
-"""The Python client of a radar's feed: receive spokes, collect scans, draw the PPI (`python -m clients.ppi`)."""
+"""The Python client of a radar's feed: receives spokes, collects scans, draws the PPI. `radar-ppi` is its command."""
 
-from clients.ppi.client import FeedClient, FeedError, ReceivedSpoke, feed_url, spokes
-from clients.ppi.ledger import Ledger
-from clients.ppi.scans import ReceivedScan, ScanCollector, brightness, collect_scans, power_from_samples
+from .address import feed_url
+from .client import FeedClient, spokes
+from .errors import FeedError
+from .scans import ReceivedScan, ScanCollector, brightness, collect_scans, power_from_samples
+from .sequence import SequenceTracker
+from .spoke import ReceivedSpoke
 
 __all__ = [
-    "FeedClient", "FeedError", "Ledger", "ReceivedScan", "ReceivedSpoke", "ScanCollector", "brightness", "collect_scans",
-    "feed_url", "power_from_samples", "spokes",
+    "FeedClient", "FeedError", "ReceivedScan", "ReceivedSpoke", "ScanCollector", "SequenceTracker", "brightness",
+    "collect_scans", "feed_url", "power_from_samples", "spokes",
 ]  # fmt: skip

@@ -1,6 +1,7 @@
-"""The command: `python -m clients.ppi ws://127.0.0.1:8000 --scans 1 --out ppi.png`. It writes only the files that it is given.
+"""The command: `radar-ppi ws://127.0.0.1:8000 --scans 1 --out ppi.png`; in a checkout also `python -m clients.ppi`.
 
-Exit status: 0 done, 1 the feed could not be had or broke off, 2 wrong usage, 130 interrupted, 141 its reader has gone.
+It writes only the files that it is given. Exit status: 0 done, 1 the feed failed or a file cannot be written, 2 wrong usage,
+130 interrupted, 141 the reader of its output has gone.
 """
 
 import argparse
@@ -14,63 +15,65 @@ from typing import Any
 
 from tqdm import tqdm
 
-from clients.ppi import live
-from clients.ppi.client import FeedClient, FeedError
-from clients.ppi.film import film
-from clients.ppi.options import FILMS, options
-from clients.ppi.scans import ReceivedScan, ScanCollector, arrays, brightness, collect_scans
-from clients.ppi.scope import Scope
 from radar_service.display.film import write_gif, write_mp4
 from radar_service.display.picture import Drawing, Page, distance_label, render_image, render_png
 from radar_service.scan_file import write_arrays
+
+from . import live
+from .client import FeedClient
+from .errors import FeedError
+from .film import film
+from .options import FILMS, PROGRAM, options
+from .scans import ReceivedScan, ScanCollector, arrays, brightness, collect_scans
+from .scope import Scope
 
 READER_GONE = 141  # 128 + SIGPIPE, as shells report of programs that a closed pipe ends
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Receive, then draw and save, or show; returns the exit status."""
-    asked = options(arguments)
+    """Receives scans and writes them, or shows the radar live; returns the exit status."""
+    chosen = options(arguments)
     try:
-        account = _shown(asked) if asked.live else _saved(asked)
+        summary = _show_live(chosen) if chosen.live else _receive_and_save(chosen)
     except (FeedError, OSError) as fault:
-        print(f"clients.ppi: {fault}", file=sys.stderr)
+        print(f"{PROGRAM}: {fault}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("clients.ppi: interrupted; nothing was written", file=sys.stderr)
+        print(f"{PROGRAM}: interrupted; nothing was written", file=sys.stderr)
         return 130
     try:
-        print(account, flush=True)
-    except BrokenPipeError:  # the reader has gone; what was asked for is written
+        print(summary, flush=True)
+    except BrokenPipeError:  # the reader has gone; all files are written
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
         return READER_GONE
     return 0
 
 
-def _client(asked: argparse.Namespace, **more: Any) -> FeedClient:
+def _client(chosen: argparse.Namespace, **more: Any) -> FeedClient:
     return FeedClient(
-        asked.url, encoding=asked.encoding, mode=asked.mode, timeout=asked.timeout, reconnect=asked.reconnect,
-        token=asked.token_file or "", **more,
+        chosen.url, encoding=chosen.encoding, mode=chosen.mode, timeout=chosen.timeout, reconnect=chosen.reconnect,
+        token=chosen.token_file or "", **more,
     )  # fmt: skip
 
 
-def _shown(asked: argparse.Namespace) -> str:
-    """Show the radar live; the account of it."""
+def _show_live(chosen: argparse.Namespace) -> str:
+    """Shows the radar until the user ends it; returns the counts of spokes as a sentence."""
     status = live.Status()
-    client = _client(asked, bins=asked.bins or live.BINS, notice=status)
-    asyncio.run(live.show(client, Scope(asked.dynamic_range_db, asked.range, asked.head_up), status))
-    return _account(client)
+    client = _client(chosen, bins=chosen.bins or live.BINS, notice=status)
+    asyncio.run(live.show(client, Scope(chosen.dynamic_range_db, chosen.range, chosen.head_up), status))
+    return _counts(client)
 
 
-def _saved(asked: argparse.Namespace) -> str:
-    """Receive scans and write them; what was written."""
-    client = _client(asked, bins=asked.bins, patience=asked.timeout, notice=_say)
-    collector = asyncio.run(_receive(client, asked.scans, None if asked.npz or asked.kind in FILMS else 1))
-    _save(list(collector.scans), asked)
-    return _summary(client, collector, [path for path in (asked.out, asked.npz) if path])
+def _receive_and_save(chosen: argparse.Namespace) -> str:
+    """Receives scans and writes them; returns a summary."""
+    client = _client(chosen, bins=chosen.bins, patience=chosen.timeout, notice=_print_notice)
+    collector = asyncio.run(_receive(client, chosen.scans, None if chosen.npz or chosen.kind in FILMS else 1))
+    _save(list(collector.scans), chosen)
+    return _summary(client, collector, [path for path in (chosen.out, chosen.npz) if path])
 
 
-def _say(text: str) -> None:
-    tqdm.write(f"clients.ppi: {text}", file=sys.stderr)
+def _print_notice(text: str) -> None:
+    tqdm.write(f"{PROGRAM}: {text}", file=sys.stderr)
 
 
 async def _receive(client: FeedClient, scans: int, keep: int | None) -> ScanCollector:
@@ -78,40 +81,40 @@ async def _receive(client: FeedClient, scans: int, keep: int | None) -> ScanColl
 
         def show(done: int, total: int) -> None:
             bar.total = total
-            bar.set_postfix(lost=client.ledger.lost, refresh=False)
+            bar.set_postfix(lost=client.sequence.lost, refresh=False)
             bar.update(min(done, total) - bar.n)
 
         async with client:
             return await collect_scans(client, scans, keep, show)
 
 
-def _save(scans: list[ReceivedScan], asked: argparse.Namespace) -> None:
-    match asked.kind:
+def _save(scans: list[ReceivedScan], chosen: argparse.Namespace) -> None:
+    match chosen.kind:
         case ".gif":
-            write_gif(asked.out, _frames(scans, asked), asked.fps)
+            write_gif(chosen.out, _frames(scans, chosen), chosen.fps)
         case ".mp4":
-            write_mp4(asked.out, _frames(scans, asked), asked.fps)
+            write_mp4(chosen.out, _frames(scans, chosen), chosen.fps)
         case ".png":
             ppi, heading = scans[-1].ppi, scans[-1].newest_heading
-            picture = brightness(scans[-1], asked.dynamic_range_db)
-            drawing = _drawing(scans[-1], asked) | Drawing(heading=heading, filled=ppi.filled)
-            asked.out.write_bytes(render_png(picture, ppi.range_first, ppi.range_step, **drawing))
-    if asked.npz:
-        write_arrays(asked.npz, arrays(scans), compress=True)
+            picture = brightness(scans[-1], chosen.dynamic_range_db)
+            drawing = _drawing(scans[-1], chosen) | Drawing(heading=heading, filled=ppi.filled)
+            chosen.out.write_bytes(render_png(picture, ppi.range_first, ppi.range_step, **drawing))
+    if chosen.npz:
+        write_arrays(chosen.npz, arrays(scans), compress=True)
 
 
-def _drawing(scan: ReceivedScan, asked: argparse.Namespace) -> Drawing:
+def _drawing(scan: ReceivedScan, chosen: argparse.Namespace) -> Drawing:
     title = f"{scan.hello['scene']['name']}\n{scan.hello['radar']['name']}"
-    return Drawing(range_max=asked.range, size=asked.size, head_up=asked.head_up, title=title)
+    return Drawing(range_max=chosen.range, size=chosen.size, head_up=chosen.head_up, title=title)
 
 
-def _frames(scans: list[ReceivedScan], asked: argparse.Namespace) -> Iterator[Page]:
-    """The pictures of a film, drawn one by one as they are taken."""
-    ppi, drawing = scans[0].ppi, _drawing(scans[0], asked)
-    frames = film(scans, asked.fps, asked.dynamic_range_db)
+def _frames(scans: list[ReceivedScan], chosen: argparse.Namespace) -> Iterator[Page]:
+    """Draws the pictures of a film one by one."""
+    ppi, drawing = scans[0].ppi, _drawing(scans[0], chosen)
+    frames = film(scans, chosen.fps, chosen.dynamic_range_db)
     for frame in tqdm(frames, unit="picture", disable=not sys.stderr.isatty(), leave=False):
-        now = drawing | Drawing(heading=frame.heading, filled=frame.filled)
-        yield render_image(frame.picture, ppi.range_first, ppi.range_step, **now)
+        details = drawing | Drawing(heading=frame.heading, filled=frame.filled)
+        yield render_image(frame.picture, ppi.range_first, ppi.range_step, **details)
 
 
 def _summary(client: FeedClient, collector: ScanCollector, files: list[Path]) -> str:
@@ -120,26 +123,25 @@ def _summary(client: FeedClient, collector: ScanCollector, files: list[Path]) ->
     lines = [
         f"{scan.hello['scene']['name']}, {scan.hello['radar']['name']}: {collector.done} scan(s) of {scan.azimuths} "
         f"azimuths to {distance_label(scan.ppi.range_end)}, {encoding}",
-        f"last scan: {scan.azimuths - scan.missing} azimuths came, {scan.missing} missing, "
+        f"last scan: {scan.azimuths - scan.missing} azimuths received, {scan.missing} missing, "
         f"heading {round(math.degrees(scan.newest_heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}",
-        _account(client),
+        _counts(client),
     ]
     if collector.restarts:
-        lines.append(f"the radar changed scene or range {collector.restarts} time(s); the scans are of the last")
+        lines.append(f"the radar changed scene or range {collector.restarts} time(s); these scans are newer")
     wrote = (
-        f"wrote {', '.join(map(str, files))}" if files else "wrote nothing: --out FILE draws it, --npz FILE keeps its data"
+        f"wrote {', '.join(map(str, files))}" if files else "wrote no file: --out FILE draws it, --npz FILE saves its data"
     )
     return "\n".join([*lines, wrote])
 
 
-def _account(client: FeedClient) -> str:
-    """What came in all."""
-    ledger, came_back = client.ledger, ""
-    if client.reconnections:
-        came_back = f"; tried to come back {client.reconnections} time(s)"
+def _counts(client: FeedClient) -> str:
+    """Counts of received and lost spokes, and of attempts to reconnect."""
+    sequence = client.sequence
+    attempts = f"; tried to reconnect {client.reconnections} time(s)" if client.reconnections else ""
     return (
-        f"in all: {ledger.received} spokes came, {ledger.announced} announced as lost, {ledger.holes} lost without a word"
-        f"{came_back}"
+        f"in all: {sequence.received} spokes received, {sequence.announced} lost and announced, "
+        f"{sequence.missing} lost and not announced{attempts}"
     )
 
 

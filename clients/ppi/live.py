@@ -1,4 +1,4 @@
-"""The radar live in a terminal: `python -m clients.ppi ws://127.0.0.1:8000 --live`. q, Ctrl-C or a signal ends it."""
+"""Shows the radar live in a terminal: `radar-ppi ws://127.0.0.1:8000 --live`. The key q, Ctrl-C or a signal ends it."""
 
 import asyncio
 import contextlib
@@ -9,23 +9,27 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 
-from clients.ppi.client import FeedClient, FeedError
-from clients.ppi.scope import Scope, half_blocks
+from .client import FeedClient
+from .errors import FeedError
+from .scope import Scope, half_blocks
 
 if sys.platform != "win32":
     import termios
     import tty
 
 INTERVAL = 0.1  # s between pictures
-SHARE = 0.25  # of the time, at most, goes into drawing, so that the feed is read in time
+MAX_DRAWING_SHARE = 0.25  # of the time, so that the feed is read in time
 BINS = 512  # per spoke: more than a terminal has pixels
-LEAST = (24, 8)  # columns and lines of a terminal on which anything is seen
-ENTER, LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[0m\x1b[?25h\x1b[?1049l"  # another screen, no cursor; back to what was there
+MIN_TERMINAL = (24, 8)  # columns and lines; a smaller terminal shows no picture
+ENTER, LEAVE = (
+    "\x1b[?1049h\x1b[?25l",
+    "\x1b[0m\x1b[?25h\x1b[?1049l",
+)  # alternate screen without cursor; back to the normal screen
 CAPTIONS = 2  # lines
 
 
 class Status:
-    """The last word on the connection."""
+    """The newest notice about the connection."""
 
     def __init__(self) -> None:
         self.text = "no break so far"
@@ -35,22 +39,22 @@ class Status:
 
 
 async def show(client: FeedClient, scope: Scope, status: Status) -> None:
-    """Receive and draw until the user ends it. Raises FeedError where the feed is over, and OSError without a terminal."""
+    """Receives and draws until the user ends it. Raises FeedError when the feed ends, and OSError without a terminal."""
     if not sys.stdout.isatty():
-        raise OSError("--live draws on a terminal, and the output is none; leave out the redirection, or use --out FILE")
+        raise OSError("--live needs a terminal, but the output is not one; remove the redirection, or use --out FILE")
     stop = asyncio.Event()
-    with _screen(), _ended_by_user(stop.set):
-        tasks = [asyncio.create_task(act) for act in (_receive(client, scope), _paint(client, scope, status), _wait(stop))]
+    with _alternate_screen(), _stop_keys(stop.set):
+        tasks = [asyncio.create_task(work) for work in (_receive(client, scope), _paint(client, scope, status), _wait(stop))]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
             for task in tasks:
                 task.cancel()
-            ends = await asyncio.gather(*tasks, return_exceptions=True)
+            results = await asyncio.gather(*tasks, return_exceptions=True)
             await client.close()
-    for end in ends:
-        if isinstance(end, Exception):
-            raise end
+    for result in results:
+        if isinstance(result, Exception):
+            raise result
 
 
 async def _wait(stop: asyncio.Event) -> None:
@@ -69,24 +73,24 @@ async def _paint(client: FeedClient, scope: Scope, status: Status) -> None:
     size = (0, 0)
     while True:
         began = time.monotonic()
-        now = shutil.get_terminal_size()
-        clear = "" if (now.columns, now.lines) == size else "\x1b[2J"
-        size = (now.columns, now.lines)
-        sys.stdout.write(clear + screen(scope, account(client, status.text), *size))
+        terminal = shutil.get_terminal_size()
+        clear = "" if (terminal.columns, terminal.lines) == size else "\x1b[2J"
+        size = (terminal.columns, terminal.lines)
+        sys.stdout.write(clear + screen(scope, status_line(client, status.text), *size))
         sys.stdout.flush()
-        await asyncio.sleep(max(INTERVAL, (time.monotonic() - began) / SHARE))
+        await asyncio.sleep(max(INTERVAL, (time.monotonic() - began) / MAX_DRAWING_SHARE))
 
 
-def account(client: FeedClient, text: str) -> str:
-    """What came, and how the connection is, in a line."""
-    ledger = client.ledger
-    return f"q ends; {ledger.received} spokes came, {ledger.lost} lost; {text}"
+def status_line(client: FeedClient, notice: str) -> str:
+    """One line: how to leave, the counts of spokes, and the newest notice about the connection."""
+    sequence = client.sequence
+    return f"q ends; {sequence.received} spokes received, {sequence.lost} lost; {notice}"
 
 
 def screen(scope: Scope, below: str, columns: int, lines: int) -> str:
-    """What to write to show a scope and a line below it on a terminal of that size."""
-    if columns < LEAST[0] or lines < LEAST[1]:
-        return f"\x1b[1;1H\x1b[0m{_plain(f'at least {LEAST[0]} x {LEAST[1]}', columns)}\x1b[J"
+    """Returns the text that shows a scope and one line below it on a terminal of this size."""
+    if columns < MIN_TERMINAL[0] or lines < MIN_TERMINAL[1]:
+        return f"\x1b[1;1H\x1b[0m{_plain(f'at least {MIN_TERMINAL[0]} x {MIN_TERMINAL[1]}', columns)}\x1b[J"
     size = min(columns, 2 * (lines - CAPTIONS))
     left = (columns - size) // 2 + 1
     rows = half_blocks(scope.image(size))
@@ -98,13 +102,13 @@ def screen(scope: Scope, below: str, columns: int, lines: int) -> str:
 
 
 def _plain(text: str, columns: int) -> str:
-    """Text that fits, and that cannot command the terminal, whoever wrote it."""
+    """Text cut to the width; control characters, which could command the terminal, become question marks."""
     return "".join(c if c.isprintable() else "?" for c in text)[:columns]
 
 
 @contextlib.contextmanager
-def _screen() -> Iterator[None]:
-    """The terminal's other screen; afterwards what was there before."""
+def _alternate_screen() -> Iterator[None]:
+    """Switches the terminal to its alternate screen, and back afterwards."""
     sys.stdout.write(ENTER)
     try:
         yield
@@ -114,8 +118,8 @@ def _screen() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _ended_by_user(stop: Callable[[], None]) -> Iterator[None]:
-    """Calls `stop` at q or Q, and at the signals that end programs, while keys are neither echoed nor held until a return."""
+def _stop_keys(stop: Callable[[], None]) -> Iterator[None]:
+    """Calls `stop` at the keys q and Q and at signals that end programs. Keys are not echoed and act without Return."""
     if sys.platform == "win32":
         yield
         return
@@ -126,7 +130,7 @@ def _ended_by_user(stop: Callable[[], None]) -> Iterator[None]:
     before = termios.tcgetattr(keys) if keys is not None else None
     try:
         if keys is not None:
-            tty.setcbreak(keys, termios.TCSANOW)  # keys pressed already count
+            tty.setcbreak(keys, termios.TCSANOW)  # keys that were pressed before count too
             loop.add_reader(keys, _key, keys, stop)
         yield
     finally:

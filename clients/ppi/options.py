@@ -1,22 +1,24 @@
-"""The command line of `python -m clients.ppi`."""
+"""The command line of `radar-ppi`."""
 
 import argparse
 import math
 from pathlib import Path
 from typing import Any
 
-from clients.ppi.client import TIMEOUT
 from radar_service.display.film import MAX_FPS, ffmpeg
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
 from radar_service.scan_file import SUFFIX
 from radar_service.stream import wire
 
+from .client import TIMEOUT
+
+PROGRAM = "radar-ppi"
 PICTURE, FILMS = ".png", (".gif", ".mp4")
-PICTURE_SIZE, FILM_SIZE = 900, 480  # pixels; a revolution of the latter is about 3 MB of GIF
+PICTURE_SIZE, FILM_SIZE = 900, 480  # pixels; a revolution in the film size is about 3 MB of GIF
 
 
 def options(arguments: list[str] | None) -> argparse.Namespace:
-    """The options, with what they leave open filled in. Exits with status 2 where they make no sense."""
+    """Returns the options with their defaults. Exits with status 2 if they contradict each other."""
     p = parser()
     found = p.parse_args(arguments)
     if found.live and (found.out or found.npz or found.scans):
@@ -30,9 +32,9 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     p = argparse.ArgumentParser(
-        prog="python -m clients.ppi", description="Receive a radar: its picture, a film of it, its data, or a live view."
+        prog=PROGRAM, description="Receive a radar: write a picture, a film or its data, or show it live."
     )
-    p.add_argument("url", help="feed, e.g. ws://127.0.0.1:8000/api/radars/0/feed; ws://HOST:PORT is radar 0")
+    p.add_argument("url", help="feed, for example ws://127.0.0.1:8000/api/radars/0/feed; ws://HOST:PORT means radar 0")
     _add_output(p)
     _add_picture(p)
     _add_feed(p)
@@ -52,42 +54,53 @@ def _add_output(p: argparse.ArgumentParser) -> None:
 def _add_picture(p: argparse.ArgumentParser) -> None:
     p.add_argument(
         "--size", type=_whole(MIN_SIZE, MAX_SIZE), metavar="PIXELS",
-        help=f"of a file (default {PICTURE_SIZE}, of a film {FILM_SIZE})",
+        help=f"width of the picture (default {PICTURE_SIZE}; of a film {FILM_SIZE})",
     )  # fmt: skip
+    p.add_argument("--fps", type=_whole(1, MAX_FPS), default=10, help="pictures per second of a film (default 10)")
+    p.add_argument("--range", type=_positive, metavar="M", help="radius of the picture (default: the whole range)")
+    p.add_argument("--head-up", action="store_true", help="put the bow at the top (default: north)")
     p.add_argument(
-        "--fps", type=_whole(1, MAX_FPS), default=10, help="of a film, which runs by the radar's time (default 10)"
-    )
-    p.add_argument("--range", type=_positive, metavar="M", help="radius of the picture (default: all that comes)")
-    p.add_argument("--head-up", action="store_true", help="the bow at the top (default: north)")
-    p.add_argument(
-        "--dynamic-range-db", type=_positive, default=60.0, metavar="DB", help="of a picture that is not u8 (default 60)"
+        "--dynamic-range-db",
+        type=_positive,
+        default=60.0,
+        metavar="DB",
+        help="of a picture that is not u8 (default 60)",
     )
 
 
 def _add_feed(p: argparse.ArgumentParser) -> None:
     p.add_argument(
-        "--encoding", choices=list(wire.DTYPES), default="u8", help="u8 is the display's video, the others are untouched"
+        "--encoding",
+        choices=list(wire.DTYPES),
+        default="u8",
+        help="u8 is the display's video; controls do not change the others",
     )
     p.add_argument("--bins", type=_whole(1, 65_536), help="range bins per spoke (default: every cell)")
     p.add_argument(
         "--mode", choices=["live", "lossless"], default="live", help="lossless: the simulation waits for this client"
     )
     p.add_argument(
-        "--timeout", type=_positive, default=TIMEOUT, metavar="S", help=f"give up after this silence (default {TIMEOUT:g})"
+        "--timeout",
+        type=_positive,
+        default=TIMEOUT,
+        metavar="S",
+        help=f"end after this silence (default {TIMEOUT:g})",
     )
-    p.add_argument("--token-file", type=_first_line, metavar="FILE", help="a file with the token that the service wants")
+    p.add_argument(
+        "--token-file", type=_first_line, metavar="FILE", help="file whose first line is the token of the service"
+    )
     p.add_argument(
         "--reconnect",
         action=argparse.BooleanOptionalAction,
         default=True,
-        help="come back after a break and go on (default)",
+        help="reconnect after a break and continue (default)",
     )
 
 
 def _whole(low: int, high: int) -> Any:
     def number(text: str) -> int:
         if not (text.isdecimal() and low <= int(text) <= high):
-            raise argparse.ArgumentTypeError(f"{text}: a whole number from {low} to {high} is wanted")
+            raise argparse.ArgumentTypeError(f"{text}: not a whole number from {low} to {high}")
         return int(text)
 
     return number
@@ -99,7 +112,7 @@ def _positive(text: str) -> float:
     except ValueError:
         number = math.nan
     if not 0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f"{text}: a number above 0 is wanted")
+        raise argparse.ArgumentTypeError(f"{text}: not a number above 0")
     return number
 
 
@@ -118,7 +131,7 @@ def _picture(text: str) -> Path:
         )
     if path.suffix.lower() == ".mp4":
         try:
-            ffmpeg()  # said now, not after a minute of receiving
+            ffmpeg()  # fails before anything is received
         except OSError as fault:
             raise argparse.ArgumentTypeError(f"{text}: {fault}") from None
     return path
@@ -133,7 +146,7 @@ def _npz(text: str) -> Path:
 
 def _writable(text: str) -> Path:
     path = Path(text)
-    if path.is_dir() or not path.absolute().parent.is_dir():  # said now, as well
+    if path.is_dir() or not path.absolute().parent.is_dir():  # fails before anything is received
         raise argparse.ArgumentTypeError(
             f"{text}: not a file in a folder that exists; give another or make the folder first"
         )

@@ -1,4 +1,4 @@
-"""Whole scans out of a feed, as arrays and as pictures."""
+"""Collects the messages of a feed into whole scans, and turns samples into power and brightness."""
 
 import json
 from collections import deque
@@ -8,30 +8,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clients.ppi.client import FeedClient, FeedError
 from radar_service.display.picture import picture_from_power
 from radar_service.display.ppi import Ppi
 from radar_service.stream import wire
 
-MAX_CELLS = 2**27  # azimuths x bins that a radar may claim: a gigabyte as complex64
+from .client import FeedClient
+from .errors import FeedError
+
+MAX_CELLS = 2**27  # azimuths x bins that a hello may announce: a gigabyte as complex64
 
 
 def empty_ppi(hello: dict[str, Any]) -> Ppi:
-    """A PPI for the spokes of that epoch. Raises FeedError where it would be too large."""
+    """Returns an empty PPI for the spokes of this epoch. Raises FeedError if it has more than MAX_CELLS cells."""
     encoding = hello["encoding"]
     azimuths, bins = int(hello["radar"]["azimuths"]), int(encoding["bins"])
     if azimuths * bins > MAX_CELLS:
         raise FeedError(
-            f"the radar claims {azimuths} azimuths x {bins} bins; at most {MAX_CELLS} cells fit: ask for fewer bins"
+            f"the radar has {azimuths} azimuths x {bins} bins; at most {MAX_CELLS} cells are accepted: request fewer bins"
         )
     dtype = np.dtype(wire.DTYPES[encoding["name"]])
     return Ppi(azimuths, bins, float(encoding["range_first_m"]), float(encoding["range_step_m"]), dtype)
 
 
 class ReceivedScan:
-    """One revolution, beginning at whatever azimuth came first; rows stand by azimuth index, row 0 looks north.
+    """One revolution, which may begin at any azimuth. Row k holds azimuth k; row 0 points north.
 
-    ppi: the samples. time [s], heading, course [rad], speed [m/s] (A,), position (A, 2) [m]: NaN where no spoke came.
+    hello: of its epoch. first: number of its first spoke. reached: number after the newest spoke, received or lost.
+    ppi: the samples. time [s], heading, course [rad], speed [m/s] (A,), position (A, 2) [m]: NaN without a spoke.
+    blind (A,): whether the radar did not transmit.
     """
 
     def __init__(self, hello: dict[str, Any], first: int) -> None:
@@ -44,7 +48,7 @@ class ReceivedScan:
 
     @property
     def azimuths(self) -> int:
-        """Spokes of a revolution."""
+        """Spokes in a revolution."""
         return len(self.time)
 
     @property
@@ -54,12 +58,12 @@ class ReceivedScan:
 
     @property
     def complete(self) -> bool:
-        """Whether every azimuth of the revolution has come or is known to be lost."""
+        """Whether every azimuth of the revolution has arrived or is known to be lost."""
         return self.reached >= self.end
 
     @property
     def missing(self) -> int:
-        """Azimuths that did not come."""
+        """Azimuths without a spoke."""
         return int((~self.ppi.filled).sum())
 
     @property
@@ -68,29 +72,29 @@ class ReceivedScan:
         return float(self.heading[np.argmax(self.ppi.number)])
 
     def add(self, message: dict[str, Any]) -> None:
-        """Take what belongs to this scan out of a `spokes` or `gap` message."""
+        """Adds the part of a `spokes` or `gap` message that belongs to this scan."""
         first, count = int(message["first"]), int(message["count"])
         self.reached = max(self.reached, first + count)
         if message["type"] != "spokes":
             return
         numbers = first + np.arange(count)
-        mine = (numbers >= self.first) & (numbers < self.end)
+        inside = (numbers >= self.first) & (numbers < self.end)
         rows = int(message["index"]) + np.arange(count)
-        news = np.flatnonzero(mine)[self.ppi.add(rows[mine], wire.samples(message)[mine], numbers[mine])]
-        into = rows[news]
-        self.time[into] = np.asarray(message["time"])[news]
-        self.heading[into] = wire.radians_from_turn(message["heading"])[news]
-        self.course[into] = wire.radians_from_turn(message["course"])[news]
-        self.speed[into] = np.asarray(message["speed"])[news]
-        self.position[into] = np.asarray(message["position"])[news]
-        self.blind[into] = np.asarray(message.get("blind") or [False] * count)[news]
+        new = np.flatnonzero(inside)[self.ppi.add(rows[inside], wire.samples(message)[inside], numbers[inside])]
+        row = rows[new]
+        self.time[row] = np.asarray(message["time"])[new]
+        self.heading[row] = wire.radians_from_turn(message["heading"])[new]
+        self.course[row] = wire.radians_from_turn(message["course"])[new]
+        self.speed[row] = np.asarray(message["speed"])[new]
+        self.position[row] = np.asarray(message["position"])[new]
+        self.blind[row] = np.asarray(message.get("blind") or [False] * count)[new]
 
 
 class ScanCollector:
-    """Whole scans out of messages, consecutive where nothing is lost between them, all of one epoch.
+    """Collects messages into whole scans of one epoch. Scans follow each other without a gap unless spokes are lost.
 
-    scans: the last `keep` whole ones (None: all); done: how many there were; current: the one being collected, if any;
-    restarts: how often a new epoch made what was there worthless.
+    scans: the last `keep` whole scans (None: all). done: number of whole scans. current: the unfinished scan, if any.
+    restarts: how often a new epoch discarded spokes.
     """
 
     def __init__(self, keep: int | None = None) -> None:
@@ -102,17 +106,17 @@ class ScanCollector:
 
     @property
     def spokes(self) -> int:
-        """Spokes accounted for, come or lost, in whole scans and the current one."""
+        """Spokes, received or lost, in whole scans and in the current one."""
         current = self.current.reached - self.current.first if self.current else 0
         return current + (self.done * self.azimuths if self.done else 0)
 
     @property
     def azimuths(self) -> int:
-        """Spokes of a scan; 0 before the hello."""
+        """Spokes in a scan; 0 before the hello."""
         return int(self._hello["radar"]["azimuths"]) if self._hello else 0
 
     def take(self, message: dict[str, Any]) -> None:
-        """Use a message. Raises FeedError for too large a scan; ValueError, TypeError, LookupError for nonsense."""
+        """Adds a message. Raises FeedError if the scan is too large; ValueError, TypeError or LookupError if it is invalid."""
         if message["type"] == "hello":
             self._greet(message)
         elif message["type"] in ("spokes", "gap"):
@@ -127,11 +131,11 @@ class ScanCollector:
         self.done, self.current, self._after, self._hello = 0, None, 0, message
 
     def _fill(self, message: dict[str, Any]) -> None:
-        beyond = message["first"] + message["count"]
+        end = message["first"] + message["count"]
         while True:
             if self.current is None:
                 start = max(message["first"], self._after)
-                if message["type"] == "gap" or start >= beyond or self._hello is None:
+                if message["type"] == "gap" or start >= end or self._hello is None:
                     return  # a scan begins with a spoke
                 self.current = ReceivedScan(self._hello, start)
             self.current.add(message)
@@ -144,9 +148,9 @@ class ScanCollector:
 async def collect_scans(
     client: FeedClient, scans: int, keep: int | None = None, progress: Callable[[int, int], None] | None = None
 ) -> ScanCollector:
-    """A collector with at least `scans` whole scans of one epoch, of which it keeps the last `keep`.
+    """Receives until `scans` scans of one epoch are whole; returns the collector, which keeps the last `keep` of them.
 
-    progress: told spokes accounted for and in all, after each message. Raises FeedError, as the client does.
+    progress: called after each message with the number of spokes so far and in all. Raises FeedError as the client does.
     """
     collector = ScanCollector(keep)
     async for message in client.messages():
@@ -162,15 +166,15 @@ async def collect_scans(
 
 
 def power_from_samples(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArray[np.float32]:
-    """Power [W] of samples (..., N) in one of the untouched encodings; `encoding` is that table of the hello.
+    """Returns the power [W] of samples (..., N). `encoding` is the table of that name in the hello.
 
-    Raises ValueError for u8: gain and clutter controls have changed it, so that it says brightness and not power.
+    Raises ValueError for u8: it is brightness, which depends on the gain and clutter controls.
     """
     return _POWERS[encoding["name"]](samples, encoding)
 
 
 def _from_video(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArray[np.float32]:
-    raise ValueError("encoding u8 is brightness, not power; ask the radar for u8-log, f16, f32 or c64")
+    raise ValueError("encoding u8 is brightness, not power; request u8-log, f16, f32 or c64")
 
 
 def _from_log(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArray[np.float32]:
@@ -201,21 +205,24 @@ _POWERS: dict[str, Callable[[NDArray[Any], dict[str, Any]], NDArray[np.float32]]
 
 
 def power(ppi: Ppi, encoding: dict[str, Any]) -> NDArray[np.float32]:
-    """Power [W] (A, N) of a picture in one of the untouched encodings, 0 where no spoke came."""
+    """Returns the power [W] (A, N) of a picture, 0 without a spoke. Raises ValueError for u8."""
     watts = power_from_samples(ppi.polar, encoding)
-    watts[~ppi.filled] = 0.0  # in f16 an empty row would read 0 dBW
+    watts[~ppi.filled] = 0.0  # an empty row of f16 would mean 0 dBW
     return watts
 
 
 def brightness(scan: ReceivedScan, dynamic_range_db: float = 60.0, reference: float | None = None) -> NDArray[np.uint8]:
-    """The scan as a picture (A, N) of 0 to 255; see `bright_cells`."""
+    """Returns the brightness (A, N) of a scan, 0 to 255; see `bright_cells`."""
     return bright_cells(scan.ppi, scan.hello["encoding"], dynamic_range_db, reference)
 
 
 def bright_cells(
     ppi: Ppi, encoding: dict[str, Any], dynamic_range_db: float = 60.0, reference: float | None = None
 ) -> NDArray[np.uint8]:
-    """A picture (A, N) of 0 to 255: u8 as it is, else decibels below `reference` [W], by default the strongest cell."""
+    """Returns brightness (A, N), 0 to 255: u8 unchanged, else linear in decibels.
+
+    reference: power [W] of brightness 255, by default the strongest cell. dynamic_range_db: from brightness 255 down to 0.
+    """
     if encoding["name"] == "u8":
         return ppi.polar
     return picture_from_power(power(ppi, encoding), dynamic_range_db, reference)

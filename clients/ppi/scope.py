@@ -1,4 +1,4 @@
-"""The PPI as it is now, small enough for a terminal: kept up to date by the feed's messages, drawn on demand."""
+"""The PPI in a size for terminals: messages of the feed update it, and `image` draws it."""
 
 import math
 from typing import Any
@@ -6,17 +6,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clients.ppi.film import faded
-from clients.ppi.scans import bright_cells, empty_ppi
 from radar_service.display.picture import HEADING, RING, UNSEEN, colour_map, distance_label, ring_step
 from radar_service.display.ppi import Ppi, scan_convert
 from radar_service.stream import wire
+
+from .film import faded
+from .scans import bright_cells, empty_ppi
 
 Bytes = NDArray[np.uint8]
 
 
 class Scope:
-    """What has been seen of the running epoch. range [m]: of the picture, None as far as the radar reaches."""
+    """The echoes of the running epoch. range: radius of the picture [m]; None means the whole range of the radar."""
 
     def __init__(self, dynamic_range_db: float = 60.0, range: float | None = None, head_up: bool = False) -> None:
         self.ppi: Ppi | None = None
@@ -25,7 +26,7 @@ class Scope:
         self._dynamic_range_db, self._range, self._head_up = dynamic_range_db, range, head_up
 
     def take(self, message: dict[str, Any]) -> None:
-        """Use a message. Raises FeedError for too large a radar; ValueError, TypeError, LookupError for nonsense."""
+        """Adds a message. Raises FeedError if the radar is too large; ValueError, TypeError or LookupError if it is invalid."""
         if message["type"] == "hello" and message["epoch"] != self.hello.get("epoch"):
             self.hello, self.ppi = message, empty_ppi(message)
         elif message["type"] == "spokes" and self.ppi is not None:
@@ -36,7 +37,7 @@ class Scope:
 
     @property
     def caption(self) -> str:
-        """What is shown, in a line."""
+        """Scene, radar, range and heading in one line."""
         if self.ppi is None:
             return "no radar yet"
         up = "head up" if self._head_up else "north up"
@@ -47,10 +48,10 @@ class Scope:
         )
 
     def image(self, size: int) -> Bytes:
-        """The picture (size, size, 3): echoes that fade for a revolution, range rings, heading line, grey where none came."""
+        """Draws the picture (size, size, 3): fading echoes, range rings and heading line; azimuths without a spoke are grey."""
         if self.ppi is None:
             return np.zeros((size, size, 3), dtype=np.uint8)
-        up = round(math.degrees(self.heading)) * math.pi / 180.0 if self._head_up else 0.0  # whole degrees: maps are kept
+        up = round(math.degrees(self.heading)) * math.pi / 180.0 if self._head_up else 0.0  # whole degrees: few index maps
         radius = self._radius(self.ppi)
         mode = "peak" if 2.0 * radius / size > self.ppi.range_step else "bilinear"
         bright = faded(
@@ -66,7 +67,7 @@ class Scope:
         return self._range or ppi.range_end
 
     def _annotate(self, image: Bytes, radius: float, up: float) -> None:
-        """Paint over the picture what is no echo; rings and lines never hide a brighter echo."""
+        """Paints rings, heading line and grey azimuths; rings and lines do not cover a brighter echo."""
         assert self.ppi is not None
         size, rows = len(image), len(self.ppi.number)
         offset = (np.arange(size) + 0.5 - size / 2.0) * (2.0 * radius / size)
@@ -82,7 +83,7 @@ class Scope:
 
 
 def half_blocks(image: Bytes) -> list[str]:
-    """The lines of text that show an image (H, W, 3) in 24-bit colour, two pixels to a character, one above the other."""
+    """Returns lines of text that show an image (H, W, 3) in 24-bit colour. A character shows two pixels, one above the other."""
     if len(image) % 2:
         image = np.concatenate([image, np.zeros_like(image[:1])])
     return [_line(image[k], image[k + 1]) for k in range(0, len(image), 2)]

@@ -1,30 +1,30 @@
-// The REST side of the service. Addresses are relative to the page, so that it also works behind a path of a proxy.
+// Requests to the REST interface. Addresses are relative to the page, so that it also works behind a path of a proxy.
 
-const KEPT = "radar-token"; // for this tab alone
-let token = sessionStorage.getItem(KEPT) ?? "";
+const TOKEN_KEY = "radar-token"; // in this tab's storage only
+let token = sessionStorage.getItem(TOKEN_KEY) ?? "";
 
-/** The token that every request carries from now on; empty for none. */
+/** Sets the token that every later request carries; empty for none. */
 export function useToken(text) {
   token = text.trim();
-  sessionStorage.setItem(KEPT, token);
+  sessionStorage.setItem(TOKEN_KEY, token);
 }
 
-/** Answers the JSON of an address under api/. Throws an Error with the service's own words where it refuses.
- *  Where it wants a token the document hears of it by the event "token-wanted". */
-export function ask(path, method = "GET", body = undefined) {
-  if (body === undefined) return request(path, { method, headers: {} });
-  return request(path, { method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+/** Returns the JSON of an address under api/. Throws an Error with the service's message if it refuses the request.
+ *  Dispatches the event "token-required" on the document if the service requires a token. */
+export function callApi(path, method = "GET", body = undefined) {
+  if (body === undefined) return fetchJson(path, { method, headers: {} });
+  return fetchJson(path, { method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
 }
 
-/** Posts a form with files, and answers as `ask` does. */
-export const send = (path, form) => request(path, { method: "POST", headers: {}, body: form });
+/** Posts a form with files; returns and throws as `callApi` does. */
+export const postForm = (path, form) => fetchJson(path, { method: "POST", headers: {}, body: form });
 
-async function request(path, options) {
+async function fetchJson(path, options) {
   if (token) options.headers.Authorization = `Bearer ${token}`;
-  const answer = await fetch(new URL(`api/${path}`, document.baseURI), options);
-  if (answer.status === 401) document.dispatchEvent(new Event("token-wanted"));
-  const text = await answer.text();
-  if (!answer.ok) throw new Error(refusal(text) || `${options.method} ${path}: the service answered ${answer.status}`);
+  const response = await fetch(new URL(`api/${path}`, document.baseURI), options);
+  if (response.status === 401) document.dispatchEvent(new Event("token-required"));
+  const text = await response.text();
+  if (!response.ok) throw new Error(refusal(text) || `${options.method} ${path}: the service answered ${response.status}`);
   return text ? JSON.parse(text) : null;
 }
 
@@ -34,14 +34,14 @@ function refusal(text) {
     if (Array.isArray(detail)) return detail.map(String).join("\n");
     return detail ?? "";
   } catch {
-    return ""; // not JSON: a proxy's page, say
+    return ""; // not JSON, for example a proxy's page
   }
 }
 
-/** The websocket address of a radar's feed, with a ticket that opens it once where there is a token.
- *  since: "EPOCH:SEQ" to go on from, or empty; truth: whether to ask for that too. */
+/** Returns the websocket address of a radar's feed. With a token it carries a ticket, which is valid once.
+ *  since: "EPOCH:SEQ" from which the feed continues, or empty; truth: whether to request truth messages. */
 export async function feedAddress(radar, bins, since, truth) {
-  const ticket = token ? (await ask("tickets", "POST")).ticket : "";
+  const ticket = token ? (await callApi("tickets", "POST")).ticket : "";
   const address = new URL(`api/radars/${encodeURIComponent(radar)}/feed`, document.baseURI);
   address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
   address.searchParams.set("encoding", "u8");

@@ -1,9 +1,9 @@
-// Scan conversion on the CPU, for browsers without WebGL2: the same picture as webgl.js, coarser and fewer times a second.
+// Scan conversion on the CPU, for browsers without WebGL2: the picture of webgl.js, with fewer pixels and frames.
 
 import { TURN, wrap } from "./view.js";
 
 const MAX_SIDE = 640; // pixels; 0.4 million lookups take some 10 ms in a browser
-const PERIOD_MS = 80; // twelve pictures a second leave the page time to answer
+const PERIOD_MS = 80; // twelve pictures a second leave time for input
 
 export class CanvasRenderer {
   name = "2D canvas";
@@ -13,18 +13,18 @@ export class CanvasRenderer {
     this.context = canvas.getContext("2d");
     this.small = document.createElement("canvas");
     this.drawn = -Infinity;
-    this.shape = "";
+    this.framingKey = "";
   }
 
-  /** table: 256 RGBA colours by level; tint: of fresh trails, three shares. */
+  /** table: 256 RGBA colours by level; tint: of new trails, three shares. */
   setColours(table, tint) {
     this.colours = table;
     this.tint = tint.map((share) => 255 * share);
     this.drawn = -Infinity;
   }
 
-  /** Draws `polar` as `view` sees it; grid {first, step}: where the samples stand [m]; trails, or null; scale: device pixels
-   *  per CSS pixel. True where nothing was drawn yet because the last picture is too recent. */
+  /** Draws `polar` in `view`. grid {first, step}: ranges of the samples [m]; trails: or null; scale: device pixels per CSS
+   *  pixel. Returns true if it did not draw because the last picture is too recent. */
   draw(polar, grid, view, trails, scale) {
     const now = performance.now();
     if (now - this.drawn < PERIOD_MS) return true;
@@ -50,51 +50,51 @@ export class CanvasRenderer {
     context.restore();
   }
 
-  /** Where each pixel of the small picture stands, worked out once for a framing. */
+  /** Computes bearing and range of each pixel of the small picture, once per framing. */
   prepare(side, view) {
-    const shape = [side, view.metre, view.x - view.rim.x, view.y - view.rim.y].join();
-    if (this.shape === shape) return;
-    this.shape = shape;
+    const framingKey = [side, view.metre, view.x - view.rim.x, view.y - view.rim.y].join();
+    if (this.framingKey === framingKey) return;
+    this.framingKey = framingKey;
     this.small.width = this.small.height = side;
     this.image = new ImageData(side, side);
     this.turn = new Float32Array(side * side); // clockwise from the top, in turns
-    this.far = new Float32Array(side * side); // from own ship, m
+    this.range = new Float32Array(side * side); // from own ship, m
     const pixel = (2 * view.rim.radius) / side; // CSS pixels
     for (let i = 0; i < side * side; i++) {
       const x = ((i % side) + 0.5 - side / 2) * pixel - (view.x - view.rim.x);
       const y = (side / 2 - Math.floor(i / side) - 0.5) * pixel + (view.y - view.rim.y);
       this.turn[i] = wrap(Math.atan2(x, y)) / TURN;
-      this.far[i] = Math.hypot(x, y) / view.metre;
+      this.range[i] = Math.hypot(x, y) / view.metre;
     }
     this.pixel = pixel / view.metre; // m
   }
 
   fill(polar, grid, view, trails) {
-    const { colours, turn, far } = this;
+    const { colours, turn, range } = this;
     const { data } = this.image;
     const width = this.pixel / grid.step; // bins under a pixel
     for (let i = 0, out = 0; i < turn.length; i++, out += 4) {
       for (let c = 0; c < 4; c++) data[out + c] = colours[c];
-      if (far[i] > view.range) continue;
+      if (range[i] > view.range) continue;
       const bearing = wrap(turn[i] * TURN + view.up);
-      if (trails) tinge(data, out, this.tint, trails.at(bearing, far[i]));
+      if (trails) addTrail(data, out, this.tint, trails.at(bearing, range[i]));
       const v = (bearing / TURN) * polar.rows + (0.5 * polar.rows) / polar.azimuths - 0.5;
-      blend(polar, colours, data, out, v, (far[i] - grid.first) / grid.step, width);
+      addEcho(polar, colours, data, out, v, (range[i] - grid.first) / grid.step, width);
     }
   }
 }
 
-/** Lays a trail, 1 for now and 0 for none. */
-function tinge(pixels, out, tint, trail) {
+/** Mixes the colour of a trail into a pixel. trail: from 1 for new to 0 for none. */
+function addTrail(pixels, out, tint, trail) {
   if (!trail) return;
   for (let c = 0; c < 3; c++) pixels[out + c] += (0.25 + 0.75 * trail) * (tint[c] - pixels[out + c]);
 }
 
-/** Lays the echo at row v and column u (both fractional; row centres are whole) of the polar picture. */
-function blend(polar, colours, pixels, out, v, u, width) {
-  const below = Math.floor(v);
-  const share = v - below;
-  const a = (below + polar.rows) % polar.rows;
+/** Mixes the echo at row v and column u of the polar picture into a pixel. v and u are fractional; row centres are whole. */
+function addEcho(polar, colours, pixels, out, v, u, width) {
+  const lower = Math.floor(v);
+  const share = v - lower;
+  const a = (lower + polar.rows) % polar.rows;
   const b = (a + 1) % polar.rows;
   const level = Math.round((1 - share) * levelAt(polar, a, u, width) + share * levelAt(polar, b, u, width));
   const fade = ((1 - share) * polar.fade[a] + share * polar.fade[b]) / 255;
@@ -102,7 +102,7 @@ function blend(polar, colours, pixels, out, v, u, width) {
   for (let c = 0; c < 3; c++) pixels[out + c] += fade * (colours[4 * level + c] - pixels[out + c]);
 }
 
-/** The level of a row at column u: interpolated, or the strongest where several columns fall under one pixel. */
+/** The level of a row at column u: interpolated, or the strongest if one pixel covers several columns. */
 function levelAt(polar, row, u, width) {
   const last = polar.bins - 1;
   const start = row * polar.bins;

@@ -1,15 +1,15 @@
-// The controls that act on the radar itself, for everybody who watches it. Each goes out as a PATCH, at most one at a time.
+// The controls that act on the radar itself, for all its clients. The page sends them as PATCH requests, one at a time.
 
-import { ask } from "./api.js";
+import { callApi } from "./api.js";
 import { rangeScales, rangeText } from "./units.js";
 
 const SLIDERS = ["gain", "sea", "rain"];
 const element = (id) => document.getElementById(id);
 
 export class Controls {
-  /** say(text): shows what the service refused. unit(): "nm" or "m". */
-  constructor(say, unit) {
-    this.say = say;
+  /** showRefusal(text): shows why the service refused a change. unit(): "nm" or "m". */
+  constructor(showRefusal, unit) {
+    this.showRefusal = showRefusal;
     this.unit = unit;
     this.state = {};
     this.health = null;
@@ -38,7 +38,7 @@ export class Controls {
     element("rpm").onchange = () => element("rpm").reportValidity() && this.send({ rpm: Number(element("rpm").value) });
   }
 
-  /** Takes over a radar's hello: its name and limits, and its controls as they stand. */
+  /** Adopts the name, limits and controls of a hello. */
   adopt(hello) {
     this.radar = hello.radar.id;
     this.azimuths = hello.radar.azimuths;
@@ -46,16 +46,16 @@ export class Controls {
     this.show(hello.controls);
   }
 
-  /** Asks for the controls as they stand, which others may have turned, and how the radar does. */
+  /** Fetches the controls, which other clients may have changed, and the radar's health. */
   async refresh() {
     if (this.radar === undefined || this.busy || this.waiting) return;
-    const health = ask("health").catch(() => null); // the feed tells of a lost line
-    const controls = await ask(`radars/${encodeURIComponent(this.radar)}/controls`).catch(() => null);
+    const health = callApi("health").catch(() => null); // the feed reports a lost connection
+    const controls = await callApi(`radars/${encodeURIComponent(this.radar)}/controls`).catch(() => null);
     this.health = (await health)?.radars.find((one) => one.id === this.radar) ?? null;
     if (controls && !this.busy) this.show(controls);
   }
 
-  /** The factor that the service reaches where that is less than what it is asked for; null where it keeps its pace. */
+  /** The factor that the service reaches if it is slower than requested; null if it keeps its pace. */
   get behind() {
     return this.health?.state === "behind" ? this.health.factor_reached : null;
   }
@@ -66,9 +66,11 @@ export class Controls {
 
   stepRange(by) {
     const scales = rangeScales(this.longest, this.unit());
-    const now = this.state.range_m ?? this.longest;
-    const slack = now * 1e-3; // a scale and the range that it led to differ by less than a cell
-    const next = by > 0 ? scales.find((scale) => scale > now + slack) : scales.findLast((scale) => scale < now - slack);
+    const current = this.state.range_m ?? this.longest;
+    const slack = current * 1e-3; // the radar's range differs from the requested scale by less than a cell
+    const longer = (scale) => scale > current + slack;
+    const shorter = (scale) => scale < current - slack;
+    const next = by > 0 ? scales.find(longer) : scales.findLast(shorter);
     if (next) this.send({ range_m: next });
   }
 
@@ -76,13 +78,13 @@ export class Controls {
     return this.state.pace?.state !== undefined && this.state.pace.state !== "run";
   }
 
-  /** The factor of the pace, or null where spokes come as fast as they can. */
+  /** The requested factor of the pace; null if the service runs as fast as possible. */
   get factor() {
     const factor = this.state.pace?.factor ?? 1;
     return typeof factor === "number" ? factor : null;
   }
 
-  /** Sends a change; while one is under way later ones gather, the last word for each control winning. */
+  /** Sends a change. Changes during a request are collected; the newest value of each control is sent next. */
   async send(change) {
     this.waiting = { ...this.waiting, ...change };
     if (this.busy) return;
@@ -99,10 +101,10 @@ export class Controls {
     const change = this.waiting;
     this.waiting = null;
     try {
-      await ask(`radars/${encodeURIComponent(this.radar)}/controls`, "PATCH", change);
-      this.say("");
+      await callApi(`radars/${encodeURIComponent(this.radar)}/controls`, "PATCH", change);
+      this.showRefusal("");
     } catch (refused) {
-      this.say(refused.message);
+      this.showRefusal(refused.message);
     }
   }
 
@@ -122,12 +124,12 @@ export class Controls {
     this.showRanges();
   }
 
-  /** Fills the list of range scales in the present unit; a range set elsewhere joins it. */
+  /** Fills the list of range scales in the current unit, with the radar's range if it is none of them. */
   showRanges() {
     if (!this.longest) return;
-    const now = this.state.range_m ?? this.longest;
+    const current = this.state.range_m ?? this.longest;
     const scales = rangeScales(this.longest, this.unit());
-    const nearest = scales.find((scale) => Math.abs(scale - now) < now * 1e-3) ?? now;
+    const nearest = scales.find((scale) => Math.abs(scale - current) < current * 1e-3) ?? current;
     const offered = [...new Set([...scales, nearest])].sort((a, b) => a - b);
     const options = offered.map((scale) => new Option(rangeText(scale, this.unit()), scale, false, scale === nearest));
     if (element("range") !== document.activeElement) element("range").replaceChildren(...options);

@@ -1,55 +1,55 @@
-// How fine the echoes are drawn: as fine as the screen, or coarser where their frames would come too late.
+// Chooses the resolution of the echoes: that of the screen, or a lower one if frames take too long.
 
 const SHARES = [1, 0.7, 0.5]; // of the screen's pixels, along each side
-const LATE_MS = 20; // between frames, on average; a screen of 60 Hz leaves 16.7
-const WATCHED_MS = 1500; // of frames that draw, before anything is changed
-const PAUSE_MS = 250; // since the last frame: the page was hidden, or has had something else to do
-const AGAIN_MS = 60_000; // after which a coarse picture is tried finer; twice as long each time
-const WORTH = 0.9; // of the time before: what a coarser picture must save, or something else is slow
+const LATE_MS = 20; // mean time between frames; a screen of 60 Hz has 16.7
+const SAMPLE_MS = 1500; // time of drawn frames in a measurement
+const PAUSE_MS = 250; // a longer time between frames means that the page was hidden or busy
+const RETRY_MS = 60_000; // until full resolution is tried again; doubles each time
+const MAX_TIME_RATIO = 0.9; // of the mean time before; if a lower resolution saves less, the cause is elsewhere
 
 export class Detail {
   constructor() {
     this.restart();
   }
 
-  /** Of the screen's pixels, along each side. */
+  /** Share of the screen's pixels that is drawn, along each side. */
   get share() {
     return SHARES[this.level];
   }
 
-  /** As fine as the screen again, and watched anew. */
+  /** Returns to full resolution and measures anew. */
   restart() {
     this.level = 0;
     this.last = null;
-    this.patience = AGAIN_MS;
-    this.watch(null);
+    this.patience = RETRY_MS;
+    this.startSample(null);
   }
 
-  /** A frame at `time` [ms] was drawn, or needed no drawing; true where the share has changed. */
+  /** Counts a frame at `time` [ms]; drawn: whether it needed drawing. Returns true if the share has changed. */
   frame(time, drawn) {
     const gap = this.last === null ? Infinity : time - this.last;
     this.last = time;
-    if (!drawn || gap > PAUSE_MS) return this.forget();
-    this.spent += gap;
+    if (!drawn || gap > PAUSE_MS) return this.discardSample();
+    this.elapsed += gap;
     this.frames += 1;
-    if (this.until !== null) return time > this.until && this.tryAgain();
-    return this.spent >= WATCHED_MS && this.judge(time, this.spent / this.frames);
+    if (this.until !== null) return time > this.until && this.retry();
+    return this.elapsed >= SAMPLE_MS && this.judge(time, this.elapsed / this.frames);
   }
 
-  /** mean: between frames [ms]. */
+  /** Lowers the resolution, keeps it or restores it. mean: time between frames [ms]. */
   judge(time, mean) {
     const { before } = this;
-    this.watch(null);
-    if (before !== null && mean > WORTH * before) return this.rest(time, this.level - 1);
-    if (mean <= LATE_MS) return this.level ? this.rest(time, this.level) : false;
-    if (this.level === SHARES.length - 1) return this.rest(time, this.level);
+    this.startSample(null);
+    if (before !== null && mean > MAX_TIME_RATIO * before) return this.hold(time, this.level - 1);
+    if (mean <= LATE_MS) return this.level ? this.hold(time, this.level) : false;
+    if (this.level === SHARES.length - 1) return this.hold(time, this.level);
     this.level += 1;
-    this.watch(mean);
+    this.startSample(mean);
     return true;
   }
 
-  /** Stays at a level for a while. */
-  rest(time, level) {
+  /** Keeps a level until the next retry. */
+  hold(time, level) {
     const changed = level !== this.level;
     this.level = level;
     this.until = time + this.patience;
@@ -57,22 +57,22 @@ export class Detail {
     return changed;
   }
 
-  tryAgain() {
+  retry() {
     const changed = this.level > 0;
     this.level = 0;
-    this.watch(null);
+    this.startSample(null);
     return changed;
   }
 
-  /** before: mean time between frames at the level above [ms], null where there was none. */
-  watch(before) {
+  /** Starts a measurement. before: mean time between frames at the level above [ms], or null. */
+  startSample(before) {
     this.before = before;
     this.until = null;
-    this.forget();
+    this.discardSample();
   }
 
-  forget() {
-    this.spent = this.frames = 0;
+  discardSample() {
+    this.elapsed = this.frames = 0;
     return false;
   }
 }

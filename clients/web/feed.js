@@ -1,23 +1,23 @@
-// One radar's feed: connects, reads, keeps the books, and comes back by itself when the line drops.
+// One radar's feed: connects, reads messages, counts spokes, and reconnects after a break.
 
-import { Ledger } from "./ledger.js";
+import { SequenceTracker } from "./sequence.js";
 import { decode } from "./msgpack.js";
 
 const PROTOCOL = 1;
-const LONGEST_WAIT_S = 10;
+const MAX_WAIT_S = 10;
 
-/** Seconds to wait before the attempt after `failures` failed ones; random in [0, 1) spreads the clients of a restarted server. */
+/** Wait [s] before the next attempt after `failures` failures. random in [0, 1) spreads the clients of a restarted server. */
 export function backOff(failures, random) {
-  return Math.min(0.5 * 2 ** failures, LONGEST_WAIT_S) * (0.75 + 0.5 * random);
+  return Math.min(0.5 * 2 ** failures, MAX_WAIT_S) * (0.75 + 0.5 * random);
 }
 
 export class Feed {
-  /** address(since) gives the URL, or a promise of it. Handlers: hello(message, isNew), spokes(message), truth(message),
+  /** address(since): returns the URL or a promise of it. Handlers: hello(message, isNew), spokes(message), truth(message),
    *  gap(message), state(name, detail). */
   constructor(address, handlers) {
     this.address = address;
     this.handlers = handlers;
-    this.ledger = new Ledger();
+    this.sequence = new SequenceTracker();
     this.failures = 0;
     this.ended = false;
     this.reason = "";
@@ -25,16 +25,16 @@ export class Feed {
 
   open() {
     clearTimeout(this.timer);
-    const { epoch, next } = this.ledger;
+    const { epoch, next } = this.sequence;
     const since = epoch !== null && next !== null ? `${epoch}:${next}` : "";
     this.joining = true;
     this.reason = "";
-    this.heard = performance.now();
+    this.lastMessage = performance.now();
     this.handlers.state("connecting", "");
-    const dial = (this.dial = {}); // of several attempts only the last may come to something
+    const attempt = (this.attempt = {}); // only the newest attempt may connect
     Promise.resolve(this.address(since)).then(
-      (address) => this.dial === dial && this.connect(address),
-      (fault) => this.dial === dial && this.closed(1006, fault.message),
+      (address) => this.attempt === attempt && this.connect(address),
+      (fault) => this.attempt === attempt && this.closed(1006, fault.message),
     );
   }
 
@@ -49,13 +49,13 @@ export class Feed {
   /** Ends this feed for good. */
   end() {
     this.ended = true;
-    this.dial = null;
+    this.attempt = null;
     clearTimeout(this.timer);
     this.socket?.close();
   }
 
-  /** Drops the line and dials again at once; reason: what went wrong, empty where nothing did. */
-  redial(reason) {
+  /** Closes the connection and opens a new one at once. reason: what went wrong, or empty. */
+  reconnect(reason) {
     const old = this.socket;
     this.socket = null;
     old?.close();
@@ -64,14 +64,9 @@ export class Feed {
     this.open();
   }
 
-  /** Seconds since anything was heard. */
-  silence() {
-    return (performance.now() - this.heard) / 1000;
-  }
-
-  receive(data) {
-    if (this.ended) return; // a socket that is closing still hands over what it holds
-    this.heard = performance.now();
+    receive(data) {
+    if (this.ended) return; // a closing socket still delivers messages
+    this.lastMessage = performance.now();
     try {
       this.take(decode(data));
     } catch (fault) {
@@ -84,16 +79,16 @@ export class Feed {
   take(message) {
     if (message.type === "hello") return this.hello(message);
     if (message.type === "bye") this.reason = message.reason;
-    if (message.epoch !== this.ledger.epoch) return; // of an epoch that no hello has opened
+    if (message.epoch !== this.sequence.epoch) return; // no hello has opened its epoch
     if (message.type === "gap") {
-      this.ledger.gap(message.first, message.count);
+      this.sequence.gap(message.first, message.count);
       this.handlers.gap(message);
     } else if (message.type === "truth") {
       this.handlers.truth(message);
     } else if (message.type === "spokes") {
-      this.ledger.spokes(message.first, message.count);
+      this.sequence.spokes(message.first, message.count);
       this.handlers.spokes(message);
-      this.failures = 0; // only what could be used counts as a good line
+      this.failures = 0; // only usable spokes count as a good connection
     }
   }
 
@@ -102,7 +97,7 @@ export class Feed {
       this.end();
       return this.handlers.state("refused", `the service speaks protocol ${message.protocol}, this page ${PROTOCOL}: reload it`);
     }
-    const isNew = this.ledger.hello(message.epoch, this.joining);
+    const isNew = this.sequence.hello(message.epoch, this.joining);
     this.joining = false;
     this.handlers.state("live", "");
     this.handlers.hello(message, isNew);
@@ -111,8 +106,8 @@ export class Feed {
   closed(code, reason) {
     if (this.ended) return;
     const wait = backOff(this.failures++, Math.random());
-    const why = this.reason || reason || (code === 1006 ? "" : `closed with code ${code}`); // 1006: the line went dead
-    this.handlers.state("waiting", `${why ? `${why}; ` : ""}trying again in ${Math.ceil(wait)} s`);
+    const cause = this.reason || reason || (code === 1006 ? "" : `closed with code ${code}`); // 1006: lost
+    this.handlers.state("waiting", `${cause ? `${cause}; ` : ""}trying again in ${Math.ceil(wait)} s`);
     this.timer = setTimeout(() => this.open(), wait * 1000);
   }
 }

@@ -1,4 +1,4 @@
-// Latitude and longitude of places on the map: the map keeps geodesic distance and bearing from the scene's origin (WGS 84).
+// Latitude and longitude of points on the map. The map keeps geodesic distance and bearing from the scene's origin (WGS 84).
 
 const A = 6_378_137; // m, semi-major axis
 const F = 1 / 298.257223563;
@@ -6,8 +6,8 @@ const B = A * (1 - F);
 const DEGREE = Math.PI / 180;
 const CLOSE = 1e-12; // rad: 6 micrometres
 
-/** [latitude, longitude] in degrees of a place east and north [m] of `origin` {latitude_deg, longitude_deg}.
- *  The direct problem after Vincenty (Survey Review 23, 1975, equations 1 to 11), good to a millimetre anywhere. */
+/** [latitude, longitude] in degrees of a point east and north [m] of `origin` {latitude_deg, longitude_deg}.
+ *  The direct geodesic problem, after Vincenty (Survey Review 23, 1975, equations 1 to 11), good to a millimetre anywhere. */
 export function geographic(east, north, origin) {
   const [s, azimuth] = [Math.hypot(east, north), Math.atan2(east, north)];
   const [sinA, cosA] = [Math.sin(azimuth), Math.cos(azimuth)];
@@ -27,7 +27,7 @@ export function geographic(east, north, origin) {
   return [latitude / DEGREE, wrapDegrees(origin.longitude_deg + (lambda - slip) / DEGREE)];
 }
 
-/** Angle sigma [rad] under a distance s [m] on the auxiliary sphere, and the cosine of twice its middle's. */
+/** Angle sigma [rad] of a distance s [m] on the auxiliary sphere, and the cosine of twice its midpoint's angle. */
 function arc(s, start, u2) {
   const a = 1 + (u2 / 16384) * (4096 + u2 * (-768 + u2 * (320 - 175 * u2))); // 3
   const b = (u2 / 1024) * (256 + u2 * (-128 + u2 * (74 - 47 * u2))); // 4
@@ -45,21 +45,21 @@ function arc(s, start, u2) {
 
 const wrapDegrees = (longitude) => ((((longitude + 180) % 360) + 360) % 360) - 180;
 
-/** "50°18.000′ N" and "001°24.000′ W" on lines of their own; the last figure is two metres. */
+/** "50°18.000′ N" and "001°24.000′ W" on two lines; the last digit is two metres. */
 export function positionText([latitude, longitude]) {
   return `${angleText(latitude, 2, "NS")}\n${angleText(longitude, 3, "EW")}`;
 }
 
 function angleText(angle, digits, [positive, negative]) {
-  const thousandths = Math.round(Math.abs(angle) * 60_000); // of a minute, rounded once so that 60.000′ never shows
+  const thousandths = Math.round(Math.abs(angle) * 60_000); // of a minute; rounded once, so that 60.000′ never shows
   const degrees = String(Math.floor(thousandths / 60_000)).padStart(digits, "0");
   const minutes = ((thousandths % 60_000) / 1000).toFixed(3).padStart(6, "0");
   return `${degrees}°${minutes}′ ${angle < 0 ? negative : positive}`;
 }
 
-/** Latitude and longitude of a place as the radar sees it: true bearing [rad] and slant range [m] from own ship's
- *  position [east, north], the antenna `height` [m] above it. */
-export function placed({ bearing, range }, position, height, origin) {
-  const level = Math.sqrt(Math.max(range ** 2 - height ** 2, 0)); // along the sea; its curvature changes less
+/** [latitude, longitude] of a target at a true bearing [rad] and slant range [m] from an antenna `height` [m] above own
+ *  ship's position [east, north] [m]. */
+export function geographicPosition({ bearing, range }, position, height, origin) {
+  const level = Math.sqrt(Math.max(range ** 2 - height ** 2, 0)); // horizontal range; the earth's curvature changes it less
   return geographic(position[0] + level * Math.sin(bearing), position[1] + level * Math.cos(bearing), origin);
 }

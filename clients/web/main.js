@@ -1,7 +1,7 @@
-// Wires the page: which radar, its feed, its controls, the picture, and the viewer's settings.
+// Connects the parts of the page: radar, feed, controls, picture and settings.
 
-import { ask, feedAddress, useToken } from "./api.js";
-import { Choices } from "./choices.js";
+import { callApi, feedAddress, useToken } from "./api.js";
+import { Preferences } from "./preferences.js";
 import { Controls } from "./controls.js";
 import { Feed } from "./feed.js";
 import { FrameMeter, Meter } from "./meter.js";
@@ -15,15 +15,15 @@ import { listTruth } from "./truth.js";
 
 const element = (id) => document.getElementById(id);
 const address = new URLSearchParams(location.search);
-const BINS = Number(address.get("bins")) || 1024; // two cells per pixel of a 1000-pixel scope; peaks are kept
-const SILENT_S = 3; // without a spoke the picture is said to stand still
-const DEAD_S = 15; // and a line that stays dumb is dialled again: a half-open connection never reports itself
-const REFRESH_MS = 5000; // others may turn the same controls
+const BINS = Number(address.get("bins")) || 1024; // about two cells per pixel of a 1000-pixel scope; the service keeps peaks
+const SILENT_S = 3; // without a spoke, after which the banner says that the picture stands still
+const DEAD_S = 15; // without a spoke, after which the page reconnects: a half-open connection reports no error
+const REFRESH_MS = 5000; // other clients may change the same controls
 
 const settings = loadSettings();
 document.documentElement.dataset.palette = settings.palette;
 const scope = new Scope(settings, address.get("renderer"));
-const choices = new Choices(scope, chosen);
+const preferences = new Preferences(scope, settingChanged);
 const controls = new Controls((text) => (element("notice").textContent = text), () => settings.unit);
 const playout = new Playout(show, () => controls.factor);
 const frames = new FrameMeter();
@@ -33,22 +33,22 @@ let meter = new Meter();
 let feed = null;
 let radar = null; // of the last hello
 let origin = null; // of its scene: {latitude_deg, longitude_deg}
-let givesTruth = false; // as the last hello said
-let asksTruth = false; // as the last dialling did
+let givesTruth = false; // by the last hello
+let requestsTruth = false; // in the address of the current connection
 let connection = ["connecting", ""];
-let isLost = false; // the line went, and is not back yet
-let spokeAt = now();
-let latest = null; // own ship and the time and scan whose figures stand on the page after the next frame
-let tryAgain = () => {}; // ends the wait between two attempts to begin
+let isBroken = false; // the connection was lost and is not yet restored
+let lastSpokeAt = now();
+let latest = null; // own ship, time and scan, which the next frame shows
+let retryNow = () => {}; // ends the wait before the next attempt to start
 
-function watch(id) {
+function connectTo(id) {
   feed?.end();
   meter = new Meter();
-  const dial = (since) => {
-    asksTruth = givesTruth && settings.truth === "on";
-    return feedAddress(id, BINS, since, asksTruth);
+  const feedUrl = (since) => {
+    requestsTruth = givesTruth && settings.truth === "on";
+    return feedAddress(id, BINS, since, requestsTruth);
   };
-  feed = new Feed(dial, { hello, spokes, truth, gap: () => {}, state });
+  feed = new Feed(feedUrl, { hello, spokes, truth, gap: () => {}, state });
   feed.open();
 }
 
@@ -62,30 +62,30 @@ function hello(message, isNew) {
   }
   meter.restart();
   controls.adopt(message);
-  spokeAt = now();
+  lastSpokeAt = now();
   status.showHello(message);
   showFraming();
   scenes.adopt(message);
-  askForTruth();
-  if (isNew) status.speak(`Scene ${message.scene.name}`);
+  requestTruth();
+  if (isNew) status.announce(`Scene ${message.scene.name}`);
 }
 
-/** Dials again where the truth is wanted, and to be had, and not asked for yet. */
-function askForTruth() {
+/** Reconnects with truth messages if the user selects them and the service gives them. */
+function requestTruth() {
   element("truth").disabled = !givesTruth;
-  element("truth-row").title = givesTruth ? "" : "This service does not give the truth; start it with --truth";
+  element("truth-row").title = givesTruth ? "" : "This service does not send the truth; start it with --truth";
   element("targets").hidden = !(givesTruth && settings.truth === "on");
-  if (givesTruth && settings.truth === "on" && !asksTruth) feed.redial("");
+  if (givesTruth && settings.truth === "on" && !requestsTruth) feed.reconnect("");
 }
 
 function spokes(message) {
   scope.polar.check(message);
-  spokeAt = now();
-  meter.spokes(message.count, message.time.at(-1), spokeAt, controls.factor);
-  playout.push(message, spokeAt);
+  lastSpokeAt = now();
+  meter.spokes(message.count, message.time.at(-1), lastSpokeAt, controls.factor);
+  playout.push(message, lastSpokeAt);
 }
 
-/** Spokes from <= k < to of a message are due. */
+/** Shows spokes from <= k < to of a message, which are due. */
 function show(message, from, to) {
   const { range } = scope.grid;
   const ship = status.shipOf(message, to - 1);
@@ -99,11 +99,11 @@ function truth(message) {
   scope.changed = true;
 }
 
-/** The range as it was asked for, where the picture ends within a cell of it: 3000 m rather than 3002 m. */
+/** The requested range if the picture ends within a cell of it: 3000 m rather than 3002 m. */
 function nominalRange() {
   const { range, step } = scope.grid;
-  const asked = controls.state.range_m ?? range;
-  return Math.abs(asked - range) <= step ? asked : range;
+  const requested = controls.state.range_m ?? range;
+  return Math.abs(requested - range) <= step ? requested : range;
 }
 
 function showFraming() {
@@ -112,10 +112,10 @@ function showFraming() {
 
 function state(name, detail) {
   connection = [name, detail];
-  isLost = name === "waiting" || (name === "connecting" && isLost);
+  isBroken = name === "waiting" || (name === "connecting" && isBroken);
   status.showConnection(name, detail);
-  if (name !== "connecting") status.speak(`${name === "live" ? "Connected" : "Disconnected"} ${detail}`);
-  tell();
+  if (name !== "connecting") status.announce(`${name === "live" ? "Connected" : "Disconnected"} ${detail}`);
+  showStatus();
 }
 
 function frame(time) {
@@ -125,96 +125,96 @@ function frame(time) {
   scope.draw(time);
   if (latest) {
     status.showShip(latest, origin);
-    showPlaces();
+    showPositions();
     latest = null;
   }
   frames.frame(began, now());
 }
 
-function showPlaces() {
+function showPositions() {
   const { ship } = scope;
   const site = { position: ship.position, height: radar?.height_m ?? 0, origin };
-  status.showPlace("cursor", scope.cursor, ship.heading, settings.unit, site);
-  status.showPlace("marker", scope.marker, ship.heading, settings.unit, site);
+  status.showPosition("cursor", scope.cursor, ship.heading, settings.unit, site);
+  status.showPosition("marker", scope.marker, ship.heading, settings.unit, site);
 }
 
-/** What keeps the picture from moving, in a few words; empty where it moves. */
-function standstill() {
+/** Why the picture stands still; empty while it moves. */
+function stopReason() {
   const [name, detail] = connection;
   if (name === "refused") return `Refused: ${detail}`;
   if (name === "waiting") return `No connection, picture stands still: ${detail}`;
   if (name === "connecting" && scope.ship.azimuth === null) return "Connecting";
-  if (isLost) return "No connection, picture stands still: connecting";
+  if (isBroken) return "No connection, picture stands still: connecting";
   if (controls.state.transmit === false) return "Standby";
   if (controls.paused) return "Paused";
-  const quiet = now() - spokeAt;
-  return quiet > Math.max(SILENT_S, 3 * spokePeriod()) ? `No spokes for ${Math.floor(quiet)} s: picture stands still` : "";
+  const silence = now() - lastSpokeAt;
+  return silence > Math.max(SILENT_S, 3 * spokePeriod()) ? `No spokes for ${Math.floor(silence)} s: picture stands still` : "";
 }
 
-/** What slows it down; empty where it keeps its pace. */
-function slowness() {
+/** The warning of a service that is too slow; empty if it keeps its pace. */
+function slowReason() {
   const { behind, factor } = controls;
-  return behind === null ? "" : `Too slow: ${behind.toFixed(2)}× reached of ${factor}× asked for`;
+  return behind === null ? "" : `Too slow: ${behind.toFixed(2)}× reached of ${factor}× requested`;
 }
 
 function spokePeriod() {
   return radar ? 60 / radar.rpm / radar.azimuths / (controls.factor ?? 1) : 0;
 }
 
-function tell() {
-  const still = standstill();
-  status.showBanner(still || slowness(), !still);
-  const lag = controls.behind === null ? meter.lag : null; // a service behind its pace is later at every spoke
-  if (feed) status.showFeed(feed.ledger, meter.rate(now()), lag, frames.figures(now()));
+function showStatus() {
+  const reason = stopReason();
+  status.showBanner(reason || slowReason(), !reason);
+  const lag = controls.behind === null ? meter.lag : null; // the lag of a service that is too slow only grows
+  if (feed) status.showFeed(feed.sequence, meter.rate(now()), lag, frames.rates(now()));
 }
 
 function everySecond() {
-  tell();
+  showStatus();
   const targets = element("targets");
   if (scope.truth && targets.open) listTruth(targets.querySelector("tbody"), scope.truth, settings.unit);
   const idle = controls.paused || controls.state.transmit === false;
-  if (idle) meter.restart(); // the service sets its clock anew when it goes on
-  const dead = now() - spokeAt > Math.max(DEAD_S, 20 * spokePeriod());
+  if (idle) meter.restart(); // the service resets its clock when it continues
+  const dead = now() - lastSpokeAt > Math.max(DEAD_S, 20 * spokePeriod());
   if (connection[0] === "live" && !idle && dead) {
-    spokeAt = now();
-    feed.redial("nothing was heard");
+    lastSpokeAt = now();
+    feed.reconnect("no message arrived");
   }
 }
 
-/** A setting of the viewer was changed. */
-function chosen(name) {
+/** Applies a changed setting. */
+function settingChanged(name) {
   if (name === "unit") controls.showRanges();
   if (name === "truth") {
     scope.truth = null;
-    askForTruth();
+    requestTruth();
   }
   showFraming();
   status.showMode(settings.orientation);
-  showPlaces();
+  showPositions();
 }
 
-/** Takes the token, and dials again: what was refused without it may be allowed now. */
-function enter(event) {
+/** Stores the token and reconnects: the service may allow more with it. */
+function submitToken(event) {
   event.preventDefault();
   useToken(element("token").value);
   element("token").value = "";
   element("access").hidden = true;
   element("notice").textContent = "";
-  feed?.redial("a token was given");
-  tryAgain();
+  feed?.reconnect("the token has changed");
+  retryNow();
 }
 
 const KEYS = {
   "+": () => controls.stepRange(1),
   "=": () => controls.stepRange(1), // the same key without Shift on many keyboards
   "-": () => controls.stepRange(-1),
-  z: () => choices.zoom(2),
-  x: () => choices.zoom(1 / 2),
-  o: () => choices.lookAhead(),
+  z: () => preferences.zoom(2),
+  x: () => preferences.zoom(1 / 2),
+  o: () => preferences.lookAhead(),
   c: () => element("centre").click(),
-  h: () => choices.next("orientation"),
-  n: () => choices.next("palette"),
-  t: () => choices.next("trails"),
+  h: () => preferences.next("orientation"),
+  n: () => preferences.next("palette"),
+  t: () => preferences.next("trails"),
   p: () => controls.togglePause(),
   s: () => controls.paused && element("step").click(),
 };
@@ -228,31 +228,31 @@ function shortcut(event) {
 async function start() {
   let radars = null;
   for (let failures = 0; !radars; failures++) {
-    radars = await ask("radars").catch((fault) => {
+    radars = await callApi("radars").catch((fault) => {
       state("waiting", fault.message);
       return new Promise((resolve) => {
-        tryAgain = resolve;
+        retryNow = resolve;
         setTimeout(resolve, Math.min(500 * 2 ** failures, 10_000));
       });
     });
   }
-  const wanted = radars.find((one) => one.id === address.get("radar")) ?? radars[0];
-  element("radar").replaceChildren(...radars.map((one) => new Option(one.name ?? one.id, one.id, false, one === wanted)));
+  const selected = radars.find((one) => one.id === address.get("radar")) ?? radars[0];
+  element("radar").replaceChildren(...radars.map((one) => new Option(one.name ?? one.id, one.id, false, one === selected)));
   element("radar-row").hidden = radars.length < 2;
-  watch(wanted.id);
+  connectTo(selected.id);
 }
 
 element("renderer-text").textContent = scope.renderer.name;
-element("radar").onchange = () => watch(element("radar").value);
-element("access").onsubmit = enter;
+element("radar").onchange = () => connectTo(element("radar").value);
+element("access").onsubmit = submitToken;
 bindPointer(scope, () => {
   showFraming();
-  showPlaces();
+  showPositions();
 });
 status.showMode(settings.orientation);
 document.addEventListener("keydown", shortcut);
-document.addEventListener("token-wanted", () => (element("access").hidden = false));
-addEventListener("online", () => connection[0] === "waiting" && feed?.redial("the network is back"));
+document.addEventListener("token-required", () => (element("access").hidden = false));
+addEventListener("online", () => connection[0] === "waiting" && feed?.reconnect("the network is back"));
 setInterval(everySecond, 1000);
 setInterval(() => document.hidden || controls.refresh(), REFRESH_MS);
 requestAnimationFrame(frame);

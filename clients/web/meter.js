@@ -1,7 +1,7 @@
-// How fast spokes come in, and how much later than the promptest one.
+// Measures the rate of spokes, their delay, and the rate of frames.
 
 const WINDOW_S = 2;
-const MEMORY_S = 10; // that the promptest is remembered for, twice at most: a service that is too slow falls back for good
+const MEMORY_S = 10; // for which the smallest delay is kept, at most twice: a service that is too slow never catches up
 
 export class Meter {
   constructor() {
@@ -9,23 +9,23 @@ export class Meter {
     this.restart();
   }
 
-  /** count spokes arrived at `now` [s, page clock], the last one of simulated `time` [s]; factor: pace, null if unpaced. */
+  /** Counts spokes that arrived at `now` [s, page clock]; the last has simulated `time` [s]. factor: pace, or null. */
   spokes(count, time, now, factor) {
     this.batches.push([now, count]);
     if (!factor) return void (this.lag = null);
-    if (now > this.turned + MEMORY_S) {
-      [this.before, this.promptest] = [this.promptest, Infinity];
-      this.turned = now;
+    if (now > this.periodStart + MEMORY_S) {
+      [this.previousMinDelay, this.minDelay] = [this.minDelay, Infinity];
+      this.periodStart = now;
     }
-    const late = now - time / factor;
-    this.promptest = Math.min(this.promptest, late);
-    this.lag = late - Math.min(this.promptest, this.before);
+    const delay = now - time / factor;
+    this.minDelay = Math.min(this.minDelay, delay);
+    this.lag = delay - Math.min(this.minDelay, this.previousMinDelay);
   }
 
-  /** Forgets the promptest spoke: the clocks have been set anew (pace, epoch). */
+  /** Discards the smallest delay after the pace or the epoch changed. */
   restart() {
-    this.promptest = this.before = Infinity;
-    this.turned = -Infinity;
+    this.minDelay = this.previousMinDelay = Infinity;
+    this.periodStart = -Infinity;
     this.lag = null;
   }
 
@@ -36,20 +36,20 @@ export class Meter {
   }
 }
 
-/** How many frames a second are drawn, and how long the page works on each. */
+/** Measures how many frames a second are drawn, and the work on each. */
 export class FrameMeter {
   constructor() {
     this.frames = [];
   }
 
-  /** A frame was begun at `start` and finished at `end` [s]. */
+  /** Counts a frame from `start` to `end` [s]. */
   frame(start, end) {
     this.frames.push([start, end - start]);
     while (this.frames[0][0] < start - WINDOW_S) this.frames.shift();
   }
 
-  /** {rate: frames per second, work: seconds of each} over the two seconds before `now` [s]; null without any. */
-  figures(now) {
+  /** {rate [frames/s], work [s/frame]} over the two seconds before `now` [s]; null with fewer than two frames. */
+  rates(now) {
     const recent = this.frames.filter(([start]) => start > now - WINDOW_S);
     if (recent.length < 2) return null;
     const span = recent.at(-1)[0] - recent[0][0];

@@ -2,7 +2,7 @@
 
 const MAX_DEPTH = 32; // the feed nests four deep; a bound keeps a broken message from exhausting the stack
 
-/** The one value that `buffer` (ArrayBuffer) holds. Throws where it is cut short, followed by more, or of an unknown type. */
+/** Returns the one value in an ArrayBuffer. Throws if it is truncated, followed by more, or of an unknown type. */
 export function decode(buffer) {
   const reader = new Reader(buffer);
   const value = reader.value(0);
@@ -31,13 +31,13 @@ class Reader {
   }
 
   number(kind, size) {
-    const value = this.view[`get${kind}`](this.at); // throws RangeError where the message is cut short
+    const value = this.view[`get${kind}`](this.at); // throws RangeError if the message is truncated
     this.at += size;
     return value;
   }
 
   bytes(length) {
-    if (this.at + length > this.buffer.byteLength) throw new RangeError(`msgpack: ${length} bytes promised, fewer are there`);
+    if (this.at + length > this.buffer.byteLength) throw new RangeError(`msgpack: ends within ${length} bytes of data`);
     const view = new Uint8Array(this.buffer, this.at, length);
     this.at += length;
     return view;
@@ -54,7 +54,7 @@ class Reader {
   }
 
   map(length, depth) {
-    const entries = Object.create(null); // a key such as __proto__ is then a key like any other
+    const entries = Object.create(null); // makes __proto__ an ordinary key
     for (let i = 0; i < length; i++) {
       const key = this.value(depth + 1);
       entries[key] = this.value(depth + 1);

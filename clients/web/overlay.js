@@ -1,4 +1,4 @@
-// What a radar screen shows beside the echoes: bearing scale, range rings, heading line, sweep, cursor, EBL and VRM.
+// Draws the lines and numbers over the echoes: bearing scale, range rings, heading line, sweep, cursor, EBL and VRM.
 
 import { colour } from "./palette.js";
 import { bearingText, rangeText, ringStep } from "./units.js";
@@ -7,15 +7,15 @@ import { TURN } from "./view.js";
 const DEGREE = Math.PI / 180;
 const NAMES = ["ring", "ring-text", "scale", "heading", "sweep", "marker", "cursor", "blind", "truth", "halo"];
 const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';
-const LABEL = [58, 16]; // CSS pixels that the longest label of a ring needs
-const BIG = 230; // CSS pixels of radius from which the scale has every degree and ten
+const LABEL_SIZE = [58, 16]; // CSS pixels of the longest ring label
+const BIG_RADIUS = 230; // CSS pixels; a larger scale has a number every ten degrees
 
-/** The colours of the furniture in the present palette. */
-export function furnitureColours() {
+/** The colours of the overlay in the current palette. */
+export function overlayColours() {
   return Object.fromEntries(NAMES.map((name) => [name, colour(`--${name}`)]));
 }
 
-/** Clears a layer and sets it to CSS pixels. */
+/** Clears a canvas and sets its unit to CSS pixels; returns its context. */
 export function begin(canvas, scale) {
   const context = canvas.getContext("2d");
   context.setTransform(1, 0, 0, 1, 0, 0);
@@ -27,7 +27,7 @@ export function begin(canvas, scale) {
   return context;
 }
 
-/** What `draw` draws, kept inside the picture's rim. */
+/** Calls `draw` with drawing clipped to the picture. */
 export function inside(context, view, draw) {
   context.save();
   context.beginPath();
@@ -37,7 +37,7 @@ export function inside(context, view, draw) {
   context.restore();
 }
 
-/** Words that stay readable over echoes: they stand in a rim of the scope's colour. */
+/** Writes text with an outline in the background colour, so that it is readable over echoes. */
 export function label(context, text, x, y, colours, paint) {
   context.font = `600 12px ${FONT}`;
   context.lineJoin = "round";
@@ -49,9 +49,9 @@ export function label(context, text, x, y, colours, paint) {
   context.fillText(text, x, y);
 }
 
-/** Rings, bearing scale, blind sectors and heading line. options: {unit, rings, headline, relative, blindSectors}.
- *  Answers the boxes [x, y, width, height] that the rings' labels fill. */
-export function drawFurniture(context, view, ship, colours, options) {
+/** Draws rings, bearing scale, blind sectors and heading line. options: {unit, rings, headline, relative, blindSectors}.
+ *  Returns the boxes [x, y, width, height] of the ring labels. */
+export function drawOverlay(context, view, ship, colours, options) {
   let labels = [];
   drawScale(context, view, options.relative ? ship.heading : 0, colours.scale);
   inside(context, view, () => {
@@ -70,7 +70,7 @@ function line(context, from, to) {
   context.stroke();
 }
 
-/** A line from own ship along a bearing to the rim. */
+/** Draws a line from own ship along a bearing to the rim. */
 function ray(context, view, bearing, beyond = 0) {
   const far = view.toRim(bearing);
   if (far) line(context, view.along(bearing, 0), view.along(bearing, far + beyond));
@@ -82,58 +82,58 @@ function ring(context, view, range) {
   context.stroke();
 }
 
-/** The bearing scale on the rim as own ship sees it, wherever that stands; where marks crowd, some are left out. */
+/** Draws the bearing scale on the rim as seen from own ship; marks that are too close to each other are omitted. */
 function drawScale(context, view, zero, paint) {
   const { rim } = view;
-  const isBig = rim.radius > BIG;
+  const isBig = rim.radius > BIG_RADIUS;
   context.strokeStyle = context.fillStyle = paint;
   context.font = `${isBig ? 11 : 10}px ${FONT}`;
   context.beginPath();
   context.arc(rim.x, rim.y, rim.radius, 0, TURN);
   context.stroke();
-  let written = [];
+  let drawn = [];
   for (let degree = 0; degree < 360; degree++) {
     const far = view.toRim(zero + degree * DEGREE);
-    const apart = far * DEGREE; // CSS pixels from degree to degree, and NaN where the bearing is not in the picture
-    if (!(apart > (degree % 10 === 0 ? 0 : degree % 5 === 0 ? 0.6 : 4))) continue;
-    const out = outward(view, view.along(zero + degree * DEGREE, far));
+    const spacing = far * DEGREE; // CSS pixels from degree to degree, NaN if the bearing is not in the picture
+    if (!(spacing > (degree % 10 === 0 ? 0 : degree % 5 === 0 ? 0.6 : 4))) continue;
+    const out = outwardFrom(view, view.along(zero + degree * DEGREE, far));
     line(context, out(0), out(degree % 10 === 0 ? 9 : degree % 5 === 0 ? 6 : 3));
-    if (degree % (isBig ? 10 : 30) === 0) written = figure(context, degree, out(isBig ? 19 : 18), written);
+    if (degree % (isBig ? 10 : 30) === 0) drawn = drawNumber(context, degree, out(isBig ? 19 : 18), drawn);
   }
 }
 
-/** Places beyond the rim, straight out from a place on it: the function of CSS pixels. */
-function outward({ rim }, [x, y]) {
+/** Returns a function of CSS pixels: the point that far outside a point [x, y] on the rim. */
+function outwardFrom({ rim }, [x, y]) {
   return (pixels) => [x + (pixels / rim.radius) * (x - rim.x), y + (pixels / rim.radius) * (y - rim.y)];
 }
 
-/** Writes a figure of the scale unless another stands there; the places of all those written. */
-function figure(context, degree, [x, y], written) {
-  if (written.some((there) => Math.hypot(there[0] - x, there[1] - y) < 27)) return written; // three figures and a gap
+/** Writes a number of the scale if there is room; returns the points of all numbers so far. */
+function drawNumber(context, degree, [x, y], drawn) {
+  if (drawn.some((other) => Math.hypot(other[0] - x, other[1] - y) < 27)) return drawn; // three digits and a gap
   context.fillText(String(degree).padStart(3, "0"), x, y);
-  return [...written, [x, y]];
+  return [...drawn, [x, y]];
 }
 
 function drawRings(context, view, unit, colours) {
   const step = ringStep(view.span, unit);
-  const isRoomy = step * view.metre > LABEL[0]; // without room only every second ring has a label
+  const isRoomy = step * view.metre > LABEL_SIZE[0]; // if false, only every second ring has a label
   const boxes = [];
-  for (let number = 1; number * step < view.reach * 0.985; number++) {
+  for (let number = 1; number * step < view.maxRange * 0.985; number++) {
     context.strokeStyle = colours.ring;
     ring(context, view, number * step);
-    const place = ringLabel(view, number * step);
-    if (!place || (!isRoomy && number % 2)) continue;
-    label(context, rangeText(number * step, unit), ...place, colours, colours["ring-text"]);
-    boxes.push([place[0] - LABEL[0] / 2, place[1] - LABEL[1] / 2, ...LABEL]);
+    const point = ringLabel(view, number * step);
+    if (!point || (!isRoomy && number % 2)) continue;
+    label(context, rangeText(number * step, unit), ...point, colours, colours["ring-text"]);
+    boxes.push([point[0] - LABEL_SIZE[0] / 2, point[1] - LABEL_SIZE[1] / 2, ...LABEL_SIZE]);
   }
   return boxes;
 }
 
-/** A place for a ring's label: right of own ship, or wherever the ring can be seen. null: nowhere. */
+/** The point of a ring's label: right of own ship, or elsewhere on the visible ring. null: the ring is not visible. */
 function ringLabel(view, range) {
   for (const turn of [90, 270, 0, 180, 60, 120, 240, 300]) {
     const [x, y] = view.toScreen(view.up + turn * DEGREE, range);
-    if (Math.hypot(x - view.rim.x, y - view.rim.y) < view.rim.radius - LABEL[0] / 2) return [x, y];
+    if (Math.hypot(x - view.rim.x, y - view.rim.y) < view.rim.radius - LABEL_SIZE[0] / 2) return [x, y];
   }
   return null;
 }
@@ -145,7 +145,7 @@ function drawHeading(context, view, heading, paint) {
   context.lineWidth = 1;
 }
 
-/** An arrow just inside the rim that points north: in head-up the figures count from the bow. */
+/** Draws an arrow just inside the rim that points north: in head-up the numbers count from the bow. */
 function drawNorth(context, view, paint) {
   const far = view.toRim(0);
   if (!far) return;
@@ -161,7 +161,7 @@ function drawNorth(context, view, paint) {
   context.restore();
 }
 
-/** sector: [from, to] in degrees clockwise from the bow, where the radar does not transmit. */
+/** Draws a sector without transmission. sector: [from, to] in degrees clockwise from the bow. */
 function drawBlind(context, view, heading, [from, to], paint) {
   const start = heading - view.up + from * DEGREE - TURN / 4;
   const width = (((to - from) % 360) + 360) % 360;
@@ -173,7 +173,7 @@ function drawBlind(context, view, heading, [from, to], paint) {
   context.lineWidth = 1;
 }
 
-/** Sweep line, EBL/VRM and cursor; each of them {bearing, range} or null. */
+/** Draws sweep line (bearing or null), EBL/VRM and cursor ({bearing, range} or null). */
 export function drawMarks(context, view, { sweep, marker, cursor }, colours) {
   context.strokeStyle = colours.sweep;
   if (sweep !== null) ray(context, view, sweep);
@@ -192,15 +192,14 @@ function drawMarker(context, view, marker, paint) {
 
 function drawCursor(context, view, cursor, paint) {
   const [x, y] = view.toScreen(cursor.bearing, cursor.range);
-  if (!view.holds(x, y)) return;
+  if (!view.contains(x, y)) return;
   context.strokeStyle = paint;
   for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
     line(context, [x + 4 * dx, y + 4 * dy], [x + 12 * dx, y + 12 * dy]);
   }
 }
 
-/** Range and bearing of a place in words: "1.25 NM  045.0° T  335.0° R". */
-export function placeText(place, heading, unit) {
-  const { bearing, range } = place;
+/** Text of range and bearing: "1.25 NM  045.0° T  335.0° R". */
+export function rangeAndBearingText({ bearing, range }, heading, unit) {
   return `${rangeText(range, unit)}  ${bearingText(bearing)} T  ${bearingText(bearing - heading)} R`;
 }

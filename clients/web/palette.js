@@ -1,6 +1,6 @@
-// Colours come from the style sheet alone (custom properties on :root), so that a palette is one block of CSS.
+// Reads colours from the style sheet (custom properties on :root): one block of CSS is one palette.
 
-/** The value of a custom property of the present palette, e.g. colour("--ring"). */
+/** The value of a custom property of the current palette, e.g. colour("--ring"). */
 export function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
@@ -11,10 +11,10 @@ function rgb(name) {
   return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
 }
 
-/** The tint of fresh trails: three shares of full brightness. */
+/** The colour of new trails: three shares of full brightness. */
 export const trailTint = () => rgb("--trail").map((channel) => channel / 255);
 
-/** 256 RGBA colours from nothing (the scope itself) through faint, middling and strong echoes; brightness only rises. */
+/** 256 RGBA colours by level: 0 is the background, then faint to strong echoes of rising brightness. */
 export function echoColours() {
   const stops = [[1, rgb("--echo-faint")], [110, rgb("--echo")], [255, rgb("--echo-strong")]];
   const table = new Uint8Array(256 * 4).fill(255);

@@ -1,75 +1,75 @@
-// The hand on the picture: cursor, EBL and VRM by mouse, finger or keys; dragging moves it, wheel and pinch zoom it.
+// Mouse, touch and keys for the picture: cursor, EBL and VRM; dragging moves the picture, wheel and pinch zoom.
 
-import { placeText } from "./overlay.js";
-import { speak } from "./status.js";
+import { rangeAndBearingText } from "./overlay.js";
+import { announce } from "./status.js";
 import { wrap } from "./view.js";
 
 const DEGREE = Math.PI / 180;
-const STILL = 6; // CSS pixels that a finger may slip in a tap
-const NOTCH = 400; // CSS pixels of the wheel that double the zoom; a notch is a hundred
-const LINE = 33; // CSS pixels of a line, in which some browsers count the wheel
+const TAP_SLIP = 6; // CSS pixels that a finger may move during a tap
+const ZOOM_PIXELS = 400; // of the wheel that double the zoom; one notch is a hundred
+const LINE_PIXELS = 33; // in a line; some browsers measure the wheel in lines
 
-/** Lets the user move the scope's cursor, set its marker, and frame its picture; moved() is called after each change. */
-export function bindPointer(scope, moved) {
+/** Lets the user move the scope's cursor, set its marker, and move and zoom its picture. Calls changed() after each change. */
+export function bindPointer(scope, changed) {
   const update = (change) => {
     Object.assign(scope, change);
     scope.changed = true;
-    moved();
+    changed();
   };
-  bindHand(scope, update);
-  scope.place.addEventListener("wheel", (event) => {
+  bindGestures(scope, update);
+  scope.container.addEventListener("wheel", (event) => {
     event.preventDefault();
-    const pixels = event.deltaY * (event.deltaMode ? LINE : 1);
-    scope.framing.zoomBy(2 ** (-pixels / NOTCH), scope.view, onPlace(scope, event));
+    const pixels = event.deltaY * (event.deltaMode ? LINE_PIXELS : 1);
+    scope.framing.zoomBy(2 ** (-pixels / ZOOM_PIXELS), scope.view, screenPoint(scope, event));
     update({});
   }, { passive: false });
-  scope.place.addEventListener("keydown", (event) => {
-    const change = keyed(scope, event);
+  scope.container.addEventListener("keydown", (event) => {
+    const change = keyChange(scope, event);
     if (!change) return;
     event.preventDefault();
     update(change);
-    if (change.cursor) speak(placeText(change.cursor, scope.ship.heading, scope.settings.unit));
+    if (change.cursor) announce(rangeAndBearingText(change.cursor, scope.ship.heading, scope.settings.unit));
   });
 }
 
-/** Screen place [x, y] of an event, from the scope's corner. */
-function onPlace(scope, { clientX, clientY }) {
-  const box = scope.place.getBoundingClientRect();
+/** Screen point [x, y] of an event, from the scope's corner. */
+function screenPoint(scope, { clientX, clientY }) {
+  const box = scope.container.getBoundingClientRect();
   return [clientX - box.left, clientY - box.top];
 }
 
-/** What stands under an event; null beyond the picture and the radar's range. */
-function under(scope, event) {
-  const [x, y] = onPlace(scope, event);
-  const spot = scope.view.fromScreen(x, y);
-  return scope.view.holds(x, y) && spot.range <= scope.view.range ? spot : null;
+/** Bearing and range at the pointer; null outside the picture and beyond the radar's range. */
+function positionUnder(scope, event) {
+  const [x, y] = screenPoint(scope, event);
+  const position = scope.view.fromScreen(x, y);
+  return scope.view.contains(x, y) && position.range <= scope.view.range ? position : null;
 }
 
-function bindHand(scope, update) {
-  const { place } = scope;
-  const hand = new Hand();
-  place.addEventListener("pointerdown", (event) => {
-    if (event.button === 0) hand.press(event.pointerId, onPlace(scope, event));
+function bindGestures(scope, update) {
+  const { container } = scope;
+  const gesture = new Gesture();
+  container.addEventListener("pointerdown", (event) => {
+    if (event.button === 0) gesture.press(event.pointerId, screenPoint(scope, event));
   });
-  place.addEventListener("pointermove", (event) => {
-    if (!hand.holds(event.pointerId)) return update({ cursor: under(scope, event) });
-    const pull = hand.move(event.pointerId, onPlace(scope, event));
-    if (!pull) return;
-    place.setPointerCapture(event.pointerId);
-    scope.framing.dragBy(...pull.by, scope.view);
-    scope.framing.zoomBy(pull.spread, scope.view, pull.middle);
+  container.addEventListener("pointermove", (event) => {
+    if (!gesture.holds(event.pointerId)) return update({ cursor: positionUnder(scope, event) });
+    const motion = gesture.move(event.pointerId, screenPoint(scope, event));
+    if (!motion) return;
+    container.setPointerCapture(event.pointerId);
+    scope.framing.dragBy(...motion.shift, scope.view);
+    scope.framing.zoomBy(motion.spread, scope.view, motion.middle);
     update({ cursor: null });
   });
-  place.addEventListener("pointerup", (event) => {
-    const spot = under(scope, event);
-    if (hand.lift(event.pointerId) && spot) update({ cursor: spot, marker: spot });
+  container.addEventListener("pointerup", (event) => {
+    const position = positionUnder(scope, event);
+    if (gesture.lift(event.pointerId) && position) update({ cursor: position, marker: position });
   });
-  place.addEventListener("pointercancel", (event) => hand.lift(event.pointerId));
-  place.addEventListener("pointerleave", (event) => hand.holds(event.pointerId) || update({ cursor: null }));
+  container.addEventListener("pointercancel", (event) => gesture.lift(event.pointerId));
+  container.addEventListener("pointerleave", (event) => gesture.holds(event.pointerId) || update({ cursor: null }));
 }
 
-/** One or two fingers on the picture. Places are [x, y] in CSS pixels. */
-class Hand {
+/** A tap, drag or pinch with one or two fingers. Points are [x, y] in CSS pixels. */
+class Gesture {
   constructor() {
     this.fingers = new Map();
     this.isStill = true;
@@ -79,44 +79,44 @@ class Hand {
     return this.fingers.has(finger);
   }
 
-  press(finger, at) {
+  press(finger, point) {
     this.isStill = this.fingers.size === 0;
-    this.fingers.set(finger, at);
-    this.start = at;
+    this.fingers.set(finger, point);
+    this.start = point;
   }
 
-  /** How a finger's move pulls the picture: {by, spread, middle}; null for one that holds still. */
-  move(finger, at) {
-    if (this.isStill && Math.hypot(at[0] - this.start[0], at[1] - this.start[1]) < STILL) return null;
+  /** Moves a finger; returns the motion of the picture {shift, spread, middle}, or null for a tap. */
+  move(finger, point) {
+    if (this.isStill && Math.hypot(point[0] - this.start[0], point[1] - this.start[1]) < TAP_SLIP) return null;
     this.isStill = false;
-    const before = this.grip();
-    this.fingers.set(finger, at);
-    const after = this.grip();
-    const by = [0, 1].map((k) => after.middle[k] - before.middle[k]);
-    return { by, spread: before.width ? after.width / before.width : 1, middle: after.middle };
+    const before = this.pinch();
+    this.fingers.set(finger, point);
+    const after = this.pinch();
+    const shift = [0, 1].map((k) => after.middle[k] - before.middle[k]);
+    return { shift, spread: before.width ? after.width / before.width : 1, middle: after.middle };
   }
 
-  /** A finger goes: true where it was a tap. */
+  /** Lifts a finger; returns true if it was a tap. */
   lift(finger) {
     const isTap = this.fingers.delete(finger) && this.isStill;
     if (this.fingers.size === 0) this.isStill = true;
     return isTap;
   }
 
-  grip() {
+  pinch() {
     const [a, b = a] = [...this.fingers.values()];
     return { middle: [0, 1].map((k) => (a[k] + b[k]) / 2), width: Math.hypot(a[0] - b[0], a[1] - b[1]) };
   }
 }
 
-/** What a key on the picture changes: left and right turn the cursor, up and down move it out and in. */
-function keyed(scope, { key, shiftKey }) {
+/** The change that a key makes: left and right turn the cursor, up and down move it out and in. */
+function keyChange(scope, { key, shiftKey }) {
   const { view } = scope;
   const cursor = scope.cursor ?? { bearing: view.up, range: view.range / 2 };
-  const [turn, reach] = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key] ?? [0, 0];
-  if (turn || reach) {
+  const [turn, outward] = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key] ?? [0, 0];
+  if (turn || outward) {
     const bearing = wrap(cursor.bearing + turn * (shiftKey ? 0.1 : 1) * DEGREE);
-    const range = cursor.range + reach * view.span * (shiftKey ? 0.001 : 0.01);
+    const range = cursor.range + outward * view.span * (shiftKey ? 0.001 : 0.01);
     return { cursor: { bearing, range: Math.min(Math.max(range, 0), view.range) } };
   }
   if (key === "Enter") return { cursor, marker: cursor };

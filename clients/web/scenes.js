@@ -1,68 +1,68 @@
-// Which scene runs: the list of the service, uploads by drag and drop or by file chooser, and the plan of what is modelled.
+// The running scene: the service's list of scenes, uploads by drag and drop or file chooser, and the plan.
 
-import { ask, send } from "./api.js";
+import { callApi, postForm } from "./api.js";
 
-const KINDS = /\.(toml|json)$/i;
+const SCENE_FILE = /\.(toml|json)$/i;
 const element = (id) => document.getElementById(id);
 
 export class Scenes {
-  /** radar(): the id of the radar that is watched. */
+  /** radar(): returns the id of the radar on the page. */
   constructor(radar) {
     this.radar = radar;
-    this.offers = [];
+    this.entries = [];
     this.running = "";
     element("scene").onchange = () => this.showChoice();
     element("load-scene").onclick = () => this.load(element("scene").value);
     element("remove-scene").onclick = () => this.remove(element("scene").value);
-    element("files").onchange = () => this.take([...element("files").files]);
+    element("files").onchange = () => this.upload([...element("files").files]);
     this.bindDrop();
   }
 
   bindDrop() {
-    const shows = (isOver) => document.body.classList.toggle("dropping", isOver);
+    const showDrop = (isOver) => document.body.classList.toggle("dropping", isOver);
     const isFiles = (event) => event.dataTransfer?.types.includes("Files");
     addEventListener("dragover", (event) => {
       if (!isFiles(event)) return;
       event.preventDefault();
-      shows(true);
+      showDrop(true);
     });
-    addEventListener("dragleave", (event) => event.relatedTarget === null && shows(false));
+    addEventListener("dragleave", (event) => event.relatedTarget === null && showDrop(false));
     addEventListener("drop", (event) => {
       if (!isFiles(event)) return;
       event.preventDefault();
-      shows(false);
-      this.take([...event.dataTransfer.files]);
+      showDrop(false);
+      this.upload([...event.dataTransfer.files]);
     });
   }
 
-  /** A hello: what runs, and what is modelled of it. */
+  /** Shows the scene and the plan of a hello. */
   adopt(hello) {
     showPlan(hello.plan);
-    if (this.running !== hello.scene.name || !this.offers.length) this.list(hello.scene.name);
+    if (this.running !== hello.scene.name || !this.entries.length) this.list(hello.scene.name);
   }
 
-  /** Asks what is on offer; running: the title of the scene that runs; chosen: the name to select. */
+  /** Fetches the list of scenes. running: title of the running scene; chosen: name of the scene to select, or null. */
   async list(running = this.running, chosen = null) {
     this.running = running;
-    this.offers = await ask("scenes").catch(() => []); // the feed goes on without the list
-    const isChosen = (offer) => (chosen ? offer.name === chosen : (offer.title ?? offer.name) === running);
-    const options = this.offers.map((offer) => new Option(titleOf(offer), offer.name, false, isChosen(offer)));
-    if (!this.offers.some(isChosen)) options.unshift(new Option(`${running} (running)`, "", true, true));
+    this.entries = await callApi("scenes").catch(() => []); // the feed works without the list
+    const isChosen = (entry) => (chosen ? entry.name === chosen : (entry.title ?? entry.name) === running);
+    const options = this.entries.map((entry) => new Option(titleOf(entry), entry.name, false, isChosen(entry)));
+    if (!this.entries.some(isChosen)) options.unshift(new Option(`${running} (running)`, "", true, true));
     element("scene").replaceChildren(...options);
     this.showChoice();
   }
 
   showChoice() {
-    const offer = this.offers.find(({ name }) => name === element("scene").value);
-    element("load-scene").disabled = !offer;
-    element("remove-scene").hidden = offer?.origin !== "uploaded";
-    element("scene-about").textContent = offer ? [offer.summary, ...(offer.problems ?? [])].filter(Boolean).join("\n") : "";
+    const entry = this.entries.find(({ name }) => name === element("scene").value);
+    element("load-scene").disabled = !entry;
+    element("remove-scene").hidden = entry?.origin !== "uploaded";
+    element("scene-about").textContent = entry ? [entry.summary, ...(entry.problems ?? [])].filter(Boolean).join("\n") : "";
   }
 
-  /** Runs a scene of the list. */
+  /** Starts a scene of the list. */
   load(name) {
     return this.work(`Preparing ${name} …`, async () => {
-      const answer = await ask(`radars/${encodeURIComponent(this.radar())}/scene`, "PUT", { scene: name });
+      const answer = await callApi(`radars/${encodeURIComponent(this.radar())}/scene`, "PUT", { scene: name });
       if (answer.plan) showPlan(answer.plan);
       return `${name} is on the air: ${answer.bodies} ${answer.bodies === 1 ? "body" : "bodies"}.`;
     });
@@ -70,78 +70,78 @@ export class Scenes {
 
   remove(name) {
     return this.work(`Removing ${name} …`, async () => {
-      await ask(`scenes/${encodeURIComponent(name)}`, "DELETE");
+      await callApi(`scenes/${encodeURIComponent(name)}`, "DELETE");
       await this.list();
       return `${name} is removed.`;
     });
   }
 
   /** Uploads the one scene among `files`, with the meshes beside it, and runs it. */
-  async take(files) {
-    const scenes = files.filter((file) => KINDS.test(file.name));
+  async upload(files) {
+    const scenes = files.filter((file) => SCENE_FILE.test(file.name));
     if (scenes.length !== 1) {
-      const found = scenes.map((file) => file.name).join(", ") || "none";
-      return this.say(`Give one scene (.toml or .json) together with its meshes; here: ${found}.`, true);
+      const names = scenes.map((file) => file.name).join(", ") || "none";
+      return this.showAnswer(`Choose one scene (.toml or .json) and its meshes. Scenes among these files: ${names}.`, true);
     }
     const [scene] = scenes;
-    const name = shelfName(scene.name);
-    const isKept = await this.work(`Sending ${scene.name} …`, async () => {
-      await send("scenes", form(name, scene, files));
+    const name = sceneName(scene.name);
+    const isStored = await this.work(`Sending ${scene.name} …`, async () => {
+      await postForm("scenes", form(name, scene, files));
       await this.list(this.running, name);
       return "";
     });
     element("files").value = ""; // so that the same file can be chosen again
-    if (isKept) await this.load(name);
+    if (isStored) await this.load(name);
   }
 
-  /** Does what may be refused, saying so; whether it went well. */
-  async work(meanwhile, act) {
-    this.say(meanwhile, false);
+  /** Runs an action that the service may refuse, and shows its answer; returns whether it succeeded. */
+  async work(progress, action) {
+    this.showAnswer(progress, false);
     element("load-scene").disabled = true;
     try {
-      this.say(await act(), false);
+      this.showAnswer(await action(), false);
       return true;
     } catch (refused) {
-      this.say(refused.message, true);
+      this.showAnswer(refused.message, true);
       return false;
     } finally {
       this.showChoice();
     }
   }
 
-  say(text, isBad) {
+  showAnswer(text, isBad) {
     element("scene-answer").textContent = text;
     element("scene-answer").classList.toggle("bad", isBad);
   }
 }
 
-const titleOf = (offer) => (offer.origin === "uploaded" ? `${offer.name} (uploaded)` : offer.name);
+const titleOf = (entry) => (entry.origin === "uploaded" ? `${entry.name} (uploaded)` : entry.name);
 
-/** The name under which the service keeps an upload: the file's own without what a name may not hold. */
-export function shelfName(file) {
-  const plain = file.replace(KINDS, "").replace(/[^A-Za-z0-9 _-]+/g, "-").replace(/^[^A-Za-z0-9]+/, "");
+/** The name of an uploaded scene: the file's name without characters that the service does not allow. */
+export function sceneName(file) {
+  const plain = file.replace(SCENE_FILE, "").replace(/[^A-Za-z0-9 _-]+/g, "-").replace(/^[^A-Za-z0-9]+/, "");
   return plain.slice(0, 64) || "scene";
 }
 
 function form(name, scene, files) {
-  const made = new FormData();
-  made.set("name", name);
-  made.set("scene", scene);
-  for (const file of files) if (file !== scene) made.append("files", file);
-  return made;
+  const data = new FormData();
+  data.set("name", name);
+  data.set("scene", scene);
+  for (const file of files) if (file !== scene) data.append("files", file);
+  return data;
 }
 
-/** The plan: what is modelled and how, what is not and why. */
+/** Shows the plan: each effect, whether it is modelled, and how or why not. */
 function showPlan({ choices = [] }) {
   const modelled = choices.filter((choice) => choice.modelled).length;
   element("plan").querySelector("summary").textContent = `Plan: ${modelled} of ${choices.length} modelled`;
-  element("plan").querySelector("ul").replaceChildren(...choices.map(choiceItem));
+  element("plan").querySelector("ul").replaceChildren(...choices.map(planItem));
   element("plan").hidden = choices.length === 0;
 }
 
-function choiceItem({ what, modelled, how }) {
+function planItem({ what, modelled, how }) {
   const item = document.createElement("li");
-  item.className = modelled ? "modelled" : "left-out";
+  item.className = modelled ? "modelled" : "not-modelled";
   const name = document.createElement("strong");
   name.textContent = what;
   const state = document.createElement("span");

@@ -1,9 +1,9 @@
-// The radar picture on the page: three stacked canvases (echoes, furniture, marks), redrawn when something changed.
+// The radar picture on the page: three stacked canvases (echoes, overlay, marks), redrawn after a change.
 
 import { CanvasRenderer } from "./canvas.js";
 import { Detail } from "./detail.js";
 import { Framing } from "./framing.js";
-import { begin, drawFurniture, drawMarks, furnitureColours } from "./overlay.js";
+import { begin, drawOverlay, drawMarks, overlayColours } from "./overlay.js";
 import { echoColours, trailTint } from "./palette.js";
 import { Polar } from "./polar.js";
 import { Trails } from "./trails.js";
@@ -15,11 +15,11 @@ const WIRE_TURN = 65_536; // wire units per revolution
 const element = (id) => document.getElementById(id);
 
 export class Scope {
-  /** settings: as loaded; wanted: "canvas" to do without WebGL2. */
-  constructor(settings, wanted) {
+  /** settings: see settings.js; rendererName: "canvas" forbids WebGL2. */
+  constructor(settings, rendererName) {
     this.settings = settings;
-    this.place = element("scope");
-    this.renderer = chooseRenderer(wanted, () => (this.changed = true));
+    this.container = element("scope");
+    this.renderer = chooseRenderer(rendererName, () => (this.changed = true));
     this.framing = new Framing();
     this.detail = new Detail();
     this.ship = { heading: 0, course: 0, azimuth: null, position: [0, 0] };
@@ -30,11 +30,11 @@ export class Scope {
     this.period = 1;
     this.written = "";
     this.repaint();
-    new ResizeObserver(() => this.fit()).observe(this.place);
+    new ResizeObserver(() => this.fit()).observe(this.container);
     this.fit();
   }
 
-  /** Starts a blank picture of a hello's shape. */
+  /** Starts an empty picture with the size of a hello. */
   adopt(hello) {
     const { radar, encoding } = hello;
     this.polar = new Polar(radar.azimuths, encoding.bins);
@@ -47,7 +47,7 @@ export class Scope {
     this.startTrails();
   }
 
-  /** Begins trails anew as the settings want them. */
+  /** Starts new trails with the length and motion of the settings. */
   startTrails() {
     const length = Number(this.settings.trails); // s, 0 for none
     const isTrue = this.settings.trailmotion === "true";
@@ -75,7 +75,7 @@ export class Scope {
 
   get view() {
     const { width, height, settings, ship, grid, framing } = this;
-    const margin = width > 500 ? 33 : 30; // bearing scale and its figures
+    const margin = width > 500 ? 33 : 30; // for the bearing scale and its numbers
     const up = upOf(settings.orientation, ship.heading, ship.course);
     const rim = { x: width / 2, y: height / 2, radius: Math.max(Math.min(width, height) / 2 - margin, 20) };
     return new View({ rim, range: grid.range, up, zoom: framing.zoom, centre: framing.centre });
@@ -83,11 +83,11 @@ export class Scope {
 
   fit() {
     this.scale = window.devicePixelRatio || 1;
-    this.width = this.place.clientWidth;
-    this.height = this.place.clientHeight;
+    this.width = this.container.clientWidth;
+    this.height = this.container.clientHeight;
     this.detail.restart();
-    for (const layer of ["echoes", "furniture", "marks"]) this.size(element(layer), this.scale);
-    this.furnished = "";
+    for (const layer of ["echoes", "overlay", "marks"]) this.size(element(layer), this.scale);
+    this.overlayKey = "";
     this.changed = true;
   }
 
@@ -96,34 +96,34 @@ export class Scope {
     canvas.height = Math.round(this.height * scale);
   }
 
-  /** Takes the colours anew from the style sheet. */
+  /** Reads the colours of the palette and draws everything again. */
   repaint() {
-    this.colours = furnitureColours();
+    this.colours = overlayColours();
     this.renderer.setColours(echoColours(), trailTint());
-    this.furnished = "";
+    this.overlayKey = "";
     this.changed = true;
   }
 
-  /** Draws what changed since the last call, for the frame at `time` [ms]. */
+  /** Draws the changes since the last call. time: of the frame [ms]. */
   draw(time) {
-    if (this.watches && this.detail.frame(time, this.changed)) {
+    if (this.adaptsDetail && this.detail.frame(time, this.changed)) {
       this.size(element("echoes"), this.scale * this.detail.share);
     }
     if (!this.changed) return;
     const { view, settings, scale, polar } = this;
     polar.age(this.period, Number(settings.afterglow));
     this.changed = Boolean(this.renderer.draw(polar, this.grid, view, this.trails, scale * this.detail.share));
-    this.furnish(view);
-    this.mark(view);
-    if (!this.changed) this.place.dataset.drawn = this.written; // the epoch and the next number after what is on the screen
+    this.updateOverlay(view);
+    this.updateMarks(view);
+    if (!this.changed) this.container.dataset.drawn = this.written; // epoch and number of the next spoke
   }
 
-  /** Whether the echoes may be drawn coarser where that keeps them smooth. */
-  get watches() {
+  /** Whether the resolution of the echoes follows the frame rate. */
+  get adaptsDetail() {
     return this.settings.detail === "auto" && this.renderer.name === "WebGL2";
   }
 
-  mark(view) {
+  updateMarks(view) {
     const { settings, truth, colours } = this;
     const context = begin(element("marks"), this.scale);
     const sweep = settings.sweep === "on" ? this.ship.azimuth : null;
@@ -131,7 +131,7 @@ export class Scope {
     if (truth && settings.truth === "on") drawTruth(context, view, truth, colours, this.labels);
   }
 
-  furnish(view) {
+  updateOverlay(view) {
     const { settings, ship, scale, blindSectors } = this;
     const options = {
       unit: settings.unit,
@@ -141,23 +141,23 @@ export class Scope {
       blindSectors,
     };
     const key = JSON.stringify([view, ship.heading, options]);
-    if (key === this.furnished) return;
-    this.furnished = key;
-    this.labels = drawFurniture(begin(element("furniture"), scale), view, ship, this.colours, options);
+    if (key === this.overlayKey) return;
+    this.overlayKey = key;
+    this.labels = drawOverlay(begin(element("overlay"), scale), view, ship, this.colours, options);
   }
 }
 
-function chooseRenderer(wanted, restored) {
-  if (wanted === "canvas") return new CanvasRenderer(element("echoes"));
+function chooseRenderer(name, restored) {
+  if (name === "canvas") return new CanvasRenderer(element("echoes"));
   try {
     return new WebGLRenderer(element("echoes"), restored);
   } catch (fault) {
-    console.warn(`WebGL2 does not serve (${fault.message}); drawing on a 2D canvas`);
+    console.warn(`WebGL2 is not available (${fault.message}); drawing on a 2D canvas`);
     return new CanvasRenderer(freshCanvas());
   }
 }
 
-/** A canvas that once gave a WebGL context gives no other kind: put a new one in its place. */
+/** Replaces the canvas: once it had a WebGL context, it gives no 2D context. */
 function freshCanvas() {
   const old = element("echoes");
   const fresh = old.cloneNode();

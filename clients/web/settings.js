@@ -1,4 +1,4 @@
-// What this viewer prefers: from the address (?orientation=head-up), else as left last time, else the default.
+// The settings of this page: from the address (?orientation=head-up), else from the last visit, else the default.
 
 const CHOICES = {
   orientation: ["north-up", "head-up", "course-up"],
@@ -14,24 +14,24 @@ const CHOICES = {
   truth: ["off", "on"],
 };
 
-/** The settings: the first choice of each is the default. */
+/** Loads the settings; the first choice of each is the default. */
 export function loadSettings() {
   const address = new URLSearchParams(location.search);
   const settings = { sweep: matchMedia("(prefers-reduced-motion: reduce)").matches ? "off" : "on" };
   for (const [name, allowed] of Object.entries(CHOICES)) {
-    const wanted = [address.get(name), stored(name), settings[name]];
-    settings[name] = wanted.find((value) => allowed.includes(value)) ?? allowed[0];
+    const candidates = [address.get(name), stored(name), settings[name]];
+    settings[name] = candidates.find((value) => allowed.includes(value)) ?? allowed[0];
   }
   return settings;
 }
 
-/** Sets one and remembers it. */
+/** Changes a setting and stores it. */
 export function keep(settings, name, value) {
   settings[name] = value;
   try {
     localStorage.setItem(`radar.${name}`, value);
   } catch {
-    // a browser that refuses storage only forgets
+    // without storage the setting lasts until the page is closed
   }
 }
 

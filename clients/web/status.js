@@ -1,6 +1,6 @@
-// Read-outs: everything on the page that only tells.
+// The read-outs of the page.
 
-import { placed, positionText } from "./geo.js";
+import { geographicPosition, positionText } from "./geo.js";
 import { bearingText, rangeText, ringStep } from "./units.js";
 import { TURN } from "./view.js";
 
@@ -9,11 +9,11 @@ const WIRE_TURN = 65_536; // wire units per revolution
 const element = (id) => document.getElementById(id);
 
 function show(id, text) {
-  const place = element(id);
-  if (place.textContent !== text) place.textContent = text; // an unchanged node costs no layout
+  const node = element(id);
+  if (node.textContent !== text) node.textContent = text; // an unchanged node costs no layout
 }
 
-/** Own ship as spoke k of a message tells it; angles [rad], position [m], speed [m/s]. */
+/** Own ship at spoke k of a message; angles [rad], position [m], speed [m/s]. */
 export function shipOf(message, k) {
   const radians = (list) => (list[k] * TURN) / WIRE_TURN;
   return {
@@ -25,7 +25,7 @@ export function shipOf(message, k) {
   };
 }
 
-/** Connection state in the panel: connecting, live, waiting, refused; detail says why. */
+/** Shows the connection state in the panel: connecting, live, waiting or refused. detail: the reason. */
 export function showConnection(state, detail) {
   const words = { connecting: "Connecting", live: "Connected", waiting: "Disconnected", refused: "Refused" };
   element("connection").dataset.state = state;
@@ -33,7 +33,7 @@ export function showConnection(state, detail) {
   show("connection", words[state]);
 }
 
-/** A line across the picture that nobody should overlook; empty text removes it. isMild: the picture lives all the same. */
+/** Shows a warning across the picture; empty text removes it. isMild: the picture is still updated. */
 export function showBanner(text, isMild) {
   show("banner", text);
   element("banner").hidden = !text;
@@ -62,7 +62,7 @@ export function showMode(orientation) {
   show("mode-text", { "north-up": "North up", "head-up": "Head up", "course-up": "Course up" }[orientation]);
 }
 
-/** Own ship at a time of simulation [s]; origin of the scene, or null. */
+/** Shows own ship at a simulated time [s]. origin: of the scene, or null. */
 export function showShip({ ship, time, scan }, origin) {
   const [east, north] = ship.position;
   const onMap = `${east.toFixed(0)} m E, ${north.toFixed(0)} m N`;
@@ -70,7 +70,7 @@ export function showShip({ ship, time, scan }, origin) {
   show("course-text", bearingText(ship.course));
   show("speed-text", `${(ship.speed / KNOT).toFixed(1)} kn`);
   const here = { bearing: 0, range: 0 };
-  show("position-text", origin ? positionText(placed(here, ship.position, 0, origin)) : onMap);
+  show("position-text", origin ? positionText(geographicPosition(here, ship.position, 0, origin)) : onMap);
   show("time-text", clock(time));
   show("scan-text", String(scan));
 }
@@ -80,7 +80,7 @@ function clock(seconds) {
   return parts.map((part) => String(part).padStart(2, "0")).join(":");
 }
 
-/** range: of the radar [m]; framing: what part of it is on the screen. */
+/** Shows range, rings and zoom. range: of the radar [m]; framing: the part of it that is on the screen. */
 export function showRange(range, framing, unit) {
   const span = range / framing.zoom;
   show("range-text", rangeText(span, unit));
@@ -90,24 +90,24 @@ export function showRange(range, framing, unit) {
   show("framing-text", framing.isPlain ? "" : framing.zoom > 1 ? `${zoom} of ${rangeText(range, unit)}` : "Off centre");
 }
 
-/** `which`: "cursor" or "marker"; place {bearing, range} or null; site: own ship's position [m], the antenna's height [m]
- *  and the scene's origin, null where it has none. */
-export function showPlace(which, place, heading, unit, { position, height, origin }) {
-  show(`${which}-range`, place ? rangeText(place.range, unit) : "–");
-  show(`${which}-bearing`, place ? `${bearingText(place.bearing)} T  ${bearingText(place.bearing - heading)} R` : "–");
-  show(`${which}-position`, place && origin ? positionText(placed(place, position, height, origin)) : "");
+/** Shows a position. which: "cursor" or "marker"; target: {bearing, range} or null; site: own ship's position [m], the
+ *  antenna's height [m] and the scene's origin or null. */
+export function showPosition(which, target, heading, unit, { position, height, origin }) {
+  show(`${which}-range`, target ? rangeText(target.range, unit) : "–");
+  show(`${which}-bearing`, target ? `${bearingText(target.bearing)} T  ${bearingText(target.bearing - heading)} R` : "–");
+  show(`${which}-position`, target && origin ? positionText(geographicPosition(target, position, height, origin)) : "");
 }
 
-/** frames: {rate [1/s], work [s]}, or null. */
-export function showFeed(ledger, rate, lag, frames) {
-  const quiet = ledger.missing ? ` (${ledger.missing} unannounced)` : "";
-  show("lost-text", `${ledger.lost}${quiet}`);
+/** Shows the counts and rates of the feed. frames: {rate [1/s], work [s]}, or null. */
+export function showFeed(sequence, rate, lag, frames) {
+  const unannounced = sequence.missing ? ` (${sequence.missing} unannounced)` : "";
+  show("lost-text", `${sequence.lost}${unannounced}`);
   show("rate-text", rate.toFixed(0));
   show("lag-text", lag === null ? "–" : `${(lag * 1000).toFixed(0)} ms`);
   show("frames-text", frames ? `${frames.rate.toFixed(0)}, ${(frames.work * 1000).toFixed(1)} ms of work each` : "–");
 }
 
-/** Says something to a screen reader, and only there. */
-export function speak(text) {
+/** Announces a text to screen readers only. */
+export function announce(text) {
   show("spoken", text);
 }

@@ -1,42 +1,42 @@
-// The truth on the picture and in a table, where the service gives it: what there is, whether or not the radar sees it.
+// Shows true positions on the picture and in a table, whether or not the radar detects the bodies.
 
 import { inside, label } from "./overlay.js";
 import { bearingText, rangeText } from "./units.js";
 import { TURN } from "./view.js";
 
 const KNOT = 1852 / 3600; // m/s
-const VECTOR = 60; // s of way that a line ahead stands for
-const UNDERWAY = 0.05; // m/s; slower ones have no course to speak of
+const VECTOR_TIME = 60; // s; a line ahead of a body shows its motion in this time
+const UNDERWAY = 0.05; // m/s; slower bodies show no course
 const RADIUS = 6; // CSS pixels, of a mark
 const [LETTER, LINE] = [7, 15]; // CSS pixels, of a name: width of a letter on average, height
 
-/** Marks every body of a `truth` message: a ring where the radar sees it, a dashed one where not, its way ahead, its name
- *  where it hides nothing. taken: boxes [x, y, width, height] that other words fill. */
-export function drawTruth(context, view, truth, colours, taken) {
+/** Marks every body of a `truth` message with a ring, dashed if the radar cannot see it, a vector for its motion, and its
+ *  name if there is room. occupied: boxes [x, y, width, height] of other labels. */
+export function drawTruth(context, view, truth, colours, occupied) {
   const shown = fastestFirst(truth.bodies)
-    .filter((body) => body.range <= view.range && view.holds(...view.toScreen(body.azimuth, body.range)))
-    .map((body) => ({ body, place: view.toScreen(body.azimuth, body.range) }));
+    .filter((body) => body.range <= view.range && view.contains(...view.toScreen(body.azimuth, body.range)))
+    .map((body) => ({ body, point: view.toScreen(body.azimuth, body.range) }));
   inside(context, view, () => {
-    for (const { body, place } of shown) drawBody(context, view, body, place, truth.own_ship, colours);
-    drawNames(context, view, shown, colours, taken);
+    for (const { body, point } of shown) drawBody(context, view, body, point, truth.own_ship, colours);
+    drawNames(context, view, shown, colours, occupied);
   });
 }
 
 const fastestFirst = (bodies) => [...bodies].sort((a, b) => b.speed - a.speed);
 
-/** Names right of the bodies, or left of them, as far as there is room. */
+/** Writes names right of the bodies, or left of them, if there is room. */
 function drawNames(context, view, shown, colours, others) {
-  const taken = [...others, ...shown.map(({ place: [x, y] }) => [x - RADIUS, y - RADIUS, 2 * RADIUS, 2 * RADIUS])];
-  const isInside = ([x, y, width]) => view.holds(x, y) && view.holds(x + width, y);
-  const fits = (box) => isInside(box) && !taken.some((other) => overlap(box, other));
-  for (const { body, place: [x, y] } of shown) {
-    if (Math.hypot(x - view.x, y - view.y) < 3 * RADIUS) continue; // what lies at own ship
+  const occupied = [...others, ...shown.map(({ point: [x, y] }) => [x - RADIUS, y - RADIUS, 2 * RADIUS, 2 * RADIUS])];
+  const isInside = ([x, y, width]) => view.contains(x, y) && view.contains(x + width, y);
+  const fits = (box) => isInside(box) && !occupied.some((other) => overlap(box, other));
+  for (const { body, point: [x, y] } of shown) {
+    if (Math.hypot(x - view.x, y - view.y) < 3 * RADIUS) continue; // too close to own ship
     const name = body.visible ? body.name : `${body.name} (${body.reason})`;
     const width = LETTER * name.length;
     const boxes = [x + RADIUS + 1, x - RADIUS - 1 - width].map((left) => [left, y - LINE / 2, width, LINE]);
     const free = boxes.find(fits);
     if (!free) continue;
-    taken.push(free);
+    occupied.push(free);
     context.textAlign = free === boxes[0] ? "left" : "right";
     label(context, name, free === boxes[0] ? x + RADIUS + 4 : x - RADIUS - 4, y, colours, colours.truth);
   }
@@ -44,15 +44,15 @@ function drawNames(context, view, shown, colours, others) {
 
 const overlap = ([x, y, w, h], [u, v, width, height]) => x < u + width && u < x + w && y < v + height && v < y + h;
 
-function drawBody(context, view, body, place, own, colours) {
+function drawBody(context, view, body, point, own, colours) {
   context.strokeStyle = colours.truth;
   context.lineWidth = 1.5;
   context.setLineDash(body.visible ? [] : [3, 3]);
   context.beginPath();
-  context.arc(...place, RADIUS, 0, TURN);
+  context.arc(...point, RADIUS, 0, TURN);
   if (body.speed > UNDERWAY) {
-    const [east, north] = [0, 1].map((k) => body.position[k] - own.position[k] + VECTOR * body.velocity[k]);
-    context.moveTo(...place);
+    const [east, north] = [0, 1].map((k) => body.position[k] - own.position[k] + VECTOR_TIME * body.velocity[k]);
+    context.moveTo(...point);
     context.lineTo(...view.toScreen(Math.atan2(east, north), Math.hypot(east, north)));
   }
   context.stroke();
@@ -60,15 +60,15 @@ function drawBody(context, view, body, place, own, colours) {
   context.lineWidth = 1;
 }
 
-/** Fills the table body with the same, the nearest first. */
+/** Fills the table body with all bodies, the nearest first. */
 export function listTruth(table, truth, unit) {
   const near = [...truth.bodies].sort((a, b) => a.range - b.range);
   table.replaceChildren(...near.map((body) => row(cells(body, unit))));
 }
 
 function cells(body, unit) {
-  const way = body.speed > UNDERWAY ? `${bearingText(body.course, 0)} ${(body.speed / KNOT).toFixed(1)} kn` : "–";
-  return [body.name, rangeText(body.range, unit), bearingText(body.azimuth), way, body.visible ? "yes" : body.reason];
+  const motion = body.speed > UNDERWAY ? `${bearingText(body.course, 0)} ${(body.speed / KNOT).toFixed(1)} kn` : "–";
+  return [body.name, rangeText(body.range, unit), bearingText(body.azimuth), motion, body.visible ? "yes" : body.reason];
 }
 
 function row(texts) {

@@ -1,4 +1,4 @@
-// Metres and radians as a mariner reads them.
+// Text for ranges and bearings, and round steps for rings and range scales.
 
 import { wrap } from "./view.js";
 
@@ -15,28 +15,28 @@ function trim(value, digits) {
   return String(Number(value.toFixed(digits)));
 }
 
-/** A range [m] with its unit, "nm" or "m". */
+/** Text of a range [m] in a unit, "nm" or "m". */
 export const rangeText = (metres, unit) => UNITS[unit].text(metres);
 
-/** A bearing [rad] as three figures and a tenth of a degree, 007.5°, or with no digits after the point, 008°. */
+/** Text of a bearing [rad]: three digits and a tenth of a degree, 007.5°, or with digits = 0, 008°. */
 export function bearingText(angle, digits = 1) {
   const steps = 10 ** digits;
   const rounded = Math.round((wrap(angle) * 180 * steps) / Math.PI) % (360 * steps);
   return `${(rounded / steps).toFixed(digits).padStart(digits ? 5 : 3, "0")}°`;
 }
 
-const SLACK = 1 - 1e-3; // the last cell ends up to a cell off the round figure: 4999.3 m is a picture of 5 km
+const SLACK = 1 - 1e-3; // the last cell ends up to one cell before a round range: 4999.3 m is a picture of 5 km
 
-/** Distance [m] between range rings: a round figure that gives three to six rings out to `range` [m]. */
+/** Distance [m] between range rings: a round number that gives three to six rings out to `range` [m]. */
 export function ringStep(range, unit) {
   const { metres } = UNITS[unit];
-  const least = (range / metres / 6) * SLACK;
-  if (unit === "nm") return 2 ** Math.ceil(Math.log2(least)) * metres; // miles halve and double: 1/4, 1/2, 1, 2
-  const decade = 10 ** Math.floor(Math.log10(least));
-  return [1, 2, 5, 10].find((step) => step * decade >= least) * decade * metres;
+  const minimum = (range / metres / 6) * SLACK;
+  if (unit === "nm") return 2 ** Math.ceil(Math.log2(minimum)) * metres; // nautical miles: 1/4, 1/2, 1, 2
+  const decade = 10 ** Math.floor(Math.log10(minimum));
+  return [1, 2, 5, 10].find((step) => step * decade >= minimum) * decade * metres;
 }
 
-/** The range scales [m] up to `longest`, which is the last one. */
+/** The range scales [m] up to `longest`, which is the last of them. */
 export function rangeScales(longest, unit) {
   return [...UNITS[unit].scales.filter((scale) => scale < longest * SLACK), longest];
 }

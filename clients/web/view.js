@@ -1,4 +1,4 @@
-// Where things stand on the screen. The one place that says which way is up; the renderers and the furniture all ask here.
+// Positions on the screen. Renderers and overlay take the orientation of the picture from here only.
 
 export const TURN = 2 * Math.PI;
 
@@ -7,35 +7,35 @@ export const wrap = (angle) => ((angle % TURN) + TURN) % TURN;
 
 export class View {
   /** rim {x, y, radius}: the circle that the picture fills [CSS pixels]; range: of the radar [m], which fills it at zoom 1;
-   *  centre {x, y}: what stands in its middle, right of and above own ship [m]; up: true bearing at the top [rad]. */
+   *  centre {x, y}: the point in its middle, right of and above own ship [m]; up: true bearing at the top [rad]. */
   constructor({ rim, range, up, zoom = 1, centre = { x: 0, y: 0 } }) {
     const metre = (rim.radius / range) * zoom; // CSS pixels
     Object.assign(this, { rim, range, up, metre, x: rim.x - centre.x * metre, y: rim.y + centre.y * metre });
   }
 
-  /** From the middle of the picture to its rim [m]. */
+  /** Distance from the middle of the picture to its rim [m]. */
   get span() {
     return this.rim.radius / this.metre;
   }
 
   /** The greatest range in the picture [m]. */
-  get reach() {
+  get maxRange() {
     const { rim, x, y, metre, range } = this;
     return Math.min((Math.hypot(x - rim.x, y - rim.y) + rim.radius) / metre, range);
   }
 
-  /** Screen place [x, y] of a true bearing [rad] and a range [m]. */
+  /** Screen point [x, y] of a true bearing [rad] and a range [m]. */
   toScreen(bearing, range) {
     return this.along(bearing, range * this.metre);
   }
 
-  /** Screen place [x, y] at a true bearing [rad] and a distance [CSS pixels] from own ship. */
+  /** Screen point [x, y] at a true bearing [rad] and a distance [CSS pixels] from own ship. */
   along(bearing, distance) {
     const angle = bearing - this.up; // clockwise from the top
     return [this.x + distance * Math.sin(angle), this.y - distance * Math.cos(angle)];
   }
 
-  /** CSS pixels from own ship to where a true bearing [rad] leaves the picture; NaN where it does not cross it. */
+  /** Distance [CSS pixels] from own ship at which a true bearing [rad] leaves the picture; NaN if it does not cross it. */
   toRim(bearing) {
     const angle = bearing - this.up;
     const [east, south] = [this.x - this.rim.x, this.y - this.rim.y];
@@ -44,12 +44,12 @@ export class View {
     return far > 0 ? far : NaN;
   }
 
-  /** Whether a screen place lies in the picture. */
-  holds(x, y) {
+  /** Whether a screen point is in the picture. */
+  contains(x, y) {
     return Math.hypot(x - this.rim.x, y - this.rim.y) <= this.rim.radius;
   }
 
-  /** True bearing [rad] and range [m] of a screen place. */
+  /** True bearing [rad] and range [m] of a screen point. */
   fromScreen(x, y) {
     const east = x - this.x;
     const north = this.y - y;
@@ -57,7 +57,7 @@ export class View {
   }
 }
 
-/** The true bearing that stands at the top: north-up 0, head-up the heading, course-up the course [rad]. */
+/** The true bearing at the top: north-up 0, head-up the heading, course-up the course [rad]. */
 export function upOf(orientation, heading, course) {
   return { "north-up": 0, "head-up": heading, "course-up": course }[orientation];
 }

@@ -1,4 +1,4 @@
-// Scan conversion on the GPU: the polar picture is a texture (bins x azimuths), in which each pixel looks itself up.
+// Scan conversion on the GPU: the polar picture is a texture (bins x azimuths), which each pixel samples.
 
 import { LONGEST, SIDE, STAMPS, TILE } from "./trails.js";
 
@@ -30,14 +30,14 @@ uniform float cell;        // range step, m
 uniform vec3 tint;         // of trails
 uniform vec2 origin;       // own ship on the grid of trails, cells
 uniform float grid;        // its cell, m
-uniform float stamp;       // of what is new; 0: no trails
+uniform float stamp;       // of new echoes; 0: no trails
 out vec4 pixel;
 
 float cellAt(float u, float v) { return texture(video, vec2(u / bins, v)).r; }
 
-float trailAt(vec2 ground) {                                // 1 for now, 0 for none
-  ivec2 place = ivec2(floor(mod(origin + ground / grid, SIDE)));
-  float then = floor(texelFetch(trails, place, 0).r * 255.0 + 0.5);
+float trailAt(vec2 ground) {                                // 1 for new, 0 for none
+  ivec2 square = ivec2(floor(mod(origin + ground / grid, SIDE)));
+  float then = floor(texelFetch(trails, square, 0).r * 255.0 + 0.5);
   return stamp == 0.0 || then == 0.0 ? 0.0 : max(0.0, 1.0 - mod(stamp - then + STAMPS, STAMPS) / LONGEST);
 }
 
@@ -46,14 +46,14 @@ void main() {
   vec4 scope = texelFetch(colours, ivec2(0, 0), 0);
   pixel = scope;
   vec2 from = gl_FragCoord.xy - ship;
-  float far = length(from) / metre;
-  if (far > range) return;
+  float distance = length(from) / metre;
+  if (distance > range) return;
   float bearing = atan(from.x, from.y) + up;                // clockwise from north
-  float v = bearing / TURN + 0.5 / azimuths;                // a row is centred on its boresight; REPEAT closes the circle
-  float u = (far - first) / cell + 0.5;                     // and a column on its sample
+  float v = bearing / TURN + 0.5 / azimuths;                // a row is centred on its boresight; REPEAT wraps north
+  float u = (distance - first) / cell + 0.5;                     // and a column on its sample
   float width = 1.0 / metre / cell;                         // bins under this pixel
   float level = cellAt(u, v);
-  if (width > 1.0) {                                        // several: the strongest shows, or small targets would flicker
+  if (width > 1.0) {                                        // several: show the strongest, or small targets flicker
     float taps = min(ceil(width), 16.0);
     level = 0.0;
     for (float i = 0.5; i < taps; i++) level = max(level, cellAt(floor(u + (i / taps - 0.5) * width) + 0.5, v));
@@ -72,11 +72,11 @@ const UNIFORMS = [
 export class WebGLRenderer {
   name = "WebGL2";
 
-  /** restored(): called when the GPU, once lost, is back and wants a new picture. Throws where there is no WebGL2. */
+  /** restored(): called when a lost GPU is back and needs a new picture. Throws without WebGL2. */
   constructor(canvas, restored) {
     this.canvas = canvas;
     this.gl = canvas.getContext("webgl2", { alpha: true, antialias: false, premultipliedAlpha: true });
-    if (!this.gl) throw new Error("this browser offers no WebGL2");
+    if (!this.gl) throw new Error("this browser has no WebGL2");
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => {
       this.build();
@@ -88,7 +88,7 @@ export class WebGLRenderer {
   build() {
     const { gl } = this;
     this.program = link(gl);
-    this.at = Object.fromEntries(UNIFORMS.map((name) => [name, gl.getUniformLocation(this.program, name)]));
+    this.uniforms = Object.fromEntries(UNIFORMS.map((name) => [name, gl.getUniformLocation(this.program, name)]));
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     this.colours = texture(gl, gl.NEAREST);
     this.fade = texture(gl, gl.LINEAR);
@@ -98,7 +98,7 @@ export class WebGLRenderer {
     if (this.palette) this.setColours(this.palette, this.tint);
   }
 
-  /** table: 256 RGBA colours by level; tint: of fresh trails, three shares. */
+  /** table: 256 RGBA colours by level; tint: of new trails, three shares. */
   setColours(table, tint) {
     const { gl } = this;
     Object.assign(this, { palette: table, tint });
@@ -140,8 +140,8 @@ export class WebGLRenderer {
     gl.pixelStorei(gl.UNPACK_ROW_LENGTH, 0);
   }
 
-  /** Draws `polar` as `view` sees it; grid {first, step}: where the samples stand [m]; trails, or null; scale: device pixels
-   *  per CSS pixel. */
+  /** Draws `polar` in `view`. grid {first, step}: ranges of the samples [m]; trails: or null; scale: device pixels per CSS
+   *  pixel. */
   draw(polar, grid, view, trails, scale) {
     const { gl, canvas } = this;
     if (gl.isContextLost()) return;
@@ -154,23 +154,23 @@ export class WebGLRenderer {
       gl.bindTexture(gl.TEXTURE_2D, bound);
     });
     gl.activeTexture(gl.TEXTURE0);
-    this.tell(polar, grid, view, trails, scale);
+    this.setUniforms(polar, grid, view, trails, scale);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
   /** Sets the shader's uniforms. */
-  tell(polar, grid, view, trails, scale) {
-    const { gl, at, canvas } = this;
+  setUniforms(polar, grid, view, trails, scale) {
+    const { gl, uniforms, canvas } = this;
     const pixel = (x, y) => [x * scale, canvas.height - y * scale];
-    ["video", "fade", "colours", "trails"].forEach((name, unit) => gl.uniform1i(at[name], unit));
-    gl.uniform3f(at.rim, ...pixel(view.rim.x, view.rim.y), view.rim.radius * scale);
-    gl.uniform2f(at.ship, ...pixel(view.x, view.y));
-    gl.uniform3f(at.tint, ...this.tint);
-    gl.uniform2f(at.origin, ...(trails?.origin ?? [0, 0]));
+    ["video", "fade", "colours", "trails"].forEach((name, unit) => gl.uniform1i(uniforms[name], unit));
+    gl.uniform3f(uniforms.rim, ...pixel(view.rim.x, view.rim.y), view.rim.radius * scale);
+    gl.uniform2f(uniforms.ship, ...pixel(view.x, view.y));
+    gl.uniform3f(uniforms.tint, ...this.tint);
+    gl.uniform2f(uniforms.origin, ...(trails?.origin ?? [0, 0]));
     const scalars = { metre: view.metre * scale, range: view.range, up: view.up, first: grid.first, cell: grid.step };
     Object.assign(scalars, { azimuths: polar.azimuths, bins: polar.bins });
     Object.assign(scalars, { grid: trails?.cell ?? 1, stamp: trails?.stamp ?? 0 });
-    for (const [name, value] of Object.entries(scalars)) gl.uniform1f(at[name], value);
+    for (const [name, value] of Object.entries(scalars)) gl.uniform1f(uniforms[name], value);
   }
 }
 

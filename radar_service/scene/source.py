@@ -4,12 +4,12 @@ import json
 import re
 import tomllib
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
+from radar_service.packaged import packaged_folder
 from radar_service.scene.error import SceneError
 from radar_service.scene.faults import limited, plain_data, problems_from_validation
 from radar_service.scene.files import read_limited
@@ -45,12 +45,7 @@ def validated(data: Mapping[str, Any]) -> SceneModel:
 
 def packaged_scenes() -> list[str]:
     """Names of the scenes that come with the package."""
-    try:
-        return sorted(
-            item.name.removesuffix(".toml") for item in resources.files("scenes").iterdir() if item.name.endswith(".toml")
-        )
-    except (ModuleNotFoundError, OSError):
-        return []
+    return sorted(file.stem for file in packaged_folder("scenes").glob("*.toml"))
 
 
 def scene_path(source: str | Path) -> Path:
@@ -83,11 +78,7 @@ def _packaged_path(name: str) -> Path | None:
     bare = name.replace("\\", "/").removeprefix("./").removeprefix("scenes/")
     if "/" in bare or bare in ("", ".", ".."):
         return None
-    try:
-        home = Path(str(resources.files("scenes")))
-    except ModuleNotFoundError:
-        return None
-    return home / (bare if bare.endswith((".toml", ".json")) else f"{bare}.toml")
+    return packaged_folder("scenes") / (bare if bare.endswith((".toml", ".json")) else f"{bare}.toml")
 
 
 def _parsed(path: Path) -> Mapping[str, Any]:

@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import asynccontextmanager
-from importlib import metadata, resources
+from importlib import metadata
 from pathlib import Path
 
 from fastapi import FastAPI, Request
@@ -13,6 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.staticfiles import StaticFiles
 
+from radar_service.packaged import packaged_folder
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import IN_PROCESS
 from radar_service.scene.sandbox import Sandbox
@@ -62,7 +63,7 @@ def create_app(
     )
     app.include_router(api({station.identity: station for station in stations}, shelf, access, refused))
     app.add_api_route("/metrics", lambda: _figures(stations, refused), include_in_schema=False)
-    app.mount("/", StaticFiles(directory=str(resources.files("clients.web")), html=True, check_dir=False))
+    app.mount("/", StaticFiles(directory=str(packaged_folder("clients") / "web"), html=True, check_dir=False))
     _answer_faults(app)
     app.add_middleware(Guard, access=access, refused=refused)
     return app

@@ -130,17 +130,17 @@ class Page:
 
     def faults(self) -> list[str]:
         """Uncaught exceptions, errors on the console and everything the content security policy blocked."""
-        found = []
+        faults = []
         for event in self._browser.events:
             if event.get("sessionId") != self._session:
                 continue
             if event["method"] == "Runtime.exceptionThrown":
-                found.append(str(event["params"]["exceptionDetails"]))
+                faults.append(str(event["params"]["exceptionDetails"]))
             if event["method"] == "Runtime.consoleAPICalled" and event["params"]["type"] == "error":
-                found.append(str(event["params"]["args"]))
+                faults.append(str(event["params"]["args"]))
             if event["method"] == "Log.entryAdded" and event["params"]["entry"]["level"] == "error":
-                found.append(f"{event['params']['entry']['text']} {event['params']['entry'].get('url', '')}")
-        return found
+                faults.append(f"{event['params']['entry']['text']} {event['params']['entry'].get('url', '')}")
+        return faults
 
     def close(self) -> None:
         """Shut the tab."""

@@ -56,10 +56,18 @@ def gap(greeting: dict[str, Any], first: int, count: int) -> dict[str, Any]:
 def picture(azimuths: int = 72, bins: int = 100) -> NDArray[np.uint8]:
     """Three targets a few cells large."""
     data = np.zeros((azimuths, bins), dtype=np.uint8)
-    for bearing_deg, there in TARGETS:
-        row, column = round(bearing_deg / 360 * azimuths), round(there / 2000 * bins - 0.5)
+    for bearing_deg, distance in TARGETS:
+        row, column = round(bearing_deg / 360 * azimuths), round(distance / 2000 * bins - 0.5)
         data[row, column - 1 : column + 2] = 255
     return data
+
+
+DATA, GREETING = picture(), hello()
+
+
+def batch(first: int, count: int, greeting: dict[str, Any] = GREETING, **options: Any) -> dict[str, Any]:
+    """Spokes of a radar that shows `picture()`."""
+    return spokes(greeting, DATA, first, count, **options)
 
 
 @dataclass
@@ -73,7 +81,7 @@ class Script:
 
 @dataclass
 class FakeFeed:
-    """The server as a test sees it. queries: what each connection asked for; greeted, left: set when a client has been sent
+    """The server as a test sees it. queries: the query of each connection; greeted, left: set when a client has been sent
     all of a script, and when one has gone."""
 
     url: str = ""

@@ -1,4 +1,4 @@
-"""Reads the radar picture off a screenshot: where its centre, its rim and its echoes are, and where they belong."""
+"""Measures a screenshot of the radar picture: centre, rim and echoes, and the positions where theory puts them."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def seen(page: Page) -> NDArray[np.int16]:
 
 
 def echoes(screen: NDArray[np.int16]) -> NDArray[np.bool_]:
-    """Pixels of a strong echo in the dusk palette: bright and yellow, which no furniture is."""
+    """Pixels of a strong echo in the dusk palette: bright and yellow, which no overlay is."""
     inside: NDArray[np.bool_] = (screen[..., 0] > 150) & (screen[..., 0] - screen[..., 2] > 40)
     return inside
 
@@ -61,13 +61,13 @@ def measure(screen: NDArray[np.int16]) -> tuple[NDArray[np.float64], float, NDAr
 
 
 def expected(picture: Picture, centre: NDArray[np.float64], radius: float, up_deg: float) -> NDArray[np.float64]:
-    """Where TARGETS (n, 2) belong, written out again: clockwise from the top of the screen, y downward."""
+    """Expected pixels of TARGETS (n, 2), computed independently of the page: clockwise from the top of the screen, y downward."""
     bearing, distance = np.deg2rad(np.array(TARGETS)[:, 0] - up_deg), np.array(TARGETS)[:, 1]
     cell = (np.floor(distance / picture.step) + 0.5) * picture.step
     return centre + (cell / picture.range * radius)[:, None] * np.stack([np.sin(bearing), -np.cos(bearing)], axis=-1)
 
 
-def off_by(found: NDArray[np.float64], wanted: NDArray[np.float64]) -> float:
-    """The greatest distance from a wanted place to the nearest spot [pixels]; as many spots as places."""
-    assert found.shape == wanted.shape
-    return float(np.linalg.norm(found[:, None] - wanted, axis=-1).min(axis=0).max())
+def off_by(centres: NDArray[np.float64], expected_at: NDArray[np.float64]) -> float:
+    """The greatest distance from an expected position to the nearest spot [pixels]; both hold as many points."""
+    assert centres.shape == expected_at.shape
+    return float(np.linalg.norm(centres[:, None] - expected_at, axis=-1).min(axis=0).max())

@@ -105,13 +105,13 @@ class Screen:
 
     def write(self, data: bytes) -> None:
         """Take what a program writes; what lies beyond an edge is lost, as while the program has not heard of a new size."""
-        for found in TOKEN.finditer(data.decode("utf-8", "ignore")):
-            if found[3] is None:
-                self._command(found[2], found[1])
-            elif found[3].isprintable():
+        for match in TOKEN.finditer(data.decode("utf-8", "ignore")):
+            if match[3] is None:
+                self._command(match[2], match[1])
+            elif match[3].isprintable():
                 line, column = self._at
                 if line < len(self.cells) and column < len(self.cells[line]):
-                    self.cells[line][column] = (found[3], self._front, self._back)
+                    self.cells[line][column] = (match[3], self._front, self._back)
                 self._at = (line, column + 1)
 
     def _command(self, letter: str, arguments: str) -> None:

@@ -1,26 +1,21 @@
 """Scans become films: the beam goes round, echoes fade, a second of film is a second of simulation."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
-from clients.ppi import FeedError, ReceivedScan, ScanCollector
-from clients.ppi.__main__ import main
+from clients.ppi import FeedError, ReceivedScan
 from clients.ppi.film import AFTERGLOW, film
 from tests.clients import fake_feed
-from tests.clients.fake_feed import Script, gap, hello, picture, running
+from tests.clients.fake_feed import gap, hello, picture
+from tests.clients.received import collected
 
 AZIMUTHS, RATE = 72, 30.0  # spokes of a scan, spokes a second
 
 
 def scans(messages: list[dict[str, Any]]) -> list[ReceivedScan]:
-    collector = ScanCollector()
-    for message in messages:
-        collector.take(message)
-    return list(collector.scans)
+    return list(collected(messages).scans)
 
 
 def test_frames_follow_the_beam_and_fade() -> None:
@@ -39,7 +34,7 @@ def test_frames_follow_the_beam_and_fade() -> None:
     assert frames[-1].time == 161 / RATE and frames[-1].filled.all()
 
 
-def test_what_did_not_come_stays_undrawn() -> None:
+def test_lost_azimuths_stay_undrawn() -> None:
     greeting, data = hello(), picture()
     lost = [fake_feed.spokes(greeting, data, 0, 20), gap(greeting, 20, 12), fake_feed.spokes(greeting, data, 32, 40)]
     *_, last = film(scans([greeting, *lost]), fps=5)
@@ -60,27 +55,3 @@ def test_a_film_without_end_is_refused() -> None:
     late["time"] = [1e9 + k for k in range(36)]
     with pytest.raises(FeedError, match="at most 20000"):
         next(film(scans([greeting, fake_feed.spokes(greeting, picture(), 0, 36), late]), fps=10))
-
-
-def test_command_writes_a_film(tmp_path: Path) -> None:
-    out, greeting = tmp_path / "a.gif", hello()
-    with running(
-        Script([greeting, *(fake_feed.spokes(greeting, picture(), 36 * k, 36) for k in range(4))], wait=True)
-    ) as feed:
-        assert main([feed.url, "--scans", "2", "--out", str(out), "--fps", "5", "--size", "200"]) == 0
-    with Image.open(out) as made:
-        assert (made.size, made.n_frames, made.info["duration"]) == ((200, 200), 24, 200)  # type: ignore[attr-defined]
-        first = np.asarray(made.convert("RGB")).astype(int)
-        made.seek(23)
-        last = np.asarray(made.convert("RGB")).astype(int)
-    lit = np.abs(last - first).sum(axis=2) > 60
-    assert lit[:, :95].any() and lit[:, 105:].any()  # the grey that no spoke had reached, on either side
-
-
-def test_command_refuses_an_mp4_without_ffmpeg_before_it_connects(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(SystemExit):
-        main(["ws://127.0.0.1:1", "--out", str(tmp_path / "a.mp4")])
-    assert "install it (apt-get install ffmpeg)" in capsys.readouterr().err

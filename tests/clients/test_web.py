@@ -24,7 +24,7 @@ pytestmark = BROWSER
     ("renderer", "orientation", "heading_deg"),
     list(product(("webgl", "canvas"), ("north-up", "head-up"), (0.0, 70.0))),
 )
-def test_targets_stand_where_they_belong(
+def test_targets_are_at_their_bearings_and_ranges(
     radar: FakeRadar, opened: Opened, renderer: str, orientation: str, heading_deg: float
 ) -> None:
     radar.heading_deg = heading_deg
@@ -56,7 +56,7 @@ def orientation(tmp_path: Path, heading_deg: float) -> Iterator[str]:
 def strong_spots(page: Page) -> NDArray[np.float64]:
     """Centroids (n, 2) of the strong echoes, pixels right of and below own ship, the nearest first."""
     screen, (left, top, side) = seen(page), box(page)
-    yellow = screen[..., 0] - screen[..., 2]  # no furniture has any
+    yellow = screen[..., 0] - screen[..., 2]  # the overlay has none
     labels, count = ndimage.label(yellow > 0.6 * yellow.max())  # the scene's three are equally strong, sidelobes faint
     places = np.array(ndimage.center_of_mass(labels > 0, labels, range(1, count + 1)))[:, ::-1] + 0.5
     spots: NDArray[np.float64] = places - (left + side / 2, top + side / 2)
@@ -82,7 +82,7 @@ def test_scene_orientation_is_the_right_way_round(browser: Browser, orientation:
         assert distance / distance.max() == pytest.approx([1 / 3, 2 / 3, 1], abs=PIXELS / distance.max())
 
 
-def test_draws_on_a_2d_canvas_where_there_is_no_webgl2(radar: FakeRadar, opened: Opened) -> None:
+def test_draws_on_a_2d_canvas_without_webgl2(radar: FakeRadar, opened: Opened) -> None:
     without = """const given = HTMLCanvasElement.prototype.getContext;
         HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
           return kind === 'webgl2' ? null : given.call(this, kind, ...rest);
@@ -97,7 +97,7 @@ AFTER = """window.seen = new Promise((done) => document.getElementById('echoes')
   'webglcontext{}', () => requestAnimationFrame(() => requestAnimationFrame(done)), {{once: true}}))"""
 
 
-def test_picture_comes_back_after_the_gpu_was_lost(radar: FakeRadar, opened: Opened) -> None:
+def test_picture_returns_after_the_gpu_was_lost(radar: FakeRadar, opened: Opened) -> None:
     page = opened(BARE)
     page.ask("window.gpu = document.getElementById('echoes').getContext('webgl2').getExtension('WEBGL_lose_context')")
     page.ask(f"{AFTER.format('lost')}, gpu.loseContext(), seen")
@@ -166,7 +166,7 @@ def brightness(page: Page, picture: Picture, bearing_deg: float) -> float:
 
 
 @pytest.mark.parametrize("renderer", ["webgl", "canvas"])
-def test_afterglow_fades_what_is_older(radar: FakeRadar, opened: Opened, renderer: str) -> None:
+def test_afterglow_fades_older_echoes(radar: FakeRadar, opened: Opened, renderer: str) -> None:
     page = opened(f"{BARE.replace('afterglow=0', 'afterglow=1')}&renderer={renderer}")
     fresh, old = brightness(page, radar.picture, 352.0), brightness(page, radar.picture, 8.0)
     # Red is 4 on the bare scope and 255 in the strongest echo; the half-life is one scan. Fade and colour are whole numbers
@@ -236,8 +236,8 @@ def test_new_epoch_replaces_the_picture(radar: FakeRadar, opened: Opened) -> Non
     page.wait(DRAWN.format("two:360"))
     centre, radius, spots = measure(seen(page))
     bearing, distance = np.deg2rad(200.0), 3000.0 // 16 * 16 + 8
-    wanted = centre + distance / 4096 * radius * np.array([[np.sin(bearing), -np.cos(bearing)]])
-    assert off_by(spots, wanted) < PIXELS
+    position = centre + distance / 4096 * radius * np.array([[np.sin(bearing), -np.cos(bearing)]])
+    assert off_by(spots, position) < PIXELS
     assert page.text("#lost-text") == "0"
     assert page.text("#warnings summary") == "1 warning"
 
@@ -252,7 +252,7 @@ def test_lost_spokes_are_counted_announced_or_not(radar: FakeRadar, opened: Open
     page.wait("document.getElementById('lost-text').textContent === '45 (5 unannounced)'")
 
 
-def test_comes_back_by_itself_where_it_left_off(radar: FakeRadar, opened: Opened) -> None:
+def test_page_reconnects_and_continues_with_the_next_number(radar: FakeRadar, opened: Opened) -> None:
     page = opened(BARE)
     radar.next = 720
     radar.drop()

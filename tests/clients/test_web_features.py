@@ -14,7 +14,7 @@ from tests.clients.screen import BARE, BROWSER, DRAWN, PIXELS, blobs, box, expec
 
 pytestmark = BROWSER
 
-# Till the page has drawn what it was told: a 2D canvas draws twelve times a second only.
+# Till the page has drawn what was sent to it: a 2D canvas draws twelve times a second only.
 FRAMES = """new Promise((done) => {
   let left = 8;
   const next = () => (left-- ? requestAnimationFrame(next) : done(true));
@@ -41,7 +41,7 @@ def drag(page: Page, start: NDArray[np.float64], by: NDArray[np.float64]) -> Non
 
 
 @pytest.mark.parametrize("renderer", ["webgl", "canvas"])
-def test_targets_stand_where_they_belong_zoomed_and_off_centre(radar: FakeRadar, opened: Opened, renderer: str) -> None:
+def test_targets_are_at_their_positions_zoomed_and_off_centre(radar: FakeRadar, opened: Opened, renderer: str) -> None:
     page = opened(f"{BARE}&renderer={renderer}&unit=m")
     centre, radius, _ = measure(seen(page))
     pull = np.array([-30.0, 20.0])
@@ -49,13 +49,13 @@ def test_targets_stand_where_they_belong_zoomed_and_off_centre(radar: FakeRadar,
     page.press("z")
     page.wait("document.getElementById('zoom-text').textContent === '2×'")
     ship = centre + 2 * pull
-    places = expected(radar.picture, ship, 2 * radius, 0.0)
-    places = places[np.hypot(*(places - centre).T) < radius - 20]
+    points = expected(radar.picture, ship, 2 * radius, 0.0)
+    points = points[np.hypot(*(points - centre).T) < radius - 20]
     page.ask(FRAMES)
-    found, _ = blobs(seen(page))
-    assert len(places) == 2
-    assert off_by(found, places) < 2 * PIXELS  # what the ring's edges err by is doubled too
-    x, y = places[0]
+    spots, _ = blobs(seen(page))
+    assert len(points) == 2
+    assert off_by(spots, points) < 2 * PIXELS  # what the ring's edges err by is doubled too
+    x, y = points[0]
     page.click(x, y)
     assert page.text("#cursor-bearing").startswith("030.") or page.text("#cursor-bearing").startswith("029.")
     assert float(page.text("#cursor-range").removesuffix(" m")) == pytest.approx(902, abs=2 * PIXELS * 2048 / (2 * radius))
@@ -118,25 +118,25 @@ def test_trails_show_where_a_target_was(radar: FakeRadar, opened: Opened, render
     radar.heading_deg = 70.0
     page = opened(f"{BARE}&trails=60&renderer={renderer}&orientation=head-up")
     centre, radius, _ = measure(seen(page))
-    there = expected(radar.picture, centre, radius, 70.0)[1]
-    before = seen(page)[round(there[1]), round(there[0])]
+    point = expected(radar.picture, centre, radius, 70.0)[1]
+    before = seen(page)[round(point[1]), round(point[0])]
     radar.picture.video[:, :-10] = 0  # all but the ring: the target has gone
     radar.send(*(radar.spokes(first, 60) for first in range(720, 1440, 60)))
     page.wait(DRAWN.format("one:1440"))
     page.ask(FRAMES)
     screen = seen(page)
-    after, elsewhere = screen[round(there[1]), round(there[0])], screen[round(2 * centre[1] - there[1]), round(there[0])]
+    after, elsewhere = screen[round(point[1]), round(point[0])], screen[round(2 * centre[1] - point[1]), round(point[0])]
     assert before[0] > 200  # an echo is yellow
     assert after[2] > after[0] + 40 and after[2] > elsewhere[2] + 40  # its trail is blue, and the bare scope is dark
     page.ask(CLICK.format("clear-trails"))
     page.ask(FRAMES)
-    assert np.array_equal(seen(page)[round(there[1]), round(there[0])], elsewhere)
+    assert np.array_equal(seen(page)[round(point[1]), round(point[0])], elsewhere)
 
 
 TRUTH_COLOUR = (0x86, 0xE3, 0x9A)  # of the dusk palette
 
 
-def test_truth_is_drawn_and_listed_where_it_is_given(radar: FakeRadar, opened: Opened) -> None:
+def test_truth_is_drawn_and_listed_if_the_service_sends_it(radar: FakeRadar, opened: Opened) -> None:
     radar.gives_truth = True
     page = opened(f"{BARE}&truth=on&unit=m")
     page.wait(f"{DRAWN.format('one:720')} && !document.getElementById('targets').hidden")
@@ -168,7 +168,7 @@ def test_truth_is_drawn_and_listed_where_it_is_given(radar: FakeRadar, opened: O
     page.wait("document.getElementById('targets').hidden")
 
 
-def test_truth_cannot_be_asked_for_where_it_is_not_given(radar: FakeRadar, opened: Opened) -> None:
+def test_truth_cannot_be_selected_if_the_service_does_not_send_it(radar: FakeRadar, opened: Opened) -> None:
     page = opened(f"{BARE}&truth=on")
     assert page.ask("document.getElementById('truth').disabled")
     assert "truth" not in radar.joined[-1]
@@ -184,7 +184,7 @@ DROP = """(() => {{
 }})()"""
 
 
-def test_a_dropped_scene_is_sent_run_and_its_plan_shown(radar: FakeRadar, opened: Opened) -> None:
+def test_a_dropped_scene_is_uploaded_started_and_its_plan_shown(radar: FakeRadar, opened: Opened) -> None:
     opened.refusal = "422"
     page = opened(BARE)
     page.wait("document.getElementById('scene').options.length === 2")
@@ -199,7 +199,7 @@ def test_a_dropped_scene_is_sent_run_and_its_plan_shown(radar: FakeRadar, opened
     assert radar.uploads[1:] == [("my bay -2-", files)]
     assert radar.scene == "my bay -2-"
     assert page.text("#plan summary") == "Plan: 1 of 2 modelled"
-    assert [page.text(f"#plan li.{kind}") for kind in ("modelled", "left-out")] == [
+    assert [page.text(f"#plan li.{kind}") for kind in ("modelled", "not-modelled")] == [
         "beam, modelled:  sinc2",
         "rain, not modelled:  no rain",
     ]
@@ -212,7 +212,7 @@ def test_the_page_says_how_far_the_service_falls_behind(radar: FakeRadar, opened
     radar.health = {"id": "0", "state": "behind", "factor_reached": 0.618}
     page = opened(BARE)
     page.press("-")  # whatever is commanded, the page asks how things stand
-    page.wait("document.getElementById('banner').textContent === 'Too slow: 0.62× reached of 1× asked for'")
+    page.wait("document.getElementById('banner').textContent === 'Too slow: 0.62× reached of 1× requested'")
     assert page.ask("document.getElementById('banner').classList.contains('mild')")
 
 
@@ -232,7 +232,7 @@ def live(radar: FakeRadar, first: int, seconds: float, levels: tuple[int, int]) 
     return thread
 
 
-def test_the_picture_has_one_seam_and_the_sweep_stands_on_it(radar: FakeRadar, opened: Opened) -> None:
+def test_the_picture_has_one_seam_at_the_sweep(radar: FakeRadar, opened: Opened) -> None:
     radar.picture = Picture(bins=64, step=32.0, rim=False)
     radar.picture.video[:] = 70
     page = opened("rings=off&headline=off&afterglow=0")
@@ -249,9 +249,9 @@ def test_the_picture_has_one_seam_and_the_sweep_stands_on_it(radar: FakeRadar, o
         colours = screen[rows, columns]
         is_line = colours[..., 2] > 90  # blue is 60 in either level's yellow and 196 in the sweep
         is_new = colours[..., 0] > 173  # red is 147 in level 70, 200 in level 110
-        found = [np.flatnonzero(line).mean() for line in is_line if line.any()]
-        assert len(found) > 6  # of 12 circles: one may slip between two faint pixels of the line
-        sweep = np.median(found)
+        angles = [np.flatnonzero(line).mean() for line in is_line if line.any()]
+        assert len(angles) > 6  # of 12 circles: one may slip between two faint pixels of the line
+        sweep = np.median(angles)
         width = (
             np.rad2deg(1.5 / radii) + 1.5
         ) / 0.1  # samples: the line's pixel and a half, and three rows of half a degree

@@ -41,10 +41,10 @@ def test_words_and_lines_stand_out_in_every_palette(modules: Page, palette: str)
     names = sorted({f"--{name}" for pair in words + marks for name in pair.split()})
     script = f"import('./palette.js').then(({{colour}}) => {json.dumps(names)}.map((name) => colour(name)))"
     bright = dict(zip(names, map(luminance, modules.ask(script)), strict=True))
-    for pairs, least in ((words, 4.5), (marks, 3.0)):  # WCAG 2.2, 1.4.3 and 1.4.11
+    for pairs, minimum in ((words, 4.5), (marks, 3.0)):  # WCAG 2.2, 1.4.3 and 1.4.11
         for pair in pairs:
             low, high = sorted(bright[f"--{name}"] for name in pair.split())
-            assert (high + 0.05) / (low + 0.05) >= least, pair
+            assert (high + 0.05) / (low + 0.05) >= minimum, pair
 
 
 def polar(modules: Page, script: str) -> Any:
@@ -101,7 +101,7 @@ def test_msgpack_reads_what_the_service_writes(modules: Page) -> None:
 @pytest.mark.parametrize(
     "data", [b"", b"\x92\x01", b"\x01\x01", b"\xc4\x05ab", b"\xa5ab", b"\xc1", b"\xd4\x00\x00", b"\x91" * 99 + b"\x01"]
 )
-def test_msgpack_refuses_what_is_broken(modules: Page, data: bytes) -> None:
+def test_msgpack_refuses_broken_data(modules: Page, data: bytes) -> None:
     script = (
         "import('./msgpack.js').then(({{decode}}) => decode(new Uint8Array({}).buffer)).then(() => 'read', () => 'refused')"
     )
@@ -115,13 +115,13 @@ def test_waits_longer_after_each_failure(modules: Page) -> None:
     assert waits == [0.375, 0.625, 0.75, 1.25, 1.5, 2.5, 3.0, 5.0, 7.5, 12.5]  # 0.5 s doubling to 10 s, a quarter either way
 
 
-def test_a_feed_that_was_ended_hears_nothing_more(modules: Page) -> None:
+def test_an_ended_feed_ignores_messages(modules: Page) -> None:
     script = """import('./feed.js').then(({Feed}) => {
-      const heard = [];
-      const feed = new Feed(() => '', { hello: () => heard.push('hello'), state: (name) => heard.push(name) });
+      const calls = [];
+      const feed = new Feed(() => '', { hello: () => calls.push('hello'), state: (name) => calls.push(name) });
       feed.end();
       feed.receive(new Uint8Array(DATA).buffer);
-      return heard;
+      return calls;
     })"""
     message = msgpack.packb({"type": "hello", "protocol": 1, "epoch": "one"})
     assert modules.ask(script.replace("DATA", str(list(message)))) == []
@@ -131,7 +131,7 @@ def test_a_feed_that_was_ended_hears_nothing_more(modules: Page) -> None:
     ("reach", "unit", "step"),
     [(5556.0, "nm", 926.0), (1389.0, "nm", 231.5), (44448.0, "nm", 7408.0), (4999.3, "m", 1000.0), (1000.0, "m", 200.0)],
 )
-def test_rings_stand_at_round_figures(modules: Page, reach: float, unit: str, step: float) -> None:
+def test_rings_are_at_round_ranges(modules: Page, reach: float, unit: str, step: float) -> None:
     got = modules.ask(f"import('./units.js').then(({{ringStep}}) => ringStep({reach}, '{unit}'))")
     assert got == pytest.approx(step, rel=1e-12)  # rounding of two products
 
@@ -161,11 +161,11 @@ FRAMES = """import('./detail.js').then(({Detail}) => {
         ("frames(60, () => 33); detail.restart(); frames(1, () => 33);", [0.7, 1]),
     ],
 )
-def test_echoes_are_drawn_coarser_where_that_keeps_them_smooth(modules: Page, script: str, shares: list[float]) -> None:
+def test_resolution_falls_if_that_makes_frames_faster(modules: Page, script: str, shares: list[float]) -> None:
     assert modules.ask(FRAMES.replace("SCRIPT", script)) == shares
 
 
-def test_a_coarse_picture_is_tried_finer_again_and_again_more_rarely(modules: Page) -> None:
+def test_full_resolution_is_tried_again_after_growing_waits(modules: Page) -> None:
     """Of 400 s with frames of 33 ms at full detail and 16.2 at less: after 60, 120 and (next, beyond the end) 240 s of peace."""
     script = """let fine = 0, now = 0;
       for (let k = 0; now < 400_000; k++) {

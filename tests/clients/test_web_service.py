@@ -1,4 +1,4 @@
-"""The page against the real service: it asks for the token, and comes back by itself after the service was killed."""
+"""The page against the real service: it requests the token, and reconnects after the service was killed."""
 
 import subprocess
 import sys
@@ -45,7 +45,7 @@ def serve() -> Iterator[Serve]:
         end(service)
 
 
-def test_the_page_asks_for_the_token_and_goes_on_with_it(browser: Browser, serve: Serve, tmp_path: Path) -> None:
+def test_the_page_requests_the_token_and_continues_with_it(browser: Browser, serve: Serve, tmp_path: Path) -> None:
     (tmp_path / "token").write_text(COMMAND)
     address, _ = serve("--port", "0", "--token-file", str(tmp_path / "token"), "--token-for-reading", READ)
     page = browser.open(f"{address}?{BARE}")
@@ -66,7 +66,7 @@ def test_the_page_asks_for_the_token_and_goes_on_with_it(browser: Browser, serve
     page.close()
 
 
-def test_the_page_comes_back_by_itself_after_a_kill(browser: Browser, serve: Serve) -> None:
+def test_the_page_reconnects_after_the_service_was_killed(browser: Browser, serve: Serve) -> None:
     address, service = serve("--port", "0")
     page = browser.open(f"{address}?{BARE}")
     page.wait(f"{CONNECTED} && {DRAWN}")

@@ -418,7 +418,7 @@ def test_packaged_scenes_are_found_by_name(tmp_path: Path, monkeypatch: pytest.M
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "pond.toml").write_text('name = "pond"')
     monkeypatch.chdir(tmp_path / "..")
-    monkeypatch.setattr("radar_service.scene.source.resources.files", lambda package: tmp_path / package)
+    monkeypatch.setattr("radar_service.scene.source.packaged_folder", lambda name: tmp_path / name)
     assert load_scene("pond").name == load_scene("scenes/pond.toml").name == load_scene("pond.toml").name == "pond"
     assert "(pond)" in problems("ponds")[0]
 

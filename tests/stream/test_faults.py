@@ -269,7 +269,7 @@ def test_lines_that_are_cut_again_and_again_cost_no_spoke(breaks: int) -> None:
     with served(create_app([only]), [only]) as (host, port):
         numbers, client = asyncio.run(asyncio.wait_for(follow(f"ws://{host}:{port}"), 30 + breaks / 4))
     assert numbers == list(range(numbers[0], numbers[-1] + 1)) and len(numbers) > 3 * breaks
-    assert client.ledger.lost == 0 and client.ledger.epochs == 1
+    assert client.sequence.lost == 0 and client.sequence.epochs == 1
     print(f"\n{client.reconnections} returns, {len(numbers)} spokes, none lost")
 
 

@@ -11,7 +11,7 @@ import zstandard
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clients.ppi.client import spokes_of
+from clients.ppi.spoke import spokes_of
 from radar_service.stream import wire
 from radar_service.stream.app import create_app
 from radar_service.stream.feed import request_from_query

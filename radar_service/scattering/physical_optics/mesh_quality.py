@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
+from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement, longest_edge
 from radar_service.scattering.physical_optics.patches import COPLANAR, faces_something, outward_side, shared_edges
-from radar_service.radar.parameters import Radar
 from radar_service.scene.world import Body, Mesh, Scene
 
 SMOOTH = math.radians(30.0)  # a bend of less than this between facets may stand for a curve, more is an edge

@@ -1,12 +1,12 @@
-// Keeps the books of a feed: which spokes came, which were announced as lost, and which are simply missing.
+// Counts the spokes of a feed: received, announced as lost, missing without an announcement, and repeated.
 
-export class Ledger {
+export class SequenceTracker {
   constructor() {
     this.epoch = null;
-    this.next = null; // sequence number expected next; null where any will do
+    this.next = null; // sequence number expected next; null accepts any
     this.received = 0;
-    this.announced = 0; // lost, and the feed said so
-    this.missing = 0; // lost, and nobody said so
+    this.announced = 0; // lost, and announced by the feed
+    this.missing = 0; // lost, and not announced
     this.repeated = 0;
   }
 
@@ -14,11 +14,11 @@ export class Ledger {
     return this.announced + this.missing;
   }
 
-  /** A hello: true where it opens a new epoch. `joining`: it is the first message of a connection. */
+  /** Adopts the epoch of a hello; returns true if it is new. joining: the hello is the first message of a connection. */
   hello(epoch, joining) {
     if (epoch === this.epoch) return false;
     this.epoch = epoch;
-    this.next = joining ? null : 0; // a new epoch counts from 0, but who joins late enters in the middle
+    this.next = joining ? null : 0; // an epoch counts from 0, but a client that connects later starts in its middle
     return true;
   }
 

@@ -1,15 +1,15 @@
-// What this viewer chooses for himself: settings, framing, and the keys for both.
+// The controls that act on this page only: settings and framing.
 
 import { keep } from "./settings.js";
-import { speak } from "./status.js";
+import { announce } from "./status.js";
 
 const LISTS = ["orientation", "afterglow", "unit", "palette", "trails", "trailmotion", "detail"];
 const CHECKS = ["rings", "headline", "sweep", "truth"];
 const ZOOM_STEP = 2;
 const element = (id) => document.getElementById(id);
 
-export class Choices {
-  /** changed(name, value): a setting was changed, or with name "framing" what part of the picture is shown. */
+export class Preferences {
+  /** changed(name, value): called after a setting changes; name is "framing" after zoom or centre change. */
   constructor(scope, changed) {
     this.scope = scope;
     this.settings = scope.settings;
@@ -49,27 +49,27 @@ export class Choices {
     element("trailmotion").disabled = element("clear-trails").disabled = this.settings.trails === "0";
   }
 
-  /** The next choice of a list, said aloud. */
+  /** Selects the next option of a list and announces it to screen readers. */
   next(name) {
     const values = [...element(name).options].map((option) => option.value);
     this.choose(name, values[(values.indexOf(this.settings[name]) + 1) % values.length]);
-    speak(element(name).selectedOptions[0].textContent);
+    announce(element(name).selectedOptions[0].textContent);
   }
 
-  frame(act) {
-    act();
+  frame(change) {
+    change();
     this.scope.changed = true;
     this.changed("framing");
   }
 
   zoom(factor) {
     this.frame(() => this.scope.framing.zoomBy(factor, this.scope.view));
-    speak(`Zoom ${this.scope.framing.zoom.toFixed(1)}`);
+    announce(`Zoom ${this.scope.framing.zoom.toFixed(1)}`);
   }
 
   lookAhead() {
     const { framing, ship, view } = this.scope;
     this.frame(() => framing.lookAhead(ship.heading - view.up, view));
-    speak("Own ship off the centre");
+    announce("Own ship off the centre");
   }
 }

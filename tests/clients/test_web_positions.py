@@ -1,4 +1,4 @@
-"""Modules of the page that say where and when things are: view, framing, positions, trails, play-out."""
+"""Modules of the page for positions and times: view, framing, geographic positions, trails, playout, meters."""
 
 import json
 from typing import Any
@@ -14,37 +14,36 @@ pytestmark = BROWSER
 
 
 def run(modules: Page, module: str, names: str, script: str, given: Any = None) -> Any:
-    """What the body of a function returns that has `names` of a module and `given`."""
+    """Result of a function body that uses `names` of a module and `given`."""
     return modules.ask(f"import('./{module}.js').then(({{{names}}}) => {{ const given = {json.dumps(given)}; {script} }})")
 
 
 @pytest.mark.parametrize("latitude_deg", [-71.0, 0.0, 50.3, 84.0])
-def test_positions_are_those_of_the_service(modules: Page, latitude_deg: float) -> None:
+def test_positions_equal_those_of_the_service(modules: Page, latitude_deg: float) -> None:
     rng = np.random.default_rng(7)
-    places = rng.uniform(-200e3, 200e3, (40, 2))
+    points = rng.uniform(-200e3, 200e3, (40, 2))
     origin = (latitude_deg, 179.9)
-    given = [places.tolist(), {"latitude_deg": origin[0], "longitude_deg": origin[1]}]
-    found = run(modules, "geo", "geographic", "return given[0].map(([e, n]) => geographic(e, n, given[1]));", given)
-    latitude, longitude = np.array(found).T
-    wanted = geographic_from_map(places, origin)
-    across = np.cos(np.deg2rad(wanted[:, 0]))
+    given = [points.tolist(), {"latitude_deg": origin[0], "longitude_deg": origin[1]}]
+    result = run(modules, "geo", "geographic", "return given[0].map(([e, n]) => geographic(e, n, given[1]));", given)
+    latitude, longitude = np.array(result).T
+    expected = geographic_from_map(points, origin)
+    across = np.cos(np.deg2rad(expected[:, 0]))
     millimetre = 1e-3 / 111e3  # degrees; Vincenty 1975 states 0.5 mm
-    assert np.abs(latitude - wanted[:, 0]).max() < millimetre
-    assert (np.abs((longitude - wanted[:, 1] + 180) % 360 - 180) * across).max() < millimetre
+    assert np.abs(latitude - expected[:, 0]).max() < millimetre
+    assert (np.abs((longitude - expected[:, 1] + 180) % 360 - 180) * across).max() < millimetre
 
 
-def test_positions_read_as_on_a_chart(modules: Page) -> None:
+def test_position_text_is_as_on_a_chart(modules: Page) -> None:
     texts = run(
         modules, "geo", "positionText", "return given.map(positionText);", [[50.3, -1.4], [-0.99999999, 179.5], [0, 0]]
     )
     assert texts == ["50°18.000′ N\n001°24.000′ W", "01°00.000′ S\n179°30.000′ E", "00°00.000′ N\n000°00.000′ E"]
 
 
-def test_a_place_is_below_the_antenna_s_slant(modules: Page) -> None:
-    script = (
-        "return given.map((range) => placed({bearing: 0, range}, [0, 100], 30, {latitude_deg: 0, longitude_deg: 0})[0]);"
-    )
-    latitudes = run(modules, "geo", "placed", script, [50.0, 20.0])
+def test_slant_range_becomes_horizontal_range(modules: Page) -> None:
+    script = """const origin = {latitude_deg: 0, longitude_deg: 0};
+      return given.map((range) => geographicPosition({bearing: 0, range}, [0, 100], 30, origin)[0]);"""
+    latitudes = run(modules, "geo", "geographicPosition", script, [50.0, 20.0])
     assert latitudes == pytest.approx(
         [float(geographic_from_map(np.array([0.0, y]), (0.0, 0.0))[0]) for y in (140.0, 100.0)]
     )
@@ -57,8 +56,8 @@ VIEW = (
 
 def test_bearings_leave_the_picture_at_its_rim_wherever_own_ship_is(modules: Page) -> None:
     script = f"""{VIEW} return [[1, {{x: 0, y: 0}}], [2, {{x: 900, y: -600}}], [8, {{x: 1500, y: 0}}]].map(([zoom, centre]) => {{
-      const seen = view(zoom, centre), bearings = [...Array(90).keys()].map((k) => k * 4 * Math.PI / 180);
-      return bearings.map((b) => [seen.toRim(b), ...seen.along(b, seen.toRim(b))]); }});"""
+      const framed = view(zoom, centre), bearings = [...Array(90).keys()].map((k) => k * 4 * Math.PI / 180);
+      return bearings.map((b) => [framed.toRim(b), ...framed.along(b, framed.toRim(b))]); }});"""
     centred, off, outside = (np.array(rays, dtype=float) for rays in run(modules, "view", "View", script))
     for rays in (centred, off, outside[~np.isnan(outside[:, 0])]):
         assert np.hypot(rays[:, 1] - 300, rays[:, 2] - 200) == pytest.approx(np.full(len(rays), 150), rel=1e-9)  # rounding
@@ -68,15 +67,15 @@ def test_bearings_leave_the_picture_at_its_rim_wherever_own_ship_is(modules: Pag
     assert np.nanmin(outside[:, 0]) > 0 and ship[0] == -300
 
 
-@pytest.mark.parametrize("place", [[300, 200], [330, 120], [210, 260]])
-def test_zooming_keeps_what_is_under_the_finger(modules: Page, place: list[float]) -> None:
+@pytest.mark.parametrize("point", [[300, 200], [330, 120], [210, 260]])
+def test_zooming_keeps_the_position_at_the_pointer(modules: Page, point: list[float]) -> None:
     script = f"""{VIEW} return import('./framing.js').then(({{Framing}}) => {{
       const framing = new Framing(), now = () => view(framing.zoom, framing.centre);
       framing.dragBy(25, -40, now());
       const before = now().fromScreen(...given);
       framing.zoomBy(3, now(), given);
       return [before, now().fromScreen(...given), framing.zoom]; }});"""
-    before, after, zoom = run(modules, "view", "View", script, place)
+    before, after, zoom = run(modules, "view", "View", script, point)
     assert zoom == 3
     assert after["range"] == pytest.approx(before["range"], rel=1e-9)  # rounding
     assert after["bearing"] == pytest.approx(before["bearing"], rel=1e-9)
@@ -108,12 +107,12 @@ def trail(modules: Page, is_true: bool, script: str) -> Any:
 
 
 @pytest.mark.parametrize("is_true", [False, True])
-def test_trails_of_what_rests_while_own_ship_moves(modules: Page, is_true: bool) -> None:
+def test_trails_of_a_target_at_rest_while_own_ship_moves(modules: Page, is_true: bool) -> None:
     script = """for (let t = 0; t <= 20; t += 0.5) echo(east, 1010 - 20 * t, [20 * t, 0], t);
       return [610, 810, 1010, 1210].map((range) => trails.at(east, range));"""
-    here, between, ahead, beyond = trail(modules, is_true, script)  # seen from where own ship is in the end
-    assert here == pytest.approx(1.0, abs=1 / 200)  # a stamp of 200; both see the target where it is
-    assert (between > 0) == (ahead > 0) == (not is_true)  # relative motion draws the way that it came
+    here, between, ahead, beyond = trail(modules, is_true, script)  # as seen from own ship's last position
+    assert here == pytest.approx(1.0, abs=1 / 200)  # a stamp of 200; both motions show the target at its position
+    assert (between > 0) == (ahead > 0) == (not is_true)  # relative motion draws the path relative to own ship
     assert beyond == 0
 
 
@@ -125,7 +124,7 @@ def test_trails_fade_and_end(modules: Page) -> None:
     assert trail(modules, False, script) == pytest.approx([1, 0.75, 0.25, 1 / 60, 0, 0], abs=1 / 100)  # two stamps of 200
 
 
-def test_old_trails_do_not_come_back_when_stamps_come_round(modules: Page) -> None:
+def test_old_trails_do_not_return_when_stamps_repeat(modules: Page) -> None:
     script = """for (let t = 0; t < 20; t += 0.3) echo(t / 4, 1010, [0, 0], t);
       const left = [];
       for (let t = 20; t < 200; t += 0.3) {
@@ -136,7 +135,7 @@ def test_old_trails_do_not_come_back_when_stamps_come_round(modules: Page) -> No
     assert trail(modules, False, script) is False
 
 
-def test_what_own_ship_leaves_behind_does_not_come_up_ahead(modules: Page) -> None:
+def test_trails_behind_own_ship_do_not_appear_ahead(modules: Page) -> None:
     script = """for (let b = 0; b < 720; b++) echo(b * Math.PI / 360, 3010, [0, 0], 0);
       const before = trails.at(east, 3010);
       for (let x = 0; x <= 7000; x += 70) echo(0, null, [x, 0], 0.01);
@@ -163,9 +162,9 @@ PLAYOUT = """const shown = [], frames = [];
 def test_spokes_in_bunches_are_shown_evenly(modules: Page) -> None:
     late = np.random.default_rng(3).uniform(0, 0.015, 400).tolist()
     script = f"""{PLAYOUT}
-      const coming = given.map((late, k) => [5 * k / 288 + late, batch(k)]);
+      const arriving = given.map((late, k) => [5 * k / 288 + late, batch(k)]);
       for (let at = 0; at < 6.9; at += 1 / 60) {{
-        while (coming.length && coming[0][0] <= at) playout.push(...coming.shift().reverse());
+        while (arriving.length && arriving[0][0] <= at) playout.push(...arriving.shift().reverse());
         const before = shown.length;
         playout.release(at);
         frames.push(shown.length);
@@ -174,10 +173,10 @@ def test_spokes_in_bunches_are_shown_evenly(modules: Page) -> None:
     frames, shown = run(modules, "playout", "Playout", script, late)
     steps = np.diff(frames[30:])
     assert shown == sorted(set(shown))
-    assert steps.min() >= 4 and steps.max() <= 5  # 4.8 spokes a frame; in bunches as they come it would be 0, 5 or 10
+    assert steps.min() >= 4 and steps.max() <= 5  # 4.8 spokes a frame; shown on arrival it would be 0, 5 or 10
 
 
-def test_spokes_wait_no_longer_than_need_be(modules: Page) -> None:
+def test_spokes_wait_no_longer_than_necessary(modules: Page) -> None:
     script = f"""{PLAYOUT}
       const counts = [];
       const after = (at) => {{ playout.release(at); counts.push(shown.length); }};
@@ -186,16 +185,16 @@ def test_spokes_wait_no_longer_than_need_be(modules: Page) -> None:
       for (let k = 100; k < 104; k++) playout.push(batch(k), 60 + 5 * k / 288);  // a minute later, after a pause
       after(60 + 515 / 288);  // evenly again: not all are due
       after(62);
-      factor = null;  // as fast as they come
+      factor = null;  // as fast as possible
       playout.push(batch(120), 62);
       after(62);
       playout.push(batch(105), 63);
       playout.clear();
       return counts;"""
-    assert run(modules, "playout", "Playout", script) == [500, 508, 520, 525]  # 519 have come 40 ms, or 11.5 spokes, ahead
+    assert run(modules, "playout", "Playout", script) == [500, 508, 520, 525]  # 519 are due after 40 ms, or 11.5 spokes
 
 
-def test_what_cannot_be_shown_does_not_stop_what_follows(modules: Page) -> None:
+def test_spokes_that_cannot_be_shown_do_not_stop_later_ones(modules: Page) -> None:
     script = """const shown = [];
       const show = ({time}) => { if (time[0] === 1) throw new Error("broken"); shown.push(time[0]); };
       const playout = new Playout(show, () => null);
@@ -205,7 +204,7 @@ def test_what_cannot_be_shown_does_not_stop_what_follows(modules: Page) -> None:
     assert run(modules, "playout", "Playout", script) == ["broken", 2]
 
 
-def test_a_service_that_slipped_for_good_does_not_lag_for_ever(modules: Page) -> None:
+def test_lag_recovers_after_a_lasting_delay_of_the_service(modules: Page) -> None:
     script = """const meter = new Meter(), lags = [];
       for (let t = 0; t < 40; t += 0.02) {
         meter.spokes(6, t, t + (t < 5 ? 0.01 : 0.51) + (t > 39 ? 0.1 : 0), 1);
@@ -217,7 +216,7 @@ def test_a_service_that_slipped_for_good_does_not_lag_for_ever(modules: Page) ->
 
 
 def test_frames_are_counted_and_timed(modules: Page) -> None:
-    script = """const meter = new FrameMeter(), none = meter.figures(0);
+    script = """const meter = new FrameMeter(), none = meter.rates(0);
       for (let k = 0; k < 600; k++) meter.frame(k / 60, k / 60 + 0.002);
-      return [none, meter.figures(10).rate, meter.figures(10).work];"""
+      return [none, meter.rates(10).rate, meter.rates(10).work];"""
     assert run(modules, "meter", "FrameMeter", script) == [None, pytest.approx(60), pytest.approx(0.002)]

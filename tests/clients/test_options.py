@@ -1,0 +1,30 @@
+"""The command line refuses wrong usage before it connects."""
+
+from pathlib import Path
+
+import pytest
+
+from clients.ppi.__main__ import main
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [["--scans", "0"], ["--size", "20"], ["--encoding", "u9"], ["--range", "-1"], ["--range", "nan"], ["--range", "inf"],
+     ["--bins", "x"],
+     ["--out", "/nowhere/at/all.png"], ["--npz", "/"], ["--out", "a.jpg"], ["--fps", "26"], ["--live", "--out", "a.png"],
+     ["--live", "--scans", "2"], ["--npz", "a.txt"]],
+)  # fmt: skip
+def test_command_refuses_wrong_usage_before_it_connects(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["ws://127.0.0.1:1", *wrong])
+    assert ended.value.code == 2
+    assert wrong[0] in capsys.readouterr().err
+
+
+def test_command_refuses_an_mp4_without_ffmpeg_before_it_connects(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(SystemExit):
+        main(["ws://127.0.0.1:1", "--out", str(tmp_path / "a.mp4")])
+    assert "install it (apt-get install ffmpeg)" in capsys.readouterr().err

@@ -1,0 +1,27 @@
+"""Spokes carry the values of their message in SI units."""
+
+import math
+
+import numpy as np
+import pytest
+
+from clients.ppi import FeedError, spokes
+from tests.clients.fake_feed import DATA, GREETING, Script, batch, running
+
+
+def test_spokes_carry_the_values_of_their_message() -> None:
+    with running(Script([GREETING, batch(70, 2, heading_deg=40.0)])) as feed:
+        received = []
+        with pytest.raises(FeedError, match="ended the feed"):
+            for spoke in spokes(feed.url, timeout=10.0):
+                received.append(spoke)
+    assert [s.number for s in received] == [70, 71]
+    last = received[1]
+    assert (last.epoch, last.scan, last.index, last.time, last.speed) == ("a", 0, 71, 71 / 30.0, 3.5)
+    assert last.position == (71.0, -5.0) and not last.blind
+    # the wire has whole 1/65536 turns: half of one is 4.8e-5 rad
+    assert last.azimuth == pytest.approx(2 * math.pi * 71 / 72, abs=4.8e-5)
+    assert last.heading == pytest.approx(math.radians(40.0), abs=4.8e-5)
+    assert last.course == pytest.approx(0.5, abs=4.8e-5)
+    np.testing.assert_array_equal(last.samples, DATA[71])
+    np.testing.assert_allclose(last.range, (np.arange(100) + 0.5) * 20.0, rtol=1e-15)

@@ -1,0 +1,87 @@
+"""What an installation holds: one package, with the scenes, the page and the client in it, and two commands."""
+
+import configparser
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from radar_service.packaged import packaged_folder
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ("radar_service", "clients", "scenes")
+FILES = ("pyproject.toml", "setup.py", "README.md", "LICENSE")
+
+
+def source_files(folder: str) -> set[str]:
+    """Files of a source folder that an installation needs: all of them, without what Python writes itself."""
+    files = (ROOT / folder).rglob("*")
+    return {file.relative_to(ROOT).as_posix() for file in files if file.is_file() and "__pycache__" not in file.parts}
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A wheel that the installed setuptools builds from a copy of the sources; an old build folder cannot leak into it."""
+    pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed to build a wheel offline")
+    copy, out = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("wheel")
+    for folder in SOURCES:
+        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    for file in FILES:
+        shutil.copy(ROOT / file, copy)
+    build = f"from setuptools import build_meta; build_meta.build_wheel({str(out)!r})"
+    subprocess.run([sys.executable, "-c", build], cwd=copy, check=True, capture_output=True)
+    return next(out.glob("*.whl"))
+
+
+def test_wheel_holds_one_package_with_all_source_files(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    assert {name.split("/")[0].partition("-")[0] for name in names} == {"radar_service"}
+    installed = source_files("radar_service") | {
+        f"radar_service/{name}" for name in source_files("clients") | source_files("scenes")
+    }
+    assert {name for name in names if name.startswith("radar_service/")} == installed
+
+
+def test_wheel_has_both_commands(wheel: Path) -> None:
+    archive = zipfile.ZipFile(wheel)
+    (entry_points,) = (name for name in archive.namelist() if name.endswith("/entry_points.txt"))
+    declared = configparser.ConfigParser()
+    declared.read_string(archive.read(entry_points).decode())
+    assert dict(declared["console_scripts"]) == {
+        "radar-service": "radar_service.__main__:main",
+        "radar-ppi": "radar_service.clients.ppi.__main__:main",
+    }
+
+
+def test_installed_package_finds_its_scenes_its_page_and_its_client(wheel: Path, tmp_path: Path) -> None:
+    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    look = """
+import sys
+import radar_service as rs
+from radar_service.clients.ppi import FeedError, spokes
+from radar_service.clients.ppi.client import FeedError as raised
+from radar_service.packaged import packaged_folder
+assert FeedError is raised and "clients" not in sys.modules
+assert rs.load_scene("harbour").name
+print(packaged_folder("scenes"), packaged_folder("clients"), sep="\\n")
+"""
+    command = [sys.executable, "-c", look]
+    run = subprocess.run(command, cwd=tmp_path, env={"PYTHONPATH": str(tmp_path / "site")}, capture_output=True, text=True)
+    assert run.stdout.split() == [str(tmp_path / "site" / "radar_service" / name) for name in ("scenes", "clients")], (
+        run.stderr
+    )
+    assert (tmp_path / "site" / "radar_service" / "clients" / "web" / "index.html").is_file()
+
+
+def test_checkout_finds_its_folders_beside_the_package() -> None:
+    assert packaged_folder("scenes") == ROOT / "scenes"
+    assert (packaged_folder("clients") / "web" / "index.html").is_file()
+
+
+def test_client_of_a_checkout_loads_each_module_once() -> None:
+    look = "import sys, clients.ppi.live; print([name for name in sys.modules if name.startswith('radar_service.clients')])"
+    run = subprocess.run([sys.executable, "-c", look], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout == "[]\n"
