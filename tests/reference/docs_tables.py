@@ -5,7 +5,7 @@ Each table stands between `<!-- table: NAME -->` and `<!-- end -->`. What lies b
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ METHODS = ("get", "post", "put", "patch", "delete")
 Schema = dict[str, Any]
 
 
-def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     """A Markdown table; a bar inside a cell is escaped."""
     lines = [head, tuple("---" for _ in head), *(tuple(cell.replace("|", r"\|") for cell in row) for row in rows)]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
@@ -63,7 +63,13 @@ def _number(schema: Schema) -> str:
     low, high = schema.get("minimum", schema.get("exclusiveMinimum")), schema.get("maximum")
     if low is None or high is None:
         return kind
-    return f"{kind}, {'above ' if 'exclusiveMinimum' in schema else ''}{low:.10g} to {high:.10g}"
+    return f"{kind}, {'above ' if 'exclusiveMinimum' in schema else ''}{plain(low)} to {plain(high)}"
+
+
+def plain(value: float) -> str:
+    """A number as a person writes it: 5000, 0.05, 2e9."""
+    text = f"{value:g}" if abs(value) >= 1e6 else f"{value:.10g}"
+    return re.sub(r"e([+-])0*", lambda found: "e" + found[1].replace("+", ""), text)
 
 
 def default(key: str, schema: Schema, required: list[str]) -> str:
@@ -75,7 +81,7 @@ def default(key: str, schema: Schema, required: list[str]) -> str:
         return "none" if value is None else "its defaults"
     if isinstance(value, bool | list | tuple):
         return f"`{str(value).lower()}`"
-    return f'`"{value}"`' if isinstance(value, str) else f"`{value:.10g}`"
+    return f'`"{value}"`' if isinstance(value, str) else f"`{plain(value)}`"
 
 
 def section(name: str) -> str:
