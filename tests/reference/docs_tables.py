@@ -68,7 +68,8 @@ def _number(schema: Schema) -> str:
 
 def plain(value: float) -> str:
     """A number as a person writes it: 5000, 0.05, 2e9."""
-    text = f"{value:g}" if abs(value) >= 1e6 else f"{value:.10g}"
+    short, exact = f"{value:g}", f"{value:.10g}"
+    text = short if abs(value) >= 1e6 and float(short) == value else exact
     return re.sub(r"e([+-])0*", lambda found: "e" + found[1].replace("+", ""), text)
 
 
