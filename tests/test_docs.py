@@ -24,7 +24,7 @@ PATH = re.compile(rf"`((?:{'|'.join(map(re.escape, FILES))})/[\w./-]*)")
 CITATION = re.compile(r"docs/[\w/-]+\.md(?:#[\w-]+)?")
 NUMBERED = re.compile(r"docs/specification\.md,? (eqs?\.|errata rows?) (\d+(?:(?:, | and | to )\d+)*)")
 OUTSIDE = re.compile(
-    r"\bDESIGN\b|\b[Ss]eed('s| eqs?\.| algorithm| fig(?:ure|\.)| \d+\.\d)"
+    r"\bDESIGN\b|(?:\(|# )issue\b|\b[Ss]eed('s| eqs?\.| algorithm| fig(?:ure|\.)| \d+\.\d)"
     r"|(?<![\w/.-])(?!docs/|README|CONTRIBUTING|CHANGELOG)[\w./-]+\.md\b"
 )
 EQUATIONS, ROWS = range(1, 23), range(1, 14)

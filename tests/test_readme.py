@@ -42,8 +42,3 @@ def test_the_commands_named_exist(command: str, capsys: pytest.CaptureFixture[st
     with pytest.raises(SystemExit) as ended:
         main([command, "--help"])
     assert ended.value.code == 0 and capsys.readouterr().out
-
-
-def test_linked_files_exist() -> None:
-    for target in re.findall(r"\]\((?!http)([^)#]+)\)", README):
-        assert (Path(__file__).parents[1] / target).is_file(), target
