@@ -45,11 +45,6 @@ def test_the_commands_named_exist(command: str, capsys: pytest.CaptureFixture[st
     assert ended.value.code == 0 and capsys.readouterr().out
 
 
-def test_linked_files_exist() -> None:
-    for target in re.findall(r"\]\((?!http)([^)#]+)\)", README):
-        assert (Path(__file__).parents[1] / target).is_file(), target
-
-
 def test_verbs_of_contributing_are_the_sessions_of_nox() -> None:
     """Each with the command that the table gives, and .ci/run and pre-commit with the same checks."""
     root = Path(__file__).parents[1]

@@ -95,7 +95,8 @@ class FixedScatterers(ABC):
         return BodyEchoes(self._position[which], amplitude[nonzero], self._body[which])
 
     def clear(self) -> None:
-        """Nothing is cached but poses at time 0."""
+        """Nothing is cached that depends on an instant."""
+        return
 
     @cached_property
     def _at_start(self) -> tuple[Floats, Floats]:

@@ -1,0 +1,156 @@
+"""The tables of docs/ that come from code: `python -m tests.reference.docs_tables` writes them anew; tests/test_docs.py compares.
+
+Each table stands between `<!-- table: NAME -->` and `<!-- end -->`. What lies between the two lines is replaced.
+"""
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from radar_service.fidelity import PRESETS
+from radar_service.scene.materials import MATERIALS, power_reflectivity
+from radar_service.scene.model import SceneModel
+from radar_service.stream.app import create_app
+
+DOCS = Path(__file__).parents[2] / "docs"
+BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(<!-- end -->)", flags=re.S)
+UNITS = {  # by the longest ending of a key
+    "_mm_h": "mm/h", "_db_per_km": "dB/km", "_hz": "Hz", "_dbsm": "dBsm", "_dbi": "dBi", "_db": "dB", "_deg": "degrees",
+    "_kn": "knots", "_m": "m", "_s": "s", "_w": "W", "rpm": "rev/min",
+}  # fmt: skip
+METHODS = ("get", "post", "put", "patch", "delete")
+
+Schema = dict[str, Any]
+
+
+def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    """A Markdown table; a bar inside a cell is escaped."""
+    lines = [head, tuple("---" for _ in head), *(tuple(cell.replace("|", r"\|") for cell in row) for row in rows)]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def unit(key: str) -> str:
+    """The unit that a key's ending names, empty for none."""
+    return next((name for ending, name in UNITS.items() if key.endswith(ending)), "")
+
+
+def allowed(schema: Schema) -> str:
+    """What a property of the scene's JSON Schema may be, in words."""
+    if "anyOf" in schema:
+        return " or ".join(allowed(each) for each in schema["anyOf"] if each.get("type") != "null")
+    if "$ref" in schema:
+        return f"table {schema['$ref'].rsplit('/', 1)[1].removesuffix('Model')}"
+    if "enum" in schema or "const" in schema:
+        return ", ".join(f"`{value}`" for value in schema.get("enum", [schema.get("const")]))
+    return {"boolean": lambda _: "true, false", "array": _array, "string": _text}.get(schema["type"], _number)(schema)
+
+
+def _text(schema: Schema) -> str:
+    return f"text, at most {schema['maxLength']} characters" if "maxLength" in schema else "text"
+
+
+def _array(schema: Schema) -> str:
+    if "prefixItems" in schema:
+        return f"({'; '.join(allowed(each) for each in schema['prefixItems'])})"
+    most = f", at most {schema['maxItems']}" if "maxItems" in schema else ""
+    return f"list of {allowed(schema['items'])}{most}"
+
+
+def _number(schema: Schema) -> str:
+    kind = "whole number" if schema["type"] == "integer" else "number"
+    low, high = schema.get("minimum", schema.get("exclusiveMinimum")), schema.get("maximum")
+    if low is None or high is None:
+        return kind
+    return f"{kind}, {'above ' if 'exclusiveMinimum' in schema else ''}{plain(low)} to {plain(high)}"
+
+
+def plain(value: float) -> str:
+    """A number as a person writes it: 5000, 0.05, 2e9."""
+    short, exact = f"{value:g}", f"{value:.10g}"
+    text = short if abs(value) >= 1e6 and float(short) == value else exact
+    return re.sub(r"e([+-])0*", lambda found: "e" + found[1].replace("+", ""), text)
+
+
+def default(key: str, schema: Schema, required: list[str]) -> str:
+    """The default of a property as a scene file would write it."""
+    if key in required:
+        return "required"
+    value = schema.get("default")
+    if value is None or "$ref" in schema:
+        return "none" if value is None else "its defaults"
+    if isinstance(value, bool | list | tuple):
+        return f"`{str(value).lower()}`"
+    return f'`"{value}"`' if isinstance(value, str) else f"`{plain(value)}`"
+
+
+def section(name: str) -> str:
+    """The keys of one table of the scene file."""
+    whole = SceneModel.model_json_schema()
+    model: Schema = whole if name == "SceneModel" else whole["$defs"][name]
+    required = model.get("required", [])
+    rows = [
+        (f"`{key}`", unit(key), allowed(schema), default(key, schema, required), schema.get("description", ""))
+        for key, schema in model["properties"].items()
+    ]
+    return table(("key", "unit", "allowed", "default", "remarks"), rows)
+
+
+def rest() -> str:
+    """Every path of the OpenAPI document, and the first sentence on it."""
+    paths = create_app([]).openapi()["paths"]
+    rows = [
+        (method.upper(), f"`{path}`", routes[method]["description"].split("\n")[0])
+        for path, routes in paths.items()
+        for method in METHODS
+        if method in routes
+    ]
+    return table(("method", "path", "what it does"), rows)
+
+
+def presets() -> str:
+    """The settings of each preset."""
+    names = [name for name in PRESETS if name != "documented"]
+    settings = [key for key in vars(PRESETS["balanced"]) if key not in ("name", "chain", "tracer", "sampler", "error_db")]
+    rows = [(f"`{key}`", *(f"{getattr(PRESETS[name], key):g}" for name in names)) for key in settings]
+    return table(("setting", *(f"`{name}`" for name in names)), rows)
+
+
+def materials() -> str:
+    """Every material, how it scatters by default, its gamma and the share of power that it mirrors."""
+    rows = [
+        (f"`{name}`", made.scattering, f"{db(made.gamma)} dB", f"{db(power_reflectivity(name))} dB")
+        for name, made in MATERIALS.items()
+    ]
+    return table(("material", "scattering", "gamma", "power reflectivity"), rows)
+
+
+def db(ratio: float) -> str:
+    """A power ratio in dB, to a tenth."""
+    return f"{10.0 * math.log10(ratio) + 0.0:.3g}"
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "scene": lambda: section("SceneModel"),
+    "origin": lambda: section("OriginModel"),
+    "radar": lambda: section("RadarModel"),
+    "own-ship": lambda: section("OwnShipModel"),
+    "environment": lambda: section("EnvironmentModel"),
+    "body": lambda: section("BodyModel"),
+    "waypoint": lambda: section("WaypointModel"),
+    "interference": lambda: section("InterferenceModel"),
+    "materials": materials,
+    "presets": presets,
+    "rest": rest,
+}
+
+
+def renewed(text: str) -> str:
+    """A document with each of its tables as the code has them now. Raises KeyError for a table of another name."""
+    return BLOCK.sub(lambda found: found[1] + TABLES[found[2]]() + found[3], text)
+
+
+if __name__ == "__main__":
+    for document in sorted(DOCS.rglob("*.md")):
+        document.write_text(renewed(document.read_text(encoding="utf-8")), encoding="utf-8")
