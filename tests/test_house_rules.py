@@ -1,0 +1,127 @@
+"""Rules of the house besides imports: names of the field, short files, nobody reaches into another's private attributes, and
+tests that mirror the tree."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import median
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCES = [*sorted((ROOT / "radar_service").rglob("*.py")), *sorted((ROOT / "clients" / "ppi").rglob("*.py"))]
+TESTS = sorted((ROOT / "tests").rglob("*.py"))
+MAX_LINES = 300  # of a file
+MAX_MEDIAN = 8  # lines of a function, its docstring not counted
+EMPTY_NAMES = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")
+PUBLIC_UNDERSCORE = ("_replace", "_asdict", "_fields", "_repr_png_", "_make")  # of named tuples and notebooks
+
+# Retired identifiers, by folder. Scene keys, wire keys, options and prose are not concerned.
+RETIRED = {
+    "": (
+        "Course", "smooth_course", "exact_course", "SweptEchoes", "Glance", "glance", "Moment", "Instants", "Ensemble", "ensemble_of",
+        "Reflections", "Reflectors", "Reflection", "Fleet", "Stand", "Stands", "stand_at", "stands_before", "hides_own",
+        "Landscape", "landscape", "Held", "TurnRows", "KnownRows", "BeamRows", "under_beam", "swept_by_interval", "BeamPassing",
+        "Tubes", "hollow", "Pieces", "lay", "laid", "lay_swept", "Blanking", "blanking", "fewest", "fineness", "swept_together",
+        "TruthTeller", "CorrectedChain", "DocumentedChain", "knobs", "ledger", "Ledger", "leaving_out", "idle_effects", "left_out",
+        "nearest_approach", "Ahead", "bearable", "Outlet", "Guard", "Door", "SceneShelf", "Yes", "twin", "FEW", "FINER",
+        "said", "wanted", "told", "doubts", "odd_places",
+    ),
+    "radar_service/receive": ("drawn", "deaf"),
+    "radar_service/stream": ("say", "again", "coming", "follow_with", "shaped", "journal", "mailbox"),
+    "radar_service/study": ("surface_twin", "anchors", "sheet", "still"),
+    "radar_service/propagation": ("way", "_mirror"),
+}  # fmt: skip
+
+
+def name_of(file: Path) -> str:
+    """The file's path below the project's folder."""
+    return file.relative_to(ROOT).as_posix()
+
+
+def identifiers(tree: ast.AST) -> Iterator[str]:
+    """All names that a module defines or uses, but for those inside strings."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name) | ast.Attribute(attr=name) | ast.arg(arg=name) | ast.alias(name=name):
+                yield from name.split(".")
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                yield name
+
+
+@pytest.mark.parametrize("file", SOURCES, ids=name_of)
+def test_no_retired_identifier_returns(file: Path) -> None:
+    retired = {name for folder, names in RETIRED.items() if name_of(file).startswith(folder) for name in names}
+    used = retired & {*identifiers(ast.parse(file.read_text(encoding="utf-8"))), *Path(name_of(file)).with_suffix("").parts}
+    assert not used, f"{name_of(file)} uses {', '.join(sorted(used))}: docs/glossary.md has the words in use"
+
+
+@pytest.mark.parametrize("file", SOURCES, ids=name_of)
+def test_names_say_what_a_thing_is(file: Path) -> None:
+    empty = [part for part in Path(name_of(file)).with_suffix("").parts if part in EMPTY_NAMES]
+    assert not empty, f"{name_of(file)}: {empty[0]} says nothing about the radar; name it for what it does"
+
+
+@pytest.mark.parametrize("file", SOURCES, ids=name_of)
+def test_files_are_short(file: Path) -> None:
+    lines = len(file.read_text(encoding="utf-8").splitlines())
+    assert lines <= MAX_LINES, f"{name_of(file)} has {lines} lines, more than {MAX_LINES}: split it by responsibility"
+
+
+def body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Lines of a function's body without its docstring."""
+    body = function.body
+    if isinstance(body[0], ast.Expr) and isinstance(body[0].value, ast.Constant) and isinstance(body[0].value.value, str):
+        body = body[1:]
+    return sum((node.end_lineno or node.lineno) - node.lineno + 1 for node in body)
+
+
+def test_functions_are_short() -> None:
+    functions = [
+        node
+        for file in SOURCES
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
+    assert median(map(body_lines, functions)) < MAX_MEDIAN
+
+
+def private_reaches(tree: ast.AST) -> Iterator[str]:
+    """Private attributes of other objects, and private names of other modules, that a module uses."""
+    own = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    for node in ast.walk(tree):
+        match node:
+            case ast.Attribute(value=value, attr=attr) if attr.startswith("_") and not attr.startswith("__"):
+                owner = ast.unparse(value)
+                if attr not in PUBLIC_UNDERSCORE and owner not in ("self", "cls", "other", "super()", *own):
+                    yield f"{owner}.{attr} (line {node.lineno})"
+            case ast.ImportFrom(module=module, names=names) if module and module.split(".")[0] in (
+                "radar_service",
+                "clients",
+            ):
+                yield from (f"{module}.{a.name}" for a in names if a.name.startswith("_") and not a.name.startswith("__"))
+
+
+@pytest.mark.parametrize("file", [*SOURCES, *TESTS], ids=name_of)
+def test_nobody_reaches_into_private_attributes(file: Path) -> None:
+    reaches = list(private_reaches(ast.parse(file.read_text(encoding="utf-8"))))
+    assert not reaches, f"{name_of(file)} reaches into {', '.join(reaches)}: give what it needs a public name"
+
+
+def test_reaches_are_found() -> None:
+    source = "from radar_service.plan.plan import _head\nclass A:\n    def f(self, b):\n        return self._x, A._y, b._z, b._replace()\n"
+    assert list(private_reaches(ast.parse(source))) == ["radar_service.plan.plan._head", "b._z (line 4)"]
+
+
+def mirrored(file: Path) -> list[Path]:
+    """Where the tests of a module stand: radar_service/echo/moving.py has tests/echo/test_moving.py."""
+    parts = list(file.relative_to(ROOT).with_suffix("").parts)
+    parts = parts[1:] if parts[0] == "radar_service" else ["clients", *parts[2:]]
+    stem = parts[-1].strip("_")
+    return [ROOT / "tests" / Path(*parts[:-1]) / f"test_{stem}.py"]
+
+
+@pytest.mark.parametrize("file", [f for f in SOURCES if f.name != "__init__.py"], ids=name_of)
+def test_each_module_has_a_namesake_test(file: Path) -> None:
+    places = mirrored(file)
+    assert any(place.is_file() for place in places), f"{name_of(file)} has no {name_of(places[0])}"
