@@ -1,15 +1,14 @@
-"""The specification's chain exactly as printed: rays, hits, chirps, matched filter, Gaussian. The base line of every chart.
+"""The specification exactly as printed: rays, hits, chirps, matched filter, Gaussian. It is the base line of every chart.
 
-Its amplitudes are relative (eq. 8 has no transmitter in it) and its mistakes are kept (DESIGN section 3). What it adds is
-only what the print leaves open: bearings run as everywhere else in the project (row 8), the radar and the bodies stand
-where they are at the time of each spoke, own ship carries the ground plane along, and `point` bodies exist.
+Its amplitudes are relative, as eq. 8 has no transmitter, and its errors are kept (docs/specification.md#errata). It adds only
+what the print leaves open. Bearings run as everywhere in the project (row 8). Radar and bodies have their poses at the time of
+each spoke. The ground plane moves with own ship. Bodies may be points.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.frames import body_rotation, direction, effective_earth_radius, polar_from_map, wrap_angle
@@ -20,20 +19,20 @@ from radar_service.radar.patterns import printed_two_way
 from radar_service.random import RAYS, generator
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_phase, pulse_times, sample_delay, window
 from radar_service.receive.detection import beam_spread, detect
+from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Motion, Scene
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.moller_trumbore import TriangleList
 from radar_service.trace.ray_sampling import REACH, azimuth_offsets, elevation_offsets
-
-Floats = NDArray[np.float64]
+from radar_service.types import Floats, Indices, Profiles, Singles
 
 TRACERS: dict[str, type[TriangleScene] | type[TriangleList]] = {"embree": TriangleScene, "moller_trumbore": TriangleList}
-SAME_PLACE = 1e-9  # of the range: a point that lies on a surface is not hidden by it
+ON_SURFACE = 1e-9  # of the range: a surface does not occlude a point that lies on it
 
 
 @dataclass(frozen=True)
 class Hits:
-    """What the rays of one azimuth met, all (H,): slant range, height above the sea [m]; offsets from boresight [rad]."""
+    """Hits (H,) of the rays of one azimuth: slant range and height above the sea [m], offsets from boresight [rad]."""
 
     range: Floats
     azimuth: Floats
@@ -43,11 +42,19 @@ class Hits:
 
 @dataclass(frozen=True)
 class Solid:
-    """A body's triangles and where they stand: position (3,) [m] and rotation (3, 3) map_from_body."""
+    """A body's triangles, their position (3,) on the map [m] and rotation (3, 3) map_from_body."""
 
     triangles: TriangleScene | TriangleList
     position: Floats
     rotation: Floats
+
+
+@dataclass(frozen=True)
+class Traced:
+    """Triangles in their own frame, ready for rays, and their motion."""
+
+    triangles: TriangleScene | TriangleList
+    motion: Motion
 
 
 class DocumentedEngine:
@@ -63,17 +70,17 @@ class DocumentedEngine:
         meshes = [(body.mesh.vertices, body.mesh.faces, body.motion) for body in scene.bodies if body.mesh is not None]
         if scene.environment.ground_plane:
             meshes.append((*ground_plane(2.0 * radar.range_max), scene.own_ship))
-        self._solids = [tracer(vertices, faces) for vertices, faces, _ in meshes]
-        self._solid_motions = [motion for *_, motion in meshes]
-        self._point_motions = [body.motion for body in scene.bodies if body.mesh is None]
+        self._traced = [Traced(tracer(vertices, faces), motion) for vertices, faces, motion in meshes]
+        self._poses = BodyPoses(self._traced)
+        self._point_poses = BodyPoses([body for body in scene.bodies if body.mesh is None])
         self._transmitted = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
         self._window = window(radar.window, self._transmitted.size)
 
-    def tiles(self, scan: int) -> Iterator[tuple[int, NDArray[np.complex64], NDArray[np.float32]]]:
+    def tiles(self, scan: int) -> Iterator[tuple[int, Profiles, Singles]]:
         """One revolution in one piece, as eq. 19 needs all of it: index 0 of its first azimuth, field and power."""
         yield 0, *self.scan(scan)
 
-    def scan(self, number: int) -> tuple[NDArray[np.complex64], NDArray[np.float32]]:
+    def scan(self, number: int) -> tuple[Profiles, Singles]:
         """Field (A, N) before detection and power (A, N) after eqs. 18 and 19 of the scan of that number, 0 the first."""
         radar = self._scene.radar
         field = np.empty((radar.azimuths, radar.bins), dtype=np.complex64)
@@ -82,7 +89,7 @@ class DocumentedEngine:
         power = beam_spread(detect(field), radar.beamwidth, radar.azimuth_step)  # eqs. 18, 19
         return field, power.astype(np.float32)
 
-    def azimuth_field(self, scan: int, index: int) -> NDArray[np.complex64]:
+    def azimuth_field(self, scan: int, index: int) -> Profiles:
         """Compressed field (N,) of one azimuth, relative amplitude: eqs. 4 to 15."""
         radar = self._scene.radar
         time = (scan * radar.azimuths + index) * radar.spoke_period
@@ -100,7 +107,7 @@ class DocumentedEngine:
         return compress(received, self._transmitted, self._window, radar.bins).astype(np.complex64)
 
     def amplitude(self, hits: Hits) -> Floats:
-        """Amplitude (H,) of each hit, relative; a declared cross-section has no place in it. Source: seed eq. 8."""
+        """Amplitude (H,) of each hit, relative; declared cross-sections do not enter. Source: seed eq. 8."""
         radar, environment = self._scene.radar, self._scene.environment
         gain = printed_two_way(hits.azimuth, hits.elevation, radar.beamwidth, radar.beamwidth_el)
         loss = printed_atmosphere(hits.range, environment.gas_db_per_km)
@@ -124,7 +131,7 @@ class DocumentedEngine:
         return power
 
     def _hits(self, boresight: float, time: float, random: np.random.Generator) -> Hits:
-        """Rays of one azimuth [rad] at `time` [s] and what they meet; each point body that nothing hides is one hit more."""
+        """Hits of the rays of one azimuth [rad] at `time` [s]; each visible point body adds one."""
         radar = self._scene.radar
         antenna = self._scene.antenna(time)[0]
         solids = self._in_sector(boresight, antenna, time)
@@ -139,43 +146,37 @@ class DocumentedEngine:
         return Hits(distance[met], azimuth[met], elevation[met], height)
 
     def _in_sector(self, boresight: float, antenna: Floats, time: float) -> list[Solid]:
-        """The bodies whose bounding sphere reaches into the rays of this azimuth, where they stand."""
-        if not self._solids:
+        """The bodies whose bounding sphere reaches into the rays of this azimuth."""
+        if not self._traced:
             return []
         radar = self._scene.radar
-        position, heading = poses_of(self._solid_motions, time)
-        rotations = [body_rotation(h) for h in heading]
-        centre = position + np.array([r @ t.centre for r, t in zip(rotations, self._solids, strict=True)])
-        radius = np.array([t.radius for t in self._solids])
+        poses, triangles = self._poses.each_at(time), [traced.triangles for traced in self._traced]
+        rotations = [body_rotation(pose.heading) for pose in poses]
+        position = np.array([pose.position for pose in poses])
+        centre = position + np.array([r @ t.centre for r, t in zip(rotations, triangles, strict=True)])
+        radius = np.array([t.radius for t in triangles])
         polar = polar_from_map(centre, antenna, np.inf)
         half = np.arcsin(np.minimum(radius / np.maximum(polar.distance, radius), 1.0))
         off = np.abs(wrap_angle(polar.azimuth - boresight))
         inside = (polar.distance <= radius) | (off <= REACH * radar.beamwidth + half)
         chosen = np.flatnonzero(inside & (polar.range - radius < radar.range_max))
-        return [Solid(self._solids[k], position[k], rotations[k]) for k in chosen]
+        return [Solid(triangles[k], position[k], rotations[k]) for k in chosen]
 
     def _point_hits(self, boresight: float, antenna: Floats, time: float, solids: list[Solid]) -> Hits:
-        """Points within 1.5 beamwidths both ways that no surface hides, as hits."""
+        """Points within 1.5 beamwidths both ways that no surface occludes, as hits."""
         radar = self._scene.radar
-        places, _ = poses_of(self._point_motions, time)
-        polar = polar_from_map(places, antenna, np.inf)
+        positions = self._point_poses.at(np.array([time])).position[0]
+        polar = polar_from_map(positions, antenna, np.inf)
         azimuth = wrap_angle(polar.azimuth - boresight)
         elevation = polar.elevation - radar.tilt
         inside = (np.abs(azimuth) <= REACH * radar.beamwidth) & (np.abs(elevation) <= REACH * radar.beamwidth_el)
         chosen = np.flatnonzero(inside)
-        in_front = nearest(solids, antenna, direction(polar.azimuth[chosen], polar.elevation[chosen]))
-        seen = chosen[in_front >= polar.range[chosen] * (1.0 - SAME_PLACE)]
-        return Hits(polar.range[seen], azimuth[seen], elevation[seen], places[seen, 2])
+        first_hit = nearest(solids, antenna, direction(polar.azimuth[chosen], polar.elevation[chosen]))
+        visible = chosen[first_hit >= polar.range[chosen] * (1.0 - ON_SURFACE)]
+        return Hits(polar.range[visible], azimuth[visible], elevation[visible], positions[visible, 2])
 
 
-def poses_of(motions: list[Motion], time: float) -> tuple[Floats, Floats]:
-    """Positions (K, 3) [m] and headings (K,) [rad] of motions at `time` [s]."""
-    poses = [motion.pose(time) for motion in motions]
-    position = np.array([pose.position[0] for pose in poses]).reshape(-1, 3)
-    return position, np.array([pose.heading[0] for pose in poses], dtype=np.float64)
-
-
-def ground_plane(reach: float) -> tuple[Floats, NDArray[np.int64]]:
+def ground_plane(reach: float) -> tuple[Floats, Indices]:
     """The plane z = 0 out to `reach` [m] each way, as vertices (4, 3) and two triangles (2, 3). Source: seed fig. 2."""
     corners = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]) * reach
     return corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int64)
@@ -188,6 +189,6 @@ def nearest(solids: list[Solid], antenna: Floats, rays: Floats) -> Floats:
         origin, local = (antenna - solid.position) @ solid.rotation, rays @ solid.rotation
         triangle = solid.triangles.first_hit(origin, local)
         hit = np.flatnonzero(triangle >= 0)
-        found = solid.triangles.hit_distance(triangle[hit], origin, local[hit])
-        distance[hit] = np.minimum(distance[hit], np.where(found > 0, found, np.inf))
+        along = solid.triangles.hit_distance(triangle[hit], origin, local[hit])
+        distance[hit] = np.minimum(distance[hit], np.where(along > 0, along, np.inf))
     return distance

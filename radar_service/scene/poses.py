@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from radar_service.frames import body_rotation, map_from_body, wrap_bearing
-from radar_service.scene.world import Body, Mesh
+from radar_service.scene.world import Body, Mesh, Motion
 from radar_service.types import Floats, Indices
 
 
@@ -38,10 +38,17 @@ class PoseArrays(NamedTuple):
     heading: Floats
 
 
+class HasMotion(Protocol):
+    """Anything that moves."""
+
+    @property
+    def motion(self) -> Motion: ...
+
+
 class BodyPoses:
     """The motions of bodies (B,), evaluated together. moving: indices of the bodies that do not rest."""
 
-    def __init__(self, bodies: Sequence[Body]) -> None:
+    def __init__(self, bodies: Sequence[HasMotion]) -> None:
         self._motions = [body.motion for body in bodies]
         self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
         self._with_legs = {int(b) for b in self.moving if len(self._motions[b].time) > 1}
