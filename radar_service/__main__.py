@@ -31,8 +31,9 @@ from radar_service.scan import Scan, save_scans, scan_of
 from radar_service.scattering.physical_optics.mesh_quality import mesh_quality
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
-from radar_service.scene.load import IN_PROCESS, load_scene
-from radar_service.scene.sandbox import Sandbox
+from radar_service.scene.files.mesh_reader import IN_PROCESS
+from radar_service.scene.files.sandbox import Sandbox
+from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
 from radar_service.stream import journal
@@ -175,9 +176,11 @@ def run_serve(wanted: argparse.Namespace) -> int:
     journal.write(wanted.log)
     factory = partial(simulator_of, wanted=wanted, threads=wanted.threads)
     settings, sandbox = Settings(pace=wanted.pace), Sandbox()
-    builder = sandbox if wanted.sandbox_all else IN_PROCESS
+    reader = sandbox if wanted.sandbox_all else IN_PROCESS
     stations = [
-        Station(str(k), factory(load_scene(source, builder=builder)), factory, settings=settings, allow_truth=wanted.truth)
+        Station(
+            str(k), factory(load_scene(source, mesh_reader=reader)), factory, settings=settings, allow_truth=wanted.truth
+        )
         for k, source in enumerate(wanted.scenes or [DEFAULT_SCENE])
     ]
     app = create_app(
@@ -188,7 +191,7 @@ def run_serve(wanted: argparse.Namespace) -> int:
     listener = listening_socket(wanted.host, wanted.port)
     for wish in (signal.SIGTERM, signal.SIGINT):
         signal.signal(wish, lambda *_: None)  # uvicorn stops at either and raises it again, which must not be our end
-    server = Server(config, stations, sandbox.warm)
+    server = Server(config, stations, sandbox.start)
     if wanted.exit_when_failed:
         for station in stations:
             station.failed = server.give_up

@@ -5,8 +5,10 @@ import numpy as np
 from radar_service.echo.second_time_around import apparent_range
 from radar_service.frames import map_from_body, polar_from_map, wrap_bearing
 from radar_service.records import BodyTruth, Truth
+from radar_service.scene.body import Body
 from radar_service.scene.geo import geographic_from_map
-from radar_service.scene.world import Body, Pose, Scene
+from radar_service.scene.motion import Pose
+from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
 from radar_service.types import Floats

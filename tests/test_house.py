@@ -24,7 +24,7 @@ BELOW: dict[str, tuple[str, ...]] = {
 }
 CLIENT_MAY = ("radar_service.stream.codecs.native", "radar_service.display", "radar_service.scan_file")
 HOMES = {
-    "trimesh": ("radar_service.scene",),
+    "trimesh": ("radar_service.scene.files",),
     "pyproj": ("radar_service.scene",),
     "embreex": ("radar_service.trace.embree",),
     "fastapi": ("radar_service.stream.http",),
@@ -144,6 +144,7 @@ def test_the_whole_house_is_checked() -> None:
         ("radar_service.scattering.rays", "trimesh", "trimesh lives in"),
         ("radar_service.trace.ray_sampling", "embreex.rtcore_scene", "embreex lives in"),
         ("radar_service.scene.world", "pydantic", "pydantic lives in"),
+        ("radar_service.scene.body", "radar_service.scene.files.mesh", "do not read files"),
         ("radar_service.simulator", "uvicorn", "uvicorn lives in"),
         ("clients.ppi.client", "fastapi", "fastapi lives in"),
     ],

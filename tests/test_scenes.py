@@ -15,7 +15,7 @@ from radar_service.display.video import Controls, display_video, layout
 from radar_service.frames import map_from_body
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scattering.scatterer_set import antenna_from
-from radar_service.scene.world import Body
+from radar_service.scene.body import Body
 from radar_service.trace.occluder import BodyPose
 from tests.reference import make_scenes
 from tests.scattering.physical_optics.meshes import cross_section, decibels

@@ -11,7 +11,7 @@ import radar_service as rs
 from radar_service.engine.pipeline import CorrectedChain
 from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
-from radar_service.scene.world import Motion
+from radar_service.scene.motion import Motion
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import BodyPose
 from tests.scenes import point

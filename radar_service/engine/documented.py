@@ -19,8 +19,9 @@ from radar_service.radar.patterns import printed_two_way
 from radar_service.random import RAYS, generator
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_phase, pulse_times, sample_delay, window
 from radar_service.receive.detection import beam_spread, detect
+from radar_service.scene.motion import Motion
 from radar_service.scene.poses import BodyPoses
-from radar_service.scene.world import Motion, Scene
+from radar_service.scene.world import Scene
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.moller_trumbore import TriangleList
 from radar_service.trace.ray_sampling import REACH, azimuth_offsets, elevation_offsets

@@ -34,7 +34,8 @@ from radar_service.receive.interference import Interference
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.physical_optics.beam_crossing import BeamCrossing
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.body import Body
+from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Flags, Floats, Profiles, Singles

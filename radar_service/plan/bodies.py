@@ -6,7 +6,8 @@ from radar_service.fidelity import Fidelity
 from radar_service.plan.items import PlanItem
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.scattering.models import scattering_model
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.body import Body
+from radar_service.scene.world import Scene
 
 
 def bodies(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:

@@ -6,7 +6,9 @@ A motion's path is its legs on the map; the last one goes on to FAR. Paths are c
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.scene.world import Body, Motion, Scene
+from radar_service.scene.body import Body
+from radar_service.scene.motion import Motion
+from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
 FAR = 1e8  # m along the last leg: beyond any range that a radar may have

@@ -19,7 +19,8 @@ from radar_service.propagation.radar_equation import elevation_gain, received_am
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scattering.models import scattering_model
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.body import Body
+from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
 MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
@@ -62,7 +63,7 @@ class Culling:
             environment = replace(environment, multipath=False)
         if "gas" in self.effects:
             environment = replace(environment, gas_db_per_km=0.0)
-        return replace(scene, environment=environment)
+        return scene.with_world(environment=environment)
 
 
 def cull(scene: Scene, fidelity: Fidelity) -> Culling:

@@ -12,7 +12,7 @@ from radar_service.plan.multipath_error import multipath_error_db
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.radar.parameters import Radar
-from radar_service.scene.doubts import pulse_doppler_shift
+from radar_service.scene.checks.validity import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.trace.ray_sampling import missed_area_range
 

@@ -7,7 +7,8 @@ import numpy as np
 from radar_service.frames import effective_earth_radius
 from radar_service.propagation.multipath import specular_geometry, two_ray_factor
 from radar_service.propagation.sea_surface import rms_wave_height
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.body import Body
+from radar_service.scene.world import Scene
 
 RAMP = 0.67  # rms of 2 F m dphi over rms of F^2, phases even and m = 1: 2 sqrt(2) / sqrt(6), over sqrt(3) of a ramp
 LEAST_DISTANCE = 10.0  # m

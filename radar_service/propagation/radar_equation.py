@@ -10,7 +10,7 @@ from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import quick_gain
 from radar_service.radar.parameters import Radar
-from radar_service.scene.world import Environment
+from radar_service.scene.environment import Environment
 from radar_service.types import Complexes, Floats
 
 

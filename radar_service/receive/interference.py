@@ -16,7 +16,8 @@ from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.random import INTERFERENCE, generator
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
-from radar_service.scene.world import Interferer, Scene
+from radar_service.scene.environment import Interferer
+from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -23,6 +23,7 @@ from radar_service.scattering.surface_sampling import (
     sample_surface,
     triangle_frames,
 )
+from radar_service.scene.body import Body
 from radar_service.scene.poses import (
     BodyPoses,
     PoseArrays,
@@ -31,7 +32,7 @@ from radar_service.scene.poses import (
     pose_at,
     rotated_from_bodies,
 )
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.types import Flags, Floats, Indices
 

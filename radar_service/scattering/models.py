@@ -4,7 +4,7 @@ from radar_service.scattering.fixed_scatterers import DeclaredScattering, Diffus
 from radar_service.scattering.model import ScatteringModel
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.rays import RaySampledSurfaces
-from radar_service.scene.world import Body
+from radar_service.scene.body import Body
 
 SCATTERING_MODELS: dict[str, type[ScatteringModel]] = {
     "rcs": DeclaredScattering,

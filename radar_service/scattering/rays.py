@@ -17,8 +17,9 @@ from radar_service.radar.parameters import Radar
 from radar_service.random import CAST, generator
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
+from radar_service.scene.body import Body
 from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.ray_sampling import missed_area_range, rays_round
 from radar_service.trace.ray_target import RayTarget, sea_range

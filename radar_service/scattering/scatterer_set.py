@@ -7,7 +7,7 @@ import numpy as np
 
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.models import scattering_model
-from radar_service.scene.world import Body
+from radar_service.scene.body import Body
 from radar_service.types import Floats, Indices
 
 

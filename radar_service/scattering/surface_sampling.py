@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.fidelity import MIN_SCATTERERS
-from radar_service.scene.world import Mesh
+from radar_service.scene.body import Mesh
 from radar_service.types import Complexes, Floats, Indices
 
 MAX_SCATTERERS = 1_500_000  # on one body: some 250 MB while they are spread

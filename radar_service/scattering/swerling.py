@@ -6,7 +6,7 @@ import numpy as np
 
 from radar_service.block_cache import BlockCache
 from radar_service.random import FLUCTUATION, generator
-from radar_service.scene.world import Body
+from radar_service.scene.body import Body
 from radar_service.types import Floats, Indices, Singles
 
 DRAWS_PER_BLOCK = 16  # azimuths drawn together: setting up a generator costs as much as some 30 draws

@@ -1,7 +1,7 @@
-"""Attenuation by the gases of the air near the ground: Recommendation ITU-R P.676-10 (2013), Annex 2.
+"""Attenuation by atmospheric gases near the ground: Recommendation ITU-R P.676-10 (2013), Annex 2.
 
-The approximate formulas of that edition, for sea level. Against the sum over all lines (P.676-12, Annex 1; 0.01327 dB/km at
-9.41 GHz) they err by 2 % at X band and by up to 8 % elsewhere below 54 GHz.
+The approximate formulas of that edition are for sea level. Their error against the sum over all lines (P.676-12,
+Annex 1; 0.01327 dB/km at 9.41 GHz) is 2 % at X band, and up to 8 % elsewhere below 54 GHz.
 """
 
 import math
@@ -11,13 +11,13 @@ from radar_service.scene.error import SceneError
 PRESSURE_HPA = 1013.25
 TEMPERATURE = 288.15  # K
 VAPOUR_G_M3 = 7.5
-MAX_FREQUENCY = 54e9  # Hz: above begin the oxygen lines at 60 GHz, for which the annex has other formulas
+MAX_FREQUENCY = 54e9  # Hz: the oxygen lines at 60 GHz have other formulas
 
 
 def gas_attenuation_db_per_km(frequency: float) -> float:
-    """One-way attenuation [dB/km] at `frequency` [Hz] in the reference air: 1013.25 hPa, 15 C, 7.5 g/m3 of water vapour.
+    """Returns one-way attenuation [dB/km] at `frequency` [Hz] in air of 1013.25 hPa, 15 C, 7.5 g/m3 of water vapour.
 
-    Oxygen and water vapour together (P.676-10, Annex 2, eqs. 22a and 23a). Raises SceneError above 54 GHz.
+    The sum of oxygen and water vapour (P.676-10, Annex 2, eqs. 22a and 23a). Raises SceneError below 1 and above 54 GHz.
     """
     if not 1e9 <= frequency <= MAX_FREQUENCY:
         raise SceneError(f'environment.gas_db_per_km: "itu" covers 1 to 54 GHz, not {frequency / 1e9:g} GHz; give a number')
@@ -26,7 +26,7 @@ def gas_attenuation_db_per_km(frequency: float) -> float:
 
 
 def oxygen_db_per_km(f_ghz: float) -> float:
-    """Attenuation by dry air [dB/km] below 54 GHz (P.676-10, Annex 2, eq. 22a)."""
+    """Returns the attenuation by dry air [dB/km] below 54 GHz (P.676-10, Annex 2, eq. 22a)."""
     p, t = PRESSURE_HPA / 1013.0, 288.0 / TEMPERATURE
     xi1 = _phi(p, t, 0.0717, -1.8132, 0.0156, -1.6515)
     xi2 = _phi(p, t, 0.5146, -4.6368, -0.1921, -5.7416)
@@ -54,7 +54,7 @@ _LINES = (
 
 
 def vapour_db_per_km(f_ghz: float) -> float:
-    """Attenuation by water vapour [dB/km] (P.676-10, Annex 2, eqs. 23a to 23d)."""
+    """Returns the attenuation by water vapour [dB/km] (P.676-10, Annex 2, eqs. 23a to 23d)."""
     p, t = PRESSURE_HPA / 1013.0, 288.0 / TEMPERATURE
     eta1 = 0.955 * p * math.pow(t, 0.68) + 0.006 * VAPOUR_G_M3  # eq. 23b
     eta2 = 0.735 * p * math.sqrt(t) + 0.0353 * t**4 * VAPOUR_G_M3  # eq. 23c

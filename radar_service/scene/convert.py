@@ -1,4 +1,4 @@
-"""The radar and the environment of the scene model in SI and radians."""
+"""Converts the radar and the environment of the scene model to SI units and radians."""
 
 import math
 from dataclasses import replace
@@ -6,15 +6,16 @@ from dataclasses import replace
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
+from radar_service.scene.environment import Environment, Interferer
 from radar_service.scene.error import SceneError
 from radar_service.scene.interference_model import InterferenceModel
 from radar_service.scene.model import EnvironmentModel
-from radar_service.scene.radar_model import RadarModel, antenna_pattern, fastest_rpm
-from radar_service.scene.world import Environment, Interferer, Scene
+from radar_service.scene.radar_model import RadarModel, antenna_pattern, max_rpm
+from radar_service.scene.world import Scene
 
 
 def radar_from_model(model: RadarModel) -> Radar:
-    """The radar in SI: angles in radians, gains and losses as power ratios."""
+    """Returns the radar in SI units: angles in radians, gains and losses as power ratios."""
     pattern = antenna_pattern(model.pattern, model)
     default_el = pattern if not isinstance(model.pattern, tuple) else PATTERNS["sinc2"]
     return Radar(
@@ -49,19 +50,19 @@ def radar_from_model(model: RadarModel) -> Radar:
 
 
 def scene_at_rpm(scene: Scene, rpm: float) -> Scene:
-    """The scene with its radar turning at another rate, as if its file said so. SceneError where the loader would refuse:
-    of its rules, the rate enters into the pulses that a spoke needs alone."""
+    """Returns the scene with another rotation rate of its radar. Raises SceneError if a spoke then has no pulse of its own,
+    the only rule of the loader that depends on the rate."""
     radar = scene.radar
-    if radar.prf is not None and rpm > fastest_rpm(radar.prf, radar.azimuths):
+    if radar.prf is not None and rpm > max_rpm(radar.prf, radar.azimuths):
         raise SceneError(
-            f"rpm: {rpm:g} makes {radar.azimuths * rpm / 60.0:g} spokes a second, more than the {radar.prf:g} pulses of the "
-            f"scene's prf_hz; give {60.0 * radar.prf / radar.azimuths:g} at most, or a scene with a higher prf_hz"
+            f"rpm: {rpm:g} gives {radar.azimuths * rpm / 60.0:g} spokes a second, more than the {radar.prf:g} pulses of the "
+            f"scene's prf_hz; give at most {60.0 * radar.prf / radar.azimuths:g}, or use a scene with a higher prf_hz"
         )
     return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm))
 
 
 def interferer_from_model(model: InterferenceModel) -> Interferer:
-    """Another radar in SI."""
+    """Returns an interfering radar in SI units."""
     return Interferer(
         bearing=math.radians(model.bearing_deg or 0.0),
         position=model.position_m,
@@ -75,7 +76,7 @@ def interferer_from_model(model: InterferenceModel) -> Interferer:
 
 
 def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment:
-    """The environment in SI; "itu" gas becomes its attenuation at the radar's frequency. SceneError above 54 GHz."""
+    """Returns the environment in SI units, with "itu" gas at the radar's frequency. Raises SceneError above 54 GHz."""
     factors = {"4/3": 4.0 / 3.0, "flat": math.inf}
     gas = model.gas_db_per_km
     return Environment(

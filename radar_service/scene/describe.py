@@ -1,4 +1,4 @@
-"""A scene in words, for `radar-service check`, and its JSON Schema, for editors."""
+"""Describes a scene in text for `radar-service check`, and gives the JSON Schema of scene files for editors."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,18 +10,20 @@ import numpy as np
 from radar_service.constants import KNOT
 from radar_service.frames import effective_earth_radius, polar_from_map
 from radar_service.radar.parameters import Radar
+from radar_service.scene.body import Body
 from radar_service.scene.model import SceneModel
-from radar_service.scene.world import Body, Motion, Scene
+from radar_service.scene.motion import Motion
+from radar_service.scene.world import Scene
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
-NOTHING: Mapping[str, Sequence[str]] = MappingProxyType({})
+NO_REMARKS: Mapping[str, Sequence[str]] = MappingProxyType({})
 TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam (DESIGN section 3, row 2)
 
 
-def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NOTHING) -> str:
-    """What the scene contains, as text of many lines: the radar's derived numbers, each body at t = 0, warnings.
+def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) -> str:
+    """Returns a description of many lines: the radar's derived numbers, each body at t = 0, the warnings.
 
-    remarks: what else there is to say of bodies, by their names.
+    remarks: further lines about bodies, by their names.
     """
     lines = [f"scene       {scene.name}"]
     if scene.origin is not None:
@@ -36,37 +38,37 @@ def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NOTHING) -> st
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a scene file."""
+    """Returns the JSON Schema (draft 2020-12) of a scene file."""
     schema = SceneModel.model_json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
 def two_way_beamwidth(radar: Radar) -> float | None:
-    """Half-power width of the beam out and back [rad], where one number says it: for the sinc^2 and Gaussian patterns."""
-    shares = {"sinc2": TWO_WAY_SINC2, "gaussian": math.sqrt(0.5)}
-    share = shares.get(radar.pattern.name)
-    return None if share is None else share * radar.beamwidth
+    """Returns the two-way half-power beamwidth [rad] of the sinc^2 and Gaussian patterns; None for others."""
+    ratios = {"sinc2": TWO_WAY_SINC2, "gaussian": math.sqrt(0.5)}
+    ratio = ratios.get(radar.pattern.name)
+    return None if ratio is None else ratio * radar.beamwidth
 
 
 def far_field(radar: Radar) -> float:
-    """Range [m] from which the beam is formed: 2 D^2 / lambda of a uniform aperture D that has the narrower beamwidth."""
+    """Returns the far-field range [m]: 2 D^2 / lambda of a uniform aperture D that has the narrower beamwidth."""
     aperture = APERTURE * radar.wavelength / min(radar.beamwidth, radar.beamwidth_el)
     return 2.0 * aperture**2 / radar.wavelength
 
 
 def _bearing(angle: float) -> str:
-    """A bearing [rad] in degrees, 000.0 to 359.9."""
+    """Returns a bearing [rad] in degrees, 000.0 to 359.9."""
     return f"{round(math.degrees(angle), 1) % 360.0:05.1f}"
 
 
 def _straddling(radar: Radar) -> str:
-    """What half-way between spokes is lost, where that is more than half the power."""
+    """Returns text with the straddling loss half-way between spokes, if it exceeds 3 dB."""
     steps = radar.beamwidth / radar.azimuth_step
     if radar.pattern.name != "sinc2" or TWO_WAY_SINC2 * steps >= 1.0:
         return ""
     offset = APERTURE / (2.0 * steps)
     loss_db = -40.0 * math.log10(max(abs(np.sinc(offset)), 1e-6))
-    return f"; half-way between spokes {loss_db:.1f} dB are lost"
+    return f"; half-way between spokes the loss is {loss_db:.1f} dB"
 
 
 def _radar_lines(radar: Radar) -> list[str]:
@@ -85,7 +87,7 @@ def _radar_lines(radar: Radar) -> list[str]:
         f"  resolves  {_resolution_text(radar)}",
         f"  scan      {radar.azimuths} spokes, {step:.4g} degrees, {rpm:g} rpm, {rate:.1f} spokes/s",
         f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern}){_straddling(radar)}",
-        f"  far field from {far_field(radar):.3g} m on; nearer the beam is not formed, which is not modelled",
+        f"  far field begins at {far_field(radar):.3g} m; near-field effects are not modelled",
     ]
 
 
@@ -93,13 +95,13 @@ def _pulse_text(radar: Radar) -> str:
     kind = f"product {radar.pulse * radar.bandwidth:.0f}" if radar.modulation == "lfm" else "not modulated"
     rate = "" if radar.prf is None else f", {radar.prf:g} a second: unambiguous to {radar.unambiguous_range:.0f} m"
     folded = ", second-time-around echoes fold" if radar.second_time_around else ""
-    deaf = f", deaf to {radar.blind_range:.0f} m" if radar.eclipsing else ""
-    return f"{radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, {kind}{rate}{folded}{deaf}"
+    eclipsed = f", eclipsed to {radar.blind_range:.0f} m" if radar.eclipsing else ""
+    return f"{radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, {kind}{rate}{folded}{eclipsed}"
 
 
 def _resolution_text(radar: Radar) -> str:
     if radar.modulation == "none":
-        return f"{radar.blind_range:.3f} m, the length of the pulse there and back"
+        return f"{radar.blind_range:.3f} m, half the length of the pulse"
     return f"{radar.range_resolution:.3f} m before the window ({radar.window}) widens it"
 
 
@@ -107,43 +109,43 @@ def _environment_lines(scene: Scene) -> list[str]:
     e = scene.environment
     horizon = scene.horizon()
     factor = "flat earth" if math.isinf(horizon) else f"horizon at {horizon:.0f} m ({e.earth_factor:.3g} earth)"
-    asked = [name for name in ("noise", "multipath", "ground_plane") if getattr(e, name)]
-    asked += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
-    asked += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
-    asked += [f"sea state {e.sea_state}"] if e.sea_state else []
-    asked += [f"{len(scene.interference)} interfering radars"] if scene.interference else []
-    extras = ", ".join(asked) or "nothing else asked for"
+    enabled = [name for name in ("noise", "multipath", "ground_plane") if getattr(e, name)]
+    enabled += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
+    enabled += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
+    enabled += [f"sea state {e.sea_state}"] if e.sea_state else []
+    enabled += [f"{len(scene.interference)} interfering radars"] if scene.interference else []
+    extras = ", ".join(enabled) or "no other effects"
     return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}"]
 
 
 def _body_lines(body: Body, scene: Scene) -> list[str]:
     start = body.motion.pose(0.0).position
-    seen = polar_from_map(start, scene.antenna(0.0), effective_earth_radius(scene.environment.earth_factor))
-    bearing = _bearing(float(seen.azimuth[0]))
+    polar = polar_from_map(start, scene.antenna(0.0), effective_earth_radius(scene.environment.earth_factor))
+    bearing = _bearing(float(polar.azimuth[0]))
     shape = "a point"
     if body.mesh is not None:
         x, y, z = np.ptp(body.mesh.vertices, axis=0)
         shape = f"{len(body.mesh.faces)} triangles, {x:.4g} x {y:.4g} x {z:.4g} m (across, along, up)"
-    far = _unseen(float(seen.range[0]), float(seen.distance[0]), float(start[0, 2]), body, scene)
+    hidden = _visibility_text(float(polar.range[0]), float(polar.distance[0]), float(start[0, 2]), body, scene)
     fluctuation = f", Swerling {body.swerling}" if body.swerling else ""
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
     return [
         f"  {body.name}: {shape}",
-        f"    {seen.distance[0]:.1f} m off, bearing {bearing}{far}; {_motion_text(body.motion)}",
+        f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {_motion_text(body.motion)}",
         f"    {body.material.name}, scattering {body.scattering}{section}" + (f", MMSI {body.mmsi}" if body.mmsi else ""),
     ]
 
 
-def _unseen(distance_now: float, ground: float, up: float, body: Body, scene: Scene) -> str:
-    """What keeps the body out of the picture at t = 0, as far as its place says."""
+def _visibility_text(distance_now: float, ground: float, up: float, body: Body, scene: Scene) -> str:
+    """Returns text that says why the body has no echo at t = 0 because of its position; empty otherwise."""
     size, top = 0.0, up
     if body.mesh is not None:
         size = float(np.linalg.norm(body.mesh.vertices[:, :2], axis=1).max())
         top = up + float(body.mesh.vertices[:, 2].max())
     if top < 0.0:
         return " (below the sea)"
-    reach = math.inf if scene.radar.second_time_around else scene.radar.range_max
-    if distance_now - size > reach:
+    max_range = math.inf if scene.radar.second_time_around else scene.radar.range_max
+    if distance_now - size > max_range:
         return " (beyond range)"
     return " (below the horizon)" if ground - size > scene.horizon(top) else ""
 
@@ -157,13 +159,13 @@ def _sway_text(motion: Motion) -> str:
 
 def _motion_text(motion: Motion) -> str:
     pose = motion.pose(max(float(motion.time[0]), 0.0))
-    place = f"at east {pose.position[0, 0]:.1f}, north {pose.position[0, 1]:.1f}, up {pose.position[0, 2]:.1f} m"
+    position = f"at east {pose.position[0, 0]:.1f}, north {pose.position[0, 1]:.1f}, up {pose.position[0, 2]:.1f} m"
     heading = f"heading {_bearing(pose.heading[0])}{_sway_text(motion)}"
     if motion.at_rest:
-        return f"{place}, {heading}, at rest"
+        return f"{position}, {heading}, at rest"
     course = f"course {_bearing(pose.course[0])}, {pose.speed[0] / KNOT:.1f} kn"
-    bends = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:, 2]))
-    legs = f", {len(motion.time) - 1 - bends} legs" if len(motion.time) > 1 else ""
-    legs += f" and {bends} arcs" if bends else ""
-    again = f", round every {motion.period:.0f} s" if motion.period is not None else ""
-    return f"{place}, {heading}, {course}{legs}{again}"
+    arcs = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:, 2]))
+    legs = f", {len(motion.time) - 1 - arcs} legs" if len(motion.time) > 1 else ""
+    legs += f" and {arcs} arcs" if arcs else ""
+    loop = f", repeats every {motion.period:.0f} s" if motion.period is not None else ""
+    return f"{position}, {heading}, {course}{legs}{loop}"

@@ -1,10 +1,10 @@
-"""The one error a scene can raise."""
+"""The error for scenes that cannot be used."""
 
 
 class SceneError(ValueError):
-    """A scene that cannot be run. Its text names the place, the value, what is allowed and what to do, a line each.
+    """Raised for a scene that cannot be used. Each line of its text gives the key, the value, the allowed range, the remedy.
 
-    problems: one line per fault, each starting with its place, e.g. `body[3].position_m[1]: ...`.
+    problems: the lines; each starts with its key path, e.g. `body[3].position_m[1]: ...`.
     """
 
     def __init__(self, *problems: str) -> None:

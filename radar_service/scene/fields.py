@@ -1,16 +1,17 @@
-"""Kinds of values that a scene file is made of, and what all its tables have in common."""
+"""Types of the values in a scene file, and the base of all its tables."""
 
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+MAX_COORDINATE = 2e6  # m from the origin; the flat map is meaningless farther out
+MIN_HEIGHT, MAX_HEIGHT = -11_000.0, 20_000.0  # m above mean sea level
+
 Number = Annotated[float, Field(strict=True)]  # strict: neither true nor "12" is a number
 Whole = Annotated[int, Field(strict=True)]
 Flag = Annotated[bool, Field(strict=True)]
-Coordinate = Annotated[
-    float, Field(strict=True, ge=-2e6, le=2e6)
-]  # m from the origin; the flat map is meaningless farther out
-Height = Annotated[float, Field(strict=True, ge=-11_000, le=20_000)]  # m above mean sea level
+Coordinate = Annotated[float, Field(strict=True, ge=-MAX_COORDINATE, le=MAX_COORDINATE)]  # m from the origin
+Height = Annotated[float, Field(strict=True, ge=MIN_HEIGHT, le=MAX_HEIGHT)]  # m above mean sea level
 Size = Annotated[float, Field(strict=True, gt=0, le=100_000)]  # m
 Bearing = Annotated[float, Field(strict=True, ge=-360, le=360)]  # degrees clockwise from north
 Speed = Annotated[float, Field(strict=True, ge=0, le=2000)]  # knots

@@ -1,19 +1,22 @@
-"""What surfaces are made of, and how they scatter at X band: sigma0 = gamma cos(incidence), gamma as a power ratio.
+"""Materials of surfaces, and their scattering at X band: sigma0 = gamma cos(incidence), gamma as a power ratio.
 
-The constant-gamma law and its ladder for land: Barton, Land clutter models for radar design and analysis (1985): -20 dB
-for flat ground, -15 dB for farmland and desert, -12 dB for rolling hills, -10 dB for wooded hills, -5 dB for mountains and
-towns; the spread about such means is some 5 dB. No table covers the small parts of built things (rails, frames, joints):
-those values are reasoned from how much a smooth slab would reflect at normal incidence, all of it spread evenly.
+The constant-gamma law and its values for land are from Barton, Land clutter models for radar design and analysis (1985):
+-20 dB for flat ground, -15 dB for farmland and desert, -12 dB for rolling hills, -10 dB for wooded hills, -5 dB for
+mountains and towns. The spread about these means is about 5 dB. No table covers small built parts (rails, frames,
+joints): their values assume that the power reflected by a smooth slab at normal incidence is scattered evenly.
 """
 
+from radar_service.scene.body import Material, Scattering
 from radar_service.scene.error import SceneError
-from radar_service.scene.world import Material, Scattering
 
 _GAMMA_DB: dict[str, tuple[float, Scattering]] = {
-    "steel": (0.0, "optics"),  # a ship's side: fittings and plate joints return about what falls on them (perfect diffuser)
-    "aluminium": (0.0, "optics"),  # reflects as steel does at X band; nothing depends on the kind of metal
+    "steel": (
+        0.0,
+        "optics",
+    ),  # a ship's side: fittings and joints scatter nearly all power (perfect diffuser)
+    "aluminium": (0.0, "optics"),  # as steel at X band: both are good conductors
     "wood": (-10.0, "diffuse"),  # |Gamma|^2 about -10 dB for permittivity 3, spread over all angles
-    "fibreglass": (-10.0, "diffuse"),  # permittivity about 4 in thin sheet: half goes through, as wood in effect
+    "fibreglass": (-10.0, "diffuse"),  # permittivity about 4 in thin sheet: half the power passes through, as for wood
     "concrete": (-6.0, "diffuse"),  # |Gamma|^2 -6 dB at normal incidence for permittivity 6 (ITU-R P.2040: 5.24)
     "brick": (-8.0, "diffuse"),  # |Gamma|^2 -9 dB for permittivity 3.9 (ITU-R P.2040), rougher than concrete
     "glass": (-8.0, "diffuse"),  # |Gamma|^2 -7 dB for permittivity 6.3 (ITU-R P.2040); frames make it scatter
@@ -32,9 +35,9 @@ MATERIALS: dict[str, Material] = {
 }
 
 
-# Share of the power that a smooth surface of a material mirrors at normal incidence [dB], for bodies by physical optics:
-# |Gamma|^2 = |(sqrt(eps) - 1) / (sqrt(eps) + 1)|^2 of its permittivity at 10 GHz (ITU-R P.2040 for what is built). Phase,
-# polarization and angle are left out, and so is what comes back from the far side of a thin sheet.
+# Power reflectivity of a smooth surface at normal incidence [dB], for bodies by physical optics:
+# |Gamma|^2 = |(sqrt(eps) - 1) / (sqrt(eps) + 1)|^2 of its permittivity at 10 GHz (ITU-R P.2040 for building materials).
+# Phase, polarization, angle and the reflection from the far side of a thin sheet are not modelled.
 _REFLECTIVITY_DB: dict[str, float] = {
     "steel": 0.0,  # -0.01 dB: a conductor
     "aluminium": 0.0,
@@ -45,22 +48,24 @@ _REFLECTIVITY_DB: dict[str, float] = {
     "glass": -7.3,  # 6.3
     "building": -8.1,  # mostly concrete
     "rock": -7.3,  # 6, dry
-    "land": -9.5,  # 4, dry soil; wet soil mirrors some 4 dB more
+    "land": -9.5,  # 4, dry soil; wet soil reflects about 4 dB more
     "urban": -8.1,  # concrete
     "sand": -11.4,  # 3, dry
-    "vegetation": -20.0,  # leaves and air; nothing of it is smooth at the wavelength
+    "vegetation": -20.0,  # leaves and air; no part is smooth at the wavelength
     "ice": -10.9,  # 3.2
     "rubber": -11.4,  # 3
 }
 
 
 def power_reflectivity(material: str) -> float:
-    """Share of the power that a smooth surface of a known material mirrors at normal incidence, 0 to 1."""
+    """Returns the power reflectivity (0 to 1) of a smooth surface of a known material at normal incidence."""
     return float(10.0 ** (_REFLECTIVITY_DB[material] / 10.0))
 
 
-def material_from_name(name: str, place: str) -> Material:
-    """The material of that name. Raises SceneError naming `place` and all materials."""
+def material_from_name(name: str, location: str) -> Material:
+    """Returns the material of this name. Raises SceneError at `location` with the names of all materials."""
     if name not in MATERIALS:
-        raise SceneError(f'{place}: "{name:.60}" is not a known material; one of {", ".join(MATERIALS)}; choose the nearest')
+        raise SceneError(
+            f'{location}: "{name:.60}" is not a known material; one of {", ".join(MATERIALS)}; choose the nearest'
+        )
     return MATERIALS[name]

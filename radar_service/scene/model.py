@@ -1,7 +1,7 @@
-"""What a scene file may say: names, units, ranges and defaults. Only edges use these; the engine sees `world` records in SI.
+"""The model of a scene file: names, units, ranges and defaults. The engine uses the records of `world` in SI instead.
 
-Field names carry the units a person writes (degrees, knots, dB). Unknown keys, NaN and infinities are refused. Rules that
-span several fields stand in the validators; whether meshes exist and are sound is found out by `load`.
+Field names carry the units of the file (degrees, knots, dB). Unknown keys, NaN and infinities are refused. Validators
+check rules that involve several fields; `load` checks the files.
 """
 
 from typing import Annotated, Literal, Self
@@ -29,20 +29,20 @@ MAX_BODIES = 10_000
 
 
 class OriginModel(Section):
-    """Where east = north = 0 lies on the earth (WGS 84)."""
+    """The position of east = north = 0 on the earth (WGS 84)."""
 
     latitude_deg: Latitude
     longitude_deg: Longitude
 
 
 class WaypointModel(Section):
-    """A place to go to, and the speed of the leg that leads there."""
+    """A position on a route, and the speed on the leg to it."""
 
     position_m: EastNorth
     speed_kn: Number = Field(gt=0, le=2000)
 
 
-Swing = Annotated[float, Field(strict=True, ge=0, le=45)]  # degrees
+SwayAngle = Annotated[float, Field(strict=True, ge=0, le=45)]  # degrees
 Period = Annotated[float, Field(strict=True, ge=1, le=3600)]  # s; ships roll in 4 to 30
 
 
@@ -53,7 +53,7 @@ class MovingSection(Section):
     course_deg: Bearing | None = Field(None, description="default: the heading")
     speed_kn: Speed = 0.0
     waypoints: tuple[WaypointModel, ...] = Field((), max_length=1000)
-    loop: Flag = Field(False, description="after the last waypoint back to the start, for ever")
+    loop: Flag = Field(False, description="returns to the start after the last waypoint, and repeats")
     turn_radius_m: Size | None = Field(None, description="rounds the corners at waypoints; the heading follows the arc")
     track: str | None = Field(
         None,
@@ -63,45 +63,46 @@ class MovingSection(Section):
     )
 
     @model_validator(mode="after")
-    def _one_motion(self) -> Self:
-        ways = [bool(self.waypoints), self.track is not None, self.speed_kn > 0]
-        if sum(ways) > 1:
+    def _check_motion(self) -> Self:
+        kinds = [bool(self.waypoints), self.track is not None, self.speed_kn > 0]
+        if sum(kinds) > 1:
             raise ValueError(
-                "speed_kn: one of speed_kn (with course_deg), waypoints (each with its speed_kn) and track; remove the rest"
+                "speed_kn: only one of speed_kn (with course_deg), waypoints (each with its speed_kn) and track is "
+                "allowed; remove the rest"
             )
         if self.course_deg is not None and (self.waypoints or self.track is not None):
-            said = "waypoints" if self.waypoints else "the track"
-            raise ValueError(f"course_deg: {said} already say where it goes; remove course_deg")
+            route = "waypoints" if self.waypoints else "the track"
+            raise ValueError(f"course_deg: {route} already define the course; remove course_deg")
         if self.track is not None and "position_m" in self.model_fields_set:
-            raise ValueError("position_m: the track already says where it is; remove position_m")
+            raise ValueError("position_m: the track already defines the position; remove position_m")
         if self.loop and not self.waypoints:
-            raise ValueError("loop: only a body with waypoints can go round; add waypoints or remove loop")
+            raise ValueError("loop: only a route of waypoints can repeat; add waypoints or remove loop")
         if self.turn_radius_m is not None and not self.waypoints:
             raise ValueError("turn_radius_m: only corners at waypoints are rounded; add waypoints or remove turn_radius_m")
         return self
 
 
 class OwnShipModel(MovingSection):
-    """The ship that carries the antenna. Angles swing as amplitude x sin(2 pi t / period)."""
+    """The ship that carries the antenna. Sway angles are amplitude x sin(2 pi t / period)."""
 
     position_m: EastNorth = (0.0, 0.0)
-    roll_deg: Swing = Field(0.0, description="amplitude; first with the starboard side down")
+    roll_deg: SwayAngle = Field(0.0, description="amplitude; first with the starboard side down")
     roll_period_s: Period = 10.0
-    pitch_deg: Swing = Field(0.0, description="amplitude; first with the bow up")
+    pitch_deg: SwayAngle = Field(0.0, description="amplitude; first with the bow up")
     pitch_period_s: Period = 7.0
-    yaw_deg: Swing = Field(0.0, description="amplitude about the heading; first to starboard")
+    yaw_deg: SwayAngle = Field(0.0, description="amplitude about the heading; first to starboard")
     yaw_period_s: Period = 20.0
 
     @model_validator(mode="after")
-    def _periods_of_something(self) -> Self:
+    def _check_periods(self) -> Self:
         for name in ("roll", "pitch", "yaw"):
             if f"{name}_period_s" in self.model_fields_set and not getattr(self, f"{name}_deg"):
-                raise ValueError(f"{name}_period_s: the period of nothing; add {name}_deg or remove {name}_period_s")
+                raise ValueError(f"{name}_period_s: it needs an amplitude; add {name}_deg or remove {name}_period_s")
         return self
 
 
 class EnvironmentModel(Section):
-    """Everything here is off unless asked for."""
+    """Effects of the environment. All are off by default, except the curvature of the earth."""
 
     earth: Literal["4/3", "flat"] | Annotated[float, Field(strict=True, gt=0, le=1e6)] = Field(
         "4/3", description="effective earth radius over the earth's radius"
@@ -134,7 +135,7 @@ HEIGHTMAP_KEYS = ("low_m", "high_m", "extent_m", "south_west_deg", "north_east_d
 
 
 class BodyModel(MovingSection):
-    """Anything the radar can see: a built-in shape, a mesh file or a height map."""
+    """An object that the radar can detect: a built-in shape, a mesh file or a height map."""
 
     name: str = Field(min_length=1, max_length=200)
     shape: Literal["point", "sphere", "plate", "box", "cylinder", "dihedral", "trihedral", "hull"] | None = None
@@ -164,74 +165,78 @@ class BodyModel(MovingSection):
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999)
 
     @model_validator(mode="after")
-    def _whole(self) -> Self:
+    def _check_body(self) -> Self:
         kinds = [k for k in ("shape", "mesh", "heightmap") if getattr(self, k) is not None]
         if len(kinds) != 1:
-            said = " and ".join(kinds) if kinds else "none of them"
-            raise ValueError(f"shape: a body has exactly one of shape, mesh, heightmap; this one has {said}: add or remove")
+            given = " and ".join(kinds) if kinds else "none of them"
+            raise ValueError(f"shape: a body has exactly one of shape, mesh, heightmap; this one has {given}: add or remove")
         self._check_sizes()
-        self._check_place()
+        self._check_position()
+        if self.heightmap is not None:
+            self._check_heightmap()
         if self.shape == "point" and self.rcs_dbsm is None:
-            raise ValueError("rcs_dbsm: a point has no surface of its own; declare its radar cross-section in dBsm")
+            raise ValueError("rcs_dbsm: a point has no surface; declare its radar cross-section in dBsm")
         if self.scattering == "rcs" and self.rcs_dbsm is None:
             raise ValueError('rcs_dbsm: scattering = "rcs" needs the radar cross-section in dBsm')
         if self.rcs_dbsm is not None and self.scattering not in (None, "rcs"):
-            raise ValueError(f'rcs_dbsm: declared, so scattering cannot be "{self.scattering}"; remove one of the two')
+            raise ValueError(
+                f'rcs_dbsm: a declared cross-section excludes scattering = "{self.scattering}"; remove one of the two'
+            )
         if self.swerling and self.rcs_dbsm is None:
             raise ValueError("swerling: fluctuation is defined for a declared cross-section; add rcs_dbsm")
         return self
 
     def _check_sizes(self) -> None:
-        wanted = SHAPE_SIZES[self.shape] if self.shape else ()
+        required = SHAPE_SIZES[self.shape] if self.shape else ()
         owner = f'shape = "{self.shape}"' if self.shape else "a body from a file"
         for key in SIZES:
             given = getattr(self, key) is not None
-            if key in wanted and not given:
-                raise ValueError(f"{key}: missing; {owner} needs {', '.join(wanted)}: add it")
-            if given and key not in wanted:
-                raise ValueError(f"{key}: {owner} takes {', '.join(wanted) or 'no sizes'}; remove {key}")
+            if key in required and not given:
+                raise ValueError(f"{key}: missing; {owner} needs {', '.join(required)}: add it")
+            if given and key not in required:
+                raise ValueError(f"{key}: {owner} takes {', '.join(required) or 'no sizes'}; remove {key}")
         for kind, keys in (("heightmap", HEIGHTMAP_KEYS), ("mesh", MESH_KEYS)):
             for key in keys:
                 if getattr(self, kind) is None and key in self.model_fields_set:
-                    raise ValueError(f"{key}: belongs to a body with {kind}; remove it")
+                    raise ValueError(f"{key}: this key needs a body with {kind}; remove it")
 
-    def _check_place(self) -> None:
+    def _check_position(self) -> None:
         geographic = (self.latitude_deg is not None, self.longitude_deg is not None)
         if any(geographic) and not all(geographic):
-            raise ValueError("latitude_deg: goes together with longitude_deg; give both or none")
+            raise ValueError("latitude_deg: this key needs latitude_deg and longitude_deg together; give both or none")
         if any(geographic) and self.position_m is not None:
-            raise ValueError("position_m: latitude_deg and longitude_deg already place the body; remove one of the two")
+            raise ValueError("position_m: latitude_deg and longitude_deg already define the position; remove one of the two")
         if any(geographic) and self.track is not None:
-            raise ValueError("latitude_deg: the track already says where the body is; remove latitude_deg and longitude_deg")
+            raise ValueError("latitude_deg: the track already defines the position; remove latitude_deg and longitude_deg")
         if self.up_m is not None and not any(geographic):
             raise ValueError(
-                "up_m: goes with latitude_deg and longitude_deg; with position_m the height is its third number"
+                "up_m: this key needs latitude_deg and longitude_deg; with position_m, give the height as its third number"
             )
-        if self.heightmap is None:
-            return
+
+    def _check_heightmap(self) -> None:
         if (self.south_west_deg is None) != (self.north_east_deg is None):
-            raise ValueError("south_west_deg: goes together with north_east_deg; give both or none")
+            raise ValueError("south_west_deg: this key needs north_east_deg; give both or none")
         if self.south_west_deg is not None and self.extent_m is not None:
-            raise ValueError("extent_m: the corners south_west_deg and north_east_deg already say it; remove one of the two")
+            raise ValueError("extent_m: the corners south_west_deg and north_east_deg define it too; remove one")
         if (self.low_m is None) != (self.high_m is None):
-            raise ValueError("low_m: goes together with high_m; give both or none")
+            raise ValueError("low_m: low_m and high_m belong together; give both or none")
         if self.low_m is not None and self.high_m is not None and self.high_m <= self.low_m:
             raise ValueError(f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}; exchange them")
         if self.speed_kn > 0 or self.waypoints or self.track is not None:
             raise ValueError("heightmap: a height map cannot move; remove speed_kn, waypoints and track")
         if self.heading_deg is not None or self.course_deg is not None:
             raise ValueError(
-                "heading_deg: a height map has north at its top and is not turned; remove heading_deg, course_deg"
+                "heading_deg: a height map has north at its top and cannot turn; remove heading_deg, course_deg"
             )
         east_north = (self.position_m or (0.0, 0.0))[:2]
-        if self.south_west_deg is not None and (any(geographic) or any(east_north)):
+        if self.south_west_deg is not None and (self.latitude_deg is not None or any(east_north)):
             raise ValueError(
-                "south_west_deg: the corners already place the map; leave only a height in position_m, as [0, 0, up]"
+                "south_west_deg: the corners already define the position; keep only a height in position_m, as [0, 0, up]"
             )
 
 
 class SceneModel(Section):
-    """A whole scene."""
+    """The content of a scene file."""
 
     name: str = Field("scene", min_length=1, max_length=200)
     origin: OriginModel | None = None
@@ -242,7 +247,7 @@ class SceneModel(Section):
     interference: tuple[InterferenceModel, ...] = Field((), max_length=MAX_INTERFERERS)
 
     @model_validator(mode="after")
-    def _consistent(self) -> Self:
+    def _check_scene(self) -> Self:
         seen: set[str] = set()
         for i, body in enumerate(self.body):
             if body.name in seen:

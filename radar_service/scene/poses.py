@@ -7,7 +7,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from radar_service.frames import body_rotation, map_from_body, wrap_bearing
-from radar_service.scene.world import Body, Mesh, Motion
+from radar_service.scene.body import Body, Mesh
+from radar_service.scene.motion import Motion
 from radar_service.types import Floats, Indices
 
 

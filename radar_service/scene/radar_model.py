@@ -1,4 +1,4 @@
-"""What a scene file may say about the radar, and which of its settings the physics cannot carry together."""
+"""The model of the radar in a scene file, and checks of settings that the physics cannot compute together."""
 
 import math
 from typing import TYPE_CHECKING, Literal, Self
@@ -13,12 +13,12 @@ from radar_service.scene.fields import Bearing, Flag, Number, Section, Whole
 MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
 MAX_BINS = 65_536  # 64 NM at 0.9 m
 MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
-MAX_GRID = 2**27  # cells of the grid on which a scan is laid, 24 bytes each meanwhile: 3 GB
+MAX_GRID = 2**27  # cells of the grid of a scan, 24 bytes each: 3 GB
 MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
-LEAST_CHIRP = 4  # bandwidth x pulse: below, the chirp's spectrum is that of its edges and twice as wide as the band
-RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: outside, 3 and 13 dB of signal to noise are given away
+MIN_CHIRP_PRODUCT = 4  # bandwidth x pulse: below, the edges of the chirp make its spectrum twice as wide as the band
+RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: at these limits 3 and 13 dB of signal to noise are lost
 
-SMALLEST_STEP_DEG = 1e-6  # between rows of a pattern's table: no beam is so fine, and its curve stays finite
+MIN_TABLE_STEP_DEG = 1e-6  # between rows of a pattern's table: the slope of its curve stays finite
 
 if TYPE_CHECKING:
     PatternName = str
@@ -31,7 +31,7 @@ class RadarModel(Section):
     """The radar: waveform, scan, antenna, receiver."""
 
     frequency_hz: Number = Field(9.41e9, ge=1e9, le=100e9)
-    modulation: Literal["lfm", "none"] = Field("lfm", description='"none": a plain pulse, as magnetrons send')
+    modulation: Literal["lfm", "none"] = Field("lfm", description='"none": a plain pulse, as of a magnetron')
     bandwidth_hz: Number | None = Field(
         None, ge=1e5, le=2e9, description='default 50e6; with modulation = "none" the receiver\'s, default 1.2 / pulse_s'
     )
@@ -40,16 +40,12 @@ class RadarModel(Section):
     window: Literal["none", "hamming", "hann", "blackman", "blackman-harris", "nuttall", "taylor"] = Field(
         "hamming", description="on the reference of the chirp"
     )
-    prf_hz: Number | None = Field(
-        None, ge=10, le=1e6, description="pulses per second; default: so few that it does not matter"
-    )
-    second_time_around: Flag = Field(
-        False, description="echoes from beyond c / (2 prf_hz) appear folded, by as many intervals as they are late"
-    )
+    prf_hz: Number | None = Field(None, ge=10, le=1e6, description="pulses per second; default: no limit on range")
+    second_time_around: Flag = Field(False, description="echoes from beyond Ru = c / (2 prf_hz) are received at R - n Ru")
     azimuths: Whole = Field(720, ge=4, le=MAX_AZIMUTHS, description="spokes per scan")
     rpm: Number = Field(24.0, ge=0.01, le=600)
     range_max_m: Number = Field(5000.0, ge=10, le=200_000)
-    range_min_m: Number = Field(1.0, gt=0, le=1000, description="1/R^2 stops growing inside this range")
+    range_min_m: Number = Field(1.0, gt=0, le=1000, description="echoes from nearer are computed at this range")
     beamwidth_deg: Number = Field(3.9, ge=0.05, le=90, description="horizontal, one-way, half power")
     beamwidth_el_deg: Number = Field(25.0, ge=0.05, le=180, description="vertical, one-way, half power")
     tilt_deg: Number = Field(0.0, ge=-45, le=45)
@@ -70,7 +66,7 @@ class RadarModel(Section):
     loss_db: Number = Field(0.0, ge=0, le=60)
     noise_figure_db: Number = Field(4.0, ge=0, le=40)
     polarization: Literal["h", "v"] = "h"
-    eclipsing: Flag = Field(False, description="a one-antenna radar is blind while it transmits")
+    eclipsing: Flag = Field(False, description="a radar with one antenna cannot receive while it transmits")
     rays: Whole = Field(
         2000, ge=1, le=1_000_000, description="per azimuth, of the documented fidelity and of the ray samplers"
     )
@@ -82,7 +78,7 @@ class RadarModel(Section):
 
     @property
     def band_hz(self) -> float:
-        """The bandwidth [Hz], given or by default; 1.2 / T is customary for the receiver of a plain pulse (Skolnik 2001)."""
+        """The bandwidth [Hz], given or by default; 1.2 / T is usual for the receiver of a plain pulse (Skolnik 2001)."""
         if self.bandwidth_hz is not None:
             return self.bandwidth_hz
         return 50e6 if self.modulation == "lfm" else 1.2 / self.pulse_s
@@ -98,7 +94,7 @@ class RadarModel(Section):
         return math.ceil(self.range_max_m / (SPEED_OF_LIGHT / (2.0 * self.sampling_hz)) - 1e-9)
 
     @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def _check_radar(self) -> Self:
         for name in ("pattern", "pattern_el"):
             table = getattr(self, name)
             if isinstance(table, tuple):
@@ -109,7 +105,7 @@ class RadarModel(Section):
 
 
 def antenna_pattern(pattern: PatternName | PatternTable, radar: RadarModel) -> AntennaPattern:
-    """The pattern in radians and power ratios; one named taylor has the radar's Taylor parameters."""
+    """Returns the pattern in radians and power ratios; "taylor" has the Taylor parameters of the radar."""
     if isinstance(pattern, tuple):
         return Table(tuple((math.radians(offset_deg), 10.0 ** (gain_db / 10.0)) for offset_deg, gain_db in pattern))
     return Taylor(radar.taylor_sidelobe_db, radar.taylor_nbar) if pattern == "taylor" else PATTERNS[pattern]
@@ -126,7 +122,7 @@ def _check_sampling(radar: RadarModel) -> None:
 def _check_sizes(radar: RadarModel) -> None:
     if not 1 <= radar.bins <= MAX_BINS:
         raise ValueError(
-            f"range_max_m: {radar.range_max_m:g} m at {radar.sampling_hz:g} samples/s makes {radar.bins} range bins; "
+            f"range_max_m: {radar.range_max_m:g} m at {radar.sampling_hz:g} samples/s gives {radar.bins} range bins; "
             f"at most {MAX_BINS} are allowed: lower range_max_m or sample_rate_hz"
         )
     if radar.bins * radar.azimuths > MAX_CELLS:
@@ -137,16 +133,16 @@ def _check_sizes(radar: RadarModel) -> None:
     if radar.pulse_s * radar.sampling_hz > MAX_PULSE_SAMPLES:
         raise ValueError(
             f"pulse_s: {radar.pulse_s:g} s at {radar.sampling_hz:g} samples/s are "
-            f"{radar.pulse_s * radar.sampling_hz:.0f} samples; at most {MAX_PULSE_SAMPLES}: shorten the pulse"
+            f"{radar.pulse_s * radar.sampling_hz:.0f} samples; at most {MAX_PULSE_SAMPLES} are allowed: shorten the pulse"
         )
 
 
 def _check_waveform(radar: RadarModel) -> None:
     product = radar.band_hz * radar.pulse_s
     if radar.modulation == "lfm":
-        if product < LEAST_CHIRP:
+        if product < MIN_CHIRP_PRODUCT:
             raise ValueError(
-                f"pulse_s: bandwidth x pulse is {product:.3g}; a chirp needs at least {LEAST_CHIRP}: lengthen the pulse, "
+                f"pulse_s: bandwidth x pulse is {product:.3g}; a chirp needs at least {MIN_CHIRP_PRODUCT}: lengthen the pulse, "
                 'widen bandwidth_hz, or set modulation = "none"'
             )
         return
@@ -157,20 +153,20 @@ def _check_waveform(radar: RadarModel) -> None:
             f"{low} to {high}: leave bandwidth_hz out for 1.2 / pulse_s, or correct one of the two"
         )
     if "window" in radar.model_fields_set and radar.window != "none":
-        raise ValueError(f'window: "{radar.window}" weighs a chirp, and modulation = "none" has none; remove window')
+        raise ValueError(f'window: "{radar.window}" needs a chirp, and modulation = "none" has none; remove window')
 
 
 def _check_repetition(radar: RadarModel) -> None:
     if radar.prf_hz is None:
         if radar.second_time_around:
-            raise ValueError("second_time_around: it takes a pulse repetition frequency; add prf_hz")
+            raise ValueError("second_time_around: it needs a pulse repetition frequency; add prf_hz")
         return
     interval = 1.0 / radar.prf_hz
     if radar.pulse_s >= interval:
         raise ValueError(
             f"pulse_s: {radar.pulse_s:g} s is not below the {interval:g} s from pulse to pulse; shorten it or lower prf_hz"
         )
-    if radar.rpm > fastest_rpm(radar.prf_hz, radar.azimuths):
+    if radar.rpm > max_rpm(radar.prf_hz, radar.azimuths):
         spokes = radar.azimuths * radar.rpm / 60.0
         raise ValueError(
             f"prf_hz: {radar.prf_hz:g} is less than a pulse for each of the {spokes:g} spokes a second; raise it or lower "
@@ -184,24 +180,24 @@ def _check_repetition(radar: RadarModel) -> None:
         )
 
 
-def fastest_rpm(prf_hz: float, azimuths: int) -> float:
-    """The most revolutions a minute at which every spoke still has a pulse of its own, with a margin for rounding."""
+def max_rpm(prf_hz: float, azimuths: int) -> float:
+    """Returns the maximum rotation rate [rpm] at which each spoke has a pulse of its own, with a margin for rounding."""
     return 60.0 * prf_hz / azimuths * (1.0 + 1e-9)
 
 
 def _check_beam(radar: RadarModel) -> None:
     pattern, nominal = antenna_pattern(radar.pattern, radar), math.radians(radar.beamwidth_deg)
     step_deg, width_deg = 360.0 / radar.azimuths, math.degrees(pattern.half_power_width(nominal))
-    place = "pattern" if isinstance(radar.pattern, tuple) else "beamwidth_deg"
+    location = "pattern" if isinstance(radar.pattern, tuple) else "beamwidth_deg"
     if width_deg < step_deg * (1.0 - 1e-9) and not radar.coarse_azimuths:
         raise ValueError(
-            f"{place}: {width_deg:g} degrees are narrower than the {step_deg:.4g} degrees from spoke to spoke, so "
-            f"targets fall between; raise azimuths to {math.ceil(360 / width_deg)} or set coarse_azimuths = true"
+            f"{location}: {width_deg:g} degrees are narrower than the {step_deg:.4g} degrees from spoke to spoke, so "
+            f"targets are missed; raise azimuths to {math.ceil(360 / width_deg)} or set coarse_azimuths = true"
         )
     rows = grid_rows(radar.azimuths, pattern.aperture_beamwidth(nominal))
     if rows * radar.bins > MAX_GRID:
         raise ValueError(
-            f"{place}: {width_deg:g} degrees take a grid of {rows} rows x {radar.bins} range bins; at "
+            f"{location}: {width_deg:g} degrees need a grid of {rows} rows x {radar.bins} range bins; at "
             f"most {MAX_GRID} cells are allowed: widen the beam, or lower range_max_m or sample_rate_hz"
         )
 
@@ -210,7 +206,8 @@ def _check_sectors(radar: RadarModel) -> None:
     for k, (start, stop) in enumerate(radar.blind_sectors_deg):
         if start == stop:
             raise ValueError(
-                f"blind_sectors_deg[{k}]: [{start:g}, {stop:g}] is not allowed; two different angles from -360 to 360 degrees; "
+                f"blind_sectors_deg[{k}]: [{start:g}, {stop:g}] is not allowed; two different angles from -360 to 360 "
+                "degrees; "
                 "remove the sector, or write [0, 360] for the full circle"
             )
 
@@ -222,10 +219,10 @@ def _check_table(name: str, table: tuple[tuple[float, float], ...]) -> None:
     if (
         offsets[0] != 0
         or offsets[-1] > 180
-        or any(b - a < SMALLEST_STEP_DEG for a, b in zip(offsets, offsets[1:], strict=False))
+        or any(b - a < MIN_TABLE_STEP_DEG for a, b in zip(offsets, offsets[1:], strict=False))
     ):
         raise ValueError(
-            f"{name}: the offsets start at 0 and rise strictly, by {SMALLEST_STEP_DEG:g} at least, to at most 180 degrees; "
+            f"{name}: the offsets start at 0 and rise strictly, by {MIN_TABLE_STEP_DEG:g} at least, to at most 180 degrees; "
             "sort the rows of the table"
         )
     if table[0][1] != 0 or max(row[1] for row in table) > 0:

@@ -1,6 +1,6 @@
-"""Built-in shapes as triangle meshes in their own frame: heading 0, x east, y north (ahead), z up; windings face outward.
+"""Built-in shapes as triangle meshes in their own frame: heading 0, x east, y north (ahead), z up; normals face outward.
 
-Position is the centre of sphere and plate, the apex of the trihedral, the middle of the dihedral's fold, and the foot of
+The origin is the centre of sphere and plate, the apex of the trihedral, the middle of the dihedral's fold, and the foot of
 box, cylinder and hull (DESIGN section 6). A plate faces +y; dihedral and trihedral open toward +y, axis of symmetry level.
 """
 
@@ -10,32 +10,32 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.scene.world import Mesh
+from radar_service.scene.body import Mesh
 
 Floats = NDArray[np.float64]
 
 SAG = 0.004  # m between facet and curve: an eighth of an X-band wavelength, Rayleigh's limit for a smooth surface
-# For physical optics, which adds facets by their phases: spheres and cylinders then err by up to 0.4 dB, at 1 mm by 1.0, at
-# 4 mm by 2.5 and 15, since of a cylinder whole strips err alike (9.41 GHz, 0.2 to 20 m of radius, 8 to 12 aspects each).
+# Physical optics adds facets coherently. With this value the error of spheres and cylinders is at most 0.4 dB; with 1 mm it
+# is 1.0 dB; with 4 mm it is 2.5 and 15 dB, because whole strips of a cylinder have the same phase error (9.41 GHz, radius
+# 0.2 to 20 m, 8 to 12 aspects each).
 OPTICS_SAG = 0.0005  # m
 _CURVED = ("sphere", "cylinder")
-_MAX_SPLITS = 6  # 81 920 triangles, where a sphere of radius r sags by r / 14 000: beyond 7 m it is coarser than asked
+_MAX_SPLITS = 6  # 81 920 triangles: a sphere of radius r then has a sag of r / 14 000, above OPTICS_SAG beyond 7 m
 _MAX_SIDES = 2048
 
 
 def shape_mesh(shape: str, sizes: dict[str, float], optics: bool = False) -> Mesh:
-    """The mesh of a built-in shape; sizes in metres under the names of the scene file (`radius_m`, ...).
+    """Returns the mesh of a built-in shape; sizes [m] have the names of the scene file (`radius_m`, ...).
 
-    optics: whether it is to scatter by physical optics; then curves are finer (OPTICS_SAG).
+    optics: whether the body scatters by physical optics; curves are then finer (OPTICS_SAG).
     """
     fine = {"sag": OPTICS_SAG} if optics and shape in _CURVED else {}
     return SHAPES[shape](**{key.removesuffix("_m"): value for key, value in sizes.items()}, **fine)
 
 
 def sphere(radius: float, sag: float = SAG) -> Mesh:
-    """An icosphere about the origin; its vertices lie on the sphere, its facets within `sag` [m] of it, unless that takes
-    more than 81 920 of them."""
-    longest = 1.05 * 1.26 * radius  # edge of the icosahedron, and how unevenly splitting it spreads
+    """Returns an icosphere about the origin: facets within `sag` [m] of the sphere, at most 81 920 of them."""
+    longest = 1.05 * 1.26 * radius  # edge of the icosahedron, and its unevenness after splitting
     splits = math.ceil(math.log2(longest / math.sqrt(6.0 * radius * sag)))  # a triangle of edge e sags by e^2 / (6 r)
     vertices, faces = _icosahedron()
     for _ in range(min(max(splits, 2), _MAX_SPLITS)):
@@ -54,7 +54,7 @@ def _icosahedron() -> tuple[Floats, NDArray[np.int64]]:
 
 
 def _split(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
-    """Every face into four, new vertices pushed out to the unit sphere."""
+    """Splits each face into four, with new vertices on the unit sphere."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     unique, middle = np.unique(edges, axis=0, return_inverse=True)
     points = vertices[unique].sum(axis=1)
@@ -66,28 +66,27 @@ def _split(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[
 
 
 def plate(width: float, height: float) -> Mesh:
-    """One upright sheet about the origin whose normal is +y: width along x, height along z."""
+    """Returns a vertical sheet about the origin with normal +y: width along x, height along z [m]."""
     w, h = width / 2.0, height / 2.0
     return _mesh([(w, 0, -h), (-w, 0, -h), (-w, 0, h), (w, 0, h)], [(0, 1, 2), (0, 2, 3)])
 
 
 def box(length: float, width: float, height: float) -> Mesh:
-    """A closed box, length along y, width along x, standing on the origin."""
+    """Returns a closed box above the origin, length along y, width along x [m]."""
     x, y = width / 2.0, length / 2.0
     ring = [(-x, -y), (x, -y), (x, y), (-x, y)]
     return _prism(np.array(ring), height)
 
 
 def cylinder(radius: float, height: float, sag: float = SAG) -> Mesh:
-    """A closed upright cylinder standing on the origin; its sides keep within `sag` [m] of the curve, unless that takes more
-    than 2048 of them."""
+    """Returns a closed vertical cylinder above the origin: sides within `sag` [m] of the curve, at most 2048 sides."""
     sides = 4 * math.ceil(min(max(2.0 * math.pi * math.sqrt(radius / (8.0 * sag)), 16.0), _MAX_SIDES) / 4.0)
     turn = np.arange(sides) * (2.0 * np.pi / sides)
     return _prism(radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), height)
 
 
 def _prism(ring: Floats, height: float) -> Mesh:
-    """An upright prism over a convex counter-clockwise ring (n, 2), with the middle of each end as a vertex."""
+    """Returns a vertical prism over a convex counter-clockwise ring (n, 2), with the middle of each end as a vertex."""
     n = len(ring)
     middle = ring.mean(axis=0)
     foot = np.column_stack([ring, np.zeros(n)])
@@ -99,22 +98,22 @@ def _prism(ring: Floats, height: float) -> Mesh:
 
 
 def dihedral(width: float, height: float) -> Mesh:
-    """Two upright plates at a right angle, each width x height, open toward +y; the fold's middle is the origin."""
+    """Returns two vertical plates at a right angle, each width x height [m], open toward +y; the origin is in their fold."""
     s, h = width / math.sqrt(2.0), height / 2.0
     corners = [(0, 0, -h), (0, 0, h), (s, s, -h), (s, s, h), (-s, s, -h), (-s, s, h)]
     return _mesh(corners, [(2, 0, 1), (2, 1, 3), (0, 4, 5), (0, 5, 1)])
 
 
 def trihedral(edge: float) -> Mesh:
-    """Three right triangles with legs `edge`, mutually perpendicular, apex in the origin, axis of symmetry along +y."""
+    """Returns three perpendicular right triangles with legs `edge` [m], apex in the origin, axis of symmetry along +y."""
     y, up, side = 1.0 / math.sqrt(3.0), 1.0 / math.sqrt(6.0), 1.0 / math.sqrt(2.0)
     legs = [(0.0, y, 2.0 * up), (side, y, -up), (-side, y, -up)]  # right-handed: each normal is the third leg
     corners = [(0.0, 0.0, 0.0), *(tuple(edge * c for c in leg) for leg in legs)]
     return _mesh(corners, [(0, 1, 2), (0, 2, 3), (0, 3, 1)])
 
 
-# Half breadth of the deck and of the bottom, as shares of half the beam, along the ship from transom (-1) to bow (1); from
-# the drawing of no particular ship: a full stern, a parallel middle body, a flared bow with a raked stem.
+# Half breadth of deck and bottom, as shares of half the beam, along the ship from transom (-1) to bow (1), of a typical
+# ship: a full stern, a parallel middle body, a flared bow with a raked stem.
 _STATIONS = ((-1.0, 0.86, 0.70), (-0.8, 0.95, 0.84), (-0.5, 1.0, 0.92), (-0.45, 1.0, 0.93), (0.2, 1.0, 0.92),
              (0.45, 0.95, 0.80), (0.65, 0.80, 0.56), (0.80, 0.58, 0.32), (0.92, 0.30, 0.12), (1.0, 0.0, 0.0))  # fmt: skip
 _HOUSE = (1, 2)  # the deckhouse stands between these stations
@@ -124,7 +123,7 @@ _RAKE = 0.08  # the foot of the stem lies this share of half the length abaft th
 
 
 def hull(length: float, beam: float, height: float) -> Mesh:
-    """A ship's hull with a deckhouse aft, closed all round: length along y (bow ahead), height from foot to house top."""
+    """Returns a closed hull with a deckhouse aft: length along y (bow ahead), height from keel to house top [m]."""
     rings = []
     first, last = _HOUSE
     for k, (_, deck, _) in enumerate(_STATIONS):
@@ -138,7 +137,7 @@ def hull(length: float, beam: float, height: float) -> Mesh:
 
 
 def _section(k: int, house: float, top: float, length: float, beam: float, height: float) -> Floats:
-    """One ring (8, 3) of the hull: bottom, deck edge, foot and top of the house, to starboard, then back to port."""
+    """Returns one ring (8, 3) of the hull: bottom, deck edge, foot and top of the house, starboard, then port."""
     along, deck, bottom = _STATIONS[k]
     y, foot = along * length / 2.0, ((along + 1.0) * (1.0 - _RAKE / 2.0) - 1.0) * length / 2.0
     b, d, h, z = bottom * beam / 2.0, deck * beam / 2.0, house * beam / 2.0, _DECK * height
@@ -147,7 +146,7 @@ def _section(k: int, house: float, top: float, length: float, beam: float, heigh
 
 
 def _loft(rings: Floats) -> Mesh:
-    """The closed skin over rings (s, n, 3) counter-clockwise as seen from ahead, capped at both ends."""
+    """Returns the closed surface over rings (s, n, 3) that are counter-clockwise seen from ahead, with caps at both ends."""
     s, n, _ = rings.shape
     k, i = np.meshgrid(np.arange(s - 1) * n, np.arange(n), indexing="ij")
     a, b = (k + i).ravel(), (k + (i + 1) % n).ravel()
@@ -158,9 +157,9 @@ def _loft(rings: Floats) -> Mesh:
 
 
 def _merged(vertices: Floats, faces: NDArray[np.int64]) -> Mesh:
-    """Coinciding vertices made one, faces without area dropped."""
-    unique, where = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are one place
-    faces = where.reshape(-1)[faces]
+    """Returns the mesh with equal vertices merged, without faces without area."""
+    unique, index = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are the same coordinate
+    faces = index.reshape(-1)[faces]
     a, b, c = unique[faces].transpose(1, 0, 2)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return Mesh(unique, faces[area > 0.0].astype(np.int64))

@@ -15,8 +15,8 @@ from starlette.staticfiles import StaticFiles
 
 from radar_service.packaged import packaged_folder
 from radar_service.scene.error import SceneError
-from radar_service.scene.load import IN_PROCESS
-from radar_service.scene.sandbox import Sandbox
+from radar_service.scene.files.mesh_reader import IN_PROCESS
+from radar_service.scene.files.sandbox import Sandbox
 from radar_service.stream import metrics
 from radar_service.stream.access import Access
 from radar_service.stream.ahead import EngineFault

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from radar_service.scene.builder import Builder
 from radar_service.scene.error import SceneError
+from radar_service.scene.files.mesh_reader import MeshReader
+from radar_service.scene.files.scene_file import packaged_scenes, scene_path
 from radar_service.scene.load import load_scene, model_from
-from radar_service.scene.source import packaged_scenes, scene_path
 from radar_service.scene.world import Scene
 
 MAX_UPLOADS = 32
@@ -66,9 +66,9 @@ class SceneShelf:
     own, strange: who parses the files of the server's owner, and those of uploads.
     """
 
-    def __init__(self, folders: Iterable[Path], own: Builder, strange: Builder) -> None:
+    def __init__(self, folders: Iterable[Path], own: MeshReader, strange: MeshReader) -> None:
         self._folders = tuple(folders)
-        self._builders: dict[Origin, Builder] = {"packaged": own, "folder": own, "uploaded": strange}
+        self._builders: dict[Origin, MeshReader] = {"packaged": own, "folder": own, "uploaded": strange}
         self._home = Path(tempfile.mkdtemp(prefix="radar-scenes-"))
         self._uploads: dict[str, Offer] = {}
 
@@ -88,7 +88,7 @@ class SceneShelf:
         """The scene of that name, built. Raises KeyError where there is none, SceneError where it cannot be run."""
         offer = {offer.name: offer for offer in self.offers()}[name]
         try:
-            return load_scene(offer.path, builder=self._builders[offer.origin])
+            return load_scene(offer.path, mesh_reader=self._builders[offer.origin])
         except SceneError as fault:
             raise SceneError(*_discreet(fault.problems, offer.path.parent)) from None
 
@@ -106,7 +106,7 @@ class SceneShelf:
         folder = Path(tempfile.mkdtemp(dir=self._home))
         try:
             path = _stored(folder, scene, kind, files)
-            built = load_scene(path, builder=self._builders["uploaded"])
+            built = load_scene(path, mesh_reader=self._builders["uploaded"])
             planned = plan(built)
         except BaseException as fault:
             shutil.rmtree(folder, ignore_errors=True)

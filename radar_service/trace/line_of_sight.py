@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.frames import Polar, distances_from_map
+from radar_service.scene.body import Body
 from radar_service.scene.poses import MAP_POSE, BodyPose, BodyPoses, merged_mesh
-from radar_service.scene.world import Body
 from radar_service.trace.embree import RayCount
 from radar_service.trace.occluder import Occluder, beyond_horizon
 from radar_service.types import Flags, Floats, Indices

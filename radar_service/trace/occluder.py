@@ -9,8 +9,8 @@ import numpy as np
 
 from radar_service.frames import map_from_body
 from radar_service.radar.parameters import horizon
+from radar_service.scene.body import Mesh
 from radar_service.scene.poses import BodyPose
-from radar_service.scene.world import Mesh
 from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.types import Flags, Floats, Indices
 

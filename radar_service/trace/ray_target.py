@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.frames import body_rotation
+from radar_service.scene.body import Mesh
 from radar_service.scene.poses import BodyPose
-from radar_service.scene.world import Mesh
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.occluder import curved_vertices
 

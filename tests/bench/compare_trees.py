@@ -55,7 +55,13 @@ def real_scenes(folder: Path) -> Iterator[tuple[str, object]]:
     }  # fmt: skip
     own = {"speed_kn": 10, "course_deg": 30, "heading_deg": 30}
     weather = {"noise": True, "multipath": True, "sea_state": 3, "rain_mm_h": 4}
-    scene = {"name": "catalina", "radar": {"range_max_m": 6000}, "own_ship": own, "environment": weather, "body": [island, ship]}
+    scene = {
+        "name": "catalina",
+        "radar": {"range_max_m": 6000},
+        "own_ship": own,
+        "environment": weather,
+        "body": [island, ship],
+    }
     yield "catalina", (folder, scene)
 
 
@@ -99,7 +105,9 @@ def compare_fields(old: str, new: str, real: Path | None) -> bool:
     good = True
     for name, scene, fidelity, scans in cases(real):
         with tempfile.TemporaryDirectory() as folder:
-            counts = [run(python, scene, fidelity, scans, f"{folder}/{side}")["counts"] for side, python in enumerate((old, new))]
+            counts = [
+                run(python, scene, fidelity, scans, f"{folder}/{side}")["counts"] for side, python in enumerate((old, new))
+            ]
             worst = max(difference_db(Path(f"{folder}/0-{n}.npy"), Path(f"{folder}/1-{n}.npy")) for n in range(scans))
         same = counts[0] == counts[1]
         good &= worst <= LIMIT_DB and same

@@ -161,7 +161,7 @@ def test_in_the_profiles_it_is_added_and_reproducible() -> None:
     [
         ({"bearing_deg": None}, "exactly one of bearing_deg and position_m"),
         ({"position_m": [100, 100]}, "exactly one of bearing_deg and position_m"),
-        ({"pulse_s": 1e-4, "prf_hz": 10_000.0}, "is on for half the time or more"),
+        ({"pulse_s": 1e-4, "prf_hz": 10_000.0}, "transmits half the time or more"),
         ({"prf_hz": 1.0}, "prf_hz"),
         ({"eirp": 3}, "eirp"),
     ],

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-
 from radar_service.scattering.diffuse import MIN_SCATTERERS, cell_density, scatter_over, triangle_frames
-from radar_service.scene.world import Mesh
+
+from radar_service.scene.body import Mesh
 from tests.scenes import scene
 
 SLIVERS = Mesh(

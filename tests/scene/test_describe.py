@@ -1,4 +1,4 @@
-"""What `check` prints and what `schema` gives."""
+"""The output of `check` and `schema`."""
 
 import json
 import math
@@ -6,8 +6,10 @@ import math
 import jsonschema
 import pytest
 
+import radar_service as rs
 from radar_service.scene.describe import describe, json_schema, two_way_beamwidth
 from radar_service.scene.load import load_scene
+from tests.scenes import point, scene
 
 SCENE = {
     "name": "two ships",
@@ -54,7 +56,7 @@ def test_horizon_and_two_way_beam() -> None:
     assert two_way_beamwidth(load_scene({"radar": {"pattern": "taylor"}}).radar) is None
 
 
-def test_below_the_horizon_is_said() -> None:
+def test_bodies_below_the_horizon_are_marked() -> None:
     box = {"name": "low", "shape": "box", "length_m": 4, "width_m": 4, "height_m": 1, "position_m": [0, 25_000, 0]}
     radar = {"range_max_m": 40_000, "bandwidth_hz": 5e6}
     assert "(below the horizon)" in describe(load_scene({"radar": radar, "body": [box]}))
@@ -63,10 +65,10 @@ def test_below_the_horizon_is_said() -> None:
     )
 
 
-def test_motion_and_origin_are_told() -> None:
+def test_motion_and_origin_are_in_the_description() -> None:
     own_ship = {"waypoints": [{"position_m": [0, 1000], "speed_kn": 10}], "loop": True}
     text = describe(load_scene({"own_ship": own_ship, "origin": {"latitude_deg": 1, "longitude_deg": 2}}))
-    assert "2 legs, round every 389 s" in text  # 2000 m at 5.144 m/s
+    assert "2 legs, repeats every 389 s" in text  # 2000 m at 5.144 m/s
     assert "latitude 1.000000, longitude 2.000000" in text
 
 
@@ -79,3 +81,24 @@ def test_schema_is_valid_and_agrees_with_the_loader() -> None:
     for bad in ({"radar": {"rpm": 0}}, {"radr": {}}, {"body": [{"shape": "point"}]}, {"radar": {"azimuths": 10**9}}):
         assert not validator.is_valid(bad)
     assert schema["$defs"]["RadarModel"]["properties"]["azimuths"]["description"] == "spokes per scan"
+
+
+def test_waveform_and_repetition_are_in_the_description() -> None:
+    settings = {"modulation": "none", "pulse_s": 0.3e-6, "prf_hz": 1500, "second_time_around": True, "eclipsing": True}
+    text = describe(scene([point("mine", 100, 0, -3)], radar=settings))
+    for part in (
+        "0.3 us, 4 MHz, not modulated, 1500 a second: unambiguous to 99931 m, second-time-around echoes fold",
+        "eclipsed to 45 m",
+        "resolves  44.969 m, half the length of the pulse",
+        "bearing 090.0 (below the sea)",
+    ):
+        assert part in text, part
+
+
+def test_arcs_and_sway_are_in_the_description() -> None:
+    corners = [{"position_m": list(p), "speed_kn": 10} for p in [(0, 400), (300, 400), (500, 200)]]
+    own = {"roll_deg": 8, "roll_period_s": 9, "speed_kn": 3}
+    text = describe(scene([point("t", 0, 0, waypoints=corners, turn_radius_m=80, loop=True)], own_ship=own))
+    assert "4 legs and 5 arcs, repeats every" in text  # the arc at the start is sailed half at a time
+    assert "heading 000.0, rolling 8 degrees in 9 s, course" in text
+    assert "roll, pitch, yaw" in str(rs.Simulator(scene(own_ship=own)).plan)

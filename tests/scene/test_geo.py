@@ -38,7 +38,7 @@ def test_short_distances_follow_the_radii_of_curvature() -> None:
     np.testing.assert_allclose(places, [[0.0, north], [east, 0.0]], atol=1e-4)
 
 
-def test_there_and_back() -> None:
+def test_both_conversions_cancel() -> None:
     rng = np.random.default_rng(1)
     places = rng.uniform(-2e5, 2e5, (50, 4, 2))
     back = geographic_from_map(places, (48.3, -122.5))

@@ -12,7 +12,7 @@ def test_gammas_are_power_ratios_in_the_ladder_of_land() -> None:
     assert all(name == material.name and 0.0 < material.gamma <= 1.0 for name, material in MATERIALS.items())
 
 
-def test_metals_scatter_by_optics_and_nothing_else_does() -> None:
+def test_only_metals_scatter_by_optics() -> None:
     assert {name for name, material in MATERIALS.items() if material.scattering == "optics"} == {"steel", "aluminium"}
 
 
@@ -24,7 +24,7 @@ def test_unknown_material_lists_all() -> None:
     assert all(name in text for name in MATERIALS)
 
 
-def test_every_material_mirrors_its_share() -> None:
+def test_every_material_has_its_reflectivity() -> None:
     """Metals all of it, nothing else half; concrete as its permittivity says: ((sqrt 5.24 - 1) / (sqrt 5.24 + 1))^2, to the
     digit its decibels are given with."""
     shares = {name: power_reflectivity(name) for name in MATERIALS}

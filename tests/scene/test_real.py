@@ -1,4 +1,4 @@
-"""Real meshes: open, doubled, of a thousand groups. They load, with a warning that says what was found."""
+"""Real meshes: open, doubled, of a thousand groups. They load, with a warning that says what was result."""
 
 from pathlib import Path
 

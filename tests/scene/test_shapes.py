@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 import radar_service as rs
 from radar_service.scene import shapes
+from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import shape_mesh
-from radar_service.scene.world import Mesh
 
 Floats = NDArray[np.float64]
 SMALL = 1e-12  # relative rounding of a few hundred sums of float64

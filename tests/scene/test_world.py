@@ -1,29 +1,29 @@
-"""Where a body's plan is, wherever its mesh has its origin."""
-
-from dataclasses import replace
+"""A scene is a world, a radar and a platform."""
 
 import numpy as np
-import pytest
 
-from radar_service.scene.world import Mesh
+from radar_service.scene.world import World
 from tests.scenes import point, scene
 
-CORNERS = [[90.0, 40.0, -1.0], [110.0, 40.0, 3.0], [110.0, 80.0, 7.0], [90.0, 80.0, 5.0]]
-FACES = np.array([[0, 1, 2], [0, 2, 3]])
+
+def test_a_scene_gives_the_parts_of_its_world_and_platform() -> None:
+    made = scene([point("a", 1, 2)], own_ship={"position_m": [5, 6]}, origin={"latitude_deg": 1.0, "longitude_deg": 2.0})
+    assert made.world == World("test", (1.0, 2.0), made.environment, made.bodies)
+    assert (made.name, made.origin) == ("test", (1.0, 2.0))
+    assert made.own_ship is made.platform.motion
+    np.testing.assert_array_equal(made.antenna(0.0), [[5.0, 6.0, made.radar.height]])
 
 
-def test_plan_of_a_mesh_far_from_its_origin() -> None:
-    """A rectangle of 20 x 40 m about (100, 60): half its diagonal, and its far corner's distance; vertices that no triangle
-    uses do not count. Heading east turns its north side to the east: (100, 60) goes to (60, -100)."""
-    made = scene([point("b", 1000, 2000, heading_deg=90)])
-    mesh = Mesh(np.array([*CORNERS, [1e6, 0.0, 0.0]]), FACES)
-    body = replace(made.bodies[0], mesh=mesh)
-    np.testing.assert_array_equal(body.middle, [100.0, 60.0, 0.0])
-    assert body.radius == pytest.approx(np.hypot(10, 20)) and body.arm == pytest.approx(np.hypot(110, 80))
-    assert body.middle_at(7.0)[:2] == pytest.approx([1060.0, 1900.0])
+def test_with_world_changes_the_world_only() -> None:
+    made = scene([point("a", 1, 2), point("b", 3, 4)])
+    changed = made.with_world(bodies=made.bodies[1:])
+    assert [body.name for body in changed.bodies] == ["b"] and len(made.bodies) == 2
+    assert changed.environment is made.environment
+    assert changed.radar is made.radar and changed.platform is made.platform
 
 
-def test_plan_of_a_point() -> None:
-    body = scene([point("b", 1, 2, course_deg=90, speed_kn=10)]).bodies[0]
-    assert body.radius == body.arm == 0.0 and not body.middle.any()
-    assert body.middle_at(10.0)[:2] == pytest.approx([1 + 10 * 10 * 1852 / 3600, 2.0])
+def test_blind_sectors_turn_with_the_platform() -> None:
+    """A sector of 80 to 100 degrees from the bow, on a heading of 90: 170 to 190 degrees from north."""
+    made = scene(radar={"blind_sectors_deg": [[80, 100]]}, own_ship={"heading_deg": 90})
+    boresight = np.deg2rad([90.0, 165.0, 180.0, 195.0])
+    assert made.blind(np.zeros(4), boresight).tolist() == [False, False, True, False]

@@ -15,13 +15,13 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 from radar_service.scene.error import SceneError
-from radar_service.scene.sandbox import Sandbox
-from radar_service.scene.source import validated
+from radar_service.scene.files.sandbox import Sandbox
+from radar_service.scene.files.scene_file import validated
 from radar_service.stream.app import create_app
 from radar_service.stream.pace import Pace
 from radar_service.stream.station import Station
 from radar_service.stream.transmitter import Settings
-from tests.scene.test_mesh import exported
+from tests.scene.files.mesh_files import exported
 from tests.stream.fake import FakeEngine, factory, scene
 from tests.stream.serving import served
 

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 
 from radar_service.scene.error import SceneError
+from radar_service.scene.files.sandbox import Sandbox
 from radar_service.scene.load import load_scene
-from radar_service.scene.sandbox import Sandbox
 from radar_service.stream import scenes as scenes_module
 from radar_service.stream.app import create_app
 from radar_service.stream.pace import Pace
@@ -116,7 +116,7 @@ def test_bad_controls_are_refused_with_the_place(change: str, place: str) -> Non
         (
             {"prf_hz": 12.0},
             31.0,
-            "rpm: 31 makes 12.4 spokes a second, more than the 12 pulses of the scene's prf_hz; give 30",
+            "rpm: 31 gives 12.4 spokes a second, more than the 12 pulses of the scene's prf_hz; give at most 30",
         ),
         ({"prf_hz": 12.0}, 30.0, None),  # exactly a pulse to a spoke
         ({}, 600.0, None),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radar_service.frames import map_from_body
-from radar_service.scene.world import Mesh
+from radar_service.scene.body import Mesh
 from radar_service.trace.occluder import BodyPose, Occluder, beyond_horizon
 
 EARTH = 4 / 3 * 6_371_000.0

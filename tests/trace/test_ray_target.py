@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radar_service.frames import direction, map_from_body, polar_from_map
-from radar_service.scene.world import Mesh
+from radar_service.scene.body import Mesh
 from radar_service.trace.occluder import BodyPose
 from radar_service.trace.ray_target import RayTarget, sea_range
 from tests.trace.test_occluder import EARTH, bent, hills

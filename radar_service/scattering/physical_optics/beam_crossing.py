@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.body import Body
+from radar_service.scene.world import Scene
 from radar_service.types import Floats
 
 MAX_WAIT = 2.5  # s; where the nearest crossing is further off than this (a slow antenna), the aspect is that of the instant

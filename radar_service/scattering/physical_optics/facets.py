@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.scene.world import Mesh
+from radar_service.scene.body import Mesh
 from radar_service.types import Floats, Indices
 
 MAX_FACETS = 60_000  # of one body: some 100 MB and 60 ms while they are evaluated

@@ -8,7 +8,8 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement, longest_edge
 from radar_service.scattering.physical_optics.patches import COPLANAR, faces_something, outward_side, shared_edges
-from radar_service.scene.world import Body, Mesh, Scene
+from radar_service.scene.body import Body, Mesh
+from radar_service.scene.world import Scene
 
 SMOOTH = math.radians(30.0)  # a bend of less than this between facets may stand for a curve, more is an edge
 FINE = 1.0 / 50.0  # of the wavelength, 0.6 mm at X band: curves that sag no more err by 0.5 dB at most (scene/shapes.py)

@@ -16,8 +16,9 @@ from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, facet_enlargement, optical_body
 from radar_service.scattering.physical_optics.patches import faces_something
 from radar_service.scattering.surface_sampling import triangle_frames
+from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPose, map_from_bodies, pose_at
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.types import Flags, Floats, Indices
 

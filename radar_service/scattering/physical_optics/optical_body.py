@@ -19,8 +19,8 @@ from radar_service.scattering.physical_optics.ray_tubes import (
 )
 from radar_service.scattering.physical_optics.scattering_centres import scattering_centres
 from radar_service.scattering.surface_sampling import triangle_frames
+from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import power_reflectivity
-from radar_service.scene.world import Body, Mesh
 from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.types import Complexes, Flags, Floats
 

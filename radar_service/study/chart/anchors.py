@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from radar_service.radar.parameters import Radar
 from radar_service.random import CHART, generator
+from radar_service.scene.body import Body, Mesh, Scattering
 from radar_service.scene.materials import material_from_name
+from radar_service.scene.motion import Motion
 from radar_service.scene.shapes import SHAPES
-from radar_service.scene.world import Body, Mesh, Motion, Scattering, Scene
+from radar_service.scene.world import Scene
 
 Floats = NDArray[np.float64]
 SIDE = 20.0  # wavelengths of plates, legs and heights: 0.6 m at X band, where edges and near fields matter little
@@ -103,7 +105,7 @@ def turntables(scene: Scene, anchors: list[Anchor], turns: Floats, scattering: S
         size = float(np.ptp(anchor.mesh.vertices[:, 0])), float(np.ptp(anchor.mesh.vertices[:, 1]))
         bodies.append(Body(anchor.name, anchor.mesh, motion, steel, scattering or "rcs", declared, 0, None, *size))
     empty = replace(scene.environment, earth_factor=np.inf, multipath=False, gas_db_per_km=0.0, rain_mm_h=0.0)
-    return replace(scene, bodies=tuple(bodies), environment=empty)
+    return scene.with_world(bodies=tuple(bodies), environment=empty)
 
 
 def seen_sections(radar: Radar, antenna: Floats, place: Floats, amplitude: NDArray[np.complex128], body: NDArray[np.int64],

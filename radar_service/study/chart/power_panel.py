@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.frames import polar_from_map, wrap_angle
 from radar_service.propagation.radar_equation import Echoes
-from radar_service.scene.world import Body, Scene
+from radar_service.scene.body import Body
+from radar_service.scene.world import Scene
 from radar_service.study.chart.point import Point, in_turns
 from radar_service.study.chart.samplers import Sampler
 from radar_service.study.chart.still import is_diffuse

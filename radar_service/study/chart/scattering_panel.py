@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import PRESETS
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers, placed
+from radar_service.scene.body import Scattering
 from radar_service.scene.poses import BodyPoses
-from radar_service.scene.world import Scattering, Scene
+from radar_service.scene.world import Scene
 from radar_service.study.chart.anchors import AWAY, Anchor, anchors_for, seen_sections, turns_of, turntables
 from radar_service.study.chart.point import Point, in_turns
 from radar_service.study.chart.power_panel import judged

@@ -10,7 +10,10 @@ from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
 from radar_service.propagation.radar_equation import Echoes
 from radar_service.scattering.scatterer_set import build_scatterers
-from radar_service.scene.world import Body, Motion, Scene
+from radar_service.scene.body import Body
+from radar_service.scene.motion import Motion
+from radar_service.scene.platform import Platform
+from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 
 
@@ -18,7 +21,8 @@ def stopped(scene: Scene) -> Scene:
     """The scene as it stands at t = 0, for ever; nothing fluctuates, no sector is blind, and a second antenna receives."""
     bodies = tuple(replace(body, motion=_standing(body.motion), swerling=0) for body in scene.bodies)
     radar = replace(scene.radar, blind_sectors=(), eclipsing=False)
-    return replace(scene, bodies=bodies, own_ship=_standing(scene.own_ship), radar=radar)
+    platform = Platform(_standing(scene.own_ship))
+    return replace(scene.with_world(bodies=bodies), platform=platform, radar=radar)
 
 
 def _standing(motion: Motion) -> Motion:
@@ -29,7 +33,7 @@ def _standing(motion: Motion) -> Motion:
 def diffuse_alone(scene: Scene) -> Scene:
     """The scene's diffuse surfaces in empty air: no other bodies, no multipath, no gas, no rain."""
     environment = replace(scene.environment, multipath=False, gas_db_per_km=0.0, rain_mm_h=0.0, noise=False)
-    return replace(scene, environment=environment, bodies=tuple(body for body in scene.bodies if is_diffuse(body)))
+    return scene.with_world(environment=environment, bodies=tuple(body for body in scene.bodies if is_diffuse(body)))
 
 
 def is_diffuse(body: Body) -> bool:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from radar_service.receive.compression import compression_for
-from radar_service.scene.doubts import SPILLING_CHIRP
-from radar_service.scene.radar_model import LEAST_CHIRP
+from radar_service.scene.checks.validity import MIN_UNWINDOWED_PRODUCT
+from radar_service.scene.radar_model import MIN_CHIRP_PRODUCT
 from radar_service.simulator import Simulator
 from radar_service.study.stability.finding import Axis, Finding, bisected, crossing, curve, decades, decibels, places
 from radar_service.study.stability.twin import error_db, level, point, point_fields, pulse_response, scene_of
@@ -48,7 +48,7 @@ def short_chirps(fine: int = 1) -> Finding:
         Axis("bandwidth x pulse [1]", log=True), places(products), Axis("field error [dB]"),
         (curve("no window", bare), curve("Hamming", errors)), FIELD_DB, "the error budget of the field",
         crossing(products[::-1], np.array(bare)[::-1], FIELD_DB, log=True), "warns",
-        f"A product below {LEAST_CHIRP} is refused; below {SPILLING_CHIRP:g}, without a window, it is warned of.",
+        f"A product below {MIN_CHIRP_PRODUCT} is refused; below {MIN_UNWINDOWED_PRODUCT:g}, without a window, it is warned of.",
     )  # fmt: skip
 
 

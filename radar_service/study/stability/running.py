@@ -10,7 +10,7 @@ from radar_service.engine.pipeline import TILE, CorrectedChain
 from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
 from radar_service.random import NOISE, generator
-from radar_service.scene.doubts import pulse_doppler_shift
+from radar_service.scene.checks.validity import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
 from radar_service.study.stability.finding import Axis, Finding, bisected, crossing, curve, decades, places

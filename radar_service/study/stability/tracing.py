@@ -3,9 +3,10 @@
 import numpy as np
 
 from radar_service.propagation.radar_equation import two_way_phase
+from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import material_from_name
+from radar_service.scene.motion import Motion
 from radar_service.scene.shapes import SHAPES
-from radar_service.scene.world import Body, Mesh, Motion
 from radar_service.study.stability.finding import Axis, Finding, bisected, crossing, curve, decades, places
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.line_of_sight import Floats, OcclusionScene, Surface

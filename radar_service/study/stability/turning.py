@@ -4,7 +4,7 @@ import numpy as np
 
 from radar_service.display.ppi import image_place
 from radar_service.frames import wrap_angle
-from radar_service.scene.world import Motion
+from radar_service.scene.motion import Motion
 from radar_service.simulator import Simulator
 from radar_service.study.stability.finding import Axis, Finding, crossing, curve, decibels, places
 from radar_service.study.stability.twin import error_db, point, point_fields, scene_of

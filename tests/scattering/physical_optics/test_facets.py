@@ -9,8 +9,8 @@ from radar_service.plan.plan import plan_for
 from radar_service.scattering.physical_optics.facets import MOST, cut_facets, far_field_edge
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scattering.physical_optics.patches import faces_something, outward_side, patch_sizes
+from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import box, dihedral, plate, sphere
-from radar_service.scene.world import Mesh
 from tests.scenes import scene
 
 Floats = NDArray[np.float64]

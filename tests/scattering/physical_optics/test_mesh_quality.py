@@ -8,8 +8,8 @@ import pytest
 
 import radar_service as rs
 from radar_service.scattering.physical_optics.mesh_quality import concave, curve_sag, mesh_quality
+from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import box, cylinder, dihedral, plate, sphere
-from radar_service.scene.world import Mesh
 from tests.reference.make_ships import coaster
 from tests.scattering.physical_optics.meshes import loaded
 from tests.scattering.physical_optics.meshes import sphere as cube_sphere

@@ -1,0 +1,92 @@
+"""Records of bodies: the material, the triangle mesh and the body itself."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.frames import map_from_body
+from radar_service.scene.motion import Motion
+
+Floats = NDArray[np.float64]
+Scattering = Literal["rcs", "diffuse", "optics"]
+
+
+@dataclass(frozen=True)
+class Material:
+    """The scattering of a surface at X band."""
+
+    name: str
+    gamma: float  # sigma0 = gamma cos(incidence), power ratio
+    scattering: Scattering  # default for bodies of this material
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles in a body's own frame: vertices (V, 3) float64 [m], faces (F, 3) int64, every index in range."""
+
+    vertices: Floats
+    faces: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        assert self.vertices.ndim == 2 and self.vertices.shape[1] == 3 and self.faces.shape[1:] == (3,)
+
+
+@dataclass(frozen=True)
+class Body:
+    """An object that the radar can detect.
+
+    name: unique in the scene.
+    mesh: its surface; None for a point.
+    motion: its position and heading at any time.
+    material, scattering: how its surface scatters.
+    rcs: declared radar cross-section [m^2], or None.
+    swerling: case of fluctuation, 0 for a steady target.
+    mmsi: identity for AIS, or None.
+    length, beam: horizontal extents in its own frame [m], 0 for a point.
+    """
+
+    name: str
+    mesh: Mesh | None
+    motion: Motion
+    material: Material
+    scattering: Scattering
+    rcs: float | None
+    swerling: int
+    mmsi: int | None
+    length: float
+    beam: float
+
+    @property
+    def middle(self) -> Floats:
+        """Middle (3,) of the plan view in the body frame [m], at height 0. The mesh may be far from the frame's origin."""
+        return self._plan[0]
+
+    @property
+    def radius(self) -> float:
+        """Radius [m] of the circle about `middle` that encloses the plan view; 0 for a point."""
+        return self._plan[1]
+
+    @property
+    def arm(self) -> float:
+        """Maximum horizontal distance [m] of the mesh from the origin of the body frame, about which the body turns."""
+        return self._plan[2]
+
+    def middle_at(self, time: float) -> Floats:
+        """Returns the map position (3,) [m] of `middle` at `time` [s]."""
+        pose = self.motion.pose(time)
+        return map_from_body(self.middle, pose.position[0], float(pose.heading[0]))
+
+    @cached_property
+    def _plan(self) -> tuple[Floats, float, float]:
+        """Middle, radius and arm of the plan view."""
+        if self.mesh is None:
+            return np.zeros(3), 0.0, 0.0
+        used = np.zeros(len(self.mesh.vertices), dtype=np.bool_)
+        used[self.mesh.faces] = True
+        east, north = self.mesh.vertices[used, :2].T
+        middle = np.array([east.min() + east.max(), north.min() + north.max(), 0.0]) / 2.0
+        radius = np.hypot(east - middle[0], north - middle[1]).max()
+        return middle, float(radius), float(np.hypot(east, north).max())

@@ -1,0 +1,93 @@
+"""Warns of settings outside the valid region of a method, and refuses powers that overflow.
+
+The limits come from `radar-service stability`.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from radar_service.constants import KNOT
+from radar_service.radar.parameters import Radar
+from radar_service.scene.body import Body
+from radar_service.scene.error import SceneError
+from radar_service.scene.platform import Platform
+from radar_service.scene.world import World
+
+MIN_UNWINDOWED_PRODUCT = 14.0  # bandwidth x pulse: below, without a window, the field error exceeds -40 dB
+MIN_UNWINDOWED_SAMPLING = 1.1  # sample rate / bandwidth: the same
+MAX_STATIC_EXTENT = 150_000.0  # m between bodies at rest: above, visibility is wrong on 1 % of a 1 m body's surface
+MAX_DOPPLER_SHIFT = 0.5  # range cells c / 2B: the shift within the pulse is not modelled
+MAX_POWER = 1e34  # W: transforms in single precision overflow at 3.4e38
+
+
+def pulse_doppler_shift(speed: float, pulse: float, wavelength: float) -> float:
+    """Returns the range-Doppler shift of a chirp's echo in range cells c / 2B: f_d T = 2 v T / lambda (Skolnik 2001).
+
+    speed: closing speed [m/s]. pulse: length [s]. wavelength [m].
+    """
+    return 2.0 * speed * pulse / wavelength
+
+
+def validity_warnings(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
+    """Yields a warning for each setting with which echoes may be inaccurate."""
+    yield from _unwindowed_chirp(radar)
+    yield from _doppler(world, radar, platform)
+    yield from _static_extent(world.bodies)
+
+
+def check_echo_power(radar: Radar, bodies: Sequence[Body]) -> None:
+    """Raises SceneError if an echo at radar.range_min_m could overflow single precision."""
+    rcs = sum(body.rcs for body in bodies if body.rcs is not None)
+    constant = radar.power * radar.gain**2 * radar.wavelength**2 / ((4.0 * np.pi) ** 3 * radar.loss)
+    with np.errstate(over="ignore", divide="ignore"):
+        maximum = float(np.float64(constant) * rcs / np.float64(radar.range_min) ** 4)
+    if maximum > MAX_POWER:
+        raise SceneError(
+            f"radar.range_min_m: {radar.range_min:g} m, with this power and gain and {rcs:g} m2 of bodies, allows echoes of "
+            f"{maximum:.0e} W; at most {MAX_POWER:.0e} W can be computed: raise range_min_m or lower gain_dbi or power_w"
+        )
+
+
+def _unwindowed_chirp(radar: Radar) -> Iterator[str]:
+    if radar.modulation != "lfm" or radar.window != "none":
+        return
+    product, ratio = radar.bandwidth * radar.pulse, radar.sample_rate / radar.bandwidth
+    if product < MIN_UNWINDOWED_PRODUCT:
+        yield (
+            f"radar.pulse_s: bandwidth x pulse is {product:.3g} and window is none, so the chirp's spectrum exceeds its "
+            "band "
+            f"and the field error exceeds -40 dB: lengthen the pulse to a product of {MIN_UNWINDOWED_PRODUCT:g} or set "
+            "a window"
+        )
+    elif ratio < MIN_UNWINDOWED_SAMPLING:
+        yield (
+            f"radar.sample_rate_hz: the rate is {ratio:.3g} times the bandwidth and window is none, so the field error "
+            "exceeds -40 dB: "
+            f"sample at {MIN_UNWINDOWED_SAMPLING:g} times the bandwidth or more, or set a window"
+        )
+
+
+def _doppler(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
+    if radar.modulation != "lfm":
+        return
+    speed = platform.motion.top_speed + max((body.motion.top_speed for body in world.bodies), default=0.0)
+    cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength)
+    if cells > MAX_DOPPLER_SHIFT:
+        yield (
+            f"radar.pulse_s: at {speed / KNOT:.0f} kn Doppler within a pulse of {radar.pulse:g} s moves echoes by "
+            f"{cells:.2g} "
+            "range cells; the simulation models motion between spokes only: shorten the pulse for exact ranges"
+        )
+
+
+def _static_extent(bodies: Sequence[Body]) -> Iterator[str]:
+    middles = [body.middle_at(0.0) for body in bodies if body.mesh is not None and body.motion.at_rest]
+    if len(middles) < 2:
+        return
+    span = float(np.ptp(np.array(middles)[:, :2], axis=0).max())
+    if span > MAX_STATIC_EXTENT:
+        yield (
+            f"body: bodies at rest are {span / 1000:.0f} km apart, so lines of sight are accurate to "
+            f"{span / 2.0 * 2**-24:.2g} m only and small bodies may occlude themselves: remove bodies that stay out of range"
+        )

@@ -1,0 +1,32 @@
+"""The environment record: the earth, the air, the sea, and other radars that transmit."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Environment:
+    """The earth, the atmosphere and the sea, in SI units; see EnvironmentModel."""
+
+    earth_factor: float  # effective earth radius over the earth's radius; inf is flat
+    noise: bool
+    multipath: bool
+    gas_db_per_km: float  # one way; a number also where the scene has "itu"
+    rain_mm_h: float
+    sea_state: int
+    sea_texture_shape: float | None  # nu of the gamma texture; None: by grazing angle and cell
+    wind_from: float
+    ground_plane: bool
+
+
+@dataclass(frozen=True)
+class Interferer:
+    """Another radar whose pulses the receiver picks up; see InterferenceModel."""
+
+    bearing: float  # rad from own ship, used if position is None
+    position: tuple[float, float] | None  # east, north [m]
+    level: float  # power ratio to the receiver's noise when both beams point at each other
+    frequency_offset: float
+    pulse: float
+    prf: float
+    rotation_period: float
+    beamwidth: float

@@ -1,0 +1,46 @@
+"""The platform that carries an antenna: its motion and its sway."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.frames import map_from_deck
+from radar_service.scene.motion import Motion
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Platform:
+    """The carrier of an antenna, today own ship. motion: of the point on the sea surface below the antenna, with sway."""
+
+    motion: Motion
+
+    def heading(self, time: Floats) -> Floats:
+        """Returns the heading (K,) [rad] at each time (K,) [s]."""
+        return self.motion.pose(time).heading
+
+    def antenna(self, time: Floats | float, height: float) -> Floats:
+        """Returns positions (K, 3) east, north, height above the sea [m] at each time (K,) [s] of an antenna at the top of
+        an upright mast of `height` [m]; sway tilts the mast."""
+        pose = self.motion.pose(time)
+        position = pose.position
+        if self.motion.sway is None:
+            position[:, 2] = height
+            return position
+        roll, pitch, _ = self.motion.sway.angles(np.atleast_1d(np.asarray(time, dtype=np.float64))).T
+        position[:, 2] = 0.0
+        return position + height * map_from_deck(pose.heading, roll, pitch)[:, :, 2]
+
+    def upright_from_map(self, time: Floats) -> Floats | None:
+        """Returns matrices (K, 3, 3) from map directions to directions relative to the swaying mast, at each time (K,) [s].
+
+        The result is the direction in which an upright mast on the same heading has the target. None without sway.
+        """
+        if self.motion.sway is None:
+            return None
+        roll, pitch, _ = self.motion.sway.angles(time).T
+        heading = self.heading(time)
+        level = map_from_deck(heading, np.zeros(len(time)), np.zeros(len(time)))
+        return np.asarray(level @ map_from_deck(heading, roll, pitch).transpose(0, 2, 1))

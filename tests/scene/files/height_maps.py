@@ -1,0 +1,40 @@
+"""Height maps that tests share."""
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from radar_service.scene.body import Body
+from radar_service.scene.load import load_scene
+from radar_service.scene.world import Scene
+
+ORIGIN = {"latitude_deg": 50.9, "longitude_deg": 1.4}
+
+
+def npy(samples: NDArray[Any]) -> bytes:
+    file = io.BytesIO()
+    np.save(file, samples)
+    return file.getvalue()
+
+
+def picture(samples: NDArray[Any], kind: str = "PNG", **options: Any) -> bytes:
+    file = io.BytesIO()
+    Image.fromarray(samples).save(file, kind, **options)
+    return file.getvalue()
+
+
+def load(folder: Path, name: str, content: bytes, range_max_m: float = 50_000, **keys: Any) -> Scene:
+    (folder / name).write_bytes(content)
+    body = {"name": "island", "heightmap": name, "material": "land", **keys}
+    return load_scene(
+        {"origin": ORIGIN, "radar": {"range_max_m": range_max_m, "bandwidth_hz": 5e6}, "body": [body]}, folder=folder
+    )
+
+
+def world_vertices(body: Body) -> NDArray[np.float64]:
+    assert body.mesh is not None
+    return body.mesh.vertices + body.motion.position[0]
