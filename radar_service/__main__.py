@@ -161,7 +161,7 @@ def parser() -> argparse.ArgumentParser:
     study = commands.add_parser("chart", help="measure every method on a scene, speed against accuracy")
     study.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
     study.add_argument(
-        "-o", "--out", type=Path, required=True, help="existing folder for chart.svg, .png, .json and reading.txt"
+        "-o", "--out", type=Path, required=True, help="existing folder for chart.svg, .png, .json and summary.txt"
     )
     study.add_argument("--seed", default=0, type=partial(whole, least=0, most=2**63 - 1))
     study.add_argument("--quick", action="store_true", help="seconds instead of minutes, and rougher")
@@ -293,12 +293,13 @@ def run_stability(wanted: argparse.Namespace) -> int:
 def run_chart(wanted: argparse.Namespace) -> int:
     """Measure all methods on a scene, with progress bars on a terminal."""
     from radar_service.study.chart import chart  # here, as above
+    from radar_service.study.chart.summary import summary_text
 
     if not wanted.out.is_dir():
         raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(wanted.out))
     effort = chart.QUICK if wanted.quick else chart.FULL
-    said = chart.write(chart.measured(load_scene(wanted.scene), wanted.seed, effort, bar=True), wanted.out)
-    print(said["reading"])
+    data = chart.write_chart(chart.measure(load_scene(wanted.scene), wanted.seed, effort, progress=True), wanted.out)
+    print(summary_text(data["summary"]), end="")
     return 0
 
 

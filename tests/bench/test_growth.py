@@ -1,52 +1,74 @@
-"""How the cost of a scan grows with echoes, azimuths and bins: no worse than linearly. `pytest -m bench -s tests/bench`.
+"""Growth of the cost of a scan with echoes, azimuths and bins, at most linear: `pytest -m bench -s tests/bench/test_growth.py`.
 
-Each chart, out/growth-*.png, has cost against size on logarithmic axes and the line of slope 1 through its last point.
+The last test draws out/growth.png: cost against size on logarithmic axes, with a line of slope 1 through each last point.
 """
 
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image, ImageDraw
+from matplotlib.axes import Axes
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 import radar_service as rs
 from radar_service.fidelity import fidelity_from_name
+from radar_service.study.plotting import COLOURS, SMALL, duration, new_figure, png_bytes, style
 from tests.scenes import point, scene
 
 pytestmark = pytest.mark.bench
 OUT = Path(__file__).parents[2] / "out"
-UNDER_WAY = {"speed_kn": 12, "course_deg": 30}
-SLOPE = 1.15  # of the steepest stretch between neighbours a factor 4 apart; 1 and what a busy machine adds
+MOVING = {"speed_kn": 12, "course_deg": 30}
+MAX_SLOPE = 1.15  # between neighbours a factor 4 apart: 1, and 0.15 for the noise of a busy machine
 
 
-def plain(**radar: Any) -> rs.Scene:
-    """A plateau all round, own ship under way."""
+@dataclass(frozen=True)
+class Growth:
+    """One driven size.
+
+    title: of the axes;
+    xlabel, ylabel: with units;
+    make: makes a simulator of a size;
+    sizes: a factor 4 apart;
+    whole: whether the cost is that of a scan, or of 128 azimuths.
+    """
+
+    title: str
+    xlabel: str
+    ylabel: str
+    make: Callable[[int], rs.Simulator]
+    sizes: tuple[int, ...]
+    whole: bool
+
+
+def plateau(**radar: Any) -> rs.Scene:
+    """Returns a plateau around own ship, which moves."""
     flat = {"name": "flat", "shape": "box", "length_m": 3600, "width_m": 3600, "height_m": 4, "position_m": [0, 0, 0]}
     settings = {"range_max_m": 2500, "azimuths": 720, "height_m": 40, **radar}
-    return scene([{**flat, "material": "land"}, point("mark", 900, 0)], radar=settings, own_ship=UNDER_WAY)
+    return scene([{**flat, "material": "land"}, point("mark", 900, 0)], radar=settings, own_ship=MOVING)
 
 
 def by_echoes(size: int) -> rs.Simulator:
     return rs.Simulator(
-        plain(), replace(fidelity_from_name("balanced"), scatterers_per_cell=size / 80_000.0)
-    )  # 317,000 seen at 4
+        plateau(), replace(fidelity_from_name("balanced"), scatterers_per_cell=size / 80_000.0)
+    )  # 317,000 visible at 4
 
 
 def by_azimuths(size: int) -> rs.Simulator:
-    return rs.Simulator(plain(azimuths=size))
+    return rs.Simulator(plateau(azimuths=size))
 
 
 def by_bins(size: int) -> rs.Simulator:
     marks = [point(f"p{k}", 400 + 3 * k, 300, swerling=0) for k in range(100)]
-    return rs.Simulator(scene(marks, radar={"range_max_m": size * 1.9986}, own_ship=UNDER_WAY, environment={"noise": True}))
+    return rs.Simulator(scene(marks, radar={"range_max_m": size * 1.9986}, own_ship=MOVING, environment={"noise": True}))
 
 
 def cost(sim: rs.Simulator) -> float:
-    """CPU time [s] of 8 tiles of 16 azimuths, the least of five goes."""
+    """Returns the CPU time [s] of 8 blocks of 16 azimuths, the shortest of five runs."""
     best = np.inf
     for _ in range(5):
         blocks = sim.blocks(scans=1)
@@ -59,44 +81,66 @@ def cost(sim: rs.Simulator) -> float:
     return float(best)
 
 
-@pytest.mark.parametrize(
-    ("what", "make", "sizes", "whole"),
-    [
-        ("echoes", by_echoes, [5_000, 20_000, 80_000, 320_000], False),
-        ("azimuths", by_azimuths, [360, 1440, 5760], True),
-        ("bins", by_bins, [1024, 4096, 16_384], False),
-    ],
-    ids=["echoes", "azimuths", "bins"],
+AZIMUTHS_128 = "CPU time of 128 azimuths"
+GROWTHS = (
+    Growth("Echoes", "echoes", AZIMUTHS_128, by_echoes, (5_000, 20_000, 80_000, 320_000), False),
+    Growth("Azimuths", "azimuths of a scan", "CPU time of a scan", by_azimuths, (360, 1440, 5760), True),
+    Growth("Range bins", "range bins", AZIMUTHS_128, by_bins, (1024, 4096, 16_384), False),
 )
-def test_cost_grows_no_worse_than_linearly(
-    what: str, make: Callable[[int], rs.Simulator], sizes: list[int], whole: bool
-) -> None:
-    costs = [cost(make(size)) * (size / 128 if whole else 1.0) for size in sizes]
-    slopes = np.diff(np.log(costs)) / np.diff(np.log(sizes))
-    for size, seconds in zip(sizes, costs, strict=True):
-        print(f"\n| {what} | {size} | {seconds * 1e3:.1f} ms {'a scan' if whole else 'for 128 azimuths'} |", end="")
+
+
+@cache
+def costs_of(growth: Growth) -> tuple[float, ...]:
+    """Returns the cost [s] of each size."""
+    return tuple(cost(growth.make(size)) * (size / 128 if growth.whole else 1.0) for size in growth.sizes)
+
+
+@pytest.mark.parametrize("growth", GROWTHS, ids=lambda growth: growth.xlabel)
+def test_cost_grows_no_worse_than_linearly(growth: Growth) -> None:
+    costs = costs_of(growth)
+    slopes = np.diff(np.log(costs)) / np.diff(np.log(growth.sizes))
+    for size, seconds in zip(growth.sizes, costs, strict=True):
+        print(
+            f"\n| {growth.xlabel} | {size} | {duration(seconds)} {'a scan' if growth.whole else 'for 128 azimuths'} |",
+            end="",
+        )
     print(f"\nslopes {', '.join(f'{slope:.2f}' for slope in slopes)}")
-    chart(what, sizes, costs)
-    assert slopes.max() < SLOPE
+    assert slopes.max() < MAX_SLOPE
 
 
-def chart(what: str, sizes: list[int], costs: list[float]) -> None:
-    """Writes out/growth-`what`.png."""
+def test_draw_the_growth() -> None:
+    """Writes out/growth.png."""
     OUT.mkdir(exist_ok=True)
-    image = Image.new("RGB", (520, 400), "white")
-    pen = ImageDraw.Draw(image)
-    x, y = np.log10(sizes), np.log10(costs)
-    low_x, low_y, span = x[0], min(y.min(), y[-1] - (x[-1] - x[0])), max(x[-1] - x[0], np.ptp(y)) * 1.1
+    (OUT / "growth.png").write_bytes(growth_png([(growth, costs_of(growth)) for growth in GROWTHS]))
 
-    def at(a: float, b: float) -> tuple[float, float]:
-        return 70 + (a - low_x) / span * 420, 350 - (b - low_y) / span * 300
 
-    pen.line([at(x[0], y[-1] - (x[-1] - x[0])), at(x[-1], y[-1])], fill="silver", width=2)
-    pen.line([at(a, b) for a, b in zip(x, y, strict=True)], fill="navy", width=3)
-    for a, b, size, seconds in zip(x, y, sizes, costs, strict=True):
-        left, top = at(a, b)
-        pen.ellipse([left - 4, top - 4, left + 4, top + 4], fill="navy")
-        pen.text((left - 10, top - 22), f"{seconds * 1e3:.0f} ms", fill="black")
-        pen.text((left - 10, 360), f"{size}", fill="black")
-    pen.text((200, 378), f"{what}; grey: linear", fill="black")
-    image.save(OUT / f"growth-{what}.png")
+def growth_png(measured: Sequence[tuple[Growth, Sequence[float]]]) -> bytes:
+    """Returns one set of axes for each growth, side by side, as PNG."""
+    with style():
+        figure = new_figure(3.0)
+        for axes, (growth, costs) in zip(figure.subplots(1, len(measured)), measured, strict=True):
+            draw_growth(axes, growth, costs)
+        figure.subplots_adjust(left=0.085, right=0.99, top=0.9, bottom=0.17, wspace=0.38)
+    return png_bytes(figure)
+
+
+def draw_growth(axes: Axes, growth: Growth, costs: Sequence[float]) -> None:
+    """Draws costs [s] against sizes, and linear growth through the last point."""
+    linear = [costs[-1] * size / growth.sizes[-1] for size in growth.sizes]
+    axes.loglog(growth.sizes, linear, color="#9a9a9a", linestyle="--", label="linear growth")
+    axes.loglog(growth.sizes, costs, "o-", color=COLOURS[0], label="measured")
+    for size, seconds in zip(growth.sizes, costs, strict=True):
+        axes.annotate(duration(seconds), (size, seconds), (-4, 4), textcoords="offset points", fontsize=SMALL, ha="right")
+    axes.set_title(growth.title)
+    axes.set_xlabel(growth.xlabel)
+    axes.set_ylabel(growth.ylabel)
+    axes.set_xlim(growth.sizes[0] / 5.0, growth.sizes[-1] * 1.8)
+    axes.set_ylim(min(linear[0], costs[0]) / 1.6, costs[-1] * 2.5)
+    axes.xaxis.set_major_locator(FixedLocator(growth.sizes))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.tick_params(axis="x", labelsize=SMALL - 0.5)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda size, _: f"{size:,.0f}"))
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda seconds, _: duration(seconds)))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.legend(loc="lower right")

@@ -1,4 +1,4 @@
-"""The study of speed against accuracy: measure, judge, draw, write."""
+"""The study of speed against accuracy: `measure` runs every method on a scene, `write_chart` writes the results."""
 
 import json
 from collections.abc import Callable
@@ -12,34 +12,44 @@ from tqdm import tqdm
 
 from radar_service.scene.error import SceneError
 from radar_service.scene.world import Scene
-from radar_service.study.chart.drawing import Panel, chart_sheet
-from radar_service.study.chart.field_panel import field_points, task_for, turns_of
+from radar_service.study.chart.closed_form import closed_form_error_db
+from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
+from radar_service.study.chart.figure import Panel, chart_figure
+from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
 from radar_service.study.chart.point import Point, pareto
-from radar_service.study.chart.power_panel import power_points, windows_of
+from radar_service.study.chart.power_panel import power_points, target_windows
 from radar_service.study.chart.provenance import commit, machine
-from radar_service.study.chart.reading import reading
+from radar_service.study.chart.reference_surface import ReferenceSurface, Window
 from radar_service.study.chart.samplers import samplers
 from radar_service.study.chart.scattering_panel import MODELS, scattering_points
 from radar_service.study.chart.signal_chain import methods
-from radar_service.study.chart.still import all_echoes, diffuse_alone, landscape_of, stopped
-from radar_service.study.chart.surface_twin import SurfaceTwin, Window
-from radar_service.study.chart.twin import twin_error_db
+from radar_service.study.chart.summary import summary, summary_text
+from radar_service.study.plotting import png_bytes, svg_text
 
 Floats = NDArray[np.float64]
 Result = TypeVar("Result")
-SURE = 0.05 * np.log(10.0) / 10.0  # 0.05 dB
-FINER = 3  # times the lattice of a target is made finer
-FAINTEST = 1e-300  # W
+CONVERGED = 0.05 * np.log(10.0) / 10.0  # 0.05 dB
+MAX_REFINEMENTS = 3  # of the lattice of rays on a target
+MIN_POWER = 1e-300  # W
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is measured: echoes kept for errors, tiles of spokes timed, repeats of each time, targets, most draws of a
-    sampler, CPU time [s] after which a panel repeats nothing, most rays to a box, directions across and up the lattice of
-    the surfaces' twin, and turns of the bodies that scattering models are judged on."""
+    """How much a chart measures.
+
+    echoes: number of echoes for the field errors;
+    blocks: blocks of spokes that are timed;
+    repeats: of each time;
+    targets: of the samplers;
+    draws: largest number of draws of a sampler;
+    seconds: CPU time after which a panel repeats nothing [s];
+    rays: largest number of rays in a box of 3 x 3 beamwidths;
+    lattice: columns and rows of the reference lattice of rays;
+    turns: random turns of the canonical targets.
+    """
 
     echoes: int
-    tiles: int
+    blocks: int
     repeats: int
     targets: int
     draws: int
@@ -49,15 +59,14 @@ class Effort:
     turns: int
 
 
-FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16)  # a big scene then takes two minutes and a half in all
+FULL = Effort(400, 3, 3, 8, 512, 60.0, 32_000, (128, 256), 16)  # two and a half minutes for a big scene
 QUICK = Effort(40, 1, 2, 3, 4, 10.0, 2_000, (32, 64), 4)
 PANELS = ("field", "power", "scattering")
-MEAN_AND_SPREAD = "error of the mean and spread of one draw, dB"
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Points, and what else chart.json says."""
+    """The points of a scene, and facts about the measurement for chart.json."""
 
     scene: Scene
     points: tuple[Point, ...]
@@ -65,132 +74,140 @@ class Chart:
 
     @property
     def real_time(self) -> float:
-        """Seconds that one azimuth may take at the scene's rpm."""
+        """Time of one azimuth at the scene's rpm [s]."""
         return self.scene.radar.spoke_period
 
+    def of_panel(self, panel: str) -> list[Point]:
+        """Returns the points of a panel."""
+        return [point for point in self.points if point.panel == panel]
+
     def as_dict(self) -> dict[str, Any]:
-        """Plain data: every point, the front of each panel as indices, the reading, the machine and the commit."""
-        fronts = {
-            panel: [self.points.index(p) for p in pareto(q for q in self.points if q.panel == panel)] for panel in PANELS
-        }
+        """Returns plain data: all points, the front of each panel as indices, the summary, the machine and the commit."""
+        fronts = {panel: [self.points.index(p) for p in pareto(self.of_panel(panel))] for panel in PANELS}
         return {
             "scene": self.scene.name, "commit": commit(), "machine": machine(),
             "real_time_seconds_per_azimuth": self.real_time,
-            **self.facts, "reading": reading(self.points, self.real_time), "fronts": fronts,
+            **self.facts, "summary": summary(self.points, self.real_time), "fronts": fronts,
             "points": [point.as_dict() for point in self.points],
         }  # fmt: skip
 
 
-def measured(scene: Scene, seed: int = 0, effort: Effort = FULL, bar: bool = False) -> Chart:
-    """All methods on one scene. bar: show progress on a terminal. Raises SceneError where there is nothing to compare."""
-    still = stopped(scene)
-    found, facts = [], {"seed": seed}
-    for part in (_field, _power):
-        points, said = part(still, seed, effort, bar)
-        found += points
-        facts |= said
-    if not found:
+def measure(scene: Scene, seed: int = 0, effort: Effort = FULL, progress: bool = False) -> Chart:
+    """Returns the chart of all methods on a scene; `progress` shows bars on a terminal.
+
+    Raises SceneError if the scene has nothing to compare.
+    """
+    frozen_scene = frozen(scene)
+    points: list[Point] = []
+    facts: dict[str, Any] = {"seed": seed}
+    for panel in (_field, _power):
+        panel_points, panel_facts = panel(frozen_scene, seed, effort, progress)
+        points += panel_points
+        facts |= panel_facts
+    if not points:
         raise SceneError(
             f'scene "{scene.name}": it has neither an echo within its range nor a diffuse surface in sight, so nothing can be '
             "compared; add a body in sight"
         )  # fmt: skip
-    models = _with_bar(
-        "scattering models", effort.turns * MODELS, bar, lambda done: scattering_points(still, effort.turns, seed, done)
+    points += _with_bar(
+        "scattering models",
+        effort.turns * MODELS,
+        progress,
+        lambda done: scattering_points(frozen_scene, effort.turns, seed, done),
     )
-    return Chart(scene, (*found, *models), facts)
+    return Chart(scene, tuple(points), facts)
 
 
-def _field(scene: Scene, seed: int, effort: Effort, bar: bool) -> tuple[list[Point], dict[str, Any]]:
-    """Points of the signal chain, none where there is no echo."""
+def _field(scene: Scene, seed: int, effort: Effort, progress: bool) -> tuple[list[Point], dict[str, Any]]:
+    """Returns the points and facts of the signal chain, none if there is no echo."""
     radar = scene.radar
     echoes = all_echoes(scene, seed)
     if not np.any(echoes.range < radar.range_max):
         return [], {}
-    task, all_methods = task_for(radar, echoes, effort.echoes, effort.tiles, seed), methods(radar)
+    workload, chain = workload_of(radar, echoes, effort.echoes, effort.blocks, seed), methods(radar)
     points = _with_bar(
-        "signal chain", turns_of(all_methods, effort.repeats), bar,
-        lambda done: field_points(task, all_methods, effort.repeats, done, effort.seconds),
+        "signal chain", step_count(chain, effort.repeats), progress,
+        lambda done: field_points(workload, chain, effort.repeats, done, effort.seconds),
     )  # fmt: skip
     return points, {
         "field_echoes": len(echoes.range),
-        "field_echoes_compared": len(task.thinned.range),
-        "field_spokes_compared": len(task.turn),
-        "field_twin_error_db": twin_error_db(radar),
+        "field_echoes_compared": len(workload.subset.range),
+        "field_spokes_compared": len(workload.scan),
+        "closed_form_error_db": closed_form_error_db(radar),
     }
 
 
-def _power(scene: Scene, seed: int, effort: Effort, bar: bool) -> tuple[list[Point], dict[str, Any]]:
-    """Points of the samplers, none where there is no diffuse surface in sight."""
-    scene = diffuse_alone(scene)
+def _power(scene: Scene, seed: int, effort: Effort, progress: bool) -> tuple[list[Point], dict[str, Any]]:
+    """Returns the points and facts of the samplers, none if there is no diffuse surface in sight."""
+    scene = only_diffuse(scene)
     if not scene.bodies:
         return [], {}
-    windows = windows_of(scene, all_echoes(scene, seed + 1), effort.targets)
-    truth, coarse = _with_bar("reference", len(windows), bar, lambda done: _truth(scene, windows, effort.lattice, done))
-    seen = np.flatnonzero((truth > 0.0) & (coarse > 0.0))
-    if not len(seen):
+    windows = target_windows(scene, all_echoes(scene, seed + 1), effort.targets)
+    truth, coarse = _with_bar(
+        "reference", len(windows), progress, lambda done: _reference_powers(scene, windows, effort.lattice, done)
+    )
+    visible = np.flatnonzero((truth > 0.0) & (coarse > 0.0))
+    if not len(visible):
         return [], {}
-    kept = [windows[k] for k in seen]
-    tried = samplers(scene, kept, landscape_of(scene), effort.rays)
+    kept = [windows[k] for k in visible]
+    compared = samplers(scene, kept, occlusion_of(scene), effort.rays)
     points = _with_bar(
-        "samplers", sum(min(effort.draws, s.draws) for s in tried), bar,
-        lambda done: power_points(tried, truth[seen], effort.draws, seed, done, effort.seconds),
+        "samplers", sum(min(effort.draws, s.draws) for s in compared), progress,
+        lambda done: power_points(compared, truth[visible], effort.draws, seed, done, effort.seconds),
     )  # fmt: skip
-    doubt = float(np.abs(10.0 * np.log10(truth[seen] / coarse[seen])).max())
-    return points, {"power_targets": len(kept), "power_twin_error_db": doubt}
+    uncertainty = float(np.abs(10.0 * np.log10(truth[visible] / coarse[visible])).max())
+    return points, {"power_targets": len(kept), "reference_surface_error_db": uncertainty}
 
 
-def _truth(
+def _reference_powers(
     scene: Scene, windows: list[Window], lattice: tuple[int, int], done: Callable[[], object]
 ) -> tuple[Floats, Floats]:
-    """Mean power (T,) [W] of each window from a lattice of rays, and from one half as fine, which says how sure it is: it is
-    made finer until they differ by at most SURE, up to FINER times."""
-    twin, found = SurfaceTwin(scene), np.zeros((2, len(windows)))
+    """Returns the mean powers (T,) [W] of the windows from a lattice of rays, and from one half as fine.
+
+    The lattice is refined until the two differ by at most CONVERGED, up to MAX_REFINEMENTS times.
+    """
+    surface, powers = ReferenceSurface(scene), np.zeros((2, len(windows)))
     for k, window in enumerate(windows):
-        coarse, fine = (twin.power(window, lattice[0] >> step, lattice[1] >> step) for step in (1, 0))
-        for step in range(1, FINER + 1):
-            if abs(np.log(max(fine, FAINTEST) / max(coarse, FAINTEST))) <= SURE:
+        coarse, fine = (surface.power(window, lattice[0] >> step, lattice[1] >> step) for step in (1, 0))
+        for step in range(1, MAX_REFINEMENTS + 1):
+            if abs(np.log(max(fine, MIN_POWER) / max(coarse, MIN_POWER))) <= CONVERGED:
                 break
-            coarse, fine = fine, twin.power(window, lattice[0] << step, lattice[1] << step)
-        found[:, k] = fine, coarse
+            coarse, fine = fine, surface.power(window, lattice[0] << step, lattice[1] << step)
+        powers[:, k] = fine, coarse
         done()
-    return found[0], found[1]
+    return powers[0], powers[1]
 
 
-def _with_bar(words: str, total: int, wanted: bool, work: Callable[[Callable[[], object]], Result]) -> Result:
-    with tqdm(total=total, desc=words, disable=None if wanted else True) as bar:
+def _with_bar(title: str, total: int, progress: bool, work: Callable[[Callable[[], object]], Result]) -> Result:
+    with tqdm(total=total, desc=title, disable=None if progress else True) as bar:
         return work(bar.update)
 
 
-def write(chart: Chart, folder: Path) -> dict[str, Any]:
-    """chart.svg, chart.png, chart.json and reading.txt into an existing folder; what chart.json says."""
-    said = chart.as_dict()
-    sheet = chart_sheet(
-        f'Speed against accuracy on "{chart.scene.name}"', _subtitle(said), _panels(chart), chart.real_time, said["reading"]
-    )
-    (folder / "chart.svg").write_text(sheet.svg(said["reading"]), encoding="utf-8")
-    (folder / "chart.png").write_bytes(sheet.png())
-    (folder / "chart.json").write_text(json.dumps(said, indent=1), encoding="utf-8")
-    (folder / "reading.txt").write_text(said["reading"] + "\n", encoding="utf-8")
-    return said
+def write_chart(chart: Chart, folder: Path) -> dict[str, Any]:
+    """Writes chart.svg, chart.png, chart.json and summary.txt to an existing folder; returns the data of chart.json."""
+    data = chart.as_dict()
+    figure = chart_figure(chart.scene.name, _machine_text(data), _panels(chart, data["summary"]), chart.real_time)
+    (folder / "chart.svg").write_text(svg_text(figure), encoding="utf-8")
+    (folder / "chart.png").write_bytes(png_bytes(figure))
+    (folder / "chart.json").write_text(json.dumps(data, indent=1), encoding="utf-8")
+    (folder / "summary.txt").write_text(summary_text(data["summary"]), encoding="utf-8")
+    return data
 
 
-def _panels(chart: Chart) -> list[Panel]:
-    field, power, models = ([p for p in chart.points if p.panel == panel] for panel in PANELS)
-    panels = [
-        Panel("Signal chain: field against the closed form", "relative field error, dB", field, False, -120.0),
-        Panel("Samplers: mean power of targets", MEAN_AND_SPREAD, power, True, 0.01),
-        Panel("Scattering models: reflectors whose cross-section theory knows", MEAN_AND_SPREAD, models, True, 0.1),
+def _panels(chart: Chart, notes: dict[str, list[str]]) -> list[Panel]:
+    power_error = "error of mean and spread [dB]"
+    axes = {
+        "field": ("Signal chain: field against the closed form", "relative field error [dB]", FLOOR_DB, False),
+        "power": ("Samplers: mean power of diffuse targets", power_error, 0.01, True),
+        "scattering": ("Scattering models: targets of known cross-section", power_error, 0.1, True),
+    }
+    return [
+        Panel(title, ylabel, chart.of_panel(panel), lowest, notes[panel], log)
+        for panel, (title, ylabel, lowest, log) in axes.items()
+        if chart.of_panel(panel)
     ]
-    return [panel for panel in panels if panel.points]
 
 
-def _subtitle(said: dict[str, Any]) -> str:
-    where = said["machine"]
-    return (
-        f"lower left is better; grey band: Pareto front; hollow: time carried over from fewer echoes. "
-        f"{where['processor']}, {_short(said['commit'])}"
-    )
-
-
-def _short(commit: str) -> str:
-    return commit if commit.startswith("version") else f"commit {commit[:10]}"
+def _machine_text(data: dict[str, Any]) -> str:
+    revision = data["commit"]
+    return f"{data['machine']['processor']}, {revision if revision.startswith('version') else f'commit {revision[:10]}'}"

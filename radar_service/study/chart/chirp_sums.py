@@ -1,4 +1,4 @@
-"""Sums of chirps, azimuth by azimuth: the documented chain, its beam corrected or as printed, and the same at exact delays."""
+"""Sums of chirps azimuth by azimuth: the documented chain, with printed or corrected beam, and with exact delays."""
 
 from collections.abc import Callable
 
@@ -24,11 +24,11 @@ from radar_service.trace.ray_sampling import REACH
 
 Sum = Callable[[Indices, Floats, Floats, NDArray[np.complex128], int], NDArray[np.complex128]]
 Beam = Callable[[Floats], Floats]  # offset from boresight [rad] to the weight of an amplitude
-INTEGER = "integer-delay chirps"
+INTEGER_DELAY = "integer-delay chirps"
 
 
 def chirp_sums(radar: Radar) -> list[Method]:
-    """All of them for a radar that sends chirps."""
+    """Returns the chirp sums for a radar that transmits chirps."""
 
     def pattern(offset: Floats) -> Floats:
         return radar.pattern.gain(offset, radar.beamwidth)
@@ -36,56 +36,56 @@ def chirp_sums(radar: Radar) -> list[Method]:
     def printed(offset: Floats) -> Floats:
         return printed_two_way(offset, 0.0, radar.beamwidth, radar.beamwidth_el)
 
-    def one(family: str, extent: float, run: Run, slow: bool = True) -> Method:
+    def method(family: str, extent: float, run: Run, slow: bool = True) -> Method:
         return Method(family, f"{extent:g} beamwidths", run, radar, 0.0, extent * radar.beamwidth, slow=slow)
 
-    found, reach = [], REACH * radar.beamwidth
+    methods, reach = [], REACH * radar.beamwidth
     as_printed = chirps(radar, reach, printed, chirp_sum)
-    found.append(Method(INTEGER, "printed beam", as_printed, radar, 0.0, reach, "documented", slow=True))
+    methods.append(Method(INTEGER_DELAY, "printed beam", as_printed, radar, 0.0, reach, "documented", slow=True))
     for extent in (REACH, 12.0):
         reach = extent * radar.beamwidth
-        found.append(one(INTEGER, extent, chirps(radar, reach, pattern, chirp_sum)))
-        found.append(one("integer delays, FFT", extent, chirps(radar, reach, pattern, impulse_sum), slow=False))
-        found.append(one("exact-delay chirps", extent, exact_chirps(radar, reach, pattern)))
-    return sorted(found, key=lambda method: method.family)
+        methods.append(method(INTEGER_DELAY, extent, chirps(radar, reach, pattern, chirp_sum)))
+        methods.append(method("integer delays, FFT", extent, chirps(radar, reach, pattern, impulse_sum), slow=False))
+        methods.append(method("exact-delay chirps", extent, exact_chirps(radar, reach, pattern)))
+    return sorted(methods, key=lambda each: each.family)
 
 
-def chirps(radar: Radar, extent: float, beam: Beam, adding: Sum) -> Run:
-    """The documented chain under a beam: delays rounded to samples, chirps added, one matched filter."""
-    sent = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
-    weights = window(radar.window, sent.size)
+def chirps(radar: Radar, extent: float, beam: Beam, add: Sum) -> Run:
+    """Returns the documented chain: it rounds delays to samples, adds chirps and applies one matched filter."""
+    replica = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
+    weights = window(radar.window, replica.size)
 
-    def one(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def profile(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
         delay = sample_delay(distance, radar.sample_rate)
-        received = adding(delay, np.abs(amplitude), np.angle(amplitude), sent, radar.bins)
-        return compress(received, sent, weights, radar.bins)
+        received = add(delay, np.abs(amplitude), np.angle(amplitude), replica, radar.bins)
+        return compress(received, replica, weights, radar.bins)
 
-    return _each_azimuth(radar, extent, beam, one)
+    return _each_azimuth(radar, extent, beam, profile)
 
 
 def exact_chirps(radar: Radar, extent: float, beam: Beam) -> Run:
-    """The same with the chirp evaluated at every echo's own delay."""
-    sent = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
-    weights = window(radar.window, sent.size)
+    """Returns the same chain with each chirp at the exact delay of its echo."""
+    replica = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
+    weights = window(radar.window, replica.size)
 
-    def one(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def profile(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
         received = exact_chirp_sum(
             distance, np.abs(amplitude), np.angle(amplitude), radar.bandwidth, radar.pulse, radar.sample_rate, radar.bins
         )
-        return compress(received, sent, weights, radar.bins)
+        return compress(received, replica, weights, radar.bins)
 
-    return _each_azimuth(radar, extent, beam, one)
+    return _each_azimuth(radar, extent, beam, profile)
 
 
 def _each_azimuth(
-    radar: Radar, extent: float, beam: Beam, one: Callable[[Floats, NDArray[np.complex128]], NDArray[np.complex128]]
+    radar: Radar, extent: float, beam: Beam, profile: Callable[[Floats, NDArray[np.complex128]], NDArray[np.complex128]]
 ) -> Run:
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         profiles = np.empty((len(spokes), radar.bins), dtype=np.complex64)
         for k, spoke in enumerate(spokes):
             offset = wrap_angle(spoke * radar.azimuth_step - echoes.azimuth)
             near = np.flatnonzero(np.abs(offset) <= extent)
-            profiles[k] = one(echoes.range[near], beam(offset[near]) * echoes.amplitude[near])
+            profiles[k] = profile(echoes.range[near], beam(offset[near]) * echoes.amplitude[near])
         return profiles
 
     return run

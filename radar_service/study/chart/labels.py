@@ -1,103 +1,91 @@
-"""What stands beside the marks of a chart: settings, put where they hide the least."""
+"""Labels of the chart's points: their texts, and positions where they overlap nothing."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import cos, hypot, pi, sin
 
 from radar_service.study.chart.point import Point
-from radar_service.study.chart.sheet import Line, Place, Words
 
-Box = tuple[float, float, float, float]  # left, top, right, bottom
-SIZE, COLOUR, LEADER = 11.5, "#222222", "#8a8a8a"
-SAME = 9.0  # marks nearer than this both ways share a label
-FAR = 22.0  # a label farther from its mark has a line to it
-HALF = 7.0  # of a mark
-RINGS = (11.0, 20.0, 32.0, 46.0, 62.0)  # distances that labels try
-WAYS: tuple[tuple[float, float, str], ...] = (
-    (1.0, 0.0, "start"), (-1.0, 0.0, "end"), (0.0, -1.2, "middle"), (0.0, 1.2, "middle"), (0.8, -0.9, "start"),
-    (0.8, 0.9, "start"), (-0.8, -0.9, "end"), (-0.8, 0.9, "end"),
-)  # fmt: skip
+Position = tuple[float, float]
+Box = tuple[float, float, float, float]  # left, bottom, right, top
+MERGE = 0.9  # points closer than this many text heights in both directions share a label
+RINGS = (0.9, 1.5, 2.4, 3.6, 5.0, 7.0, 9.0, 12.0)  # distances of a label from its point [text heights]
+DIRECTIONS = 16
+LEADER = 2.0  # a label farther than this [text heights] has a leader line
 
 
 @dataclass(frozen=True)
-class Marked:
-    """A point and where its mark stands."""
+class PlacedLabel:
+    """A label: its middle, and the end of its leader line at the label, or None without a line."""
 
-    point: Point
-    place: Place
-
-
-def labels(marked: Sequence[Marked], within: Box, taken: Sequence[Box]) -> list[Words | Line]:
-    """Labels of all marks, those of presets first, with lines to those that had to go far. taken: boxes to keep clear of."""
-    found: list[Words | Line] = []
-    full = [*taken, *((m.place[0] - HALF, m.place[1] - HALF, m.place[0] + HALF, m.place[1] + HALF) for m in marked)]
-    for group in sorted(_groups(marked), key=lambda g: all(m.point.preset is None for m in g)):
-        words, near = _best(group, within, full)
-        full.append(words.box)
-        if not near:
-            found.append(Line((group[0].place, _edge(words, group[0].place)), LEADER, 0.8))
-        found.append(words)
-    return found
+    position: Position
+    box: Box
+    leader: Position | None
 
 
-def _groups(marked: Sequence[Marked]) -> list[list[Marked]]:
-    """Marks that lie on each other, of one family, or of any where no target was met."""
-    groups: list[list[Marked]] = []
-    for one in marked:
+def merge(points: Sequence[Point], positions: Sequence[Position], height: float) -> list[list[int]]:
+    """Returns groups of indices of points that share a label: those of one family, or without error, at one position."""
+    groups: list[list[int]] = []
+    for k, point in enumerate(points):
         for group in groups:
             last = group[-1]
-            close = max(abs(one.place[0] - last.place[0]), abs(one.place[1] - last.place[1])) < SAME
-            alike = one.point.family == last.point.family or one.point.height is last.point.height is None
-            if close and alike:
-                group.append(one)
+            distance = max(abs(positions[k][0] - positions[last][0]), abs(positions[k][1] - positions[last][1]))
+            alike = points[last].family == point.family or points[last].error_db is point.error_db is None
+            if alike and distance < MERGE * height:
+                group.append(k)
                 break
         else:
-            groups.append([one])
-    return groups
-
-
-def _best(group: Sequence[Marked], within: Box, full: Sequence[Box]) -> tuple[Words, bool]:
-    """The label where it meets the fewest other things, and whether that is beside its mark."""
-    text, (x, y) = label_text([m.point for m in group]), group[0].place
-    bold = any(m.point.preset is not None for m in group)
-    choices = [
-        (ring, Words((x + ring * across, y + ring * down), text, SIZE, anchor, COLOUR, bold=bold))
-        for ring in RINGS
-        for across, down, anchor in WAYS
-    ]
-
-    def cost(choice: tuple[float, Words]) -> float:
-        left, top, right, bottom = choice[1].box
-        out = max(0.0, within[0] - left, within[1] - top) + max(0.0, right - within[2], bottom - within[3])
-        met = sum(
-            max(0.0, min(right, box[2]) - max(left, box[0])) * max(0.0, min(bottom, box[3]) - max(top, box[1]))
-            for box in full
-        )
-        return 1e3 * out + met + choice[0]
-
-    ring, words = min(choices, key=cost)
-    return words, ring < FAR
+            groups.append([k])
+    return sorted(groups, key=lambda group: all(points[k].preset is None for k in group))
 
 
 def label_text(points: Sequence[Point]) -> str:
-    """Settings in a row, a common last word said once: 1.5, 6 beamwidths; what each misses, and the preset it is."""
-    last = {point.setting.rpartition(" ")[2] for point in points}
-    shared = len(last) == 1 and len(points) > 1 and all(" " in point.setting for point in points)
-    return ", ".join(dict.fromkeys(_one(p, shared and k < len(points) - 1) for k, p in enumerate(points)))
+    """Returns the settings of points, a common unit once: "1.5, 6 beamwidths", and the presets with these settings."""
+    units = {point.setting.rpartition(" ")[2] for point in points}
+    common = len(units) == 1 and all(" " in point.setting for point in points)
+    last = len(points) - 1
+    texts = [_text(p, p.setting.rpartition(" ")[0] if common and k < last else p.setting) for k, p in enumerate(points)]
+    return ", ".join(dict.fromkeys(texts))
 
 
-def _one(point: Point, short: bool) -> str:
-    text = point.setting.rpartition(" ")[0] if short and not point.preset else point.setting
-    if point.missed and point.height is not None:
-        text += f" ({percent(point.missed)} missed)"
-    return text + (f" = {point.preset}" if point.preset else "")
+def _text(point: Point, setting: str) -> str:
+    return f"{point.setting} = {point.preset}" if point.preset else setting
 
 
-def _edge(words: Words, place: Place) -> Place:
-    """The place on a label's outline that is nearest to a mark."""
-    left, top, right, bottom = words.box
-    return min(max(place[0], left), right), min(max(place[1], top), bottom)
+def place_label(mark: Position, size: Position, height: float, frame: Box, taken: Sequence[Box]) -> PlacedLabel:
+    """Returns the first position around a mark where a label of `size` lies in the frame and overlaps nothing.
+
+    If there is none, it returns the position with the smallest overlap. All lengths are in pixels; height: of a line.
+    """
+    best: tuple[float, PlacedLabel] | None = None
+    for x, y in _candidates(mark, size, height):
+        box = (x - size[0] / 2, y - size[1] / 2, x + size[0] / 2, y + size[1] / 2)
+        end = (min(max(mark[0], box[0]), box[2]), min(max(mark[1], box[1]), box[3]))
+        label = PlacedLabel((x, y), box, end if hypot(end[0] - mark[0], end[1] - mark[1]) > LEADER * height else None)
+        cost = _outside(box, frame) * height + sum(overlap(box, other) for other in taken)
+        if cost == 0.0:
+            return label
+        if best is None or cost < best[0]:
+            best = cost, label
+    assert best is not None
+    return best[1]
 
 
-def percent(share: float) -> str:
-    """A share for a person."""
-    return f"{100.0 * share:.3g} %"
+def _candidates(mark: Position, size: Position, height: float) -> Iterator[Position]:
+    for ring in RINGS:
+        for k in range(DIRECTIONS):
+            across, up = cos(2 * pi * k / DIRECTIONS), sin(2 * pi * k / DIRECTIONS)
+            distance = ring * height
+            shift = (size[0] / 2 * max(-1.0, min(1.0, 1.5 * across)), size[1] / 2 * max(-1.0, min(1.0, 1.5 * up)))
+            yield mark[0] + distance * across + shift[0], mark[1] + distance * up + shift[1]
+
+
+def _outside(box: Box, frame: Box) -> float:
+    beyond = (frame[0] - box[0], frame[1] - box[1], box[2] - frame[2], box[3] - frame[3])
+    return sum(max(0.0, length) for length in beyond)
+
+
+def overlap(one: Box, other: Box) -> float:
+    """Returns the common area of two boxes."""
+    width, height = min(one[2], other[2]) - max(one[0], other[0]), min(one[3], other[3]) - max(one[1], other[1])
+    return max(0.0, width) * max(0.0, height)

@@ -1,6 +1,6 @@
-"""What a method of the signal chain is: it makes profiles of echoes.
+"""A method of the signal chain: a function from echoes to range profiles.
 
-It is built for a radar and then run on echoes and spokes. Whatever it prepares once for a radar is not timed.
+A method is built for a radar and then run on echoes and spokes. Its preparation for the radar is not timed.
 """
 
 from collections.abc import Callable
@@ -16,16 +16,21 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Profiles = NDArray[np.complex64]
 Run = Callable[[Echoes, Indices], Profiles]
-TILE = 16  # azimuths at a time, as the engine takes them
+BLOCK = 16  # azimuths computed together, as in the engine
 
 
 @dataclass(frozen=True)
 class Method:
-    """One method at one setting: what makes profiles (K, N) of echoes for spokes (K,).
+    """One method at one setting.
 
-    radar: with the sampling rate of this method; first: where sample 0 stands, in steps; reach: how far from boresight
-    echoes are taken [rad], each azimuth for itself, or None where the whole turn is worked out at once from all echoes;
-    slow: whether it is timed on a thinned list of echoes only.
+    family: name of the method;
+    setting: the setting, for a reader;
+    run: makes profiles (K, N) of echoes for spokes (K,);
+    radar: the radar, with the sampling rate of this method;
+    first: range of sample 0 [range steps];
+    reach: largest offset of an echo from boresight [rad]; None where the method computes the whole scan at once;
+    preset: the preset that uses this setting, if any;
+    slow: whether the method is timed on a subset of the echoes.
     """
 
     family: str
@@ -38,6 +43,6 @@ class Method:
     slow: bool = False
 
     @property
-    def places(self) -> Floats:
+    def sample_range(self) -> Floats:
         """Ranges (N,) [m] of the samples."""
         return np.asarray((np.arange(self.radar.bins) + self.first) * self.radar.range_step, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""What the chart is made of: one point per method and setting, its times measured in turns, and who beats whom."""
+"""Points of the chart, interleaved timing, and the Pareto front."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -7,26 +7,29 @@ from math import inf
 from statistics import median
 from typing import Any
 
-LEAST = 2  # repeats, for there to be a spread
-RELIABLE = 0.05  # share of looks that a sampler on the front may miss
+MIN_REPEATS = 2  # a spread needs two
+MAX_MISSED = 0.05  # share of targets that a sampler on the Pareto front may miss
 
 
 @dataclass(frozen=True)
 class Point:
     """One method at one setting.
 
-    panel: "field" (signal chain, fed the same echoes), "power" (samplers) or "scattering" (models), whose errors are never
-    compared; times: CPU seconds per azimuth, one a repeat; scaled: whether they were carried over from a thinned list of
-    echoes; error_db: field error relative to the reference, or error of the mean target power (None where no target was
-    ever met); spread_db and missed: of the other panels, spread of one draw and share of targets missed by one; preset:
-    that works like this.
+    panel: "field" (signal chain), "power" (samplers) or "scattering" (models); errors of two panels are not comparable;
+    family, setting: the method and its setting;
+    times: CPU time per azimuth of each repeat [s];
+    extrapolated: whether the times were measured on a subset of the echoes and scaled up;
+    error_db: relative field error, or error of the mean power; None where no draw met a target;
+    spread_db: spread of one draw (samplers and models);
+    missed: share of targets that one draw misses (samplers and models);
+    preset: the preset that works like this, if any.
     """
 
     panel: str
     family: str
     setting: str
     times: tuple[float, ...]
-    scaled: bool
+    extrapolated: bool
     error_db: float | None
     spread_db: float | None = None
     missed: float | None = None
@@ -34,47 +37,54 @@ class Point:
 
     @property
     def seconds(self) -> float:
-        """Time per azimuth [s]: the median of the repeats."""
+        """Median CPU time per azimuth [s]."""
         return median(self.times)
 
     @property
-    def height(self) -> float | None:
-        """What the chart shows, in dB: the field error, or error and spread of the power together (root of squares)."""
+    def total_error_db(self) -> float | None:
+        """The error on the chart [dB]: the field error, or the root of the squares of error and spread."""
         if self.error_db is None or self.spread_db is None:
             return self.error_db
         return float((self.error_db**2 + self.spread_db**2) ** 0.5)
 
+    @property
+    def reliable(self) -> bool:
+        """Whether the method misses at most MAX_MISSED of its targets."""
+        return self.total_error_db is not None and (self.missed or 0.0) <= MAX_MISSED
+
     def as_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        derived = {"seconds_per_azimuth": self.seconds, "azimuths_per_second": 1.0 / self.seconds, "charted_db": self.height}
+        """Returns plain data for JSON."""
+        seconds = self.seconds
+        derived = {"seconds_per_azimuth": seconds, "azimuths_per_second": 1.0 / seconds, "charted_db": self.total_error_db}
         return asdict(self) | derived
 
 
-def in_turns(
-    works: Sequence[Callable[[], object]], repeats: Sequence[int], done: Callable[[], object], budget: float = inf
+def time_interleaved(
+    tasks: Sequence[Callable[[], object]], repeats: Sequence[int], done: Callable[[], object], budget: float = inf
 ) -> list[tuple[float, ...]]:
-    """CPU times [s] of each work, so many repeats of each, in turns, so that a busy spell of the machine hits all alike.
+    """Returns the CPU times [s] of each task, repeated in turn, so that a busy spell of the machine affects all alike.
 
-    budget: CPU time [s] for all together; a work that has had its share is not repeated, but LEAST times, so that slow ones
-    do not keep quick ones from being repeated. `done` is called for every repeat, left out or not.
+    repeats: of each task; budget: CPU time for all together [s]. A task that has used its share is repeated MIN_REPEATS
+    times only. `done` is called for every repeat, whether it runs or not.
     """
-    times: list[list[float]] = [[] for _ in works]
+    times: list[list[float]] = [[] for _ in tasks]
     share = budget
     for turn in range(max(repeats, default=0)):
-        if turn == LEAST:
-            share = _share([wanted * median(taken or (0.0,)) for wanted, taken in zip(repeats, times, strict=True)], budget)
-        for work, wanted, taken in zip(works, repeats, times, strict=True):
-            if turn < wanted:
-                if turn < LEAST or sum(taken) < share:
+        if turn == MIN_REPEATS:
+            needs = [count * median(taken or (0.0,)) for count, taken in zip(repeats, times, strict=True)]
+            share = _fair_share(needs, budget)
+        for task, count, taken in zip(tasks, repeats, times, strict=True):
+            if turn < count:
+                if turn < MIN_REPEATS or sum(taken) < share:
                     begin = time.process_time()
-                    work()
-                    taken.append(max(time.process_time() - begin, 1e-9))  # a clock may not have ticked
+                    task()
+                    taken.append(max(time.process_time() - begin, 1e-9))  # the clock may be coarser than the task
                 done()
     return [tuple(each) for each in times]
 
 
-def _share(needs: Sequence[float], budget: float) -> float:
-    """The most that each may have for all together to have `budget`: who needs less leaves the rest to the others."""
+def _fair_share(needs: Sequence[float], budget: float) -> float:
+    """Returns the largest share for each such that all fit the budget; what small needs leave over goes to the others."""
     left = budget
     for k, need in enumerate(sorted(needs)):
         if need * (len(needs) - k) >= left:
@@ -84,11 +94,10 @@ def _share(needs: Sequence[float], budget: float) -> float:
 
 
 def pareto(points: Iterable[Point]) -> list[Point]:
-    """Those that no other point beats in both time and error, fastest first; none that misses more than RELIABLE."""
+    """Returns the reliable points that no other beats in both time and error, fastest first."""
     front: list[Point] = []
-    for point in sorted(
-        (p for p in points if p.height is not None and (p.missed or 0.0) <= RELIABLE), key=lambda p: (p.seconds, p.height)
-    ):
-        if not front or (point.height or 0.0) < (front[-1].height or 0.0):
+    reliable = [point for point in points if point.reliable]
+    for point in sorted(reliable, key=lambda p: (p.seconds, p.total_error_db)):
+        if not front or (point.total_error_db or 0.0) < (front[-1].total_error_db or 0.0):
             front.append(point)
     return front

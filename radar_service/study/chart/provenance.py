@@ -1,4 +1,4 @@
-"""Where and with what a chart was made."""
+"""The machine, the libraries and the commit of a measurement."""
 
 import os
 import platform
@@ -10,7 +10,7 @@ HERE = Path(__file__)
 
 
 def machine() -> dict[str, str | int]:
-    """The processor and the libraries that times depend on."""
+    """Returns the processor and the versions that CPU times depend on."""
     libraries = {name: version(name) for name in ("numpy", "scipy", "embreex")}
     return {"processor": _processor(), "cores": os.cpu_count() or 1, "system": platform.platform(),
             "python": platform.python_version(), **libraries}  # fmt: skip
@@ -26,14 +26,14 @@ def _processor() -> str:
 
 
 def commit() -> str:
-    """The commit of this checkout, with + where it has been changed since; the version where it is no checkout."""
+    """Returns the commit of this checkout, with "+" after local changes; outside of a checkout the version."""
 
-    def git(*words: str) -> str:
-        asked = subprocess.run(["git", "-C", str(HERE.parent), *words], capture_output=True, text=True, timeout=10)
-        return asked.stdout.strip() if asked.returncode == 0 else ""
+    def git(*arguments: str) -> str:
+        run = subprocess.run(["git", "-C", str(HERE.parent), *arguments], capture_output=True, text=True, timeout=10)
+        return run.stdout.strip() if run.returncode == 0 else ""
 
     try:
-        if git("ls-files", HERE.name):  # an environment may lie inside somebody else's checkout
+        if git("ls-files", HERE.name):  # the environment may lie inside another project's checkout
             return git("rev-parse", "HEAD") + ("+" if git("status", "--porcelain", "--untracked-files=no") else "")
     except (OSError, subprocess.TimeoutExpired):
         pass

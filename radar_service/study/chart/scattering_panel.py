@@ -1,4 +1,4 @@
-"""The third panel: cross-sections of bodies that theory knows as each scattering model has them, turn after turn."""
+"""The third panel: cross-sections of canonical targets by each scattering model, at random turns."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,9 +11,16 @@ from radar_service.scattering.scatterer_set import ScattererSet, build_scatterer
 from radar_service.scene.body import Scattering
 from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
-from radar_service.study.chart.anchors import AWAY, Anchor, anchors_for, seen_sections, turns_of, turntables
-from radar_service.study.chart.point import Point, in_turns
-from radar_service.study.chart.power_panel import judged
+from radar_service.study.chart.canonical_targets import (
+    DISTANCE,
+    CanonicalTarget,
+    canonical_targets,
+    coherent_cross_sections,
+    random_turns,
+    turntable_scene,
+)
+from radar_service.study.chart.point import Point, time_interleaved
+from radar_service.study.chart.power_panel import mean_and_spread
 from radar_service.trace.line_of_sight import OcclusionScene
 
 Floats = NDArray[np.float64]
@@ -23,62 +30,70 @@ MODELS = 2 + len(BOUNCES)  # declared, diffuse, optics
 
 @dataclass(frozen=True)
 class Model:
-    """One scattering model at one setting, its bodies made ready on their turntables."""
+    """One scattering model at one setting, prepared for the targets on their turntables."""
 
     family: str
     setting: str
-    ensemble: ScattererSet
+    scatterers: ScattererSet
     occlusion: OcclusionScene
     scene: Scene
     preset: str | None
 
-    def sections(self, draw: int) -> Floats:
-        """Cross-sections (T,) [m^2] of all anchors as they stand in a draw."""
+    def cross_sections(self, draw: int) -> Floats:
+        """Returns the cross-sections (T,) [m^2] of all targets at the turns of a draw."""
         antenna, time = self.scene.antenna(0.0)[0], float(draw)
-        seen = self.ensemble.reflections(self.occlusion, antenna, time, 2.0 * AWAY)
-        place = placed(seen.position, seen.body, BodyPoses(self.ensemble.bodies).poses_at(time))
-        return seen_sections(self.scene.radar, antenna, place, seen.amplitude, seen.body, len(self.ensemble))
+        echoes = self.scatterers.reflections(self.occlusion, antenna, time, 2.0 * DISTANCE)
+        position = placed(echoes.position, echoes.body, BodyPoses(self.scatterers.bodies).poses_at(time))
+        count = len(self.scatterers)
+        return coherent_cross_sections(self.scene.radar, antenna, position, echoes.amplitude, echoes.body, count)
 
 
-def models_of(scene: Scene, anchors: list[Anchor], turns: Floats, seed: int) -> list[Model]:
-    """Declared cross-sections, diffuse surfaces, and physical optics following up to three surfaces in a row."""
+def scattering_models(scene: Scene, targets: list[CanonicalTarget], turns: Floats, seed: int) -> list[Model]:
+    """Returns declared cross-sections, diffuse surfaces, and physical optics with one to three bounces."""
     presets: dict[int, list[str]] = {}
     for name, preset in PRESETS.items():
         if preset.engine == "corrected":
             presets.setdefault(preset.bounces, []).append(name)
 
-    def made(family: str, setting: str, scattering: Scattering | None, bounces: int = 1, preset: str | None = None) -> Model:
-        on_tables = turntables(scene, anchors, turns, scattering)
-        keys, per_cell = range(len(anchors)), PRESETS["balanced"].scatterers_per_cell
-        antenna = on_tables.antenna(0.0)[0]
-        ensemble = build_scatterers(on_tables.bodies, scene.radar, antenna, per_cell, seed, keys, bounces)
-        return Model(family, setting, ensemble, OcclusionScene(on_tables.bodies, np.inf), on_tables, preset)
+    def model(
+        family: str, setting: str, scattering: Scattering | None, bounces: int = 1, preset: str | None = None
+    ) -> Model:
+        turntables = turntable_scene(scene, targets, turns, scattering)
+        keys, per_cell = range(len(targets)), PRESETS["balanced"].scatterers_per_cell
+        antenna = turntables.antenna(0.0)[0]
+        scatterers = build_scatterers(turntables.bodies, scene.radar, antenna, per_cell, seed, keys, bounces)
+        return Model(family, setting, scatterers, OcclusionScene(turntables.bodies, np.inf), turntables, preset)
 
     optics = [
-        made("physical optics", f"{b} bounce{'s' * (b > 1)}", "optics", b, ", ".join(presets.get(b, [])) or None)
+        model("physical optics", f"{b} bounce{'s' * (b > 1)}", "optics", b, ", ".join(presets.get(b, [])) or None)
         for b in BOUNCES
     ]
-    return [made("declared cross-section", "rcs", None), made("diffuse surface", "diffuse", "diffuse"), *optics]
+    return [model("declared cross-section", "rcs", None), model("diffuse surface", "diffuse", "diffuse"), *optics]
 
 
 def scattering_points(scene: Scene, draws: int, seed: int, done: Callable[[], object]) -> list[Point]:
-    """Every scattering model as a point, from so many turns of the anchors; what is looked at once a turn of the antenna
-    costs its share at every azimuth."""
-    anchors = anchors_for(scene.radar.wavelength)
-    turns = turns_of(anchors, draws, seed)
-    models = models_of(scene, anchors, turns, seed)
-    truth = np.stack([anchor.section(turns[:, k]) for k, anchor in enumerate(anchors)], axis=1)
+    """Returns one point for each scattering model, from `draws` random turns of the targets.
+
+    A model is evaluated once a scan, so each azimuth bears its share of the time. `done` is called after each evaluation.
+    """
+    targets = canonical_targets(scene.radar.wavelength)
+    turns = random_turns(targets, draws, seed)
+    models = scattering_models(scene, targets, turns, seed)
+    theory = np.stack([target.cross_section(turns[:, k]) for k, target in enumerate(targets)], axis=1)
     for model in models:
-        model.sections(0)  # what is cut once for a distance is not timed
-    found: list[list[Floats]] = [[] for _ in models]
+        model.cross_sections(0)  # facets are cut once for a distance; that is not timed
+    results: list[list[Floats]] = [[] for _ in models]
 
-    def work(k: int) -> Callable[[], object]:
-        return lambda: found[k].append(models[k].sections(len(found[k])))
+    def task(k: int) -> Callable[[], object]:
+        return lambda: results[k].append(models[k].cross_sections(len(results[k])))
 
-    times = in_turns([work(k) for k in range(len(models))], [draws] * len(models), done)
-    return [_point(m, t, np.stack(f), truth, scene.radar.azimuths) for m, t, f in zip(models, times, found, strict=True)]
+    times = time_interleaved([task(k) for k in range(len(models))], [draws] * len(models), done)
+    azimuths = scene.radar.azimuths
+    return [_point(m, t, np.stack(r), theory, azimuths) for m, t, r in zip(models, times, results, strict=True)]
 
 
-def _point(model: Model, times: Sequence[float], found: Floats, truth: Floats, azimuths: int) -> Point:
-    each = tuple(t / azimuths for t in times)
-    return Point("scattering", model.family, model.setting, each, False, *judged(found, truth), model.preset)
+def _point(model: Model, times: Sequence[float], result: Floats, theory: Floats, azimuths: int) -> Point:
+    per_azimuth = tuple(t / azimuths for t in times)
+    return Point(
+        "scattering", model.family, model.setting, per_azimuth, False, *mean_and_spread(result, theory), model.preset
+    )

@@ -1,4 +1,4 @@
-"""Methods of the signal chain, from the documented chirp sum to the engine's grid: the same echoes in, profiles out."""
+"""Methods of the signal chain, from the documented chirp sum to the engine's grid. Each makes profiles of echoes."""
 
 from dataclasses import replace
 from functools import partial
@@ -17,83 +17,86 @@ from radar_service.receive.compression import Compression, compression_for, wave
 from radar_service.receive.gridding import Kernel, spread, spread_moving
 from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.study.chart.chirp_sums import chirp_sums
-from radar_service.study.chart.method import TILE, Floats, Indices, Method, Profiles, Run
+from radar_service.study.chart.method import BLOCK, Floats, Indices, Method, Profiles, Run
 
 BALANCED = PRESETS["balanced"]
-CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.engine == "corrected"}
-WIDTHS = (2, 4, 6, 8)  # range bins that an echo is laid on
-RATES = (1.0, 1.25, 2.0, 4.0)  # samples a second over the bandwidth
-EXTENTS = (1.5, 6.0, 24.0)  # beamwidths each side, beside those of the presets
+CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.chain == "corrected"}
+WIDTHS = (2, 4, 6, 8)  # range bins of the kernel
+RATES = (1.0, 1.25, 2.0, 4.0)  # sampling rate over bandwidth
+EXTENTS = (1.5, 6.0, 24.0)  # beamwidths each side of boresight, beside those of the presets
 
 
 class NearestBin(Kernel):
-    """No kernel: an echo goes to the bin it is in."""
+    """Adds each echo to the nearest range bin only."""
 
     def weights(self, x: Floats) -> tuple[Indices, Floats]:
-        """The nearest sample (E,) and weight 1 (E, 1)."""
+        """Returns the nearest sample (E,) and the weight 1 (E, 1)."""
         return np.rint(x).astype(np.int64), np.ones((len(x), 1))
 
     def transform(self, frequency: Floats) -> Floats:
-        """A single sample's: 1 at all frequencies."""
+        """Returns the transform of one sample: 1 at all frequencies."""
         return np.ones(np.shape(frequency))
 
 
 def methods(radar: Radar) -> list[Method]:
-    """Every method at every setting for a radar; sums of chirps only where it sends chirps."""
+    """Returns every method at every setting for a radar; chirp sums only if it transmits chirps."""
     sums = chirp_sums(radar) if radar.modulation == "lfm" else []
-    return [*sums, *_grids(radar), *_rates(radar), *_swept(radar)]
+    return [*sums, *_grids(radar), *_rates(radar), *_moving(radar)]
 
 
 def _grids(radar: Radar) -> list[Method]:
-    """Echoes laid once for the whole turn."""
-    plain, rows = partial(Method, radar=radar, first=0.5, reach=None), BALANCED.beam_kernel_width
-    usual, exact = compression_for(radar, BALANCED.kernel_width), gridded(radar, BALANCED)
+    """Returns the methods that grid all echoes of the scan at once."""
+    method, rows = partial(Method, radar=radar, first=0.5, reach=None), BALANCED.beam_kernel_width
+    compression, exact = compression_for(radar, BALANCED.kernel_width), gridded(radar, BALANCED)
     oversampling = radar.sample_rate / radar.bandwidth
-    found = [plain("nearest bin", "1 bin", laid_on(radar, with_kernel(radar, usual, NearestBin(1, 1.0)), rows))]
+    nearest = with_kernel(radar, compression, NearestBin(1, 1.0))
+    result = [method("nearest bin", "1 bin", scan_grid(radar, nearest, rows))]
     presets = {(p.kernel_width, p.beam_kernel_width): name for name, p in CORRECTED.items()}
-    if isinstance(usual.kernel, PulseKernel):
-        # A short pulse is laid as it is, whatever width a preset asks for; kernels are then there to be compared with it
+    if isinstance(compression.kernel, PulseKernel):
+        # The engine grids a short pulse itself, at every kernel width; the kernels are for comparison
         for across in sorted({p.beam_kernel_width for p in CORRECTED.values()}):
             alike = [name for name, p in CORRECTED.items() if p.beam_kernel_width == across]
-            found.append(plain("pulse itself", f"{across} rows", laid_on(radar, usual, across), preset=", ".join(alike)))
+            run = scan_grid(radar, compression, across)
+            result.append(method("pulse itself", f"{across} rows", run, preset=", ".join(alike)))
         for width in WIDTHS:
-            made = with_kernel(radar, usual, Kernel(width, max(1.5, oversampling / 4.4)))  # as for long pulses
-            found.append(plain("Kaiser-Bessel grid", f"{width} bins", laid_on(radar, made, rows)))
+            kernel = Kernel(width, max(1.5, oversampling / 4.4))  # as for long pulses
+            run = scan_grid(radar, with_kernel(radar, compression, kernel), rows)
+            result.append(method("Kaiser-Bessel grid", f"{width} bins", run))
     else:
         for width, across in sorted({(w, rows) for w in WIDTHS} | set(presets)):
             setting = f"{width} bins" + (f" x {across} rows" if across != rows else "")
-            run = laid_on(radar, compression_for(radar, width), across)
-            found.append(plain("Kaiser-Bessel grid", setting, run, preset=presets.get((width, across))))
-    found.append(plain("precision of range", "float64", exact))
-    found.append(plain("precision of range", "float32", in_single(exact, radar.wavelength)))
-    return found
+            run = scan_grid(radar, compression_for(radar, width), across)
+            result.append(method("Kaiser-Bessel grid", setting, run, preset=presets.get((width, across))))
+    result.append(method("precision of range", "float64", exact))
+    result.append(method("precision of range", "float32", single_precision(exact, radar.wavelength)))
+    return result
 
 
 def _rates(radar: Radar) -> list[Method]:
-    found = []
+    result = []
     for factor in RATES:
         step = radar.range_step * radar.sample_rate / (factor * radar.bandwidth)
         bins = int(np.ceil(radar.bins * radar.range_step / step - 1e-9))
         other = replace(radar, sample_rate=factor * radar.bandwidth, bins=bins)
-        found.append(Method("sampling rate", f"{factor:g} B", gridded(other, BALANCED), other, 0.5, None))
-    return found
+        result.append(Method("sampling rate", f"{factor:g} B", gridded(other, BALANCED), other, 0.5, None))
+    return result
 
 
-def _swept(radar: Radar) -> list[Method]:
-    """As moving echoes are laid: azimuth by azimuth, the beam cut."""
-    tried: list[tuple[Fidelity, str | None]]
-    tried = [(replace(BALANCED, beam_extent=e), None) for e in EXTENTS if e * radar.beamwidth < np.pi]
-    tried += [(preset, f"{name} under way") for name, preset in CORRECTED.items()]
-    found = []
-    for fidelity, name in sorted(tried, key=lambda pair: pair[0].beam_extent):
+def _moving(radar: Radar) -> list[Method]:
+    """Returns the methods for moving echoes: azimuth by azimuth, with a truncated beam."""
+    settings: list[tuple[Fidelity, str | None]]
+    settings = [(replace(BALANCED, beam_extent=e), None) for e in EXTENTS if e * radar.beamwidth < np.pi]
+    settings += [(preset, f"{name} under way") for name, preset in CORRECTED.items()]
+    result = []
+    for fidelity, name in sorted(settings, key=lambda pair: pair[0].beam_extent):
         reach = min(np.pi, fidelity.beam_extent * radar.beamwidth)
         setting = f"{fidelity.beam_extent:g} beamwidths" if reach < np.pi else "full circle"
-        found.append(Method("azimuth by azimuth", setting, swept(radar, fidelity), radar, 0.5, reach, name))
-    return found
+        result.append(Method("azimuth by azimuth", setting, moving_beam(radar, fidelity), radar, 0.5, reach, name))
+    return result
 
 
 def with_kernel(radar: Radar, compression: Compression, kernel: Kernel) -> Compression:
-    """The same compression for echoes laid with another kernel: the waveform's spectra over that kernel's transform."""
+    """Returns the compression for another kernel: the spectra of the waveform over the transform of that kernel."""
     frequency = scipy.fft.fftfreq(compression.size, 1.0 / radar.sample_rate)
     sent, passed = waveform_spectra(radar)
     pulse = radar.sample_rate * sent(frequency) * passed(frequency)
@@ -102,13 +105,13 @@ def with_kernel(radar: Radar, compression: Compression, kernel: Kernel) -> Compr
 
 
 def gridded(radar: Radar, fidelity: Fidelity) -> Run:
-    """The engine's way for what rests at a fidelity."""
-    return laid_on(radar, compression_for(radar, fidelity.kernel_width), fidelity.beam_kernel_width)
+    """Returns the engine's method for resting echoes at a fidelity."""
+    return scan_grid(radar, compression_for(radar, fidelity.kernel_width), fidelity.beam_kernel_width)
 
 
-def laid_on(radar: Radar, compression: Compression, across: int) -> Run:
-    """Echoes laid once on azimuth x range, on `across` rows each; one beam for the whole turn."""
-    beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
+def scan_grid(radar: Radar, compression: Compression, across: int) -> Run:
+    """Returns a method that grids echoes in azimuth and range, `across` rows each, and filters the scan with the beam."""
+    beamwidth = aperture_beamwidth(radar.beamwidth, radar.pattern)
     rows = grid_rows(radar.azimuths, beamwidth)
     kernel = azimuth_kernel(beamwidth, rows, across)
     pattern = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
@@ -117,40 +120,42 @@ def laid_on(radar: Radar, compression: Compression, across: int) -> Run:
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
         column = echoes.range / radar.range_step - 0.5
         grid = spread((rows, compression.size), row, column, echoes.amplitude, kernel, compression.kernel)
-        turn = sweep(grid, pattern, kernel, radar.azimuths)
-        return np.concatenate([compression.profiles(turn[spokes[i : i + TILE]]) for i in range(0, len(spokes), TILE)])
+        scan = sweep(grid, pattern, kernel, radar.azimuths)
+        return np.concatenate([compression.profiles(scan[spokes[i : i + BLOCK]]) for i in range(0, len(spokes), BLOCK)])
 
     return run
 
 
-def swept(radar: Radar, fidelity: Fidelity) -> Run:
-    """The engine's way for what moves at a fidelity: laid along range alone, for each few azimuths the echoes within the
-    beam's extent."""
-    compression, combine_db = compression_for(radar, fidelity.kernel_width), min(TILE, fidelity.azimuths_per_block)
-    pattern = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
-    extent, span = min(np.pi, fidelity.beam_extent * radar.beamwidth), TILE * radar.azimuth_step
+def moving_beam(radar: Radar, fidelity: Fidelity) -> Run:
+    """Returns the engine's method for moving echoes at a fidelity.
+
+    It takes a few azimuths at a time and grids the echoes within the extent of the beam in range only.
+    """
+    compression, combine_db = compression_for(radar, fidelity.kernel_width), min(BLOCK, fidelity.azimuths_per_block)
+    pattern = partial(one_way_gain, beamwidth=radar.beamwidth, pattern=radar.pattern)
+    extent, span = min(np.pi, fidelity.beam_extent * radar.beamwidth), BLOCK * radar.azimuth_step
     table = BeamTable(pattern, radar.beamwidth, extent, span, fidelity.beam_table_oversampling * TABLE_STEPS)
     reach = extent + combine_db * radar.azimuth_step / 2.0
 
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
-        tiles = []
+        blocks = []
         for i in range(0, len(spokes), combine_db):
             boresight = spokes[i : i + combine_db] * radar.azimuth_step
             near = np.flatnonzero(np.abs(wrap_angle(boresight.mean() - echoes.azimuth)) <= reach)
             weight = table(wrap_angle(boresight - echoes.azimuth[near, None]).astype(np.float32))
             amplitude = (weight * echoes.amplitude[near, None]).astype(np.complex64)
             column = echoes.range[near] / radar.range_step - 0.5
-            still = np.zeros(amplitude.shape, np.float32)
-            gridded = np.zeros((len(boresight), compression.size), dtype=np.complex64)
-            spread_moving(gridded, column, still, amplitude, compression.tables)
-            tiles.append(compression.profiles(gridded))
-        return np.concatenate(tiles)
+            no_migration = np.zeros(amplitude.shape, np.float32)
+            grid = np.zeros((len(boresight), compression.size), dtype=np.complex64)
+            spread_moving(grid, column, no_migration, amplitude, compression.tables)
+            blocks.append(compression.profiles(grid))
+        return np.concatenate(blocks)
 
     return run
 
 
-def in_single(run: Run, wavelength: float) -> Run:
-    """The same with ranges, and so phases, that a float32 holds: what trusting a ray tracer's distance would do."""
+def single_precision(run: Run, wavelength: float) -> Run:
+    """Returns the method with ranges and phases rounded to float32, like the distances of a ray tracer."""
 
     def rounded(echoes: Echoes, spokes: Indices) -> Profiles:
         single = echoes.range.astype(np.float32).astype(np.float64)

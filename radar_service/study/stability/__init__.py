@@ -1,43 +1,26 @@
-"""Where every method and model fails, found by driving it there: one small study to a region, one finding to a study."""
+"""Where every method and model fails: each study drives one parameter until the method fails.
 
-from radar_service.study.stability import path, picture, pulse, running, sampling, tracing, turning
+To add a study, write one file in the folder `studies`, or one function in a file there:
+
+- the function takes the refinement (1, or the `--fine` of the command line) and returns a `Finding`;
+- the file lists its functions in a tuple `STUDIES`.
+
+The package finds the files by itself, in alphabetical order. The `Expected` of a finding says where theory or an earlier
+measurement puts its boundary. The tests compare every finding with it, so a new study needs no change elsewhere.
+"""
+
+from importlib import import_module
+from pkgutil import iter_modules
+
+from radar_service.study.stability import studies
 from radar_service.study.stability.finding import Study
 
-STUDIES: tuple[Study, ...] = (
-    tracing.float32_range,
-    tracing.triangle_size,
-    tracing.sliver_width,
-    tracing.shared_edges,
-    tracing.grazing_sight,
-    tracing.wide_maps,
-    sampling.missed_targets,
-    sampling.missed_sizes,
-    sampling.undersampled_facet,
-    pulse.sampling_rate,
-    pulse.short_chirps,
-    pulse.far_end,
-    pulse.range_ends,
-    pulse.dynamic_range,
-    pulse.overflow,
-    pulse.underflow,
-    turning.north,
-    turning.narrow_beam,
-    turning.headings,
-    path.range_to_zero,
-    path.two_ray_null,
-    path.null_depth,
-    path.flat_earth,
-    path.horizon,
-    path.divergence_edge,
-    path.roughness,
-    picture.pixel_size,
-    picture.small_pixels,
-    picture.spokes_lost,
-    picture.numbered_anew,
-    running.fast_targets,
-    running.slow_turns,
-    running.doppler_in_the_pulse,
-    running.months,
-    running.sequence_numbers,
-    running.numbers_at_the_end,
-)
+
+def discover() -> tuple[Study, ...]:
+    """Returns the studies of all modules in the folder `studies`. Raises AttributeError for a module without STUDIES."""
+    names = sorted(module.name for module in iter_modules(studies.__path__))
+    modules = [import_module(f"{studies.__name__}.{name}") for name in names]
+    return tuple(study for module in modules for study in module.STUDIES)
+
+
+STUDIES = discover()

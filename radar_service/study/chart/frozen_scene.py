@@ -1,0 +1,57 @@
+"""A scene frozen at t = 0, on which the chart compares methods."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from radar_service.echo.resting import resting_echoes
+from radar_service.fidelity import PRESETS
+from radar_service.frames import effective_earth_radius
+from radar_service.propagation.radar_equation import Echoes
+from radar_service.scattering.scatterer_set import build_scatterers
+from radar_service.scene.body import Body
+from radar_service.scene.motion import Motion
+from radar_service.scene.world import Scene
+from radar_service.trace.line_of_sight import OcclusionScene
+
+
+def frozen(scene: Scene) -> Scene:
+    """Returns the scene with all poses of t = 0, without fluctuation, blind sectors and eclipsing."""
+    bodies = tuple(replace(body, motion=_at_rest(body.motion), swerling=0) for body in scene.bodies)
+    radar = replace(scene.radar, blind_sectors=(), eclipsing=False)
+    return replace(scene, bodies=bodies, own_ship=_at_rest(scene.own_ship), radar=radar)
+
+
+def _at_rest(motion: Motion) -> Motion:
+    pose = motion.pose(0.0)
+    return Motion(np.zeros(1), pose.position, pose.heading)
+
+
+def only_diffuse(scene: Scene) -> Scene:
+    """Returns the scene with its diffuse surfaces only, without multipath, gas, rain and noise."""
+    environment = replace(scene.environment, multipath=False, gas_db_per_km=0.0, rain_mm_h=0.0, noise=False)
+    return scene.with_world(environment=environment, bodies=tuple(body for body in scene.bodies if is_diffuse(body)))
+
+
+def is_diffuse(body: Body) -> bool:
+    """Whether a body has a mesh that scatters diffusely and declares no cross-section."""
+    return body.mesh is not None and body.rcs is None and body.scattering == "diffuse"
+
+
+def occlusion_of(scene: Scene) -> OcclusionScene:
+    """Returns the occlusion of the scene's bodies."""
+    return OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
+
+
+def all_echoes(scene: Scene, seed: int) -> Echoes:
+    """Returns the echoes of a frozen scene in the preset `balanced`, up to `max_echo_range`."""
+    fidelity, radar = PRESETS["balanced"], scene.radar
+    scatterers = build_scatterers(
+        scene.bodies, radar, scene.antenna(0.0)[0], fidelity.scatterers_per_cell, seed, range(len(scene.bodies))
+    )
+    return resting_echoes(scene, scatterers, occlusion_of(scene), max_echo_range(scene)).echoes
+
+
+def max_echo_range(scene: Scene) -> float:
+    """Returns the largest range [m] of a target whose range sidelobes reach into the range window."""
+    return scene.radar.range_max + SPEED_OF_LIGHT * scene.radar.pulse / 2.0

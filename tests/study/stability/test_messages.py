@@ -1,0 +1,56 @@
+"""Messages of `plan` and `check` about the limits that the studies find."""
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.plan.effects import starving_range
+from radar_service.scene.describe import describe, far_field
+from tests.scenes import point, radar, scene
+
+
+def test_plan_states_the_range_from_which_rays_miss_a_square_metre() -> None:
+    """(1 - p)^2000 = 0.05: p = 1.4968e-3; the box is 11.7 x 75 degrees = 0.26730 sr, so R = 1 / sqrt(p box) = 49.99 m."""
+    assert starving_range(radar()) == pytest.approx(49.99, abs=0.01)
+    assert "beyond 50 m" in str(rs.Simulator(scene([point("t", 0, 500)]), "documented").plan)
+    assert "a square metre" not in str(rs.Simulator(scene([point("t", 0, 500)])).plan)
+
+
+def test_plan_states_the_shift_by_doppler_within_the_pulse() -> None:
+    """10 us and 20 kn: 2 x 10.289 m/s x 1e-5 s / 31.859 mm = 0.00646 cells; nothing at rest, nothing without a chirp."""
+    ship = point("t", 0, 500, speed_kn=20, course_deg=0)
+    assert "up to 0.0065 range cells" in str(rs.Simulator(scene([ship])).plan)
+    assert "Doppler" not in str(rs.Simulator(scene([point("t", 0, 500)])).plan)
+    plain = {"modulation": "none", "pulse_s": 1e-7}
+    assert "Doppler" not in str(rs.Simulator(scene([ship], radar=plain)).plan)
+
+
+def test_plan_states_that_diffraction_is_missing_only_with_multipath() -> None:
+    for multipath in (True, False):
+        plan = str(rs.Simulator(scene([point("t", 0, 500)], environment={"multipath": multipath})).plan)
+        assert ("nothing diffracts" in plan) == multipath
+
+
+def test_check_states_the_loss_between_spokes() -> None:
+    """A beam of one step loses half of the power each way, 6.02 dB; from 1 / 0.72 steps on there is no message."""
+    assert "6.0 dB are lost" in describe(scene(radar={"beamwidth_deg": 0.5}))
+    assert "are lost" in describe(scene(radar={"beamwidth_deg": 0.69}))
+    assert "are lost" not in describe(scene(radar={"beamwidth_deg": 0.70}))
+
+
+def test_check_states_where_the_far_field_begins() -> None:
+    """3.9 degrees: D = 0.8859 x 31.859 mm / 0.068068 = 0.41465 m, 2 D^2 / lambda = 10.79 m."""
+    assert far_field(radar()) == pytest.approx(10.79, abs=0.01)
+    assert far_field(radar(beamwidth_deg=90, beamwidth_el_deg=3.9)) == pytest.approx(10.79, abs=0.01)
+    assert "far field begins at 10.8 m" in describe(scene())
+
+
+def test_check_names_a_taylor_pattern() -> None:
+    assert "taylor 30 dB, nbar 4" in describe(scene(radar={"pattern": "taylor"}))
+
+
+def test_a_scene_at_the_limit_of_power_stays_finite() -> None:
+    """The strongest scene that loads has a finite field and power."""
+    strong = {"power_w": 1e9, "gain_dbi": 80, "range_max_m": 600, "pulse_s": 1e-6, "azimuths": 16, "beamwidth_deg": 40}
+    scan = rs.Simulator(scene([point("t", 0, 1.0, rcs_dbsm=100)], radar=strong)).scan()
+    assert np.isfinite(scan.power).all() and scan.power.max() > 1e20

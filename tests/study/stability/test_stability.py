@@ -1,0 +1,71 @@
+"""The boundaries of all studies: each lies where the study expects it. A new study needs no change here."""
+
+import pkgutil
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from radar_service.__main__ import main
+from radar_service.study import stability
+from radar_service.study.stability import studies
+from tests.study.stability.run import finding_of
+
+NAMES = [study.__name__ for study in stability.STUDIES]
+MIN_TOLERANCE = 1e-9  # of 64-bit arithmetic
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_boundary_lies_where_it_is_expected(name: str) -> None:
+    finding = finding_of(name)
+    if finding.expected.boundary is None:
+        assert finding.boundary is None
+    else:
+        assert finding.boundary == pytest.approx(
+            finding.expected.boundary, rel=max(finding.expected.tolerance, MIN_TOLERANCE)
+        )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_finding_names_the_method_and_what_the_service_uses_instead(name: str) -> None:
+    """A study where nothing fails has no boundary, and an expected boundary has an origin."""
+    finding = finding_of(name)
+    assert finding.method and finding.setup and finding.limit_reason and finding.instead and finding.details.endswith(".")
+    assert (finding.boundary is None) == (finding.response == "no failure")
+    assert finding.expected.boundary is None or finding.expected.origin
+
+
+def test_names_of_studies_and_regions_are_unique() -> None:
+    assert len(set(NAMES)) == len({finding_of(name).name for name in NAMES}) == len(NAMES) >= 36
+
+
+def test_one_new_file_adds_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A module in the folder `studies` is found without any other change."""
+    (tmp_path / "zzz_new.py").write_text("def new(fine=1):\n    return fine\n\nSTUDIES = (new,)\n")
+    monkeypatch.setattr(studies, "__path__", [*studies.__path__, str(tmp_path)])
+    assert [study.__name__ for study in stability.discover()] == [*NAMES, "new"]
+
+
+def test_every_module_has_studies() -> None:
+    modules: list[ModuleType] = [pkgutil.resolve_name(f"{studies.__name__}.{m.name}") for m in
+                                 pkgutil.iter_modules(studies.__path__)]  # fmt: skip
+    assert all(module.STUDIES for module in modules) and len(modules) >= 7
+
+
+def test_the_command_writes_its_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (study,) = [study for study in stability.STUDIES if study.__name__ == "float32_range"]
+    monkeypatch.setattr(stability, "STUDIES", (study,))
+    assert main(["stability", "-o", str(tmp_path / "out")]) == 0
+    assert "range in single precision" in (tmp_path / "out" / "stability.html").read_text()
+
+
+@pytest.mark.study
+def test_three_times_finer_the_boundaries_stay(request: pytest.FixtureRequest) -> None:
+    """With three times the values no boundary moves by more than a quarter."""
+    if request.config.getoption("-m") != "study":
+        pytest.skip("a minute and a half; run with -m study")
+    for study in stability.STUDIES:
+        coarse, fine = finding_of(study.__name__).boundary, study(3).boundary
+        assert (coarse is None) == (fine is None), study.__name__
+        if coarse is not None:
+            assert fine == pytest.approx(coarse, rel=0.25), study.__name__
