@@ -1,14 +1,11 @@
 """Command line: serve, scan, check, plan, chart, stability, schema. The only place that wires everything together."""
 
 import argparse
-import asyncio
 import contextlib
 import errno
-import gc
 import json
 import math
 import os
-import signal
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
@@ -19,7 +16,8 @@ import numpy as np
 from tqdm import tqdm
 
 from radar_service import __version__
-from radar_service.display.video import Controls
+from radar_service.display.last_scan import last_scan_png
+from radar_service.display.video import Controls, layout
 from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, pace_to_keep
@@ -31,20 +29,9 @@ from radar_service.scan import Scan, save_scans, scan_of
 from radar_service.scattering.physical_optics.mesh_quality import mesh_quality
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
-from radar_service.scene.files.mesh_reader import IN_PROCESS
-from radar_service.scene.files.sandbox import Sandbox
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
-from radar_service.stream import journal
-from radar_service.stream.access import Access, checked_token, is_loopback
-from radar_service.stream.app import create_app
-from radar_service.stream.journal import Refusals
-from radar_service.stream.pace import Pace
-from radar_service.stream.picture import ppi_png
-from radar_service.stream.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
-from radar_service.stream.station import Station
-from radar_service.stream.transmitter import Settings
 
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
@@ -56,12 +43,12 @@ class UsageError(Exception):
     """A command line that cannot be run. Its text says what to do."""
 
 
-def pace(text: str) -> Pace:
-    """A pace from the command line: simulated seconds per second, or max. Raises ArgumentTypeError."""
+def pace(text: str) -> float:
+    """Returns simulated seconds per second from the command line; max is inf. Raises ArgumentTypeError."""
     with contextlib.suppress(ValueError):
         factor = math.inf if text == "max" else float(text)
-        if text == "max" or math.isfinite(factor):
-            return Pace("run", factor)
+        if factor > 0 and (text == "max" or math.isfinite(factor)):
+            return factor
     raise argparse.ArgumentTypeError(f'"{text}" is not a pace; give a number above 0 (1 is real time) or max')
 
 
@@ -115,21 +102,25 @@ def parser() -> argparse.ArgumentParser:
     serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {scene_help}")
     serve.add_argument("--host", default="127.0.0.1")
     serve.add_argument("--port", default=8000, type=partial(whole, least=0, most=65535), help="0 takes a free one")
-    serve.add_argument("--pace", default=Pace(), type=pace, help="simulated seconds per second, or max (default 1)")
-    serve.add_argument("--truth", action="store_true", help="let clients ask for the truth")
-    serve.add_argument("--scene-folder", action="append", default=[], type=Path, help="offer the scenes of this folder too")
-    serve.add_argument("--token", help="what it takes to change anything; seen by who lists processes, so rather:")
-    serve.add_argument("--token-file", type=Path, help="a file whose first line is that token")
-    serve.add_argument("--token-for-reading", dest="read_token", help="what it takes to see anything")
-    serve.add_argument("--token-file-for-reading", dest="read_token_file", type=Path, help="a file with that one")
-    serve.add_argument("--insecure", action="store_true", help="let anybody who reaches the server do anything")
-    serve.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a name that this server goes by")
-    serve.add_argument("--exit-when-failed", action="store_true", help="exit with 1 once a radar cannot go on")
-    serve.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="what happens, on standard error")
-    serve.add_argument("--connections", default=MAX_CONNECTIONS, type=partial(whole, least=1, most=100_000), help="at most")
+    serve.add_argument("--pace", default=1.0, type=pace, help="simulated seconds per second, or max (default 1)")
+    serve.add_argument("--truth", action="store_true", help="allow clients to read the truth")
+    serve.add_argument("--scene-folder", action="append", default=[], type=Path, help="list the scenes of this folder too")
     serve.add_argument(
-        "--connections-per-address", default=MAX_PER_ADDRESS, type=partial(whole, least=1, most=100_000),
-        help="at most from one other machine",
+        "--token", help="token that every change needs; other users see it in the list of processes, so prefer:"
+    )
+    serve.add_argument("--token-file", type=Path, help="a file whose first line is that token")
+    serve.add_argument("--token-for-reading", dest="read_token", help="token that reading needs")
+    serve.add_argument(
+        "--token-file-for-reading", dest="read_token_file", type=Path, help="a file whose first line is that token"
+    )
+    serve.add_argument("--insecure", action="store_true", help="allow everybody who reaches the server to do anything")
+    serve.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a host name of this server")
+    serve.add_argument("--exit-when-failed", action="store_true", help="exit with status 1 when a radar has failed")
+    serve.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="log events on standard error")
+    serve.add_argument("--connections", type=partial(whole, least=1, most=100_000), help="maximum number of connections")
+    serve.add_argument(
+        "--connections-per-address", type=partial(whole, least=1, most=100_000),
+        help="maximum number of connections from one other machine",
     )  # fmt: skip
     serve.add_argument(
         "--sandbox-all",
@@ -170,60 +161,15 @@ def parser() -> argparse.ArgumentParser:
     return top
 
 
-def run_serve(wanted: argparse.Namespace) -> int:
-    """Serve until stopped."""
-    access, refused = access_for(wanted), Refusals()
-    journal.write(wanted.log)
-    factory = partial(simulator_of, wanted=wanted, threads=wanted.threads)
-    settings, sandbox = Settings(pace=wanted.pace), Sandbox()
-    reader = sandbox if wanted.sandbox_all else IN_PROCESS
-    stations = [
-        Station(
-            str(k), factory(load_scene(source, mesh_reader=reader)), factory, settings=settings, allow_truth=wanted.truth
-        )
-        for k, source in enumerate(wanted.scenes or [DEFAULT_SCENE])
-    ]
-    app = create_app(
-        stations, scene_folders=wanted.scene_folder, sandbox=sandbox, sandbox_all=wanted.sandbox_all, access=access,
-        refused=refused,
-    )  # fmt: skip
-    config = configuration(app, connections=wanted.connections, per_address=wanted.connections_per_address, refused=refused)
-    listener = listening_socket(wanted.host, wanted.port)
-    for wish in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(wish, lambda *_: None)  # uvicorn stops at either and raises it again, which must not be our end
-    server = Server(config, stations, sandbox.start)
-    if wanted.exit_when_failed:
-        for station in stations:
-            station.failed = server.give_up
-    gc.collect()
-    gc.freeze()  # what lives as long as the service is not looked through again and again, 50 ms at a time
-    with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
-        runner.run(server.serve(sockets=[listener]))
-    return 0 if server.started and not server.gave_up else 1
+def run_serve(options: argparse.Namespace) -> int:
+    """Serves until stopped."""
+    from radar_service.stream.serve import AccessError, serve  # here: no other command needs a server
 
-
-def access_for(wanted: argparse.Namespace) -> Access:
-    """Who may do what on this server. Raises UsageError where it would be open to others and nobody has said so."""
-    tokens = [token(*where) for where in ((wanted.token, wanted.token_file), (wanted.read_token, wanted.read_token_file))]
-    if tokens[0] is None and not is_loopback(wanted.host) and not wanted.insecure:
-        raise UsageError(
-            f"--host: {wanted.host} is open to other machines, and anybody there could command the radar; give --token-file "
-            "FILE (`openssl rand -hex 16 > FILE`), or --insecure where everybody may"
-        )
-    if tokens[0] is None and tokens[1] is not None:
-        raise UsageError("--token-for-reading: guards nothing where everybody may command; give --token-file FILE as well")
-    return Access(tokens[0], tokens[1], frozenset(name.lower() for name in (wanted.host, *wanted.allow_host)))
-
-
-def token(text: str | None, path: Path | None) -> str | None:
-    """A token from the command line or the first line of a file. Raises UsageError, without saying the token."""
-    if path is not None:
-        lines = path.read_text(errors="replace").splitlines()
-        text = lines[0].strip() if lines else ""
+    options.scenes = options.scenes or [DEFAULT_SCENE]
     try:
-        return None if text is None else checked_token(text)
-    except ValueError as fault:
-        raise UsageError(f"{path or '--token'}: {fault}") from None
+        return serve(options, partial(simulator_of, wanted=options, threads=options.threads))
+    except AccessError as error:
+        raise UsageError(str(error)) from None
 
 
 def run_scan(wanted: argparse.Namespace) -> int:
@@ -251,9 +197,15 @@ def _counted(blocks: Iterable[SpokeBlock], bar: "tqdm[None]") -> Iterator[SpokeB
 
 
 def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
-    """A scan as a display shows it, with its controls in the middle."""
-    sweep = [(np.arange(len(scan.power)), scan.power)]
-    path.write_bytes(ppi_png(simulator, sweep, Controls(), PICTURE_SIZE, None, float(scan.time[-1])))
+    """Writes a picture of a scan, as a display with its default controls shows it."""
+    rows = [(np.arange(len(scan.power)), scan.power)]
+    to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step)
+    path.write_bytes(
+        last_scan_png(
+            simulator.scene, rows, to, Controls(), simulator.noise_power, size=PICTURE_SIZE, range_max=None,
+            time=float(scan.time[-1]),
+        )
+    )  # fmt: skip
 
 
 def run_check(wanted: argparse.Namespace) -> int:

@@ -21,9 +21,8 @@ from PIL import Image
 from websockets.asyncio.client import connect
 
 import radar_service as rs
-from radar_service.__main__ import access_for, main, parser
-from radar_service.stream import wire
-from radar_service.stream.access import Access
+from radar_service.__main__ import main, parser
+from radar_service.stream.codecs.native import wire
 
 SCENE = {
     "name": "one target",
@@ -195,46 +194,6 @@ def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) 
         main(["--version"])
     assert ended.value.code == 0 and capsys.readouterr().out == f"radar-service {rs.__version__}\n"
     assert rs.__version__ == version("radar-service")
-
-
-TOKEN = "0123456789abcdef"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--host", "0.0.0.0"], ["--host: 0.0.0.0", "--token-file", "--insecure"]),
-        (["--host", "::"], ["--host: ::"]),
-        (["--host", "radar.example"], ["--host: radar.example"]),
-        (["--token", "short-secret"], ["--token: token: 12 characters; 16 to 512"]),
-        (["--token-for-reading", TOKEN], ["--token-for-reading: guards nothing"]),
-        (["--token-file", "missing"], ["missing: No such file"]),
-        (["--token-file", "empty"], ["empty: token: 0 characters"]),
-    ],
-)
-def test_a_server_that_others_reach_is_guarded_or_does_not_start(
-    arguments: list[str], words: list[str], scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "empty").touch()
-    monkeypatch.delattr("radar_service.__main__.listening_socket")
-    assert main(["serve", str(scene), *arguments]) == 2
-    said = capsys.readouterr().err
-    assert all(word in said for word in words) and "short-secret" not in said and TOKEN not in said
-
-
-def test_what_the_command_line_allows(tmp_path: Path) -> None:
-    (tmp_path / "token").write_text(f"{TOKEN}\nnot this\n")
-
-    def access(*arguments: str) -> Access:
-        return access_for(parser().parse_args(["serve", *arguments]))
-
-    assert access() == Access(None, None, frozenset({"127.0.0.1"}))
-    assert access("--host", "0.0.0.0", "--insecure") == Access(None, None, frozenset({"0.0.0.0"}))
-    guarded = access("--host", "0.0.0.0", "--token-file", str(tmp_path / "token"), "--allow-host", "Radar.LAN")
-    assert guarded == Access(TOKEN, None, frozenset({"0.0.0.0", "radar.lan"}))
-    assert access("--token", TOKEN, "--token-for-reading", TOKEN[::-1]).read == TOKEN[::-1]
 
 
 @pytest.fixture

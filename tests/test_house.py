@@ -22,6 +22,7 @@ BELOW: dict[str, tuple[str, ...]] = {
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),
     "__init__": (*GROUND, "scene", "scan", "simulator"),
 }
+STREAM_PARTS = ("codecs", "fanout", "radio", "http")  # of radar_service.stream, upward
 CLIENT_MAY = ("radar_service.stream.codecs.native", "radar_service.display", "radar_service.scan_file")
 HOMES = {
     "trimesh": ("radar_service.scene.files",),
@@ -78,9 +79,22 @@ def inner_fault(importer: str, imported: str) -> str | None:
     if within(importer, "radar_service.scene") and within(imported, "radar_service.scene.files"):
         if not within(importer, "radar_service.scene.files", "radar_service.scene.load"):
             return f"{importer} imports {imported}: records of a scene do not read files"
+    if here == there == "stream":
+        return stream_fault(importer, imported)
     if there in (*BELOW[here], here):
         return None
     return f"{importer} imports {imported}: {here} may use {', '.join(BELOW[here])} and nothing above"
+
+
+def stream_fault(importer: str, imported: str) -> str | None:
+    """The same, between the parts of radar_service.stream. Modules beside the parts are below all of them, but for `serve`."""
+    parts = [module.split(".")[2] if module.count(".") > 2 else "" for module in (importer, imported)]
+    if importer.endswith(".serve") or not parts[1]:
+        return None
+    if parts[0] and STREAM_PARTS.index(parts[1]) <= STREAM_PARTS.index(parts[0]):
+        return None
+    here = parts[0] or importer
+    return f"{importer} imports {imported}: in stream, {here} may use no part above it ({' < '.join(STREAM_PARTS)})"
 
 
 def modules(*packages: str) -> dict[str, Path]:
@@ -131,6 +145,8 @@ def test_the_whole_house_is_checked() -> None:
         ("radar_service.plan.realtime", "radar_service.simulator", "nothing above"),
         ("radar_service.stream.http.app", "radar_service.simulator", "nothing above"),
         ("radar_service.stream.http.app", "radar_service", "nothing above"),
+        ("radar_service.stream.fanout.hub", "radar_service.stream.http.app", "no part above"),
+        ("radar_service.stream.spokes", "radar_service.stream.fanout.hub", "no part above"),
         ("radar_service.records", "radar_service.scene.world", "nothing above"),
         ("radar_service.simulator", "radar_service.stream.fanout.hub", "nothing above"),
         ("radar_service.simulator", "radar_service.__main__", "nothing above"),

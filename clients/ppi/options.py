@@ -8,7 +8,7 @@ from typing import Any
 from radar_service.display.film import MAX_FPS, ffmpeg
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
 from radar_service.scan_file import SUFFIX
-from radar_service.stream import wire
+from radar_service.stream.codecs.native import wire
 
 from .client import TIMEOUT
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from radar_service.display.picture import picture_from_power
 from radar_service.display.ppi import Ppi
-from radar_service.stream import wire
+from radar_service.stream.codecs.native import wire
 
 from .client import FeedClient
 from .errors import FeedError

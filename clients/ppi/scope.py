@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from radar_service.display.picture import HEADING, RING, UNSEEN, colour_map, distance_label, ring_step
 from radar_service.display.ppi import Ppi, scan_convert
-from radar_service.stream import wire
+from radar_service.stream.codecs.native import wire
 
 from .film import faded
 from .scans import bright_cells, empty_ppi

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.stream import wire
+from radar_service.stream.codecs.native import wire
 
 
 @dataclass(frozen=True)

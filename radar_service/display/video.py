@@ -187,7 +187,7 @@ def scale(encoding: str, noise_power: float) -> dict[str, float]:
 def encode(
     encoding: str, power: Power, field: Field, to: Layout, controls: Controls, noise_power: float
 ) -> NDArray[np.generic]:
-    """Cells (K, N) as samples (K, bins) in one of the wire's encodings (see stream.wire).
+    """Cells (K, N) as samples (K, bins) in one of the encodings of the native feed (see stream.codecs.native.wire).
 
     power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the level that the byte scales hang on.
     """

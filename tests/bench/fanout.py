@@ -4,7 +4,7 @@
     python -m tests.bench.fanout feed|raw BYTES   serves one of them until it is terminated
 
 Closed loop: a message goes out when everybody has room for it; each turn of the event loop is one message to all. `raw`
-writes bytes to sockets and knows nothing; `feed` is hub, mailboxes, websocket server and all, with lossless clients.
+writes bytes to sockets and knows nothing; `feed` is hub, client queues, websocket server and all, with lossless clients.
 """
 
 import asyncio
@@ -23,14 +23,13 @@ from pathlib import Path
 from statistics import median
 from typing import cast
 
-from radar_service.stream import wire
-from radar_service.stream.app import create_app
-from radar_service.stream.hub import Batch
-from radar_service.stream.mailbox import View
-from radar_service.stream.pace import Pace
-from radar_service.stream.server import Server, configuration, listening_socket
-from radar_service.stream.station import Station
-from radar_service.stream.transmitter import Settings
+from radar_service.stream.codecs.native import wire
+from radar_service.stream.fanout.hub import EncodedBatch
+from radar_service.stream.feed_request import View
+from radar_service.stream.http.app import create_app
+from radar_service.stream.http.server import Server, configuration, listening_socket
+from radar_service.stream.radio.station import Station
+from radar_service.stream.settings import Pace, Settings
 from tests.bench.load import connected
 from tests.stream.fake import FakeEngine, factory, scene
 
@@ -96,7 +95,7 @@ async def feed(size: int) -> None:
         data = wire.pack({"type": "spokes", "epoch": station.hub.epoch, "first": 0, "count": 1, "data": b""})
         data += bytes(size - len(data))
         while True:
-            await station.hub.publish(Batch(station.hub.epoch, station.hub.next, 1, {view: data}))
+            await station.hub.publish(EncodedBatch(station.hub.epoch, station.hub.next, 1, {view: data}))
             await asyncio.sleep(0 if station.hub.clients else 0.01)
 
     running: list[asyncio.Task[None]] = []

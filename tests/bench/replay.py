@@ -17,11 +17,11 @@ import numpy as np
 
 from radar_service import Simulator, load_scene
 from radar_service.records import SpokeBlock
-from radar_service.stream.app import create_app
-from radar_service.stream.messages import Engine
-from radar_service.stream.pace import Schedule
-from radar_service.stream.server import Server, configuration, listening_socket
-from radar_service.stream.station import Station
+from radar_service.stream.http.app import create_app
+from radar_service.stream.http.server import Server, configuration, listening_socket
+from radar_service.stream.radio.pacing import Schedule
+from radar_service.stream.radio.station import Station
+from radar_service.stream.source import SpokeSource
 from tests.stream.fake import FakeEngine, scene
 
 SETTLING = 3.0  # s of simulation, while clients connect
@@ -64,7 +64,7 @@ class Recorded(Schedule):
         return delay
 
 
-def engine(azimuths: int, bins: int, name: str) -> Engine:
+def engine(azimuths: int, bins: int, name: str) -> SpokeSource:
     """The engine of a scene, or where none is named of the same noise over and over."""
     if not name:
         return ReplayEngine(azimuths, bins)
@@ -74,8 +74,8 @@ def engine(azimuths: int, bins: int, name: str) -> Engine:
 
 def main(azimuths: int, bins: int, name: str = "") -> None:
     """Serve until SIGTERM."""
-    station = Station("0", engine(azimuths, bins, name), lambda of: engine(azimuths, bins, name))
-    station.transmitter.schedule = schedule = Recorded()
+    schedule = Recorded()
+    station = Station("0", engine(azimuths, bins, name), lambda of: engine(azimuths, bins, name), schedule=schedule)
     app = create_app([station])
     config = configuration(app, connections=2000)
     listener = listening_socket("127.0.0.1", 0)

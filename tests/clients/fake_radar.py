@@ -15,7 +15,7 @@ from fastapi.staticfiles import StaticFiles
 from numpy.typing import NDArray
 from starlette.datastructures import UploadFile
 
-from radar_service.stream import wire
+from radar_service.stream.codecs.native import wire
 
 WEB = Path(__file__).parents[2] / "clients" / "web"
 POLICY = "default-src 'self'"

@@ -8,7 +8,8 @@ from typing import Any
 import httpx
 from fastapi import FastAPI
 
-from radar_service.stream import wire
+from radar_service.stream.codecs.native import wire
+from radar_service.stream.radio.station import Station
 
 PATIENCE = 10.0  # s, for what should take milliseconds
 
@@ -44,12 +45,16 @@ class Socket:
             raise Closed(403)
         assert message["type"] == "websocket.accept"
 
-    async def receive(self) -> dict[str, Any]:
-        """The next message of the feed. Raises Closed."""
+    async def raw(self) -> bytes:
+        """The bytes of the next message. Raises Closed."""
         message = await self._next()
         if message["type"] == "websocket.close":
             raise Closed(message["code"])
-        return wire.unpack(message["bytes"])
+        return bytes(message["bytes"])
+
+    async def receive(self) -> dict[str, Any]:
+        """The next message of the native feed. Raises Closed."""
+        return wire.unpack(await self.raw())
 
     async def until(self, kind: str) -> dict[str, Any]:
         """The next message of that type; others are passed over."""
@@ -86,11 +91,16 @@ class Server:
 
     def __init__(self, app: FastAPI, http: httpx.AsyncClient) -> None:
         self.app, self.http = app, http
+        self.stations: list[Station] = []
         self._sockets: list[Socket] = []
 
     async def feed(self, query: str = "", radar: str = "0", **headers: str) -> Socket:
-        """A client of a radar's feed, accepted."""
-        socket = Socket(self.app, f"/api/radars/{radar}/feed{query}", headers)
+        """A client of a radar's native feed, accepted."""
+        return await self.open(f"/api/radars/{radar}/feed{query}", **headers)
+
+    async def open(self, path: str, **headers: str) -> Socket:
+        """A websocket, accepted. Raises Closed where it is refused."""
+        socket = Socket(self.app, path, headers)
         self._sockets.append(socket)
         await socket.accepted()
         return socket

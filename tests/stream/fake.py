@@ -43,8 +43,10 @@ class FakeEngine:
         self.noise_power = 1e-15
         self.range_step = of.radar.range_step
         self.range = (np.arange(of.radar.bins) + 0.5) * self.range_step
+        self.blocks_made = 0
         self._dies_at, self._turns = dies_at, turns
         self._first = 0
+        self._made = threading.Condition()
 
     def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
         number = self._first * self.scene.radar.azimuths
@@ -52,8 +54,17 @@ class FakeEngine:
             if self._turns:
                 self._turns.acquire()
             index = number % self.scene.radar.azimuths
-            yield self.block(number, min(5, size, self.scene.radar.azimuths - index))
+            block = self.block(number, min(5, size, self.scene.radar.azimuths - index))
+            with self._made:
+                self.blocks_made += 1
+                self._made.notify_all()
+            yield block
             number += min(5, size, self.scene.radar.azimuths - index)
+
+    def wait_for_blocks(self, count: int, timeout: float) -> None:
+        """Waits until so many blocks were made. Raises AssertionError after `timeout` [s]."""
+        with self._made:
+            assert self._made.wait_for(lambda: self.blocks_made >= count, timeout)
 
     def skip_to(self, scan: int) -> None:
         self._first = scan

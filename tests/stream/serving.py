@@ -9,8 +9,8 @@ from typing import Any
 
 from fastapi import FastAPI
 
-from radar_service.stream.server import Server, configuration, listening_socket
-from radar_service.stream.station import Station
+from radar_service.stream.http.server import Server, configuration, listening_socket
+from radar_service.stream.radio.station import Station
 
 
 @contextlib.contextmanager

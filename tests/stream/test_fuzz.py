@@ -17,10 +17,9 @@ from hypothesis import strategies as st
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.sandbox import Sandbox
 from radar_service.scene.files.scene_file import validated
-from radar_service.stream.app import create_app
-from radar_service.stream.pace import Pace
-from radar_service.stream.station import Station
-from radar_service.stream.transmitter import Settings
+from radar_service.stream.http.app import create_app
+from radar_service.stream.radio.station import Station
+from radar_service.stream.settings import Pace, Settings
 from tests.scene.files.mesh_files import exported
 from tests.stream.fake import FakeEngine, factory, scene
 from tests.stream.serving import served
@@ -53,13 +52,13 @@ def fuzz(address: str, cases: int) -> dict[str, int]:
             if known:  # three quarters go to a radar and a scene that are there, where there is more to break
                 case.path_parameters = {name: THERE.get(name, made) for name, made in case.path_parameters.items()}
             request = case.as_transport_kwargs()
-            told = {key: request.get(key) for key in ("params", "headers")}
-            told |= {"content": request["data"]} if isinstance(request.get("data"), bytes | str) else {}
-            told |= {"data": request["data"]} if isinstance(request.get("data"), dict) else {}
-            told |= {"json": request["json"]} if "json" in request else {}
-            told |= {"files": request["files"]} if request.get("files") else {}
+            arguments = {key: request.get(key) for key in ("params", "headers")}
+            arguments |= {"content": request["data"]} if isinstance(request.get("data"), bytes | str) else {}
+            arguments |= {"data": request["data"]} if isinstance(request.get("data"), dict) else {}
+            arguments |= {"json": request["json"]} if "json" in request else {}
+            arguments |= {"files": request["files"]} if request.get("files") else {}
             try:
-                answer = http.request(request["method"], case.formatted_path, **told)
+                answer = http.request(request["method"], case.formatted_path, **arguments)
             except (httpx.LocalProtocolError, httpx.InvalidURL, UnicodeEncodeError, TypeError, AttributeError):
                 return  # the client's own library will not send that
             assert answer.status_code < 500 or (answer.status_code == 503 and "/health" in case.path), (request, answer.text)
@@ -99,7 +98,7 @@ def test_ten_thousand_requests_made_from_the_openapi(address: str) -> None:
     print(f"{sum(seen.values())} answers: {seen}")
 
 
-PLACES = st.sampled_from(
+KEY_PATHS = st.sampled_from(
     ["name", "radar", "radar.azimuths", "radar.rpm", "radar.range_max_m", "radar.window", "radar.pattern", "environment",
      "environment.sea_state", "own_ship.heading_deg", "own_ship.waypoints", "body", "body.0", "body.0.shape",
      "body.0.position_m", "body.0.mesh", "body.0.heightmap", "body.0.rcs_dbsm", "body.0.waypoints", "origin"]
@@ -125,8 +124,8 @@ def good() -> dict[str, Any]:
 def spoilt(changes: list[tuple[str, Any]]) -> dict[str, Any]:
     """A good scene with odd values in some places."""
     made: Any = good()
-    for place, value in changes:
-        *way, last = place.split(".")
+    for key_path, value in changes:
+        *way, last = key_path.split(".")
         here = made
         for step in way:
             here = here[int(step)] if isinstance(here, list) and step.isdigit() and int(step) < len(here) else (
@@ -146,7 +145,7 @@ def spoil_scenes(address: str, cases: int) -> dict[int, int]:
 
         @seed(2)
         @settings(QUICK, max_examples=cases)
-        @given(changes=st.lists(st.tuples(PLACES, ODD), min_size=1, max_size=3))
+        @given(changes=st.lists(st.tuples(KEY_PATHS, ODD), min_size=1, max_size=3))
         def ask(changes: list[tuple[str, Any]]) -> None:
             body = json.dumps({"scene": spoilt(changes)}).encode()  # NaN and Infinity as Python writes them
             answer = http.put("/api/radars/0/scene", content=body, headers={"content-type": "application/json"})

@@ -1,0 +1,154 @@
+"""The controls of a radar, each declared once.
+
+`CONTROLS` is the only list: the bodies of `PATCH` and `GET /api/radars/{id}/controls`, the `controls` of a hello and the
+`control_definitions` of a radar are derived from it. A new control is one entry here, and the code that obeys it.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from radar_service.scene.convert import scene_at_rpm
+from radar_service.scene.world import Scene
+from radar_service.stream.settings import Pace, Settings
+
+
+class ControlError(ValueError):
+    """The value of a control is not allowed on this radar. The text names the control, the value and the limits."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """One control.
+
+    name: its key in REST and in the feed;
+    kind: switch (true or false), number, or pace (state, steps and factor);
+    acts_on: display (the u8 video), transmitter (what is sent, and when) or engine (a rebuilt scene);
+    description: for people;
+    read: the value from the settings and the scene (for engine controls the scene that runs next);
+    write: the settings with another value (display and transmitter controls);
+    rebuild: the scene with another value (engine controls);
+    unit: of a number; example: a number for the REST documentation; minimum, maximum: its limits, None for none;
+    scene_maximum: a maximum that depends on the scene.
+    """
+
+    name: str
+    kind: Literal["switch", "number", "pace"]
+    acts_on: Literal["display", "transmitter", "engine"]
+    description: str
+    read: Callable[[Settings, Scene], Any]
+    write: Callable[[Settings, Scene, Any], Settings] | None = None
+    rebuild: Callable[[Scene, Any], Scene] | None = None
+    unit: str = ""
+    example: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    scene_maximum: Callable[[Scene], float] | None = None
+
+
+def _display(name: str, description: str, example: float) -> Control:
+    """A control of the video, 0 to 100 percent: a field of `display.video.Controls`."""
+    return Control(
+        name, "number", "display", description,
+        read=lambda settings, scene: getattr(settings.video, name),
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value})),
+        unit="%", example=example, minimum=0, maximum=100,
+    )  # fmt: skip
+
+
+def _range_max(scene: Scene) -> float:
+    return scene.radar.range_max
+
+
+def _read_range(settings: Settings, scene: Scene) -> float:
+    return min(settings.range or _range_max(scene), _range_max(scene))
+
+
+def _write_range(settings: Settings, scene: Scene, value: float) -> Settings:
+    return replace(settings, range=None if value == _range_max(scene) else value)
+
+
+def _write_pace(settings: Settings, scene: Scene, change: Mapping[str, Any]) -> Settings:
+    """Changes state and factor; the state "step" is an order to the transmitter and changes no setting."""
+    pace, factor, state = settings.pace, change.get("factor"), change.get("state")
+    if factor is not None:
+        pace = replace(pace, factor=math.inf if factor == "max" else factor)
+    return replace(settings, pace=Pace(state, pace.factor) if state in ("run", "pause") else pace)
+
+
+CONTROLS = (
+    Control(
+        "transmit", "switch", "transmitter", "false is standby: no spokes are sent, simulated time goes on",
+        read=lambda settings, scene: settings.transmit,
+        write=lambda settings, scene, value: replace(settings, transmit=value),
+    ),
+    Control(
+        "range_m", "number", "transmitter", "display range, at most the scene's; a change opens a new epoch",
+        read=_read_range, write=_write_range, unit="m", example=5000, minimum=10, scene_maximum=_range_max,
+    ),
+    _display("gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4", 50),
+    _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off", 0),
+    _display("rain", "fast time constant (FTC) against rain clutter, 0 is off", 0),
+    Control(
+        "rpm", "number", "engine", "rate of rotation; a change restarts the scene when the running scan ends",
+        read=lambda settings, scene: 60.0 / scene.radar.rotation_period,
+        rebuild=scene_at_rpm, unit="rev/min", example=24, minimum=0.01, maximum=600,
+    ),
+    Control(
+        "pace", "pace", "transmitter", "run, pause or step, and simulated seconds per second",
+        read=lambda settings, scene: settings.pace.as_dict(), write=_write_pace,
+    ),
+)  # fmt: skip
+
+
+def controls_state(settings: Settings, running: Scene, next_scene: Scene) -> dict[str, Any]:
+    """Returns the value of every control. Engine controls are those of the scene that runs next."""
+    return {
+        control.name: control.read(settings, next_scene if control.acts_on == "engine" else running) for control in CONTROLS
+    }
+
+
+def changed_settings(settings: Settings, scene: Scene, requested: Mapping[str, Any]) -> Settings:
+    """Returns the settings with the requested values. Raises ControlError for a value that the scene does not allow."""
+    for control in CONTROLS:
+        if control.name in requested and control.write is not None:
+            _check(control, scene, requested[control.name])
+            settings = control.write(settings, scene, requested[control.name])
+    return settings
+
+
+def changed_scene(settings: Settings, scene: Scene, requested: Mapping[str, Any]) -> Scene | None:
+    """Returns the scene with the requested engine controls, None where it has them already.
+
+    Raises SceneError where such a scene is not valid.
+    """
+    result = scene
+    for control in CONTROLS:
+        if control.name in requested and control.rebuild is not None:
+            value = requested[control.name]
+            if not math.isclose(value, control.read(settings, scene), rel_tol=1e-9):
+                result = control.rebuild(result, value)
+    return None if result is scene else result
+
+
+def control_definitions(scene: Scene) -> list[dict[str, Any]]:
+    """Returns the declaration of every control as plain data, with the limits of this scene."""
+    return [
+        {
+            "name": control.name,
+            "kind": control.kind,
+            "unit": control.unit,
+            "minimum": control.minimum,
+            "maximum": control.scene_maximum(scene) if control.scene_maximum else control.maximum,
+            "acts_on": control.acts_on,
+            "description": control.description,
+        }
+        for control in CONTROLS
+    ]
+
+
+def _check(control: Control, scene: Scene, value: Any) -> None:
+    if control.scene_maximum is not None and value > control.scene_maximum(scene):
+        limits = f"{control.minimum:g} to {control.scene_maximum(scene):g} {control.unit}"
+        raise ControlError(f"{control.name}: {value:g}; this radar allows {limits}: give less")

@@ -1,0 +1,194 @@
+"""The queue of one client: bounded, with a gap message in the position of what it loses."""
+
+import asyncio
+import itertools
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+from radar_service.stream.codecs.codec import Codec
+from radar_service.stream.codecs.registry import CODECS
+from radar_service.stream.fanout.frames import Write, frame
+from radar_service.stream.feed_request import Mode, View
+
+_NUMBERS = itertools.count(1)
+
+QUEUE_MESSAGES = 64  # about a second of batches at 15 ms
+QUEUE_BYTES = 4 * 2**20
+CATCH_UP_BYTES = 64 * 2**10  # of a client that has lost batches, until its queue is empty: the kernel holds 0.4 MB already
+QUEUE_NOTICES = 256  # hellos, gaps and the like, which are never dropped: a client with more does not read
+GOING_AWAY, TOO_SLOW = 1001, 4408  # websocket close codes
+
+
+@dataclass(frozen=True)
+class QueueItem:
+    """A message for clients.
+
+    count > 0: it covers spokes first to first + count; droppable: a slow client may lose it; data b"": the protocol has
+    no such message, so it counts but is not sent.
+    """
+
+    data: bytes
+    epoch: str
+    first: int = 0
+    count: int = 0
+    droppable: bool = False
+
+    @cached_property
+    def frame(self) -> bytes:
+        """The message as a websocket frame, encoded when the first client takes it."""
+        return frame(self.data)
+
+
+def gap(codec: Codec, epoch: str, first: int, count: int, reason: str) -> QueueItem:
+    """Returns the message that announces spokes which this client will not receive."""
+    return QueueItem(codec.gap(epoch, first, count, reason), epoch, first, count)
+
+
+class ClientQueue:
+    """The queue between the hub and one client. Belongs to the event loop: no locks, no other threads.
+
+    delivered, lost: spokes; gaps: announced because the client was too slow; bytes: taken by the client;
+    closed: nothing comes after the queued messages; code: websocket close code, once closed;
+    started: the client has received or skipped a sequence number, so that from here on a jump would be a loss;
+    write: sends a frame directly, past an empty queue, where the server can do that.
+    """
+
+    def __init__(
+        self, view: View, mode: Mode = "live", truth: bool = False, messages: int = QUEUE_MESSAGES, size: int = QUEUE_BYTES
+    ) -> None:
+        self.view, self.mode, self.truth = view, mode, truth
+        self.codec = CODECS[view.codec]
+        self.number = next(_NUMBERS)  # names the client in log lines
+        self.delivered = self.lost = self.gaps = self.bytes = 0
+        self.closed, self.code = False, GOING_AWAY
+        self.started = False
+        self.write: Write | None = None
+        self._messages, self._size = messages, size
+        self._queue: deque[QueueItem] = deque()
+        self._backlog: deque[QueueItem] = deque()  # hello and history: before the queue and outside its bounds
+        self._batches = self._batch_bytes = 0  # of the droppable items in the queue
+        self._catching_up = False
+        self._reader: asyncio.Future[None] | None = None  # waits for a message
+        self._room, self._ended = asyncio.Event(), asyncio.Event()
+
+    @property
+    def full(self) -> bool:
+        """Whether one more batch would exceed a bound; a single batch always fits."""
+        maximum = min(self._size, CATCH_UP_BYTES) if self._catching_up else self._size
+        return self._batches >= self._messages or (self._batches > 0 and self._batch_bytes >= maximum)
+
+    @property
+    def waiting(self) -> tuple[QueueItem, ...]:
+        """The messages that the client has not taken, in order."""
+        return (*self._backlog, *self._queue)
+
+    def put(self, item: QueueItem) -> None:
+        """Queues a message; where a bound is exceeded the oldest batches are dropped first.
+
+        A client that loses batches keeps only the newest ones, so that it soon shows the present when it reads again.
+        """
+        if self.closed or self._write_directly(item):
+            return
+        while item.droppable and self.full:
+            self._catching_up = self.mode == "live"
+            self._drop_oldest()
+        self._append(item)
+        if len(self._queue) - self._batches > QUEUE_NOTICES:
+            self.end(self.codec.bye(item.epoch, "this client does not read"), TOO_SLOW)
+
+    def end(self, last: bytes, code: int = GOING_AWAY) -> None:
+        """Drops what is queued, sends the message `last`, and takes no more."""
+        if self.closed:
+            return
+        self._queue.clear()
+        self._backlog.clear()
+        self._batches = self._batch_bytes = 0
+        self._append(QueueItem(last, ""))
+        self.code = code
+        self.close()
+        self._ended.set()
+
+    def close(self) -> None:
+        """Takes no more messages; who waits for room goes on."""
+        self.closed = True
+        self._room.set()
+
+    async def ended(self) -> None:
+        """Waits until `end` was called."""
+        await self._ended.wait()
+
+    def begin(self, items: Iterable[QueueItem]) -> None:
+        """Queues what comes before all else: the hello and the history (shared bytes, so not bounded here)."""
+        self._backlog.extend(items)
+        self.started = any(item.count for item in self._backlog)
+        self._wake_reader()
+
+    async def get(self) -> QueueItem | None:
+        """Returns the next message, None after the last one."""
+        while not self._queue and not self._backlog:
+            if self.closed:
+                return None
+            self._reader = asyncio.get_running_loop().create_future()
+            await self._reader
+        if self._backlog:
+            item = self._backlog.popleft()
+            self.bytes += len(item.data)
+            return item
+        item = self._queue.popleft()
+        self._catching_up = self._catching_up and bool(self._queue)
+        self.bytes += len(item.data)
+        if item.droppable:
+            self._batches -= 1
+            self._batch_bytes -= len(item.data)
+            self.delivered += item.count
+        self._room.set()
+        return item
+
+    async def room(self) -> None:
+        """Waits until a batch fits without loss, or the client has gone."""
+        while self.full and not self.closed:
+            self._room.clear()
+            await self._room.wait()
+
+    def _write_directly(self, item: QueueItem) -> bool:
+        """Sends the message without the queue where the client waits for it and the socket has room."""
+        is_waited_for = self._reader is not None and not (self._reader.done() or self._queue or self._backlog)
+        if self.write is None or not is_waited_for or not item.data or not self.write(item.frame):
+            return False
+        self.started = self.started or item.count > 0
+        self.bytes += len(item.data)
+        self.delivered += item.count if item.droppable else 0
+        return True
+
+    def _wake_reader(self) -> None:
+        if self._reader is not None and not self._reader.done():
+            self._reader.set_result(None)
+
+    def _append(self, item: QueueItem) -> None:
+        self._queue.append(item)
+        self.started = self.started or item.count > 0
+        if item.droppable:
+            self._batches += 1
+            self._batch_bytes += len(item.data)
+        self._wake_reader()
+
+    def _drop_oldest(self) -> None:
+        """Replaces the oldest batch by a gap, or extends the gap before it."""
+        at = next(i for i, item in enumerate(self._queue) if item.droppable)
+        item = self._queue[at]
+        self._batches -= 1
+        self._batch_bytes -= len(item.data)
+        self.lost += item.count
+        if not item.count:
+            del self._queue[at]
+            return
+        before = self._queue[at - 1] if at else None
+        first = item.first
+        if before and before.count:  # a gap that ends where this batch begins; a hello separates two epochs
+            del self._queue[at]
+            at, first = at - 1, before.first
+        else:
+            self.gaps += 1
+        self._queue[at] = gap(self.codec, item.epoch, first, item.first + item.count - first, "this client is too slow")

@@ -1,0 +1,89 @@
+"""The feed as a sink of spokes: encodes each batch once for each view that clients have."""
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from radar_service.stream.codecs.registry import CODECS
+from radar_service.stream.fanout.hub import EncodedBatch
+from radar_service.stream.feed_request import Mode, View
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
+
+TRUTHS_PER_SCAN = 8  # enough to draw a track, at a cost that cannot be measured
+
+
+class EncodedSink(Protocol):
+    """Takes encoded batches, as FeedOutput does."""
+
+    @property
+    def views(self) -> tuple[View, ...]:
+        """What to encode."""
+
+    @property
+    def truth_codecs(self) -> tuple[str, ...]:
+        """Protocols in which to encode the truth."""
+
+    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes]) -> None:
+        """Begins an epoch."""
+
+    def publish(self, batch: EncodedBatch) -> None:
+        """Takes the next batch."""
+
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        """Learns of spokes that will never come."""
+
+    def close(self, reason: str) -> None:
+        """Learns that no more spokes come."""
+
+
+class FeedEncoder:
+    """The sink that encodes spokes for the feed. Runs in the transmitter's thread.
+
+    radar_info: describes the radar in an epoch for a hello; it is called on the event loop.
+    """
+
+    def __init__(self, output: EncodedSink, radar_info: Callable[[Epoch], RadarInfo], clock: Callable[[], float]) -> None:
+        self._output, self._radar_info, self._clock = output, radar_info, clock
+        self._timings: dict[str, tuple[int, float]] = {}
+
+    @property
+    def timings(self) -> Mapping[str, tuple[int, float]]:
+        """Number of encoded batches, and the time that they took [s], by encoding."""
+        return dict(self._timings)
+
+    def open_epoch(self, epoch: Epoch) -> None:
+        """Begins an epoch."""
+
+        def hello(view: View, mode: Mode) -> bytes:
+            return CODECS[view.codec].hello(self._radar_info(epoch), view, mode)
+
+        self._output.open_epoch(epoch.name, hello)
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Encodes a batch for each view and publishes it."""
+        data = {view: self._encoded(batch, view) for view in self._output.views}
+        self._output.publish(EncodedBatch(batch.epoch.name, batch.first, len(batch), data, self._truths(batch)))
+
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        """Announces spokes that will never come."""
+        self._output.skip(epoch, count, reason)
+
+    def close(self, reason: str) -> None:
+        """Ends the feed until another epoch opens."""
+        self._output.close(f"the radar has stopped: {reason}")
+
+    def _encoded(self, batch: SpokeBatch, view: View) -> bytes:
+        began = self._clock()
+        data = CODECS[view.codec].spokes(batch, view)
+        count, seconds = self._timings.get(view.encoding, (0, 0.0))
+        self._timings[view.encoding] = count + 1, seconds + self._clock() - began
+        return data
+
+    def _truths(self, batch: SpokeBatch) -> tuple[tuple[str, bytes], ...]:
+        """Returns the truth at TRUTHS_PER_SCAN instants of a scan, as pairs of codec and message."""
+        codecs = self._output.truth_codecs
+        if not codecs:
+            return ()
+        engine, block = batch.epoch.engine, batch.block
+        every = max(1, engine.scene.radar.azimuths // TRUTHS_PER_SCAN)
+        states = [engine.truth(float(t)) for k, t in enumerate(block.time) if (block.index + k) % every == 0]
+        return tuple((name, CODECS[name].truth(batch.epoch.name, state)) for name in codecs for state in states)

@@ -1,0 +1,210 @@
+"""One producer, many clients: a bounded queue for each client, one encoding for each view, a bounded history.
+
+The rules; each can be tested without a socket:
+1. A batch is encoded once for each view. Clients with equal views share the bytes.
+2. A `live` client that falls behind loses whole batches, oldest first, and receives a gap in their position.
+3. A `lossless` client makes the producer wait, at most PATIENCE; then it receives `bye` and is disconnected.
+4. Sequence numbers count spokes within an epoch. A gap names exactly the numbers that this client will not receive.
+The hub belongs to the event loop. The producer's thread only reads `views` and `truth_codecs`, immutable tuples that are
+replaced whole.
+"""
+
+import asyncio
+import contextlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from radar_service.stream.codecs.registry import CODECS
+from radar_service.stream.fanout.client_queue import TOO_SLOW, ClientQueue, QueueItem, gap
+from radar_service.stream.fanout.history import ViewHistory
+from radar_service.stream.feed_request import Mode, View
+
+PATIENCE = 10.0  # s that a lossless client may delay the simulation
+MAX_VIEWS = 16  # each costs the producer an encoding
+MAX_CLIENTS = 500
+LINGER = 30.0  # s that a view without clients is still encoded, so that a client that reconnects misses nothing
+
+
+@dataclass(frozen=True)
+class EncodedBatch:
+    """Consecutive spokes of an epoch, encoded for each view.
+
+    truth: pairs of codec and message; they go before the spokes to clients that asked for the truth.
+    """
+
+    epoch: str
+    first: int
+    count: int
+    data: Mapping[View, bytes]
+    truth: tuple[tuple[str, bytes], ...] = ()
+
+
+@dataclass(frozen=True)
+class ClientTotals:
+    """Sums over all clients since the start: spokes lost, gaps announced, bytes taken."""
+
+    lost: int = 0
+    gaps: int = 0
+    bytes: int = 0
+
+    def with_client(self, client: ClientQueue) -> "ClientTotals":
+        """Returns the sums with one more client."""
+        return ClientTotals(self.lost + client.lost, self.gaps + client.gaps, self.bytes + client.bytes)
+
+
+class FeedRefused(Exception):
+    """A client that cannot be served. The text says why and what to do."""
+
+
+class Hub:
+    """The clients of one radar.
+
+    clients: those connected; views: what the producer encodes; truth_codecs: protocols with a client that asked for truth;
+    epoch: name of the running epoch; next: sequence number of the next spoke.
+    """
+
+    def __init__(self, clock: Callable[[], float], patience: float = PATIENCE, max_clients: int = MAX_CLIENTS) -> None:
+        self.clients: set[ClientQueue] = set()
+        self.views: tuple[View, ...] = ()
+        self.truth_codecs: tuple[str, ...] = ()
+        self.epoch = ""
+        self.next = 0
+        self._departed = ClientTotals()
+        self._hello: Callable[[View, Mode], bytes] | None = None
+        self._histories: dict[View, ViewHistory] = {}
+        self._left = asyncio.Event()
+        self._clock, self._patience, self._max_clients = clock, patience, max_clients
+
+    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes]) -> None:
+        """Begins an epoch: drops the history, sends every client its hello, and starts numbers at 0.
+
+        hello: returns the first message of the epoch for a view and a mode.
+        """
+        self.epoch, self.next, self._hello = epoch, 0, hello
+        for history in self._histories.values():
+            history.clear()
+        for client in self.clients:
+            client.put(QueueItem(hello(client.view, client.mode), epoch))
+            client.started = True  # from here on every missing number is a loss
+
+    def join(self, client: ClientQueue, since: tuple[str, int] | None = None) -> None:
+        """Adds a client: it receives a hello, then what it missed since (epoch, next number), then new spokes.
+
+        Where `since` names another epoch the client receives all of this one. Raises FeedRefused when the radar has not
+        begun or is full.
+        """
+        if self._hello is None:
+            raise FeedRefused("the radar is starting; try again in a moment")
+        if len(self.clients) >= self._max_clients:
+            raise FeedRefused(f"the radar has its {self._max_clients} clients; try again later")
+        history = self._use_view(client.view)
+        missed: list[QueueItem] = []
+        if since is not None:
+            missed = history.since(self.epoch, min(since[1], self.next) if since[0] == self.epoch else 0, self.next)
+        client.begin([QueueItem(self._hello(client.view, client.mode), self.epoch), *missed])
+        self.clients.add(client)
+        self._update_truth_codecs()
+
+    def leave(self, client: ClientQueue) -> None:
+        """Removes a client. Its view is encoded a while longer, for a client that reconnects."""
+        self.clients.discard(client)
+        self._left.set()
+        self._update_truth_codecs()
+        self._departed = self._departed.with_client(client)
+        client.close()
+        if all(other.view != client.view for other in self.clients) and client.view in self._histories:
+            self._histories[client.view].idle_since = self._clock()
+
+    def totals(self) -> ClientTotals:
+        """Returns the sums over all clients, those that have left included."""
+        totals = self._departed
+        for client in self.clients:
+            totals = totals.with_client(client)
+        return totals
+
+    async def publish(self, batch: EncodedBatch) -> None:
+        """Queues a batch for every client and waits for the lossless ones. Ignores batches of an earlier epoch."""
+        await self._wait_for_lossless()
+        if batch.epoch != self.epoch:
+            return
+        items = {view: QueueItem(data, batch.epoch, batch.first, batch.count, True) for view, data in batch.data.items()}
+        for view, item in items.items():
+            if view in self._histories:
+                self._histories[view].add(replace(item))  # a copy without the frame that the item caches
+        truths = [(codec, QueueItem(state, batch.epoch, droppable=True)) for codec, state in batch.truth]
+        for client in self.clients:
+            for codec, state in truths if client.truth else ():
+                if codec == client.view.codec:
+                    client.put(state)
+            self._deliver(client, batch, items.get(client.view))
+        self.next = batch.first + batch.count
+        self._drop_idle_views()
+
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        """Announces to every client that the next `count` spokes of this epoch will never come."""
+        if epoch != self.epoch or count <= 0:
+            return
+        gaps = {name: gap(codec, epoch, self.next, count, reason) for name, codec in CODECS.items()}
+        for view, history in self._histories.items():
+            history.add(gaps[view.codec])
+        for client in self.clients:
+            client.put(gaps[client.view.codec])
+        self.next += count
+
+    def close(self, reason: str) -> None:
+        """Sends `bye` to every client."""
+        for client in list(self.clients):
+            client.end(client.codec.bye(self.epoch, reason))
+
+    async def emptied(self, timeout: float) -> None:
+        """Waits until every client has left, at most `timeout` [s]."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(timeout):
+                while self.clients:
+                    self._left.clear()
+                    await self._left.wait()
+
+    def _deliver(self, client: ClientQueue, batch: EncodedBatch, item: QueueItem | None) -> None:
+        if item is not None:
+            client.put(item)
+        elif client.started:  # it returned while this batch was encoded without its view
+            reason = "encoded before this view was requested"
+            client.put(gap(client.codec, batch.epoch, batch.first, batch.count, reason))
+
+    async def _wait_for_lossless(self) -> None:
+        full = [client for client in self.clients if client.mode == "lossless" and client.full]
+        if not full:
+            return
+        waits = {asyncio.ensure_future(client.room()): client for client in full}
+        _, late = await asyncio.wait(waits, timeout=self._patience)
+        for task in late:
+            task.cancel()
+            client = waits[task]
+            reason = f"lossless: nothing was read for {self._patience:g} s; read faster, or resume with since"
+            client.end(client.codec.bye(self.epoch, reason), TOO_SLOW)
+            self.clients.discard(client)
+
+    def _update_truth_codecs(self) -> None:
+        self.truth_codecs = tuple({client.view.codec for client in self.clients if client.truth})
+
+    def _use_view(self, view: View) -> ViewHistory:
+        if view not in self._histories and len(self._histories) >= MAX_VIEWS:
+            self._drop_an_idle_view()
+        history = self._histories.setdefault(view, ViewHistory(CODECS[view.codec]))
+        history.idle_since = None
+        self.views = tuple(self._histories)
+        return history
+
+    def _drop_an_idle_view(self) -> None:
+        idle = [(kept.idle_since, view) for view, kept in self._histories.items() if kept.idle_since is not None]
+        if not idle:
+            raise FeedRefused(f"{MAX_VIEWS} different views are being served; request an encoding and bins that others have")
+        del self._histories[min(idle, key=lambda pair: pair[0])[1]]
+
+    def _drop_idle_views(self) -> None:
+        now = self._clock()
+        old = [v for v, kept in self._histories.items() if kept.idle_since is not None and now - kept.idle_since > LINGER]
+        for view in old:
+            del self._histories[view]
+        if old:
+            self.views = tuple(self._histories)

@@ -1,0 +1,30 @@
+"""The REST interface: all routes under /api, put together."""
+
+from collections.abc import Mapping
+
+from fastapi import APIRouter, Request
+
+from radar_service.stream.http import schemas
+from radar_service.stream.http.access import TICKET_SECONDS, Tickets
+from radar_service.stream.http.answers import PROTECTED
+from radar_service.stream.http.health_routes import health_routes
+from radar_service.stream.http.radar_routes import radar_routes
+from radar_service.stream.http.scene_routes import scene_routes
+from radar_service.stream.http.scene_store import SceneStore
+from radar_service.stream.http.security import ROLE
+from radar_service.stream.radio.station import Station
+
+
+def api(stations: Mapping[str, Station], store: SceneStore, tickets: Tickets) -> APIRouter:
+    """Returns all routes under /api."""
+    router = APIRouter(prefix="/api", responses=PROTECTED)
+    router.include_router(scene_routes(stations, store))
+    router.include_router(radar_routes(stations, store))
+    router.include_router(health_routes(stations))
+
+    @router.post("/tickets", status_code=201, tags=["access"])
+    async def issue_ticket(request: Request) -> schemas.Ticket:
+        """Returns a word that opens one websocket, as its parameter `ticket`: browsers send no token with a websocket."""
+        return schemas.Ticket(ticket=tickets.issue(request.scope.get(ROLE)), seconds=TICKET_SECONDS)
+
+    return router

@@ -1,0 +1,74 @@
+"""The application: REST, the feeds, metrics, the documentation and the page, behind the security checks."""
+
+import asyncio
+from collections.abc import AsyncIterator, Iterable, Sequence
+from contextlib import asynccontextmanager
+from importlib import metadata
+from pathlib import Path
+
+from fastapi import FastAPI
+from fastapi.responses import Response
+from starlette.staticfiles import StaticFiles
+
+from radar_service.packaged import packaged_folder
+from radar_service.scene.files.mesh_reader import IN_PROCESS
+from radar_service.scene.files.sandbox import Sandbox
+from radar_service.stream.http import metrics
+from radar_service.stream.http.access import Access, Tickets
+from radar_service.stream.http.answers import add_exception_handlers
+from radar_service.stream.http.api import api
+from radar_service.stream.http.docs import add_docs
+from radar_service.stream.http.feed import feed_routes
+from radar_service.stream.http.scene_store import MAX_UPLOAD_BYTES, SceneStore
+from radar_service.stream.http.security import SecurityMiddleware
+from radar_service.stream.logs import Refusals
+from radar_service.stream.radio.station import Station
+
+
+def create_app(
+    stations: Sequence[Station], *, scene_folders: Iterable[Path] = (), sandbox: Sandbox | None = None,
+    sandbox_all: bool = False, access: Access | None = None, refused: Refusals | None = None,
+) -> FastAPI:  # fmt: skip
+    """Returns the application; it puts the radars on the air when it starts and takes them off when it stops.
+
+    scene_folders: their scenes are listed beside the packaged ones;
+    sandbox: parses the files of uploads, with sandbox_all those of every scene that REST names; the application closes it;
+    access: who may do what, by default everybody may do everything; refused: counts refusals, here and elsewhere.
+    """
+    sandbox, access, refused, tickets = sandbox or Sandbox(), access or Access(), refused or Refusals(), Tickets()
+    store = SceneStore(scene_folders, sandbox if sandbox_all else IN_PROCESS, sandbox)
+    by_identity = {station.identity: station for station in stations}
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        try:
+            for station in stations:
+                await station.start()
+            yield
+        finally:
+            await asyncio.gather(*(station.stop() for station in stations))
+            store.close()
+            await asyncio.to_thread(sandbox.close)
+
+    app = FastAPI(
+        title="radar-service",
+        version=metadata.version("radar-service"),
+        description="A simulated marine radar: scenes in, the live feed of a rotating radar out.",
+        lifespan=lifespan,
+        openapi_url="/api/openapi.json",
+        docs_url=None,  # the framework's pages load scripts from other servers; see http.docs
+        redoc_url=None,
+        max_body_size=MAX_UPLOAD_BYTES,
+    )
+    app.include_router(api(by_identity, store, tickets))
+    app.include_router(feed_routes(by_identity, access, refused))
+    app.add_api_route("/metrics", lambda: _metrics(stations, refused), include_in_schema=False)
+    add_docs(app)
+    app.mount("/", StaticFiles(directory=str(packaged_folder("clients") / "web"), html=True, check_dir=False))
+    add_exception_handlers(app)
+    app.add_middleware(SecurityMiddleware, access=access, tickets=tickets, refused=refused)
+    return app
+
+
+def _metrics(stations: Sequence[Station], refused: Refusals) -> Response:
+    return Response(metrics.exposition(stations, refused.counts), media_type=metrics.CONTENT_TYPE)

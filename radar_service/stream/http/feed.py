@@ -1,0 +1,126 @@
+"""The websocket feed of any codec: admits a client, and empties its queue into the socket."""
+
+import asyncio
+import contextlib
+from collections.abc import Callable, Mapping
+
+from fastapi import APIRouter
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from radar_service.stream.codecs.codec import Codec
+from radar_service.stream.codecs.registry import CODECS
+from radar_service.stream.fanout.client_queue import ClientQueue
+from radar_service.stream.fanout.hub import FeedRefused
+from radar_service.stream.http.access import Access, is_loopback
+from radar_service.stream.http.security import ROLE
+from radar_service.stream.http.websocket import frame_writer
+from radar_service.stream.radio.station import Station
+
+BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503  # websocket close codes
+REFUSALS = {BAD_REQUEST: "feed request", FORBIDDEN: "feed rights", NOT_FOUND: "feed radar", UNAVAILABLE: "feed full or down"}
+GRACE = 2.0  # s to take the last message before the connection is cut
+
+Since = tuple[str, int] | None
+
+
+def feed_routes(stations: Mapping[str, Station], access: Access, refused: Callable[[str], None]) -> APIRouter:
+    """Returns one websocket route for each registered codec."""
+    router = APIRouter()
+
+    def add(codec: Codec) -> None:
+        @router.websocket(codec.path)
+        async def feed(socket: WebSocket, radar: str) -> None:
+            may_command = access.may(socket.scope.get(ROLE), "command")
+            await serve(socket, codec, stations.get(radar), may_command, refused)
+
+    for codec in CODECS.values():
+        add(codec)
+    return router
+
+
+async def serve(
+    socket: WebSocket, codec: Codec, station: Station | None, may_command: bool, refused: Callable[[str], None]
+) -> None:
+    """Serves one client until it leaves, is disconnected, or the server stops.
+
+    A refusal is a `bye` and a close code from 4400. may_command: whether the client may use `lossless`, which delays the
+    radar for everybody; refused: is called with the kind of a refusal.
+    """
+    await socket.accept()
+    try:
+        station, client, since = _admit(socket, codec, station, may_command)
+        station.join(client, since)
+    except _Refusal as error:
+        refused(REFUSALS[error.code])
+        return await _refuse(socket, codec, error.code, str(error))
+    except FeedRefused as error:
+        refused(REFUSALS[UNAVAILABLE])
+        return await _refuse(socket, codec, UNAVAILABLE, str(error))
+    try:
+        await _converse(socket, client)
+    finally:
+        station.leave(client)
+
+
+class _Refusal(Exception):
+    def __init__(self, code: int, reason: str) -> None:
+        super().__init__(reason)
+        self.code = code
+
+
+def _admit(
+    socket: WebSocket, codec: Codec, station: Station | None, may_command: bool
+) -> tuple[Station, ClientQueue, Since]:
+    """Returns the station, a queue for the client, and where the client resumes. Raises _Refusal."""
+    if station is None:
+        raise _Refusal(NOT_FOUND, f'radar: there is no "{socket.path_params["radar"][:40]}"; see /api/radars')
+    is_local = socket.client is None or is_loopback(socket.client.host)
+    try:
+        request = codec.request(socket.query_params, is_local)
+    except ValueError as error:
+        raise _Refusal(BAD_REQUEST, str(error)) from None
+    if request.truth and not station.allow_truth:
+        raise _Refusal(FORBIDDEN, "truth: this server does not send it; start it with --truth")
+    if request.mode == "lossless" and not may_command:
+        raise _Refusal(FORBIDDEN, "mode: lossless delays the radar for everybody; it needs the token to command")
+    return station, ClientQueue(request.view, request.mode, request.truth), request.since
+
+
+async def _refuse(socket: WebSocket, codec: Codec, code: int, reason: str) -> None:
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the client may have left already
+        if last := codec.bye("", reason):
+            await socket.send_bytes(last)
+        await socket.close(code, reason.encode()[:120].decode(errors="ignore"))  # a close frame holds 123 bytes
+
+
+async def _converse(socket: WebSocket, client: ClientQueue) -> None:
+    tasks = [asyncio.create_task(part) for part in (_send(socket, client), _receive(socket), _cut_after_end(client))]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    if client.closed:
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
+            await asyncio.wait_for(socket.close(client.code), GRACE)
+
+
+async def _send(socket: WebSocket, client: ClientQueue) -> None:
+    client.write = write = frame_writer(socket.scope)
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; _receive returns too
+        while (item := await client.get()) is not None:
+            if item.data and not (write and write(item.frame)):
+                await socket.send_bytes(item.data)  # which waits for room and raises where the socket closes
+
+
+async def _receive(socket: WebSocket) -> None:
+    """Ignores client messages; returns on disconnect."""
+    while (await socket.receive())["type"] != "websocket.disconnect":
+        pass
+
+
+async def _cut_after_end(client: ClientQueue) -> None:
+    """Returns GRACE after the client's queue was ended."""
+    await client.ended()
+    await asyncio.sleep(GRACE)

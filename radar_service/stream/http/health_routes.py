@@ -1,0 +1,41 @@
+"""REST: health and probes."""
+
+from collections.abc import Mapping
+from importlib import metadata
+
+from fastapi import APIRouter, Response
+
+from radar_service.stream.http import schemas
+from radar_service.stream.radio import status
+from radar_service.stream.radio.station import Station
+
+
+def health_routes(stations: Mapping[str, Station]) -> APIRouter:
+    """Returns the routes under /health."""
+    router = APIRouter(tags=["health"])
+
+    @router.get(
+        "/health", responses={503: {"model": schemas.Health, "description": "a radar has failed or is starting again"}}
+    )
+    async def get_health(response: Response) -> schemas.Health:
+        """Returns the health of the server and of each radar."""
+        radars = [status.health(station) for station in stations.values()]
+        states = {radar["state"] for radar in radars}
+        worst = next((bad for bad in ("failed", "restarting", "behind") if bad in states), "ok")
+        response.status_code = 503 if worst in ("failed", "restarting") else 200
+        version = metadata.version("radar-service")
+        return schemas.Health.model_validate({"status": worst, "version": version, "radars": radars})
+
+    @router.get("/health/alive")
+    async def is_alive() -> schemas.ReadyState:
+        """Answers whenever the server runs; needs no token."""
+        return schemas.ReadyState(yes=True)
+
+    @router.get("/health/ready", responses={503: {"model": schemas.ReadyState, "description": "not yet, or no more"}})
+    async def is_ready(response: Response) -> schemas.ReadyState:
+        """Returns whether every radar is on the air and takes clients; needs no token."""
+        yes = all(status.is_ready(station) for station in stations.values())
+        response.status_code = 200 if yes else 503
+        return schemas.ReadyState(yes=yes)
+
+    return router

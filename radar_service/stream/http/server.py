@@ -1,0 +1,91 @@
+"""The server: where it listens, how it is configured, and how it stops."""
+
+import asyncio
+import socket
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from radar_service.stream.http.connection_limits import LimitedProtocol
+from radar_service.stream.http.websocket import FramedWebSocket
+from radar_service.stream.logs import log_event
+from radar_service.stream.radio.station import Station
+
+INBOUND_LIMIT = 4096  # bytes of a websocket message: the feed ignores what clients send
+SHUTDOWN_SECONDS = 5
+SEND_BUFFER = 128 * 2**10  # bytes: what a stalled client later receives as stale spokes (reference/streaming.md, section 2)
+BACKLOG = 2048  # connections that wait to be taken
+MAX_CONNECTIONS = 600  # all together: the clients of a full radar and some for REST
+MAX_PER_ADDRESS = 40  # from one other machine; this machine has no such limit
+REQUEST_SECONDS = 5.0  # from a connection to the end of its first request's head
+
+
+class Server(uvicorn.Server):
+    """A server that ends the feeds before it closes their sockets. started: is called when clients can connect."""
+
+    def __init__(self, config: uvicorn.Config, stations: Sequence[Station], started: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._stations, self._started = stations, started
+        self.gave_up = False
+
+    def give_up(self) -> None:
+        """Stops the server because a radar has failed. May be called from any thread."""
+        self.gave_up = self.should_exit = True
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Starts to listen, and prints the address."""
+        await super().startup(sockets)
+        for listener in sockets or []:
+            host, port = listener.getsockname()[:2]
+            log_event("started", host=host, port=port)
+            print(f"radar on the air: open http://{f'[{host}]' if ':' in host else host}:{port}/", flush=True)
+        self._started()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Takes no more connections, sends `bye` to every client, then closes all connections."""
+        log_event("stopping")
+        for server in self.servers:
+            server.close()  # otherwise a client that has received its bye reconnects at once and is cut off
+        await asyncio.gather(*(station.stop() for station in self._stations))
+        await super().shutdown(sockets)
+
+
+def configuration(
+    app: ASGIApp, *, connections: int = MAX_CONNECTIONS, per_address: int = MAX_PER_ADDRESS,
+    seconds: float = REQUEST_SECONDS, refused: Callable[[str], None] = lambda _: None,
+) -> uvicorn.Config:  # fmt: skip
+    """Returns how the application is served. refused: is called with the reason of each refusal.
+
+    connections, per_address: maximum at a time; seconds: until a request's head is complete.
+    """
+    http: Any = partial(LimitedProtocol, connections=connections, per_address=per_address, seconds=seconds, refused=refused)
+    return uvicorn.Config(
+        app,
+        http=http,
+        ws=FramedWebSocket,
+        log_level="warning",
+        access_log=False,
+        log_config=None,  # see stream.logs
+        server_header=False,
+        proxy_headers=False,  # a connection's address is the one that it comes from
+        ws_max_size=INBOUND_LIMIT,
+        ws_max_queue=4,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=SHUTDOWN_SECONDS,
+        backlog=BACKLOG,
+    )
+
+
+def listening_socket(host: str, port: int) -> socket.socket:
+    """Returns a socket that listens there. Raises OSError that names host and port."""
+    try:
+        listener = socket.create_server(
+            (host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET, backlog=BACKLOG
+        )
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, f"{host}:{port}") from None
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)  # every connection inherits it
+    return listener

@@ -1,0 +1,112 @@
+"""Which engine runs: the one at work, the one that replaces it, and another one after a failure."""
+
+import threading
+from collections import deque
+from collections.abc import Callable
+
+from radar_service.scene.world import Scene
+from radar_service.stream.radio.prefetch import EngineWorker, prepared
+from radar_service.stream.source import SpokeSource
+from radar_service.stream.spokes import new_epoch_name
+
+RESTARTS = 3  # allowed within RESTART_WINDOW
+RESTART_WINDOW = 60.0  # s: an engine that fails more often will fail again
+
+MakeEngine = Callable[[Scene], SpokeSource]
+
+
+class RestartLimiter:
+    """Allows up to `limit` restarts within RESTART_WINDOW."""
+
+    def __init__(self, limit: int, clock: Callable[[], float]) -> None:
+        self._limit, self._clock = limit, clock
+        self._times: deque[float] = deque()
+
+    def allow(self) -> bool:
+        """Counts one more failure; returns whether another engine may be started."""
+        now = self._clock()
+        while self._times and now - self._times[0] > RESTART_WINDOW:
+            self._times.popleft()
+        self._times.append(now)
+        return len(self._times) <= self._limit
+
+
+class EngineSupervisor:
+    """The worker that runs, the worker that replaces it next, and the restart of a failed engine.
+
+    switch_to, pending_engine and stop may be called from any thread, the rest from the transmitter's. `_lock` guards the
+    pending worker; `worker` is replaced by the transmitter's thread alone.
+
+    restarting: an engine has failed and another one is being prepared; restarts: how often that has happened.
+    """
+
+    def __init__(self, engine: SpokeSource, make_engine: MakeEngine, limiter: RestartLimiter) -> None:
+        self.worker = EngineWorker(engine)
+        self.restarting = False
+        self.restarts = 0
+        self._make_engine, self._limiter = make_engine, limiter
+        self._lock = threading.Lock()
+        self._pending: tuple[str, EngineWorker] | None = None
+        self._stopping = False
+
+    @property
+    def has_pending(self) -> bool:
+        """Whether another engine waits to take over."""
+        return self._pending is not None
+
+    @property
+    def pending_engine(self) -> SpokeSource:
+        """The engine that runs next; where none is pending the one that runs."""
+        pending = self._pending
+        return pending[1].engine if pending else self.worker.engine
+
+    def start(self) -> None:
+        """Starts the first engine."""
+        self.worker.start()
+
+    def stop(self, timeout: float = 0.0) -> None:
+        """Ends all engines, and waits for the running one at most `timeout` [s]."""
+        self._stopping = True
+        pending = self._pending
+        if pending:
+            pending[1].stop()
+        self.worker.stop(timeout)
+
+    def switch_to(self, worker: EngineWorker) -> str:
+        """Lets a prepared engine take over next and returns the name of its epoch. The last call wins."""
+        with self._lock:
+            replaced, self._pending = self._pending, (new_epoch_name(), worker)
+            name = self._pending[0]
+        if replaced:
+            replaced[1].stop()
+        return name
+
+    def take_over(self) -> tuple[str, SpokeSource]:
+        """Makes the pending engine the running one; returns the name of its epoch and the engine."""
+        with self._lock:
+            assert self._pending is not None, "has_pending comes first"
+            (name, worker), self._pending = self._pending, None
+        old, self.worker = self.worker, worker
+        old.stop()
+        return name, worker.engine
+
+    def restart(self, reason: str, scan: int, report: Callable[[str], None]) -> str | None:
+        """Replaces a failed engine by another one of the same scene, which begins with `scan`.
+
+        Returns the reason of the last failure; None where the limiter allows no more, another scene is pending or the
+        radar stops. report: is called with the reason before each attempt.
+        """
+        self.worker.stop()
+        self.restarting = True
+        try:
+            while self._limiter.allow() and not self._stopping and not self.has_pending:
+                report(reason)
+                self.restarts += 1
+                try:
+                    self.worker = prepared(self._make_engine(self.worker.engine.scene), scan)
+                    return reason
+                except Exception as error:  # an engine that cannot even be made counts as another failure
+                    reason = str(error)
+            return None
+        finally:
+            self.restarting = False

@@ -1,0 +1,98 @@
+"""An engine that computes a bounded number of azimuths ahead, in its own thread."""
+
+import threading
+from collections import deque
+
+from radar_service.records import SpokeBlock
+from radar_service.stream.source import SpokeSource
+
+AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: covers a slow block, and a new scene is not late
+BLOCK = 32  # spokes; a message holds no more
+PREPARE_TIMEOUT = 120.0  # s that an engine may take to its first spokes
+
+
+class EngineFault(Exception):
+    """The engine failed. The text says why."""
+
+
+class EngineWorker:
+    """Runs one engine in a thread and queues its blocks, at most `azimuths` spokes ahead.
+
+    All methods may be called from any thread. `_changed` guards the queue, the fault and the request to stop.
+    """
+
+    def __init__(self, engine: SpokeSource, azimuths: int = AZIMUTHS_AHEAD) -> None:
+        self.engine = engine
+        self._azimuths = azimuths
+        self._blocks: deque[SpokeBlock] = deque()
+        self._changed = threading.Condition()
+        self._stopping = False
+        self._fault: str | None = None
+        self._thread = threading.Thread(target=self._run, name="radar engine", daemon=True)
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the thread runs."""
+        return self._thread.is_alive()
+
+    def start(self) -> None:
+        """Starts to compute."""
+        self._thread.start()
+
+    def stop(self, timeout: float = 0.0) -> None:
+        """Ends the thread after its present block, and waits for it at most `timeout` [s]."""
+        with self._changed:
+            self._stopping = True
+            self._changed.notify_all()
+        if timeout and self._thread.is_alive():
+            self._thread.join(timeout)
+
+    def wait_until_ready(self, timeout: float | None = None) -> bool:
+        """Waits for a block; returns False after `timeout` [s]. Raises EngineFault when none will come."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._blocks or self._fault or self._stopping, timeout)
+            if self._fault and not self._blocks:
+                raise EngineFault(self._fault)
+            return bool(self._blocks)
+
+    def take(self, timeout: float) -> SpokeBlock | None:
+        """Returns the next block, None after `timeout` [s]. Raises EngineFault after the last block of a failed engine."""
+        if not self.wait_until_ready(timeout):
+            return None
+        with self._changed:
+            block = self._blocks.popleft()
+            self._changed.notify_all()
+        return block
+
+    def _run(self) -> None:
+        try:
+            for block in self.engine.blocks(size=BLOCK):
+                if not self._queue_block(block):
+                    return
+            self._fail("the engine ended its stream of spokes")
+        except Exception as error:  # of any kind: the transmitter must learn of it
+            self._fail(f"{type(error).__name__}: {error}")
+
+    def _queue_block(self, block: SpokeBlock) -> bool:
+        """Queues a block and waits for room; returns whether to go on."""
+        with self._changed:
+            self._blocks.append(block)
+            self._changed.notify_all()
+            self._changed.wait_for(lambda: self._stopping or sum(map(len, self._blocks)) < self._azimuths)
+            return not self._stopping
+
+    def _fail(self, reason: str) -> None:
+        with self._changed:
+            self._fault = reason
+            self._changed.notify_all()
+
+
+def prepared(engine: SpokeSource, scan: int = 0) -> EngineWorker:
+    """Returns a worker that has computed the first spokes of `scan`. Raises EngineFault where they do not come."""
+    engine.skip_to(scan)
+    worker = EngineWorker(engine)
+    worker.start()
+    if not worker.wait_until_ready(PREPARE_TIMEOUT):
+        worker.stop()
+        raise EngineFault(f"no spokes after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine")
+    return worker

@@ -1,0 +1,145 @@
+"""One radar on the air: a transmitter in its own threads, a hub on the event loop, and what REST asks of both."""
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from radar_service.records import Truth
+from radar_service.scene.world import Scene
+from radar_service.stream.controls import changed_scene, changed_settings, controls_state
+from radar_service.stream.fanout.client_queue import ClientQueue
+from radar_service.stream.fanout.feed_encoder import FeedEncoder
+from radar_service.stream.fanout.feed_output import FeedOutput
+from radar_service.stream.fanout.hub import FeedRefused, Hub
+from radar_service.stream.logs import log_event
+from radar_service.stream.radio.engine_supervisor import RESTARTS, MakeEngine
+from radar_service.stream.radio.last_scan import LastScan
+from radar_service.stream.radio.pacing import Schedule
+from radar_service.stream.radio.prefetch import EngineWorker, prepared
+from radar_service.stream.radio.transmitter import Transmitter
+from radar_service.stream.settings import Settings
+from radar_service.stream.source import SpokeSource
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink
+
+LEAVE_TIMEOUT = 2.0  # s for clients to take their bye
+STOP_TIMEOUT = 3.0  # s to wait for each thread
+
+
+class Station:
+    """One radar. All methods are for the event loop.
+
+    hub: its clients; feed: encodes for them; last_scan: for pictures; transmitter: sends to all sinks;
+    stopping: no more clients are taken; failed: called, from another thread, when the radar cannot go on.
+    """
+
+    def __init__(
+        self, identity: str, engine: SpokeSource, make_engine: MakeEngine, *, name: str | None = None,
+        settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
+        restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
+        schedule: Schedule | None = None,
+    ) -> None:  # fmt: skip
+        """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed."""
+        self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
+        self.failed = failed
+        self.stopping = False
+        self.hub = Hub(clock)
+        self.feed = FeedEncoder(output := FeedOutput(self.hub), self._radar_info, clock)
+        self.last_scan = LastScan(engine)
+        self.transmitter = Transmitter(
+            engine, settings or Settings(), (self.feed, self.last_scan, *sinks), clock, make_engine, restarts=restarts,
+            schedule=schedule, on_restart=self._log_restart, on_failure=self._report_failure,
+        )  # fmt: skip
+        self._output, self._make_engine = output, make_engine
+        self._preparing = asyncio.Lock()  # one scene at a time
+
+    @property
+    def engine(self) -> SpokeSource:
+        """The engine that runs."""
+        return self.transmitter.epoch.engine
+
+    @property
+    def settings(self) -> Settings:
+        """The settings that REST has made."""
+        return self.transmitter.pacer.settings
+
+    async def start(self) -> None:
+        """Starts to compute and to send, and to take clients."""
+        self._output.start()
+        await asyncio.to_thread(self.transmitter.start)
+
+    async def stop(self, reason: str = "the server is stopping") -> None:
+        """Sends `bye` to every client and ends the threads."""
+        self.stopping = True
+        self.hub.close(reason)
+        await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
+        await self.hub.emptied(LEAVE_TIMEOUT)
+
+    def join(self, client: ClientQueue, since: tuple[str, int] | None = None) -> None:
+        """Adds a client to the feed. Raises FeedRefused with the reason, also when the radar has failed."""
+        if client.truth and not self.allow_truth:
+            raise FeedRefused("truth: this server does not send it; it must be started with --truth")
+        if self.stopping:
+            raise FeedRefused("the server is stopping")
+        if self.transmitter.fault:
+            raise FeedRefused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
+        self.hub.join(client, since)
+        encoding = client.view.encoding
+        log_event("client joined", radar=self.identity, client=client.number, encoding=encoding, mode=client.mode)
+
+    def leave(self, client: ClientQueue) -> None:
+        """Removes a client from the feed."""
+        self.hub.leave(client)
+        log_event("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
+
+    async def swap(self, scene: Scene) -> tuple[str, SpokeSource]:
+        """Prepares another scene beside the running one and lets it take over; returns its epoch and engine.
+
+        Raises what the engine's construction raises, and the running scene goes on.
+        """
+        async with self._preparing:
+            worker = await asyncio.to_thread(self._prepare, scene)
+            return self.transmitter.switch_to(worker), worker.engine
+
+    async def plan(self, scene: Scene) -> dict[str, Any]:
+        """Returns what this radar would model of a scene, as plain data. Raises what the engine's construction raises."""
+        async with self._preparing:
+            return dict((await asyncio.to_thread(self._make_engine, scene)).plan.as_dict())
+
+    async def change(self, requested: Mapping[str, Any]) -> None:
+        """Changes the requested controls; a value that is refused changes nothing.
+
+        A change of an engine control runs the changed scene from simulated time 0, so that its spokes are those of a
+        scene file with that value. Raises ControlError, and SceneError where such a scene is not valid.
+        """
+        changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
+        scene = changed_scene(self.settings, self.transmitter.engines.pending_engine.scene, requested)
+        if scene is not None:
+            await self.swap(scene)
+        self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
+        pace = requested.get("pace", {})
+        if pace.get("state") == "step":
+            self.transmitter.pacer.step(pace["steps"])
+
+    def truth(self, at: float | None = None) -> Truth:
+        """Returns the state of everything at `at` [s of simulation], by default now."""
+        return self.engine.truth(self.transmitter.simulated if at is None else at)
+
+    def controls(self) -> dict[str, Any]:
+        """Returns the state of all controls, as REST and the feed give it."""
+        return controls_state(self.settings, self.engine.scene, self.transmitter.engines.pending_engine.scene)
+
+    def _prepare(self, scene: Scene) -> EngineWorker:
+        return prepared(self._make_engine(scene))
+
+    def _radar_info(self, epoch: Epoch) -> RadarInfo:
+        controls = self.controls()
+        return RadarInfo(self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth)
+
+    def _log_restart(self, reason: str) -> None:
+        log_event("engine restarted", logging.WARNING, radar=self.identity, reason=reason)
+
+    def _report_failure(self, reason: str) -> None:
+        log_event("radar failed", logging.ERROR, radar=self.identity, reason=reason)
+        self.failed()

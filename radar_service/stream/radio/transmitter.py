@@ -1,0 +1,168 @@
+"""The thread that sends: takes blocks from the engine's worker, waits until they are due, hands them to the sinks.
+
+When an order acts:
+- gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
+- range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed.
+- the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
+  happens too often the radar fails and the sinks are closed; the next scene restarts it.
+"""
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from radar_service.records import SpokeBlock
+from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, MakeEngine, RestartLimiter
+from radar_service.stream.radio.pacer import Pacer
+from radar_service.stream.radio.pacing import Schedule, batch_spokes
+from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
+from radar_service.stream.settings import Settings
+from radar_service.stream.source import SpokeSource
+from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink, new_epoch_name
+
+BLOCK_TIMEOUT = 0.25  # s after which the transmitter looks for orders again
+
+
+def _ignore(reason: str) -> None:
+    pass
+
+
+class Transmitter:
+    """Sends the spokes of one radar to its sinks. Orders go to `pacer` and `switch_to`, from any thread.
+
+    The transmitter's thread alone writes epoch, fault, sent and simulated; others only read them.
+
+    epoch: the running one; fault: why the radar has failed, None while it runs; sent: spokes since the start;
+    simulated: time of the next spoke [s]; engines: the running engine and its replacements.
+    """
+
+    def __init__(
+        self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
+        make_engine: MakeEngine, *, restarts: int = RESTARTS, schedule: Schedule | None = None,
+        on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore,
+    ) -> None:  # fmt: skip
+        """make_engine: makes an engine for the scene of a failed one, at most `restarts` times within RESTART_WINDOW.
+
+        on_restart, on_failure: called with the reason, from the transmitter's thread.
+        """
+        self.pacer = Pacer(settings, clock, schedule)
+        self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock))
+        self.epoch = Epoch(new_epoch_name(), engine, settings.range)
+        self.fault: str | None = None
+        self.sent = 0
+        self.simulated = 0.0
+        self._sinks = tuple(sinks)
+        self._on_restart, self._on_failure = on_restart, on_failure
+        self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
+        self._number = 0  # of the next spoke in this epoch
+        self._thread = threading.Thread(target=self._run, name="radar transmitter", daemon=True)
+
+    def start(self) -> None:
+        """Opens the first epoch on every sink and starts both threads."""
+        self._open(self.epoch)
+        self.engines.start()
+        self._thread.start()
+
+    def stop(self, timeout: float) -> None:
+        """Ends both threads and waits for each at most `timeout` [s]."""
+        self.pacer.stop()
+        self.engines.stop()
+        if self._thread.ident is not None:
+            self._thread.join(timeout)
+        self.engines.stop(timeout)
+
+    def switch_to(self, worker: EngineWorker) -> str:
+        """Lets a prepared engine take over; returns the name of its epoch. Of several calls the last one wins."""
+        name = self.engines.switch_to(worker)
+        self.pacer.interrupt()
+        return name
+
+    def _run(self) -> None:
+        while not self.pacer.stopping:
+            try:
+                self._transmit()
+            except Exception as error:  # of any kind: the clients must learn of it
+                if not self.pacer.stopping:
+                    reason = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {error}"
+                    if not self._restart(reason):
+                        self._fail(reason)
+
+    def _transmit(self) -> None:
+        while not self.pacer.stopping:
+            self._apply_pending()
+            block = self.engines.worker.take(BLOCK_TIMEOUT)
+            if block is None:
+                continue
+            self._send_block(block)
+            if self.engines.has_pending and block.index + len(block) == self.epoch.engine.scene.radar.azimuths:
+                self._take_over()
+
+    def _send_block(self, block: SpokeBlock) -> None:
+        at = 0
+        while at < len(block) and not self.pacer.stopping:
+            if self._apply_pending():
+                return
+            orders = self.pacer.orders()
+            size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
+            part = block.part(at, min(len(block), at + min(size, orders.steps or size)))
+            if self.pacer.wait_until_due(part, orders):
+                self._send(part, orders.settings)
+                at += len(part)
+
+    def _send(self, part: SpokeBlock, settings: Settings) -> None:
+        if settings.transmit:
+            batch = SpokeBatch(self.epoch, self._number, part, settings.video)
+            for sink in self._sinks:
+                sink.send(batch)
+            self._number += len(part)
+            self.sent += len(part)
+        self._spokes_done = part.first + len(part)
+        self.pacer.sent(float(part.time[-1]))
+        self.simulated = float(part.time[-1]) + self.epoch.engine.scene.radar.spoke_period
+
+    def _apply_pending(self) -> bool:
+        """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""
+        if self.engines.has_pending and self.pacer.idle:
+            self._take_over()
+            return True
+        if self.pacer.settings.range != self.epoch.range:
+            self._open(replace(self.epoch, name=new_epoch_name(), range=self.pacer.settings.range))
+        return False
+
+    def _take_over(self) -> None:
+        name, engine = self.engines.take_over()
+        self.pacer.restart_schedule()
+        self.simulated, self._spokes_done = 0.0, 0
+        self._open(Epoch(name, engine, self.pacer.settings.range))
+        self.fault = None
+
+    def _open(self, epoch: Epoch) -> None:
+        self.epoch, self._number = epoch, 0
+        for sink in self._sinks:
+            sink.open_epoch(epoch)
+
+    def _restart(self, reason: str) -> bool:
+        """Continues with the next scan and another engine of the same scene; returns whether that has worked."""
+        azimuths = self.epoch.engine.scene.radar.azimuths
+        scan = self._spokes_done // azimuths + 1  # the present scan would make the next engine fail too
+        cause = self.engines.restart(reason, scan, self._on_restart)
+        if cause is None:
+            return False
+        missed = scan * azimuths - self._spokes_done if self.pacer.settings.transmit else 0
+        self.epoch = replace(self.epoch, engine=self.engines.worker.engine)
+        self.pacer.restart_schedule()
+        for sink in self._sinks if missed else ():
+            sink.skip(self.epoch.name, missed, f"the radar was started again after: {cause}")
+        self._number += missed
+        self._spokes_done = scan * azimuths
+        return True
+
+    def _fail(self, reason: str) -> None:
+        self.fault = reason
+        self.engines.worker.stop()
+        for sink in self._sinks:
+            sink.close(reason)
+        self._on_failure(reason)
+        self.pacer.wait_for(lambda: self.engines.has_pending)
+        if self.engines.has_pending:
+            self._take_over()

@@ -1,0 +1,85 @@
+"""The seam between a radar and everything that takes its spokes.
+
+The transmitter hands each `SpokeBatch` to any number of `SpokeSink`s before anything is encoded. The feed is one sink
+(`fanout.feed_encoder`), the memory of the last scan is another (`radio.last_scan`).
+"""
+
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from radar_service.display.video import Controls, Layout
+from radar_service.records import SpokeBlock
+from radar_service.stream.source import SpokeSource, cell_layout
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """A part of the feed in which sequence numbers count on and the range cells stay the same.
+
+    range: of the display [m], None for all cells.
+    """
+
+    name: str
+    engine: SpokeSource
+    range: float | None
+
+    def layout(self, bins: int | None) -> Layout:
+        """Returns how a spoke of this epoch becomes `bins` bins; None is one for each cell."""
+        return cell_layout(self.engine, bins, self.range)
+
+
+@dataclass(frozen=True)
+class SpokeBatch:
+    """Consecutive spokes of one scan at the moment when they are due, not encoded.
+
+    first: sequence number of the first spoke within the epoch; block: the spokes; video: the display controls in force.
+    """
+
+    epoch: Epoch
+    first: int
+    block: SpokeBlock
+    video: Controls
+
+    def __len__(self) -> int:
+        return len(self.block)
+
+
+@dataclass(frozen=True)
+class RadarInfo:
+    """What the first message of an epoch says of the radar.
+
+    simulated: time of the next spoke [s]; controls: their state, as REST gives it.
+    """
+
+    identity: str
+    name: str
+    epoch: Epoch
+    simulated: float
+    controls: Mapping[str, Any]
+    truth_allowed: bool
+
+
+class SpokeSink(Protocol):
+    """Takes what one radar sends.
+
+    The transmitter calls a sink from its own thread, one call at a time; the next spokes wait until the call returns.
+    """
+
+    def open_epoch(self, epoch: Epoch) -> None:
+        """Begins an epoch: sequence numbers start at 0. The first call, and one after each change of scene or range."""
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Takes the next spokes of the open epoch."""
+
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        """Learns that the next `count` spokes of this epoch will never come."""
+
+    def close(self, reason: str) -> None:
+        """Learns that no spokes come until another epoch opens."""
+
+
+def new_epoch_name() -> str:
+    """Returns a name that no other epoch has had, in this process or an earlier one."""
+    return secrets.token_hex(4)

@@ -1,0 +1,41 @@
+"""The picture of the last scan."""
+
+import io
+import math
+
+import numpy as np
+from PIL import Image
+
+from radar_service.display.last_scan import last_scan_png
+from radar_service.display.video import Controls, layout
+from radar_service.scene.load import load_scene
+
+SCENE = load_scene({"radar": {"azimuths": 24, "beamwidth_deg": 20, "range_max_m": 200}, "own_ship": {"heading_deg": 90}})
+NOISE = 1e-15  # W
+
+
+def picture(rows: list[int], echo_row: int | None = None) -> np.ndarray:
+    """Levels (200, 200, 3) of a picture of these rows of noise, one of them with a strong echo all along."""
+    bins = SCENE.radar.bins
+    to = layout(bins, SCENE.radar.range_step / 2, SCENE.radar.range_step)
+    swept = [(np.array([row]), np.full((1, bins), 1e6 * NOISE if row == echo_row else NOISE, np.float32)) for row in rows]
+    png = last_scan_png(SCENE, swept, to, Controls(), NOISE, size=200, range_max=None, time=0.0)
+    return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
+
+
+def at(levels: np.ndarray, bearing_deg: float, share: float = 0.37) -> np.ndarray:
+    """The mean colour around a place, at a share of the range, which ends somewhat inside the picture."""
+    x = 100 + 90 * share * math.sin(math.radians(bearing_deg))
+    y = 100 - 90 * share * math.cos(math.radians(bearing_deg))
+    return levels[round(y) - 2 : round(y) + 3, round(x) - 2 : round(x) + 3].mean(axis=(0, 1))
+
+
+def test_an_echo_shows_at_its_bearing() -> None:
+    levels = picture(list(range(24)), echo_row=15)  # 225 degrees
+    assert at(levels, 225).max() > 150 and at(levels, 45).max() < 60
+
+
+def test_azimuths_without_a_row_are_grey() -> None:
+    levels = picture(list(range(12)))
+    east, west = at(levels, 60), at(levels, 240)
+    assert np.ptp(west) < 6 < np.ptp(east)  # grey has equal parts, the colour of the sea has not

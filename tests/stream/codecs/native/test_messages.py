@@ -1,0 +1,35 @@
+"""Messages of the native feed: a real point target through every encoding."""
+
+import math
+
+import numpy as np
+import pytest
+
+from radar_service.display.video import Controls
+from radar_service.scene.load import load_scene
+from radar_service.simulator import Simulator
+from radar_service.stream.codecs.native import messages, wire
+from radar_service.stream.feed_request import View
+from radar_service.stream.spokes import Epoch, SpokeBatch
+
+DEGREE = math.pi / 180
+
+
+@pytest.mark.parametrize("encoding", ["u8", "u8-log", "f16", "f32", "c64"])
+def test_a_point_target_stands_where_it_belongs_in_every_encoding(encoding: str) -> None:
+    position = (math.sin(120 * DEGREE) * 400, math.cos(120 * DEGREE) * 400, 15.0)
+    point = {"name": "p", "shape": "point", "position_m": position, "rcs_dbsm": 0}
+    radar = {"azimuths": 72, "beamwidth_deg": 8, "range_max_m": 600, "height_m": 15, "pulse_s": 1e-6}
+    engine = Simulator(load_scene({"radar": radar, "own_ship": {"heading_deg": 70}, "body": [point]}))
+    epoch, view = Epoch("e", engine, None), View(encoding, 60)
+    to = epoch.layout(60)
+    strongest, result = -math.inf, (0.0, 0.0)
+    for block in engine.blocks(scans=1):
+        message = wire.unpack(wire.pack(messages.spokes(SpokeBatch(epoch, block.first, block, Controls(gain=0)), view)))
+        level = np.abs(wire.samples(message)).astype(float) if encoding == "c64" else wire.samples(message).astype(float)
+        k, b = np.unravel_index(np.argmax(level), level.shape)
+        if level[k, b] > strongest:
+            strongest = level[k, b]
+            result = (message["azimuth"][k] * 360 / wire.TURN, message["range_first_m"] + b * message["range_step_m"])
+    assert result[0] == pytest.approx(120, abs=2.5 + 0.01)  # half a step between spokes, and the wire's 0.005
+    assert result[1] == pytest.approx(400, abs=to.step / 2)  # half a bin

@@ -1,0 +1,93 @@
+"""The feed as a sink: one encoding for each view, truth for clients that ask for it, and the time that it takes."""
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from radar_service.display.video import Controls
+from radar_service.stream.codecs.native import wire
+from radar_service.stream.fanout.feed_encoder import TRUTHS_PER_SCAN, FeedEncoder
+from radar_service.stream.fanout.hub import EncodedBatch
+from radar_service.stream.feed_request import Mode, View
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
+from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, power_of, scene
+
+EPOCH = Epoch("e", FakeEngine(scene()), None)
+
+
+class Output:
+    """Keeps what it takes."""
+
+    def __init__(self, *views: View, truth: tuple[str, ...] = ()) -> None:
+        self.views, self.truth_codecs = views, truth
+        self.batches: list[EncodedBatch] = []
+        self.others: list[Any] = []
+        self.hello: Callable[[View, Mode], bytes] = lambda view, mode: b""
+
+    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes]) -> None:
+        self.others.append(epoch)
+        self.hello = hello
+
+    def publish(self, batch: EncodedBatch) -> None:
+        self.batches.append(batch)
+
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        self.others.append((epoch, count, reason))
+
+    def close(self, reason: str) -> None:
+        self.others.append(reason)
+
+
+def encoder(output: Output) -> FeedEncoder:
+    ticks = itertools.count()
+    controls = {"pace": {"state": "run", "factor": 1.0}}
+    return FeedEncoder(output, lambda epoch: RadarInfo("0", "radar", epoch, 2.5, controls, True), lambda: float(next(ticks)))
+
+
+def batch(first: int, count: int) -> SpokeBatch:
+    return SpokeBatch(EPOCH, first, FakeEngine(scene()).block(first, count), Controls())
+
+
+def test_a_batch_is_encoded_once_for_each_view() -> None:
+    output = Output(View("f32"), View("f32", 4), View("u8"))
+    feed = encoder(output)
+    feed.send(batch(5, 3))
+    (published,) = output.batches
+    assert (published.epoch, published.first, published.count) == ("e", 5, 3) and tuple(published.data) == output.views
+    samples = wire.samples(wire.unpack(published.data[View("f32")]))
+    np.testing.assert_array_equal(samples, power_of(5 + np.arange(3), BINS))
+    assert feed.timings == {"f32": (2, 2.0), "u8": (1, 1.0)}  # a tick each
+
+
+def test_truth_is_encoded_so_many_times_a_scan_where_a_client_asks_for_it() -> None:
+    with_truth, without = Output(truth=("native",)), Output()
+    for output in (with_truth, without):
+        encoder(output).send(batch(0, AZIMUTHS))
+    (published,) = with_truth.batches
+    assert [name for name, _ in published.truth] == ["native"] * TRUTHS_PER_SCAN
+    times = [wire.unpack(data)["time"] for _, data in published.truth]
+    np.testing.assert_allclose(times, np.arange(8) * 2.5 / 8, rtol=1e-12)  # rounding
+    assert without.batches[0].truth == ()
+
+
+def test_the_hello_is_that_of_the_clients_view() -> None:
+    output = Output()
+    encoder(output).open_epoch(EPOCH)
+    hello = wire.unpack(output.hello(View("f16", 5), "lossless"))
+    assert (hello["epoch"], hello["encoding"]["name"], hello["encoding"]["bins"], hello["mode"]) == (
+        "e",
+        "f16",
+        5,
+        "lossless",
+    )
+    assert hello["clocks"]["simulated_s"] == 2.5 and hello["truth"] is True
+
+
+def test_gaps_and_ends_pass_through() -> None:
+    output = Output()
+    feed = encoder(output)
+    feed.skip("e", 4, "it broke")
+    feed.close("it broke")
+    assert output.others == [("e", 4, "it broke"), "the radar has stopped: it broke"]

@@ -1,0 +1,199 @@
+"""The hub without a socket: every loss is announced, nothing comes twice, a slow live client delays no other."""
+
+import asyncio
+
+import pytest
+
+from radar_service.stream.codecs.native import wire
+from radar_service.stream.fanout import hub as hub_module
+from radar_service.stream.fanout.client_queue import TOO_SLOW, ClientQueue
+from radar_service.stream.fanout.hub import MAX_VIEWS, FeedRefused, Hub
+from radar_service.stream.feed_request import View
+from tests.stream.fanout.batches import U8, batch, everything, numbered, opened, produce, run
+
+
+def test_hello_comes_first_and_then_spokes_in_order() -> None:
+    async def test() -> None:
+        hub, client = opened(), ClientQueue(U8)
+        hub.join(client)
+        await hub.publish(batch(0))
+        await hub.publish(batch(4, 2))
+        got = await everything(client)
+        assert got[0] == {"type": "hello", "epoch": "e", "view": "u8"}
+        assert numbered(got) == [("spokes", 0, 4), ("spokes", 4, 2)]
+
+    run(test())
+
+
+def test_a_slow_client_loses_the_oldest_batches_and_is_told_which() -> None:
+    async def test() -> None:
+        hub, client = opened(), ClientQueue(U8, messages=3)
+        hub.join(client)
+        for first in range(0, 40, 4):
+            await hub.publish(batch(first))
+        got = await everything(client)
+        assert numbered(got) == [("gap", 0, 28), ("spokes", 28, 4), ("spokes", 32, 4), ("spokes", 36, 4)]
+        assert got[1]["reason"] == "this client is too slow" and client.lost == 28
+
+    run(test())
+
+
+def test_a_slow_client_does_not_hold_up_a_fast_one() -> None:
+    async def test() -> None:
+        hub, slow, fast = opened(), ClientQueue(U8, messages=1), ClientQueue(U8, messages=1)
+        hub.join(slow)
+        hub.join(fast)
+        got = []
+        for first in range(0, 40, 4):
+            await hub.publish(batch(first))
+            got += numbered(await everything(fast))
+        assert got == [("spokes", first, 4) for first in range(0, 40, 4)]
+        assert (fast.lost, slow.lost) == (0, 36)
+
+    run(test())
+
+
+def test_a_lossless_client_makes_the_producer_wait() -> None:
+    async def test() -> None:
+        hub, client = opened(), ClientQueue(U8, "lossless", messages=2)
+        hub.join(client)
+        producing = asyncio.ensure_future(produce(hub, range(0, 40, 4)))
+        got: list[tuple[str, int, int]] = []
+        await client.get()  # hello
+        while len(got) < 10:
+            assert hub.next <= len(got) * 4 + 3 * 4  # two in the queue, one just taken
+            item = await client.get()
+            assert item is not None
+            got += numbered([wire.unpack(item.data)])
+        await producing
+        assert got == [("spokes", first, 4) for first in range(0, 40, 4)]
+
+    run(test())
+
+
+def test_a_lossless_client_that_does_not_read_is_let_go() -> None:
+    async def test() -> None:
+        hub, dead, alive = opened(patience=0.01), ClientQueue(U8, "lossless", messages=1), ClientQueue(U8)
+        hub.join(dead)
+        hub.join(alive)
+        await produce(hub, range(0, 16, 4))
+        assert numbered(await everything(alive)) == [("spokes", first, 4) for first in range(0, 16, 4)]
+        last = await everything(dead)
+        assert [m["type"] for m in last] == ["bye"] and "0.01 s" in last[0]["reason"]
+        assert await dead.get() is None and dead.code == TOO_SLOW
+        assert hub.clients == {alive}
+
+    run(test())
+
+
+def test_a_batch_without_the_view_of_a_client_is_a_loss_only_to_who_was_there() -> None:
+    async def test() -> None:
+        hub, old, new = opened(), ClientQueue(U8), ClientQueue(View("f32"))
+        hub.join(old)
+        hub.join(new)
+        await hub.publish(batch(0))  # encoded before f32 was requested
+        await hub.publish(batch(4, views=(U8, View("f32"))))
+        await hub.publish(batch(8))
+        assert numbered(await everything(new)) == [("spokes", 4, 4), ("gap", 8, 4)]
+
+    run(test())
+
+
+def test_all_clients_of_a_view_share_its_bytes() -> None:
+    async def test() -> None:
+        hub, clients = opened(), [ClientQueue(U8) for _ in range(3)]
+        for client in clients:
+            hub.join(client)
+        await hub.publish(batch(0))
+        items = []
+        for client in clients:
+            await client.get()
+            items.append(await client.get())
+        assert len({id(item.data) for item in items if item}) == 1 and hub.views == (U8,)
+
+    run(test())
+
+
+def test_truth_goes_ahead_of_its_spokes_to_who_asked() -> None:
+    async def test() -> None:
+        hub, with_truth, other = opened(), ClientQueue(U8, truth=True), ClientQueue(U8)
+        hub.join(with_truth)
+        hub.join(other)
+        assert hub.truth_codecs == ("native",)
+        await hub.publish(batch(0, truth=(("native", wire.pack({"type": "truth", "epoch": "e"})),)))
+        assert [m["type"] for m in await everything(with_truth)] == ["hello", "truth", "spokes"]
+        assert [m["type"] for m in await everything(other)] == ["hello", "spokes"]
+        hub.leave(with_truth)
+        assert hub.truth_codecs == ()
+
+    run(test())
+
+
+def test_a_view_lingers_for_who_comes_back_and_then_goes() -> None:
+    async def test() -> None:
+        now = 0.0
+        hub = Hub(lambda: now)
+        hub.open_epoch("e", lambda view, mode: b"")
+        client = ClientQueue(U8)
+        hub.join(client)
+        hub.leave(client)
+        now = hub_module.LINGER
+        await hub.publish(batch(0))
+        assert hub.views == (U8,)
+        now += 1.0
+        await hub.publish(batch(4))
+        assert hub.views == ()
+
+    run(test())
+
+
+def test_too_many_views_are_refused_until_one_is_idle() -> None:
+    async def test() -> None:
+        hub = opened()
+        clients = [ClientQueue(View("u8", bins)) for bins in range(1, MAX_VIEWS + 1)]
+        for client in clients:
+            hub.join(client)
+        with pytest.raises(FeedRefused, match=f"{MAX_VIEWS} different views"):
+            hub.join(ClientQueue(View("f32")))
+        hub.leave(clients[3])
+        hub.join(ClientQueue(View("f32")))
+        assert View("f32") in hub.views and View("u8", 4) not in hub.views
+
+    run(test())
+
+
+def test_too_many_clients_are_refused() -> None:
+    async def test() -> None:
+        hub = opened(max_clients=1)
+        hub.join(ClientQueue(U8))
+        with pytest.raises(FeedRefused, match="1 clients"):
+            hub.join(ClientQueue(U8))
+
+    run(test())
+
+
+def test_before_its_first_epoch_a_radar_takes_no_clients() -> None:
+    with pytest.raises(FeedRefused, match="starting"):
+        Hub(lambda: 0.0).join(ClientQueue(U8))
+
+
+def test_a_batch_of_an_epoch_that_is_over_is_ignored() -> None:
+    async def test() -> None:
+        hub, client = opened(), ClientQueue(U8)
+        hub.join(client)
+        await hub.publish(batch(0, epoch="old"))
+        assert numbered(await everything(client)) == [] and hub.next == 0
+
+    run(test())
+
+
+def test_closing_says_bye_to_everybody() -> None:
+    async def test() -> None:
+        hub, client = opened(), ClientQueue(U8)
+        hub.join(client)
+        await hub.publish(batch(0))
+        hub.close("that is all")
+        assert await everything(client) == [{"type": "bye", "epoch": "e", "reason": "that is all"}]
+        await client.ended()
+
+    run(test())

@@ -1,0 +1,38 @@
+"""The REST interface as OpenAPI describes it."""
+
+from tests.stream.asgi import Server
+from tests.stream.http.playing import play
+
+
+def test_openapi_tells_every_answer_and_gives_examples() -> None:
+    async def test(server: Server) -> None:
+        schema = (await server.http.get("/api/openapi.json")).json()
+        expected = {
+            ("/api/health", "get"): {"200", "503"},
+            ("/api/health/alive", "get"): {"200"},
+            ("/api/health/ready", "get"): {"200", "503"},
+            ("/api/tickets", "post"): {"201"},
+            ("/api/scenes", "get"): {"200"},
+            ("/api/scenes", "post"): {"201", "400", "409", "413", "422"},
+            ("/api/scenes/{name}", "delete"): {"204", "404", "409", "422"},
+            ("/api/radars", "get"): {"200"},
+            ("/api/radars/{radar}", "get"): {"200", "404", "422"},
+            ("/api/radars/{radar}/controls", "get"): {"200", "404", "422"},
+            ("/api/radars/{radar}/controls", "patch"): {"200", "400", "404", "413", "422"},
+            ("/api/radars/{radar}/scene", "put"): {"200", "400", "404", "413", "422"},
+            ("/api/radars/{radar}/truth", "get"): {"200", "403", "404", "422"},
+            ("/api/radars/{radar}/ppi.png", "get"): {"200", "404", "422"},
+        }
+        described = {
+            (path, method): set(about["responses"])
+            for path, ways in schema["paths"].items()
+            for method, about in ways.items()
+        }
+        assert described == {way: answers | {"401", "421"} for way, answers in expected.items()}
+        for path, method in (("/api/radars/{radar}/controls", "patch"), ("/api/radars/{radar}/scene", "put")):
+            body = schema["paths"][path][method]["requestBody"]["content"]["application/json"]["schema"]["$ref"]
+            assert schema["components"]["schemas"][body.rsplit("/", 1)[1]]["examples"]
+        problem = schema["paths"]["/api/radars/{radar}/scene"]["put"]["responses"]["422"]["content"]["application/json"]
+        assert problem["schema"]["$ref"].endswith("/Problem")
+
+    play(test)

@@ -1,0 +1,51 @@
+"""Metrics: they count what clients saw, in the format that Prometheus reads."""
+
+import asyncio
+
+from prometheus_client.parser import text_string_to_metric_families
+
+from radar_service.stream.codecs.native import wire
+from radar_service.stream.http.app import create_app
+from radar_service.stream.radio.station import Station
+from radar_service.stream.settings import Pace, Settings
+from tests.stream.asgi import Server, running
+from tests.stream.fake import FakeEngine, factory, scene
+
+
+async def figures(server: Server) -> dict[str, float]:
+    """All samples, by name and labels; read by Prometheus's own parser."""
+    answer = await server.http.get("/metrics")
+    assert answer.headers["content-type"].startswith("text/plain")
+    return {
+        sample.name + "".join(f",{value}" for _, value in sorted(sample.labels.items())): sample.value
+        for family in text_string_to_metric_families(answer.text)
+        for sample in family.samples
+    }
+
+
+def test_metrics_count_what_the_clients_saw() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?encoding=f32")
+        got = [await feed.receive()]
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 12}})
+        while sum(message.get("count", 0) for message in got) < 12:
+            got.append(await feed.receive())
+        await server.http.get("/api/radars/0", headers={"origin": "http://elsewhere"})
+        assert (await server.http.patch("/api/radars/0/controls", headers={"origin": "http://else"})).status_code == 403
+        refused = await server.feed("?encoding=f31")
+        await refused.until("bye")
+        now = await figures(server)
+        assert now["radar_azimuths_total,0"] == 12 and now["radar_bytes_total,0"] == sum(len(wire.pack(m)) for m in got)
+        assert now["radar_encode_seconds_count,f32,0"] == len(got) - 1 and now["radar_encode_seconds_sum,f32,0"] > 0
+        assert (now["radar_clients,live,0"], now["radar_clients,lossless,0"], now["radar_views,0"]) == (1, 0, 1)
+        assert now["radar_state,0,paused"] == 1 and now["radar_state,0,running"] == 0
+        assert (now["radar_refused_total,origin"], now["radar_refused_total,feed request"]) == (1, 1)
+        assert (now["radar_spokes_lost_total,0"], now["radar_gaps_total,0"], now["radar_restarts_total,0"]) == (0, 0, 0)
+        assert now["process_resident_memory_bytes"] > 1e6
+
+    async def whole() -> None:
+        only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
+        async with running(create_app([only])) as server:
+            await test(server)
+
+    asyncio.run(asyncio.wait_for(whole(), 20))

@@ -1,0 +1,53 @@
+"""Which engine runs: restarts within their limit, and another engine that takes over."""
+
+import time
+
+import pytest
+
+from radar_service.stream.radio.engine_supervisor import RESTART_WINDOW, EngineSupervisor, RestartLimiter
+from radar_service.stream.radio.prefetch import prepared
+from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
+from tests.stream.radio.recording import SOON
+
+
+def supervisor(restarts: int = 3, **options: object) -> EngineSupervisor:
+    return EngineSupervisor(FakeEngine(scene()), factory(**options), RestartLimiter(restarts, lambda: 0.0))
+
+
+def test_only_so_many_restarts_are_allowed_in_a_window() -> None:
+    now = 0.0
+    limiter = RestartLimiter(2, lambda: now)
+    allowed = []
+    for now in (0.0, 1.0, 2.0, RESTART_WINDOW + 1.5, 2 * RESTART_WINDOW + 9.0):  # noqa: B007
+        allowed.append(limiter.allow())
+    assert allowed == [True, True, False, True, True]
+
+
+def test_a_restart_begins_with_the_given_scan() -> None:
+    engines, reasons = supervisor(), list[str]()
+    assert engines.restart("it broke", 4, reasons.append) == "it broke"
+    block = engines.worker.take(SOON)
+    engines.stop(SOON)
+    assert block is not None and block.first == 4 * AZIMUTHS
+    assert reasons == ["it broke"] and engines.restarts == 1 and not engines.restarting
+
+
+def test_engines_that_fail_again_count_as_restarts_until_there_are_too_many() -> None:
+    engines, reasons = supervisor(2, dies_at=0), list[str]()
+    assert engines.restart("it broke", 1, reasons.append) is None
+    assert reasons == ["it broke", "RuntimeError: the wheel came off"] and engines.restarts == 2
+
+
+def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
+    engines = supervisor()
+    replaced, last = (prepared(FakeEngine(scene(name))) for name in ("first", "last"))
+    names = [engines.switch_to(worker) for worker in (replaced, last)]
+    assert engines.has_pending and engines.pending_engine.scene.name == "last" and names[0] != names[1]
+    assert engines.restart("it broke", 1, pytest.fail) is None  # the next scene replaces the failed engine
+    name, engine = engines.take_over()
+    assert name == names[1] and engine is last.engine is engines.worker.engine and not engines.has_pending
+    deadline = time.monotonic() + SOON
+    while replaced.is_alive:
+        assert time.monotonic() < deadline
+    engines.stop(SOON)
+    assert not last.is_alive

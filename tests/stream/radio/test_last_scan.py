@@ -1,0 +1,37 @@
+"""The memory of the last scan: one revolution, of one engine."""
+
+import numpy as np
+
+from radar_service.display.video import Controls
+from radar_service.stream.radio.last_scan import LastScan
+from radar_service.stream.spokes import Epoch, SpokeBatch
+from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, power_of, scene
+
+
+def send(memory: LastScan, epoch: Epoch, first: int, count: int) -> None:
+    assert isinstance(epoch.engine, FakeEngine)
+    memory.send(SpokeBatch(epoch, first, epoch.engine.block(first, count), Controls()))
+
+
+def test_it_keeps_the_newest_revolution() -> None:
+    epoch = Epoch("e", FakeEngine(scene()), None)
+    memory = LastScan(epoch.engine)
+    for first in range(0, 2 * AZIMUTHS, 4):
+        send(memory, epoch, first, 4)
+    engine, rows = memory.read()
+    assert engine is epoch.engine and sum(len(numbers) for numbers, _ in rows) == AZIMUTHS
+    assert rows[0][0].tolist() == [0, 1, 2, 3]
+    np.testing.assert_array_equal(rows[0][1], power_of(AZIMUTHS + np.arange(4), BINS))
+
+
+def test_another_range_keeps_the_rows_and_another_engine_drops_them() -> None:
+    epoch = Epoch("e", FakeEngine(scene()), None)
+    memory = LastScan(epoch.engine)
+    send(memory, epoch, 0, 4)
+    memory.open_epoch(Epoch("f", epoch.engine, 100.0))
+    memory.skip("f", 3, "it broke")
+    memory.close("it broke")
+    assert len(memory.read()[1]) == 1
+    other = FakeEngine(scene())
+    memory.open_epoch(Epoch("g", other, None))
+    assert memory.read() == (other, [])

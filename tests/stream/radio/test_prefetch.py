@@ -1,0 +1,74 @@
+"""The worker of an engine: bounded, in order, and it always reports its end."""
+
+import threading
+
+import pytest
+
+from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
+from tests.stream.fake import FakeEngine, scene
+
+SOON = 10.0  # s, for what should take milliseconds
+
+
+def started(engine: FakeEngine, azimuths: int = 12) -> EngineWorker:
+    worker = EngineWorker(engine, azimuths)
+    worker.start()
+    return worker
+
+
+def test_blocks_come_in_order() -> None:
+    worker = started(FakeEngine(scene()))
+    blocks = [worker.take(SOON) for _ in range(20)]
+    worker.stop(SOON)
+    numbers = [n for block in blocks if block for n in range(block.first, block.first + len(block))]
+    assert numbers == list(range(numbers[-1] + 1)) and len(blocks) == 20
+
+
+@pytest.mark.parametrize("taken", [0, 1, 4])
+def test_no_more_than_the_bound_is_computed_ahead(taken: int) -> None:
+    engine = FakeEngine(scene(), turns=threading.Semaphore(100))
+    worker = started(engine)
+    for _ in range(taken):
+        assert worker.take(SOON) is not None
+    engine.wait_for_blocks(3 + taken, SOON)  # 3 blocks of up to 5 make 12
+    worker.stop(SOON)
+    assert not worker.is_alive and engine.blocks_made == 3 + taken
+
+
+def test_a_slow_engine_is_waited_for_only_so_long() -> None:
+    turns = threading.Semaphore(0)
+    worker = started(FakeEngine(scene(), turns=turns))
+    assert worker.take(0.01) is None
+    turns.release()
+    block = worker.take(SOON)
+    assert block is not None and block.first == 0
+    worker.stop()
+    turns.release()
+
+
+def test_what_a_dying_engine_had_computed_is_still_given() -> None:
+    worker = started(FakeEngine(scene(), dies_at=7))
+    block = worker.take(SOON)
+    assert block is not None and len(block) == 5
+    with pytest.raises(EngineFault, match="RuntimeError: the wheel came off"):
+        worker.take(SOON)
+
+
+def test_an_engine_that_ends_is_a_fault_too() -> None:
+    engine = FakeEngine(scene())
+    whole = engine.blocks
+    engine.blocks = lambda scans=None, size=16: whole(1, size)  # type: ignore[method-assign]
+    worker = started(engine, 1000)
+    with pytest.raises(EngineFault, match="ended"):
+        while worker.take(SOON):
+            pass
+
+
+def test_stopping_ends_a_wait() -> None:
+    worker = started(FakeEngine(scene(), turns=threading.Semaphore(0)))
+    taken: list[object] = []
+    taker = threading.Thread(target=lambda: taken.append(worker.take(SOON)))
+    taker.start()
+    worker.stop()
+    taker.join(SOON)
+    assert taken == [None]

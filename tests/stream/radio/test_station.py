@@ -1,0 +1,83 @@
+"""A station: its parts together, further sinks, and whom it refuses."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import pytest
+
+from radar_service.stream.controls import ControlError
+from radar_service.stream.fanout.client_queue import ClientQueue
+from radar_service.stream.fanout.hub import FeedRefused
+from radar_service.stream.feed_request import View
+from radar_service.stream.radio.station import Station
+from radar_service.stream.settings import Pace, Settings
+from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
+from tests.stream.radio.recording import RecordingSink
+
+
+def play(test: Callable[[Station], Awaitable[None]], **options: Any) -> None:
+    async def body() -> None:
+        station = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")), **options)
+        await station.start()
+        try:
+            await test(station)
+        finally:
+            await station.stop()
+
+    asyncio.run(asyncio.wait_for(body(), 20))
+
+
+def test_a_further_sink_receives_what_the_feed_receives() -> None:
+    sink = RecordingSink()
+
+    async def test(station: Station) -> None:
+        station.hub.join(client := ClientQueue(View("u8")))
+        station.transmitter.pacer.step(AZIMUTHS)
+        while sink.spokes < AZIMUTHS:
+            await asyncio.sleep(0)
+        sent = [(item.first, item.count) for item in client.waiting if item.count]
+        assert sent == [(batch.first, len(batch)) for batch in sink.batches]
+        assert [epoch.name for epoch in sink.epochs] == [station.hub.epoch]
+
+    play(test, sinks=[sink])
+
+
+def test_clients_are_refused_with_the_reason() -> None:
+    async def test(station: Station) -> None:
+        with pytest.raises(FeedRefused, match="--truth"):
+            station.join(ClientQueue(View("u8"), truth=True))
+        await station.stop()
+        with pytest.raises(FeedRefused, match="the server is stopping"):
+            station.join(ClientQueue(View("u8")))
+
+    play(test)
+
+
+def test_a_refused_value_changes_no_control() -> None:
+    async def test(station: Station) -> None:
+        before, epoch = station.controls(), station.hub.epoch
+        with pytest.raises(ControlError, match="range_m: 9000"):
+            await station.change({"rpm": 48.0, "gain": 70.0, "range_m": 9000.0})
+        assert station.controls() == before and station.hub.epoch == epoch
+
+    play(test)
+
+
+def test_a_change_acts_on_settings_steps_and_scene() -> None:
+    async def test(station: Station) -> None:
+        await station.change({"rpm": 48.0, "gain": 70.0, "pace": {"state": "step", "steps": 3}})
+        while station.transmitter.sent < 3:
+            await asyncio.sleep(0)
+        controls = station.controls()
+        assert (controls["rpm"], controls["gain"], controls["pace"]["state"]) == (pytest.approx(48.0), 70.0, "pause")
+
+    play(test)
+
+
+def test_a_plan_is_that_of_the_engine_that_would_run() -> None:
+    async def test(station: Station) -> None:
+        assert await station.plan(scene("other")) == {"modelled": []}
+        assert station.engine.scene.name == "test scene"
+
+    play(test)

@@ -1,0 +1,161 @@
+"""The transmitter with recording sinks: what it sends, in which order, and when its orders act. No event loop, no sockets."""
+
+import contextlib
+import math
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from radar_service.display.video import Controls
+from radar_service.stream.radio.prefetch import prepared
+from radar_service.stream.radio.transmitter import Transmitter
+from radar_service.stream.settings import Pace, Settings
+from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene
+from tests.stream.radio.recording import SOON, RecordingSink
+
+PAUSED = Settings(pace=Pace("pause", math.inf))
+FLAT_OUT = Settings(pace=Pace("run", math.inf))
+
+
+@contextlib.contextmanager
+def transmitting(settings: Settings = PAUSED, *sinks: Any, **options: Any) -> Iterator[tuple[Transmitter, RecordingSink]]:
+    """A started transmitter, and the recording sink beside `sinks`."""
+    sink, engine = RecordingSink(), options.pop("engine", FakeEngine(scene()))
+    make_engine = options.pop("make_engine", factory())
+    transmitter = Transmitter(engine, settings, (sink, *sinks), time.monotonic, make_engine, **options)
+    transmitter.start()
+    try:
+        yield transmitter, sink
+    finally:
+        transmitter.stop(SOON)
+
+
+def stepped(transmitter: Transmitter, sink: RecordingSink, spokes: int) -> None:
+    """Orders so many spokes and waits for them."""
+    total = sink.spokes + spokes
+    transmitter.pacer.step(spokes)
+    sink.wait_for(lambda: sink.spokes >= total)
+
+
+def test_spokes_are_sent_in_order_and_unencoded() -> None:
+    with transmitting() as (transmitter, sink):
+        stepped(transmitter, sink, 2 * AZIMUTHS)
+    assert sink.numbers == list(range(2 * AZIMUTHS)) and transmitter.sent == 2 * AZIMUTHS
+    assert sink.calls[0] == ("open", transmitter.epoch.name)
+    for batch in sink.batches:
+        assert batch.first == batch.block.first and batch.epoch is sink.epochs[0]
+        np.testing.assert_array_equal(batch.block.power, power_of(batch.block.first + np.arange(len(batch)), BINS))
+
+
+def test_every_sink_receives_the_same_batches() -> None:
+    other = RecordingSink()
+    with transmitting(PAUSED, other) as (transmitter, sink):
+        stepped(transmitter, sink, 10)
+    assert other.calls[: len(sink.calls)] == sink.calls and other.batches[0] is sink.batches[0]
+
+
+def test_a_step_sends_so_many_spokes_and_no_more() -> None:
+    with transmitting() as (transmitter, sink):
+        stepped(transmitter, sink, 7)
+        assert transmitter.pacer.idle
+        stepped(transmitter, sink, 1)
+        assert sink.spokes == 8
+
+
+def test_display_controls_act_from_the_next_batch_on() -> None:
+    with transmitting() as (transmitter, sink):
+        stepped(transmitter, sink, 3)
+        transmitter.pacer.set(replace(transmitter.pacer.settings, video=Controls(gain=80.0)))
+        stepped(transmitter, sink, 1)
+    assert sink.batches[0].video == Controls() and sink.batches[-1].video.gain == 80.0
+
+
+def test_standby_uses_no_numbers_and_time_goes_on() -> None:
+    with transmitting(replace(PAUSED, transmit=False)) as (transmitter, sink):
+        transmitter.pacer.step(6)
+        while transmitter.simulated < 6 * transmitter.epoch.engine.scene.radar.spoke_period:
+            time.sleep(0)
+        transmitter.pacer.set(replace(transmitter.pacer.settings, transmit=True))
+        stepped(transmitter, sink, 1)
+    assert (sink.batches[0].first, sink.batches[0].block.first, transmitter.sent) == (0, 6, 1)
+
+
+def test_another_range_opens_an_epoch_at_once() -> None:
+    with transmitting() as (transmitter, sink):
+        stepped(transmitter, sink, 5)
+        transmitter.pacer.set(replace(transmitter.pacer.settings, range=100.0))
+        stepped(transmitter, sink, 2)
+    assert sink.names() == ["open", "send", "open", "send"] and sink.epochs[1].range == 100.0
+    assert sink.epochs[0].name != sink.epochs[1].name and sink.epochs[0].engine is sink.epochs[1].engine
+    later = [batch for batch in sink.batches if batch.epoch is sink.epochs[1]]
+    assert (later[0].first, later[0].block.first) == (0, 5)
+
+
+def test_another_scene_takes_over_when_the_scan_ends() -> None:
+    turns = threading.Semaphore(0)
+    with transmitting(FLAT_OUT, engine=FakeEngine(scene(), turns=turns)) as (transmitter, sink):
+        turns.release()  # one block of five spokes: the scan has begun
+        sink.wait_for(lambda: sink.spokes == 5)
+        name = transmitter.switch_to(prepared(FakeEngine(scene("second"))))
+        assert transmitter.engines.pending_engine.scene.name == "second" and len(sink.epochs) == 1
+        for _ in range(20):
+            turns.release()
+        sink.wait_for(lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
+    first = [batch for batch in sink.batches if batch.epoch is sink.epochs[0]]
+    assert sum(map(len, first)) == AZIMUTHS and sink.epochs[1].name == name
+    second = next(batch for batch in sink.batches if batch.epoch is sink.epochs[1])
+    assert (second.first, second.block.first) == (0, 0)
+
+
+def test_another_scene_takes_over_at_once_while_paused() -> None:
+    with transmitting() as (transmitter, sink):
+        stepped(transmitter, sink, 3)
+        transmitter.switch_to(prepared(FakeEngine(scene("second"))))
+        sink.wait_for(lambda: len(sink.epochs) == 2)
+        assert transmitter.epoch.engine.scene.name == "second" and transmitter.simulated == 0.0
+
+
+@pytest.mark.parametrize("transmit", [True, False])
+def test_a_failed_engine_is_replaced_in_the_next_scan(transmit: bool) -> None:
+    """Blocks hold five spokes, so the block from 39 to 43 fails; scans have 24. The rest is a gap, in standby none."""
+    reasons: list[str] = []
+    options = {"engine": FakeEngine(scene(), dies_at=40), "on_restart": reasons.append}
+    with transmitting(replace(FLAT_OUT, transmit=transmit), **options) as (transmitter, sink):
+        while transmitter.simulated < 3 * 2.5:
+            time.sleep(0)
+    assert transmitter.engines.restarts == 1 and reasons == ["RuntimeError: the wheel came off"]
+    skips = [details for name, details in sink.calls if name == "skip"]
+    if not transmit:
+        assert not skips and not sink.batches
+        return
+    ((epoch, count, reason),) = skips
+    assert (epoch, count) == (sink.epochs[0].name, 9) and "the wheel came off" in reason
+    assert sink.numbers == [*range(39), *range(48, 48 + len(sink.numbers) - 39)]
+    assert [batch.first for batch in sink.batches] == [batch.block.first for batch in sink.batches]
+
+
+def test_a_radar_that_fails_too_often_closes_its_sinks_until_the_next_scene() -> None:
+    failures: list[str] = []
+    options: dict[str, Any] = {"engine": FakeEngine(scene(), dies_at=10), "make_engine": factory(dies_at=0)}
+    with transmitting(FLAT_OUT, restarts=2, on_failure=failures.append, **options) as (transmitter, sink):
+        sink.wait_for(lambda: sink.calls[-1] == ("close", "RuntimeError: the wheel came off"))
+        while not failures:
+            time.sleep(0)
+        assert transmitter.fault == "RuntimeError: the wheel came off" and transmitter.engines.restarts == 2
+        transmitter.switch_to(prepared(FakeEngine(scene("second"))))
+        sink.wait_for(lambda: len(sink.epochs) == 2 and sink.calls[-1][0] == "send")
+        assert transmitter.fault is None
+
+
+def test_stopping_ends_both_threads() -> None:
+    before = set(threading.enumerate())
+    with transmitting(FLAT_OUT) as (_, sink):
+        sink.wait_for(lambda: sink.spokes > 0)
+        started = set(threading.enumerate()) - before
+    assert {thread.name for thread in started} >= {"radar engine", "radar transmitter"}
+    assert not any(thread.is_alive() for thread in started if thread.name.startswith("radar "))

@@ -1,0 +1,104 @@
+"""The options of the command `serve`: who may do what."""
+
+import argparse
+import json
+import math
+import socket
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi import FastAPI
+
+from radar_service.__main__ import main, parser
+from radar_service.stream.http.access import Access
+from radar_service.stream.http.server import MAX_PER_ADDRESS, Server
+from radar_service.stream.radio.station import Station
+from radar_service.stream.serve import access_for, serve
+from tests.stream.fake import FakeEngine
+
+TOKEN = "0123456789abcdef"
+SCENE = {"name": "empty", "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600}}
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "one.json"
+    path.write_text(json.dumps(SCENE))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--host", "0.0.0.0"], ["--host: 0.0.0.0", "--token-file", "--insecure"]),
+        (["--host", "::"], ["--host: ::"]),
+        (["--host", "radar.example"], ["--host: radar.example"]),
+        (["--token", "short-secret"], ["--token: token: 12 characters; 16 to 512"]),
+        (["--token-for-reading", TOKEN], ["--token-for-reading: protects nothing"]),
+        (["--token-file", "missing"], ["missing: No such file"]),
+        (["--token-file", "empty"], ["empty: token: 0 characters"]),
+    ],
+)
+def test_a_server_that_others_reach_is_guarded_or_does_not_start(
+    arguments: list[str], words: list[str], scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").touch()
+    monkeypatch.delattr("radar_service.stream.serve.listening_socket")
+    assert main(["serve", str(scene), *arguments]) == 2
+    message = capsys.readouterr().err
+    assert all(word in message for word in words) and "short-secret" not in message and TOKEN not in message
+
+
+def test_what_the_command_line_allows(tmp_path: Path) -> None:
+    (tmp_path / "token").write_text(f"{TOKEN}\nnot this\n")
+
+    def access(*arguments: str) -> Access:
+        return access_for(parser().parse_args(["serve", *arguments]))
+
+    assert access() == Access(None, None, frozenset({"127.0.0.1"}))
+    assert access("--host", "0.0.0.0", "--insecure") == Access(None, None, frozenset({"0.0.0.0"}))
+    guarded = access("--host", "0.0.0.0", "--token-file", str(tmp_path / "token"), "--allow-host", "Radar.LAN")
+    assert guarded == Access(TOKEN, None, frozenset({"0.0.0.0", "radar.lan"}))
+    assert access("--token", TOKEN, "--token-for-reading", TOKEN[::-1]).read == TOKEN[::-1]
+
+
+def options(*arguments: str) -> argparse.Namespace:
+    chosen = parser().parse_args(["serve", *arguments])
+    chosen.scenes = chosen.scenes or ["harbour"]
+    return chosen
+
+
+@pytest.mark.parametrize("gave_up", [False, True])
+def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The server runs its start and stops at once; what it was given is looked at on the way."""
+    seen: dict[str, Any] = {}
+
+    async def at_once(self: Server, sockets: list[socket.socket]) -> None:
+        self.started = True
+        for listener in sockets:
+            listener.close()
+        seen["limits"] = self.config.http.keywords  # type: ignore[union-attr]
+        if gave_up:
+            for station in seen["stations"]:
+                station.failed()
+
+    def app(stations: list[Station], **others: Any) -> FastAPI:
+        seen.update(others, stations=stations)
+        return FastAPI()
+
+    monkeypatch.setattr(Server, "serve", at_once)
+    monkeypatch.setattr("radar_service.stream.serve.create_app", app)
+    monkeypatch.setattr("signal.signal", lambda *_: None)
+    monkeypatch.setattr("gc.freeze", lambda: None)
+    monkeypatch.setattr("radar_service.stream.logs.configure", lambda style: None)
+    chosen = options(str(scene), str(scene), "--pace", "max", "--truth", "--port", "0", "--connections", "7",
+                     "--exit-when-failed")  # fmt: skip
+    assert serve(chosen, FakeEngine) == int(gave_up)
+    assert [station.identity for station in seen["stations"]] == ["0", "1"]
+    assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
+    assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
+    assert seen["access"] == access_for(chosen) and seen["sandbox_all"] is False
+    seen["sandbox"].close()

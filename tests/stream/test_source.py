@@ -1,0 +1,18 @@
+"""What the stream needs of a simulator, and what it makes of its range cells."""
+
+import pytest
+
+from radar_service.simulator import Simulator
+from radar_service.stream.source import SpokeSource, cell_layout
+from tests.stream.fake import BINS, STEP, FakeEngine, scene
+
+
+def test_the_simulator_is_a_source_of_spokes() -> None:
+    source: SpokeSource = Simulator(scene())
+    assert {name for name in dir(SpokeSource) if not name.startswith("_")} <= set(dir(source))
+
+
+def test_cells_become_bins_out_to_a_range() -> None:
+    to = cell_layout(FakeEngine(scene()), 5, 100.0)
+    assert (to.samples, to.bins) == (10, 5) and to.range == pytest.approx(100.0) and to.step == pytest.approx(2 * STEP)
+    assert cell_layout(FakeEngine(scene()), None, None).bins == BINS
