@@ -1,4 +1,4 @@
-"""Command line: serve, scan, check, plan, chart, stability, schema. The only place that wires everything together."""
+"""The command line: serve, scan, check, plan, chart, stability, schema. Only this module may import all others."""
 
 import argparse
 import contextlib
@@ -35,12 +35,12 @@ from radar_service.simulator import Simulator
 
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
-READER_GONE = 141  # exit status, 128 + SIGPIPE, as shells report of programs that a closed pipe ends
-MOST_THREADS = 64  # a tile each: a turn has few more
+PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
+MAX_THREADS = 64  # one tile each: a scan has few more
 
 
 class UsageError(Exception):
-    """A command line that cannot be run. Its text says what to do."""
+    """A command line that cannot run. Its text names the remedy."""
 
 
 def pace(text: str) -> float:
@@ -52,56 +52,56 @@ def pace(text: str) -> float:
     raise argparse.ArgumentTypeError(f'"{text}" is not a pace; give a number above 0 (1 is real time) or max')
 
 
-def whole(text: str, least: int, most: int) -> int:
-    """A whole number from the command line. Raises ArgumentTypeError outside the limits."""
+def whole(text: str, minimum: int, maximum: int) -> int:
+    """Returns a whole number from the command line. Raises ArgumentTypeError outside the limits."""
     with contextlib.suppress(ValueError):
-        if least <= int(text) <= most:
+        if minimum <= int(text) <= maximum:
             return int(text)
-    raise argparse.ArgumentTypeError(f'"{text}" is not a whole number from {least} to {most}')
+    raise argparse.ArgumentTypeError(f'"{text}" is not a whole number from {minimum} to {maximum}')
 
 
 def thread_count(text: str) -> int:
-    """A number of threads, auto for all cores but one, which is left to whatever else goes on. Raises ArgumentTypeError."""
-    return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MOST_THREADS)
+    """Returns a number of threads; auto: all cores but one. Raises ArgumentTypeError."""
+    return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MAX_THREADS)
 
 
 def file_ending(text: str, suffix: str) -> Path:
-    """A file to write, which ends in `suffix`. Raises ArgumentTypeError."""
+    """Returns the path of a file to write, which must end in `suffix`. Raises ArgumentTypeError."""
     if Path(text).suffix.lower() != suffix:
-        raise argparse.ArgumentTypeError(f'"{text}" does not end in {suffix}; what is written is a {suffix} file')
+        raise argparse.ArgumentTypeError(f'"{text}" does not end in {suffix}, the format that is written')
     return Path(text)
 
 
-def simulator_of(scene: Scene, wanted: argparse.Namespace, threads: int = 1) -> Simulator:
-    """A simulator as the command line asks for, its plan made: nobody who connects should wait for that."""
-    fidelity = wanted.fidelity if wanted.error_db is None else fidelity_for(scene, wanted.error_db)
-    simulator = Simulator(scene, fidelity, wanted.seed, threads)
+def simulator_of(scene: Scene, options: argparse.Namespace, threads: int = 1) -> Simulator:
+    """Returns a simulator by the options. Its plan is made now, so that no client waits for it."""
+    fidelity = options.fidelity if options.error_db is None else fidelity_for(scene, options.error_db)
+    simulator = Simulator(scene, fidelity, options.seed, threads)
     _ = simulator.plan
     return simulator
 
 
 def parser() -> argparse.ArgumentParser:
-    """The command line."""
+    """Returns the parser of the command line."""
     top = argparse.ArgumentParser("radar-service", description="A simulated marine radar.")
     top.add_argument("--version", action="version", version=f"radar-service {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     scene_help = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
     common = argparse.ArgumentParser(add_help=False)
     presets = "; ".join(f"{name}: {purpose}" for name, purpose in PURPOSE.items())
-    finely = common.add_mutually_exclusive_group()
-    finely.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto: planned")
-    finely.add_argument("--error-db", type=error_budget, metavar="DB", help=ERROR_HELP)
-    common.add_argument("--seed", default=0, type=partial(whole, least=0, most=2**63 - 1))
+    precision = common.add_mutually_exclusive_group()
+    precision.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto: planned")
+    precision.add_argument("--error-db", type=error_budget, metavar="DB", help=ERROR_HELP)
+    common.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1))
     threaded = argparse.ArgumentParser(add_help=False)
     threaded.add_argument(
         "--threads", default=1, type=thread_count, metavar="N",
-        help="at work at once on each radar, or auto: all cores but one (default 1); changes no byte",
+        help="threads that compute each radar, or auto: all cores but one (default 1); changes no byte",
     )  # fmt: skip
 
-    serve = commands.add_parser("serve", parents=[common, threaded], help="put radars on the air")
+    serve = commands.add_parser("serve", parents=[common, threaded], help="run radars: feed, REST and page")
     serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {scene_help}")
     serve.add_argument("--host", default="127.0.0.1")
-    serve.add_argument("--port", default=8000, type=partial(whole, least=0, most=65535), help="0 takes a free one")
+    serve.add_argument("--port", default=8000, type=partial(whole, minimum=0, maximum=65535), help="0 takes a free port")
     serve.add_argument("--pace", default=1.0, type=pace, help="simulated seconds per second, or max (default 1)")
     serve.add_argument("--truth", action="store_true", help="allow clients to read the truth")
     serve.add_argument("--scene-folder", action="append", default=[], type=Path, help="list the scenes of this folder too")
@@ -117,9 +117,11 @@ def parser() -> argparse.ArgumentParser:
     serve.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a host name of this server")
     serve.add_argument("--exit-when-failed", action="store_true", help="exit with status 1 when a radar has failed")
     serve.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="log events on standard error")
-    serve.add_argument("--connections", type=partial(whole, least=1, most=100_000), help="maximum number of connections")
     serve.add_argument(
-        "--connections-per-address", type=partial(whole, least=1, most=100_000),
+        "--connections", type=partial(whole, minimum=1, maximum=100_000), help="maximum number of connections"
+    )
+    serve.add_argument(
+        "--connections-per-address", type=partial(whole, minimum=1, maximum=100_000),
         help="maximum number of connections from one other machine",
     )  # fmt: skip
     serve.add_argument(
@@ -133,29 +135,29 @@ def parser() -> argparse.ArgumentParser:
     scan.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
     scan.add_argument("-o", "--out", type=partial(file_ending, suffix=".npz"), required=True, help="file.npz to write")
     scan.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: picture of the last scan")
-    scan.add_argument("--scans", default=1, type=partial(whole, least=1, most=10_000))
+    scan.add_argument("--scans", default=1, type=partial(whole, minimum=1, maximum=10_000))
     scan.set_defaults(run=run_scan)
 
     for name, run, text in (
-        ("check", run_check, "validate a scene and say what it contains"),
-        ("plan", run_plan, "say what is modelled of a scene"),
+        ("check", run_check, "validate a scene and list what it contains"),
+        ("plan", run_plan, "show what is modelled of a scene, at what error and cost"),
     ):
         command = commands.add_parser(name, parents=[common] if name == "plan" else [], help=text)
         command.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
         command.set_defaults(run=run)
     command.add_argument("--json", action="store_true", help="as JSON")
     command.add_argument("--realtime-factor", type=pace_to_keep, metavar="F", help=PACE_HELP)
-    stability = commands.add_parser("stability", help="drive every method to where it fails, and report")
+    stability = commands.add_parser("stability", help="find where each method fails, and write a report")
     stability.add_argument("-o", "--out", type=Path, required=True, help="folder for stability.html and stability.json")
-    stability.add_argument("--fine", default=1, type=partial(whole, least=1, most=20), help="times as many places and draws")
+    stability.add_argument("--fine", default=1, type=partial(whole, minimum=1, maximum=20), help="times as many samples")
     stability.set_defaults(run=run_stability)
-    study = commands.add_parser("chart", help="measure every method on a scene, speed against accuracy")
+    study = commands.add_parser("chart", help="measure speed and accuracy of every method on a scene")
     study.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
     study.add_argument(
         "-o", "--out", type=Path, required=True, help="existing folder for chart.svg, .png, .json and summary.txt"
     )
-    study.add_argument("--seed", default=0, type=partial(whole, least=0, most=2**63 - 1))
-    study.add_argument("--quick", action="store_true", help="seconds instead of minutes, and rougher")
+    study.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1))
+    study.add_argument("--quick", action="store_true", help="take seconds instead of minutes, with fewer samples")
     study.set_defaults(run=run_chart)
     commands.add_parser("schema", help="print the JSON Schema of a scene").set_defaults(run=run_schema)
     return top
@@ -167,26 +169,26 @@ def run_serve(options: argparse.Namespace) -> int:
 
     options.scenes = options.scenes or [DEFAULT_SCENE]
     try:
-        return serve(options, partial(simulator_of, wanted=options, threads=options.threads))
+        return serve(options, partial(simulator_of, options=options, threads=options.threads))
     except AccessError as error:
         raise UsageError(str(error)) from None
 
 
-def run_scan(wanted: argparse.Namespace) -> int:
-    """Compute scans, with a progress bar on a terminal."""
-    for path in (wanted.out, wanted.png):
-        if path and not path.parent.is_dir():  # said now, not after an hour of computing
+def run_scan(options: argparse.Namespace) -> int:
+    """Computes scans, with a progress bar on a terminal."""
+    for path in (options.out, options.png):
+        if path and not path.parent.is_dir():  # refused now, not after an hour of computation
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
-    simulator = simulator_of(load_scene(wanted.scene), wanted, wanted.threads)
+    simulator = simulator_of(load_scene(options.scene), options, options.threads)
     azimuths = simulator.scene.radar.azimuths
-    with tqdm(total=wanted.scans * azimuths, unit="spokes", disable=None) as bar:
-        blocks = _counted(simulator.blocks(scans=wanted.scans), bar)
-        scans = [scan_of(of_scan) for _, of_scan in groupby(blocks, lambda block: block.scan)]
-    about = {"name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name}
-    save_scans(wanted.out, scans, about)
-    if wanted.png:
-        write_png(wanted.png, scans[-1], simulator)
-    print(f"{wanted.out}: {wanted.scans} x {azimuths} spokes of {simulator.range.size} cells")
+    with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar:
+        blocks = _counted(simulator.blocks(scans=options.scans), bar)
+        scans = [scan_of(group) for _, group in groupby(blocks, lambda block: block.scan)]
+    metadata = {"name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name}
+    save_scans(options.out, scans, metadata)
+    if options.png:
+        write_png(options.png, scans[-1], simulator)
+    print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")
     return 0
 
 
@@ -208,62 +210,62 @@ def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
     )  # fmt: skip
 
 
-def run_check(wanted: argparse.Namespace) -> int:
-    """Say what a scene contains."""
-    scene = load_scene(wanted.scene)
+def run_check(options: argparse.Namespace) -> int:
+    """Prints what a scene contains."""
+    scene = load_scene(options.scene)
     print(describe(scene, mesh_quality(scene, fidelity_for(scene, ErrorBudget()).bounces)))
     return 0
 
 
-def run_plan(wanted: argparse.Namespace) -> int:
-    """Say what would be modelled, at what error and cost."""
-    scene = load_scene(wanted.scene)
-    if wanted.realtime_factor is None:
-        plan = simulator_of(scene, wanted).plan
-    elif wanted.fidelity != "auto":
-        raise UsageError(f"--realtime-factor: is for auto, and --fidelity is {wanted.fidelity}; leave out one of them")
+def run_plan(options: argparse.Namespace) -> int:
+    """Prints what is modelled, at what error and cost."""
+    scene = load_scene(options.scene)
+    if options.realtime_factor is None:
+        plan = simulator_of(scene, options).plan
+    elif options.fidelity != "auto":
+        raise UsageError(f"--realtime-factor: needs --fidelity auto, not {options.fidelity}; remove one of them")
     else:
         plan = plan_in_time(
-            scene, wanted.realtime_factor, lambda fidelity: Simulator(scene, fidelity, wanted.seed).plan, wanted.error_db
+            scene, options.realtime_factor, lambda fidelity: Simulator(scene, fidelity, options.seed).plan, options.error_db
         )
-    print(json.dumps(plan.as_dict(), indent=2) if wanted.json else plan)
+    print(json.dumps(plan.as_dict(), indent=2) if options.json else plan)
     return 0
 
 
-def run_stability(wanted: argparse.Namespace) -> int:
-    """Find where methods fail, with a progress bar on a terminal."""
+def run_stability(options: argparse.Namespace) -> int:
+    """Finds where methods fail, with a progress bar on a terminal."""
     from radar_service.study.stability import STUDIES  # here: it would take a twelfth of every start
     from radar_service.study.stability.report import write_report
 
-    wanted.out.mkdir(parents=True, exist_ok=True)  # said now, not after the studies
-    findings = [study(wanted.fine) for study in tqdm(STUDIES, unit="regions", disable=None)]
-    write_report(wanted.out, findings)
-    print(f"{wanted.out / 'stability.html'}: {len(findings)} regions")
+    options.out.mkdir(parents=True, exist_ok=True)  # refused now, not after the studies
+    findings = [study(options.fine) for study in tqdm(STUDIES, unit="regions", disable=None)]
+    write_report(options.out, findings)
+    print(f"{options.out / 'stability.html'}: {len(findings)} regions")
     return 0
 
 
-def run_chart(wanted: argparse.Namespace) -> int:
-    """Measure all methods on a scene, with progress bars on a terminal."""
+def run_chart(options: argparse.Namespace) -> int:
+    """Measures all methods on a scene, with progress bars on a terminal."""
     from radar_service.study.chart import chart  # here, as above
     from radar_service.study.chart.summary import summary_text
 
-    if not wanted.out.is_dir():
-        raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(wanted.out))
-    effort = chart.QUICK if wanted.quick else chart.FULL
-    data = chart.write_chart(chart.measure(load_scene(wanted.scene), wanted.seed, effort, progress=True), wanted.out)
+    if not options.out.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(options.out))
+    effort = chart.QUICK if options.quick else chart.FULL
+    data = chart.write_chart(chart.measure(load_scene(options.scene), options.seed, effort, progress=True), options.out)
     print(summary_text(data["summary"]), end="")
     return 0
 
 
 def run_schema(_: argparse.Namespace) -> int:
-    """Print the schema."""
+    """Prints the schema."""
     print(json.dumps(json_schema(), indent=2))
     return 0
 
 
 @BLAS_LIMIT.held()  # once for the process, and so for every thread of a server
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command line; the exit status: 0, 2 for what cannot be run, 130 when interrupted and 141 when its reader has gone."""
+    """Runs the command line. Returns the exit status: 0, 2 for wrong input, 130 when interrupted, 141 for a closed pipe."""
     try:
         try:
             return _run(arguments)
@@ -271,23 +273,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
     except BrokenPipeError:  # as in `radar-service check | head -1`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
-        return READER_GONE
+        return PIPE_CLOSED
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    wanted = parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     try:
-        status: int = wanted.run(wanted)
-    except SceneError as fault:
-        print(*fault.problems, sep="\n", file=sys.stderr)
+        status: int = options.run(options)
+    except SceneError as error:
+        print(*error.problems, sep="\n", file=sys.stderr)
         return 2
-    except UsageError as fault:
-        print(fault, file=sys.stderr)
+    except UsageError as error:
+        print(error, file=sys.stderr)
         return 2
     except BrokenPipeError:
         raise
-    except OSError as fault:
-        print(f"{fault.filename or 'file'}: {fault.strerror}", file=sys.stderr)
+    except OSError as error:
+        print(f"{error.filename or 'file'}: {error.strerror}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130

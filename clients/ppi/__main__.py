@@ -27,7 +27,7 @@ from .options import FILMS, PROGRAM, options
 from .scans import ReceivedScan, ScanCollector, arrays, brightness, collect_scans
 from .scope import Scope
 
-READER_GONE = 141  # 128 + SIGPIPE, as shells report of programs that a closed pipe ends
+PIPE_CLOSED = 141  # 128 + SIGPIPE, as shells report programs that a closed pipe ends
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -45,7 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(summary, flush=True)
     except BrokenPipeError:  # the reader has gone; all files are written
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
-        return READER_GONE
+        return PIPE_CLOSED
     return 0
 
 
