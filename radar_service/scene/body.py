@@ -11,7 +11,7 @@ from radar_service.frames import map_from_body
 from radar_service.scene.motion import Motion
 
 Floats = NDArray[np.float64]
-Scattering = Literal["rcs", "diffuse", "optics"]
+Scattering = Literal["rcs", "diffuse", "optics"]  # names of the models in radar_service.scattering.models
 
 
 @dataclass(frozen=True)

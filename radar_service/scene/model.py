@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from radar_service.scene.body import Scattering
 from radar_service.scene.fields import (
     Bearing,
     EastNorth,
@@ -159,7 +160,7 @@ class BodyModel(MovingSection):
     longitude_deg: Longitude | None = None
     up_m: Height | None = Field(None, description="height above the sea, with latitude_deg and longitude_deg")
     material: str = "steel"
-    scattering: Literal["rcs", "diffuse", "optics"] | None = Field(None, description="default by material")
+    scattering: Scattering | None = Field(None, description="default by material")
     rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
     swerling: Literal[0, 1, 2, 3, 4] = 0
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999)

@@ -12,7 +12,7 @@ from typing import Any
 from radar_service.fidelity import PRESETS
 from radar_service.scene.materials import MATERIALS, power_reflectivity
 from radar_service.scene.model import SceneModel
-from radar_service.stream.app import create_app
+from radar_service.stream.http.app import create_app
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(<!-- end -->)", flags=re.S)
