@@ -55,15 +55,14 @@ class TriangleScene:
         origins, directions = self._as_float32(origin, direction)
         return np.asarray(self._scene.run(origins, directions), dtype=np.int64)
 
-    def hidden(self, origin: Floats, direction: Floats, reach: Floats | float) -> NDArray[np.bool_]:
-        """Whether a triangle stands within `reach` (M,), in lengths of `direction`, of the origin along each ray."""
+    def occluded(self, origin: Floats, direction: Floats, reach: Floats | float) -> NDArray[np.bool_]:
+        """Whether each ray meets a triangle within `reach` (M,), in lengths of `direction`."""
         if len(direction) == 0:
             return np.zeros(0, dtype=np.bool_)
         origins, directions = self._as_float32(origin, direction)
         dists = np.array(np.broadcast_to(reach, (len(directions),)), dtype=np.float32)
         hits = self._scene.run(origins, directions, dists=dists, query="OCCLUDED")
-        occluded: NDArray[np.bool_] = np.asarray(hits) >= 0
-        return occluded
+        return np.asarray(np.asarray(hits) >= 0)
 
     def hit_distance(self, triangle: NDArray[np.int64], origin: Floats, direction: Floats) -> Floats:
         """Where each ray meets the plane of its triangle, in lengths of `direction`, in float64. Shapes (M,), as above."""

@@ -14,8 +14,8 @@ from radar_service.scene.poses import BodyPose
 from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.types import Flags, Floats, Indices
 
-NEARLY = 2e-3  # m; float32 places a hit on a body of a few km to about 1 mm (Embree's own rounding)
-NEARLY_RELATIVE = 2e-6  # of the sight line's length: float32 rounding of its direction
+TOLERANCE = 2e-3  # m; float32 places a hit on a body of a few km to about 1 mm (Embree's own rounding)
+RELATIVE_TOLERANCE = 2e-6  # of the sight line's length: float32 rounding of its direction
 
 
 class Occluder:
@@ -48,16 +48,16 @@ class Occluder:
         line = (low + high) / 2.0 - antenna[:2]
         toward = map_from_body(self._scene.centre, pose.position, pose.heading)[:2] - antenna[:2]
         along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
-        return float(np.hypot(*(toward - along * line))) <= width + self._scene.radius * 1.001 + NEARLY
+        return float(np.hypot(*(toward - along * line))) <= width + self._scene.radius * 1.001 + TOLERANCE
 
     def occludes(self, pose: BodyPose, antenna: Floats, points: Floats) -> Flags:
         """Which of `points` (E, 3) of other bodies this one occludes from `antenna` (3,), both on the map [m]."""
         origin, sight = self._sight_lines(pose, antenna, points)
         near = self._close_to_body(origin, sight)
-        hidden = np.zeros(len(sight), dtype=np.bool_)
+        occluded = np.zeros(len(sight), dtype=np.bool_)
         reach = 1.0 - _slack(sight[near])
-        hidden[near] = self._scene.hidden(origin, sight[near], np.maximum(reach, 0.0))
-        return hidden
+        occluded[near] = self._scene.occluded(origin, sight[near], np.maximum(reach, 0.0))
+        return occluded
 
     def self_occluded(self, pose: BodyPose, antenna: Floats, points: Floats, own: tuple[Indices, Indices]) -> Flags:
         """Which points (E, 3) of this body are occluded from `antenna` (3,) by other parts of it, on the map [m].
@@ -67,11 +67,11 @@ class Occluder:
         """
         origin, sight = self._sight_lines(pose, antenna, points)
         hit = self._scene.first_hit(origin, sight)
-        hidden = (hit >= 0) & ((hit < own[0]) | (hit >= own[1]))
-        candidates = np.flatnonzero(hidden)
+        occluded = (hit >= 0) & ((hit < own[0]) | (hit >= own[1]))
+        candidates = np.flatnonzero(occluded)
         distance = self._scene.hit_distance(hit[candidates], origin, sight[candidates])
-        hidden[candidates] = distance < 1.0 - _slack(sight[candidates])
-        return hidden
+        occluded[candidates] = distance < 1.0 - _slack(sight[candidates])
+        return occluded
 
     def _sight_lines(self, pose: BodyPose, antenna: Floats, points: Floats) -> tuple[Floats, Floats]:
         origin = pose.frame_from_map(antenna, self._earth_radius)
@@ -83,7 +83,7 @@ class Occluder:
         length2 = np.einsum("ij,ij->i", sight, sight)
         along = np.clip(sight @ toward / np.maximum(length2, 1e-12), 0.0, 1.0)
         miss = toward - sight * along[:, None]
-        near: Flags = np.einsum("ij,ij->i", miss, miss) <= (self._scene.radius * 1.001 + NEARLY) ** 2
+        near: Flags = np.einsum("ij,ij->i", miss, miss) <= (self._scene.radius * 1.001 + TOLERANCE) ** 2
         return near
 
 
@@ -95,13 +95,13 @@ def curved_vertices(mesh: Mesh, earth_radius: float) -> Floats:
 
 
 def beyond_horizon(distance: Floats, height: Floats, antenna_height: float, earth_radius: float) -> Flags:
-    """Whether the sea stands between, past the `horizon`. What lies under the sea is hidden too.
+    """Whether the sea occludes: beyond the `horizon`, and below the surface.
 
-    distance: along the earth (E,) [m]; height above the sea (E,) [m]. With earth_radius inf nothing above 0 is hidden.
+    distance: along the earth (E,) [m]; height above the sea (E,) [m]. With earth_radius inf nothing above 0 is occluded.
     """
     return np.asarray((height < 0) | (distance > horizon(height, antenna_height, earth_radius)))
 
 
 def _slack(sight: Floats) -> Floats:
     length = np.sqrt(np.einsum("ij,ij->i", sight, sight))  # a third of the time of linalg.norm
-    return np.asarray(NEARLY / np.maximum(length, NEARLY) + NEARLY_RELATIVE)
+    return np.asarray(TOLERANCE / np.maximum(length, TOLERANCE) + RELATIVE_TOLERANCE)

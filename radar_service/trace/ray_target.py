@@ -1,40 +1,37 @@
-"""Where rays from the antenna first meet triangles, over the curved earth and with bodies that move.
+"""First hits of rays from the antenna on one rigid body, over the curved earth.
 
-A ray is straight in the antenna's coordinates, z = up - d^2 / (2 ae) - antenna height, d from the antenna. A body is bent
-about its own origin, d counted from there. With b the antenna's offset from that origin, the one follows from the other by
+A ray is straight in the antenna's coordinates, z = up - d^2 / (2 ae) - antenna height, d from the antenna. A body is curved
+about its own origin, with d from there. With b the antenna's offset from that origin, the two are related by
 
     z' = z + b_up - |b|^2 / (2 ae) - (q . b) / ae,    q: the horizontal part in the antenna's coordinates,
 
-which is linear in the place: straight rays stay straight, a ray's direction loses (q . b) / ae of its rise, and what is one
-length along it stays one length. So a unit ray's distance in the body's frame is the slant range.
+which is linear in the position. Straight rays stay straight, a ray's direction loses (q . b) / ae of its rise, and distances
+along it stay the same. So a unit ray's distance in the body's frame is the slant range.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.frames import body_rotation
 from radar_service.scene.body import Mesh
 from radar_service.scene.poses import BodyPose
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.occluder import curved_vertices
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from radar_service.types import Flags, Floats, Indices
 
 
 class RayTarget:
-    """A rigid set of triangles that rays are thrown at, bent about its own origin once."""
+    """A rigid set of triangles for rays, curved about its own origin once."""
 
     def __init__(self, mesh: Mesh, earth_radius: float) -> None:
         self._triangles = TriangleScene(curved_vertices(mesh, earth_radius), mesh.faces)
         self._earth_radius = earth_radius
 
     def first_hit(self, pose: BodyPose, antenna: Floats, ray: Floats) -> tuple[Indices, Floats]:
-        """Triangle (M,), -1 where none, and slant range (M,) [m], inf where none, at which each unit ray (M, 3) of the
-        antenna (3,) first meets this target; the range is decided in float64."""
-        origin, local = self._carried(pose, antenna, ray)
+        """First hit of each unit ray (M, 3) from the antenna (3,): triangle (M,), -1 for none, and slant range (M,) [m], inf for
+        none, computed in float64."""
+        origin, local = self._in_body_frame(pose, antenna, ray)
         triangle = np.full(len(ray), -1, dtype=np.int64)
-        near = self._near(origin, local)
+        near = self._close_to_body(origin, local)
         triangle[near] = self._triangles.first_hit(origin, local[near])
         distance = np.full(len(ray), np.inf)
         hit = np.flatnonzero(triangle >= 0)
@@ -44,26 +41,26 @@ class RayTarget:
         return triangle, distance
 
     def point(self, pose: BodyPose, antenna: Floats, ray: Floats, distance: Floats) -> Floats:
-        """Points (H, 3) [m] of the body's own frame, unbent, that lie `distance` (H,) [m] along unit rays (H, 3)."""
-        origin, local = self._carried(pose, antenna, ray)
+        """Points (H, 3) [m] of the body's own frame, not curved, that lie `distance` (H,) [m] along unit rays (H, 3)."""
+        origin, local = self._in_body_frame(pose, antenna, ray)
         point = origin + local * distance[:, None]
         point[:, 2] += (point[:, 0] ** 2 + point[:, 1] ** 2) / (2.0 * self._earth_radius)
         return point
 
-    def _carried(self, pose: BodyPose, antenna: Floats, ray: Floats) -> tuple[Floats, Floats]:
-        """Origin (3,) and directions (M, 3) of the antenna's rays in the body's bent frame."""
+    def _in_body_frame(self, pose: BodyPose, antenna: Floats, ray: Floats) -> tuple[Floats, Floats]:
+        """Origin (3,) and directions (M, 3) of the antenna's rays in the body's curved frame."""
         offset = antenna - pose.position
         local = ray.copy()
         local[:, 2] -= (ray[:, :2] @ offset[:2]) / self._earth_radius
         return pose.frame_from_map(antenna, self._earth_radius), local @ body_rotation(pose.heading)
 
-    def _near(self, origin: Floats, ray: Floats) -> NDArray[np.bool_]:
+    def _close_to_body(self, origin: Floats, ray: Floats) -> Flags:
         """Which rays pass the target's bounding sphere, ahead of the antenna."""
         toward = self._triangles.centre - origin
         radius = self._triangles.radius * 1.001 + 0.01  # float32 rounds the triangles, at most by mm
         along = np.maximum(ray @ toward, 0.0) / np.einsum("ij,ij->i", ray, ray)
         miss = toward - ray * along[:, None]
-        near: NDArray[np.bool_] = np.einsum("ij,ij->i", miss, miss) <= radius**2
+        near: Flags = np.einsum("ij,ij->i", miss, miss) <= radius**2
         return near
 
 

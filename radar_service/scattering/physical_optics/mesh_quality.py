@@ -1,4 +1,4 @@
-"""What `check` says of bodies by physical optics: whether their facets serve, and what mirrors into what."""
+"""Mesh quality for physical optics, as `check` reports it: facet sizes, concavity, curvature."""
 
 import math
 
@@ -11,56 +11,57 @@ from radar_service.scattering.physical_optics.patches import COPLANAR, faces_som
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.world import Scene
 
-SMOOTH = math.radians(30.0)  # a bend of less than this between facets may stand for a curve, more is an edge
-FINE = 1.0 / 50.0  # of the wavelength, 0.6 mm at X band: curves that sag no more err by 0.5 dB at most (scene/shapes.py)
+MAX_CURVE_BEND = math.radians(30.0)  # between facets: less may approximate a curve, more is an edge
+MAX_SAG = 1.0 / 50.0  # of the wavelength, 0.6 mm at X band: curves that sag no more err by 0.5 dB at most (scene/shapes.py)
 
 
 def mesh_quality(scene: Scene, bounces: int) -> dict[str, list[str]]:
-    """A few sentences on each body by physical optics, by its name, where it stands at t = 0."""
+    """Sentences about each body by physical optics, by its name, for its pose at t = 0."""
     return {
-        body.name: _remarks(body, body.mesh, scene, bounces)
+        body.name: _body_quality(body, body.mesh, scene, bounces)
         for body in scene.bodies
         if body.scattering == "optics" and body.mesh is not None
     }
 
 
-def _remarks(body: Body, mesh: Mesh, scene: Scene, bounces: int) -> list[str]:
+def _body_quality(body: Body, mesh: Mesh, scene: Scene, bounces: int) -> list[str]:
     distance = math.dist(body.middle_at(0.0), scene.antenna(0.0)[0]) - body.radius
     limit = longest_edge(distance, scene.radar.range_resolution, scene.radar.wavelength)
     corners = mesh.vertices[mesh.faces]
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
     cut = f", cut to {limit:.3g} m" if longest > limit else ""
-    said = [f"optics: facets up to {longest:.3g} m long{cut}; {_mirrors(mesh, bounces)}"]
-    return said + _curves(mesh, scene.radar) + _coarser(body, scene.radar, distance)
+    sentences = [f"optics: facets up to {longest:.3g} m long{cut}; {_concavity(mesh, bounces)}"]
+    return sentences + _curves(mesh, scene.radar) + _enlargement(body, scene.radar, distance)
 
 
-def _mirrors(mesh: Mesh, bounces: int) -> str:
+def _concavity(mesh: Mesh, bounces: int) -> str:
     facing = concave(mesh)
     if not facing:
-        return "convex: no facet mirrors into another"
-    return f"concave: {facing} of {len(mesh.faces)} facets face others, up to {bounces} bounces are followed"
+        return "convex: no facet reflects onto another"
+    return f"concave: {facing} of {len(mesh.faces)} facets face others, up to {bounces} bounces are computed"
 
 
 def concave(mesh: Mesh) -> int:
-    """How many triangles have any part of the body before a side of theirs that is not its inside."""
+    """How many triangles have a part of the body in front of an outer side of theirs."""
     may_rebounce, outside = faces_something(mesh), outward_side(mesh)
     return int(np.count_nonzero((may_rebounce[:, 0] & (outside >= 0)) | (may_rebounce[:, 1] & (outside <= 0))))
 
 
 def _curves(mesh: Mesh, radar: Radar) -> list[str]:
-    sag, wanted = curve_sag(mesh), FINE * radar.wavelength
+    sag, limit = curve_sag(mesh), MAX_SAG * radar.wavelength
     if sag == 0.0:
         return []
-    if sag <= wanted:
-        return [f"curves are kept to {1e3 * sag:.2g} mm, fine at a wavelength of {1e3 * radar.wavelength:.3g} mm"]
+    if sag <= limit:
+        return [f"curves sag by at most {1e3 * sag:.2g} mm, fine at a wavelength of {1e3 * radar.wavelength:.3g} mm"]
     return [
-        f"bends below {math.degrees(SMOOTH):.0f} degrees, if they stand for curves, leave facets up to {1e3 * sag:.3g} mm off "
-        f"them; beyond {1e3 * wanted:.2g} mm, 1/50 of the wavelength, curves err by over 0.5 dB: refine those that matter"
+        f"bends below {math.degrees(MAX_CURVE_BEND):.0f} degrees, if they approximate curves, leave facets up to "
+        f"{1e3 * sag:.3g} mm off them; beyond {1e3 * limit:.2g} mm, 1/50 of the wavelength, curves err by over 0.5 dB: refine "
+        "those that matter"
     ]
 
 
 def curve_sag(mesh: Mesh) -> float:
-    """How far [m] at most a facet lies from the curve that it and its neighbours stand for, 0 where nothing is curved.
+    """The greatest distance [m] of a facet from the curve that it and its neighbours approximate; 0 where nothing is curved.
 
     The sum over its edges of bend x height over the edge / 8: that of a strip of a cylinder, bent at both sides of its two
     triangles, exactly; of an equilateral triangle on a sphere 9/8 of e^2 / (6 r).
@@ -73,18 +74,18 @@ def curve_sag(mesh: Mesh) -> float:
     pairs = np.stack(shared_edges(mesh))
     one, other = normal[pairs // 3]
     bend = np.arcsin(np.minimum(np.linalg.norm(np.cross(one, other), axis=1), 1.0))  # whichever way each is wound
-    curved = (bend > COPLANAR) & (bend < SMOOTH)
+    curved = (bend > COPLANAR) & (bend < MAX_CURVE_BEND)
     sag = np.zeros(len(normal))
     for edge in pairs[:, curved]:
         np.add.at(sag, edge // 3, bend[curved] * height.ravel()[edge] / 8.0)
     return float(sag.max(initial=0.0))
 
 
-def _coarser(body: Body, radar: Radar, distance: float) -> list[str]:
+def _enlargement(body: Body, radar: Radar, distance: float) -> list[str]:
     times = facet_enlargement(body, radar, distance)
     if times == 1.0:
         return []
     return [
-        f"too large to be cut so fine: at most {MAX_FACETS} pieces, {times:.1f} times longer than they should be, so that echoes "
-        "spread over a cell or two and flashes near by are too bright; split the body or declare rcs_dbsm"
+        f"too large for fine facets: at most {MAX_FACETS}, {times:.1f} times longer than they should be, so that echoes spread "
+        "over a cell or two and flashes at short range are too bright; split the body or declare rcs_dbsm"
     ]

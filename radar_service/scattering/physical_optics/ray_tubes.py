@@ -25,7 +25,7 @@ Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles
 
 OFFSET = 1e-3  # m; a bounce starts this far off its surface (embree.md: 0.1 mm still hits itself in 7 % of cases)
 OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
-GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long and no longer what its middle ray says
+GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,17 @@ class Wave:
 
 @dataclass(frozen=True)
 class RayTubes:
-    """Tubes (M,) where they hit a surface: corners there (M, 3, 3) and their middle (M, 3) [m], its unit normal on the lit
-    side, its triangle; direction of travel and field (M, 3) as they arrive; where each began (M, 3), and its path [m] from
-    there to here."""
+    """Ray tubes (M,) where they hit a surface.
+
+    corners: (M, 3, 3) of the footprint [m].
+    centre: (M, 3) of the footprint [m].
+    normal: (M, 3), of unit length, on the lit side.
+    triangle: (M,) of the mesh.
+    direction: (M, 3) of travel, of unit length.
+    field: (M, 3) that arrives, over that at the first surface.
+    begin: (M, 3) centre of the first footprint [m].
+    inner: (M,) path from there to here [m].
+    """
 
     corners: Floats
     centre: Floats
@@ -60,9 +68,9 @@ class RayTubes:
         return len(self.inner)
 
     def chosen(self, which: Indices) -> "RayTubes":
-        """Some of them."""
+        """The tubes `which`, rising indices."""
         if len(which) == len(self):
-            return self  # indices rise, so it is all of them
+            return self  # all of them
         return RayTubes(*(getattr(self, name).take(which, axis=0) for name in self.__dataclass_fields__))
 
 
@@ -76,11 +84,11 @@ class Planes(NamedTuple):
 def illuminated_facets(
     facets: Facets, planes: Planes, outside: NDArray[np.int8], antenna: Floats, wave: Wave, visible: Visible
 ) -> RayTubes:
-    """The tubes that fall from the antenna (3,) on the pieces it sees, whichever way these are wound.
+    """The tubes from the antenna (3,) to all facets visible to it, whichever way these are wound.
 
-    outside: (F,) as from `outward_side`; what is seen from within a closed body is no use looking at.
+    outside: (F,) as from `outward_side`; the inner side of a closed body is never lit.
     """
-    above = np.einsum("ij,ij->i", planes.normal, antenna - planes.point)  # a whole triangle turns its face, or its back
+    above = np.einsum("ij,ij->i", planes.normal, antenna - planes.point)  # all facets of a triangle show the same side
     lit = np.flatnonzero((above * outside + (outside == 0) > 0.0).take(facets.triangle))
     centre, triangle = facets.centre.take(lit, axis=0), facets.triangle.take(lit)
     kept = np.flatnonzero(visible(centre, triangle))
@@ -92,36 +100,36 @@ def illuminated_facets(
 
 
 def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, may_rebounce: Flags, bounces: int) -> Iterator[RayTubes]:
-    """The tubes where they first fall, and again after each mirror, up to `bounces` surfaces in all.
+    """The tubes at their first surface, and again after each reflection, up to `bounces` surfaces in all.
 
-    hollow: (F, 2) whether there is anything to hit before the front and before the back of each triangle.
+    may_rebounce: (F, 2) whether there is anything to hit before the front and before the back of each triangle.
     """
     for bounce in range(bounces):
         if not len(tubes):
             return
         yield tubes
         if bounce + 1 < bounces:
-            tubes = _onward(tubes, planes, scene, may_rebounce)
+            tubes = _reflected(tubes, planes, scene, may_rebounce)
 
 
-def _onward(tubes: RayTubes, planes: Planes, scene: TriangleScene, may_rebounce: Flags) -> RayTubes:
-    """The tubes that another surface of the body catches after this one, where it does."""
-    tubes = tubes.chosen(_before_something(tubes, planes, may_rebounce))
+def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, may_rebounce: Flags) -> RayTubes:
+    """The tubes that hit another surface of the body after reflection at this one."""
+    tubes = tubes.chosen(_may_hit_more(tubes, planes, may_rebounce))
     direction, field = mirrored(tubes.direction, tubes.field, tubes.normal)
     offset = OFFSET + OFFSET_RELATIVE * scene.radius
     hit = scene.first_hit(tubes.centre + offset * tubes.normal, direction)
-    caught = np.flatnonzero(hit >= 0)
-    tubes = replace(tubes.chosen(caught), direction=direction[caught], field=field[caught], triangle=hit[caught])
-    return _landed(tubes, planes)
+    hitting = np.flatnonzero(hit >= 0)
+    tubes = replace(tubes.chosen(hitting), direction=direction[hitting], field=field[hitting], triangle=hit[hitting])
+    return _projected(tubes, planes)
 
 
-def _before_something(tubes: RayTubes, planes: Planes, may_rebounce: Flags) -> Indices:
+def _may_hit_more(tubes: RayTubes, planes: Planes, may_rebounce: Flags) -> Indices:
     front = np.einsum("ij,ij->i", tubes.normal, planes.normal.take(tubes.triangle, axis=0)) > 0.0
     return np.flatnonzero(may_rebounce[tubes.triangle, np.where(front, 0, 1)])
 
 
-def _landed(tubes: RayTubes, planes: Planes) -> RayTubes:
-    """Tubes on their way to `triangle`, carried into its plane; those that would graze it or lie behind it are left out."""
+def _projected(tubes: RayTubes, planes: Planes) -> RayTubes:
+    """Tubes projected along their direction onto the plane of `triangle`, without those that graze it or lie behind it."""
     point, normal = planes.point.take(tubes.triangle, axis=0), planes.normal.take(tubes.triangle, axis=0)
     facing = np.einsum("ij,ij->i", normal, tubes.direction)
     normal = np.where(facing[:, None] > 0.0, -normal, normal)
@@ -129,12 +137,12 @@ def _landed(tubes: RayTubes, planes: Planes) -> RayTubes:
     steep = np.flatnonzero(facing < -GRAZING)
     tubes, normal, facing = tubes.chosen(steep), normal[steep], facing[steep]
     height = np.einsum("mij,mj->mi", tubes.corners - point[steep, None, :], normal)
-    geometry = height / -facing[:, None]
-    landed = tubes.corners + geometry[:, :, None] * tubes.direction[:, None, :]
-    middle = (geometry[:, 0] + geometry[:, 1] + geometry[:, 2]) / 3.0
+    travel = height / -facing[:, None]
+    corners = tubes.corners + travel[:, :, None] * tubes.direction[:, None, :]
+    middle = (travel[:, 0] + travel[:, 1] + travel[:, 2]) / 3.0
     centre = tubes.centre + middle[:, None] * tubes.direction
-    landing = replace(tubes, corners=landed, centre=centre, normal=normal, inner=tubes.inner + middle)
-    return landing.chosen(np.flatnonzero(middle > 0.0))
+    projected = replace(tubes, corners=corners, centre=centre, normal=normal, inner=tubes.inner + middle)
+    return projected.chosen(np.flatnonzero(middle > 0.0))
 
 
 def scattered_field(tubes: RayTubes, launch: Floats, receive: Floats, wave: Wave) -> tuple[Floats, Complexes]:
@@ -162,9 +170,9 @@ def scattered_field(tubes: RayTubes, launch: Floats, receive: Floats, wave: Wave
     return launch - behind * ((first + tubes.inner + last) / 2.0)[:, None], amplitude
 
 
-def _sight(antenna: Floats, places: Floats) -> tuple[Floats, Floats]:
-    """Unit vectors (M, 3) and distances (M,) from places to the antenna (3,)."""
-    offset = antenna - places
+def _sight(antenna: Floats, points: Floats) -> tuple[Floats, Floats]:
+    """Unit vectors (M, 3) and distances (M,) from points to the antenna (3,)."""
+    offset = antenna - points
     distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))  # a third of the time of linalg.norm
     return offset / np.maximum(distance, 1e-9)[:, None], distance
 
