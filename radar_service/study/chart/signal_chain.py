@@ -115,12 +115,13 @@ def scan_grid(radar: Radar, compression: Compression, across: int) -> Run:
     beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
     rows = grid_rows(radar.azimuths, beamwidth)
     kernel = azimuth_kernel(beamwidth, rows, across)
+    gain = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
 
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
         column = echoes.range / radar.range_step - 0.5
         grid = spread((rows, compression.size), row, column, echoes.amplitude, kernel, compression.kernel)
-        scan = beam_filter(grid, radar.azimuth_gain, kernel, radar.azimuths)
+        scan = beam_filter(grid, gain, kernel, radar.azimuths)
         return np.concatenate([compression.profiles(scan[spokes[i : i + BLOCK]]) for i in range(0, len(spokes), BLOCK)])
 
     return run
@@ -133,7 +134,8 @@ def moving_beam(radar: Radar, fidelity: Fidelity) -> Run:
     """
     compression, count = compression_for(radar, fidelity.kernel_width), min(BLOCK, fidelity.azimuths_per_block)
     extent, span = min(np.pi, fidelity.beam_extent * radar.beamwidth), BLOCK * radar.azimuth_step
-    table = BeamTable(radar.azimuth_gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
+    gain = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
+    table = BeamTable(gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
     reach = extent + count * radar.azimuth_step / 2.0
 
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
