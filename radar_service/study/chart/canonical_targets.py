@@ -8,14 +8,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.radar.parameters import Radar
 from radar_service.random import CHART, generator
+from radar_service.scene.body import Body, Mesh, Scattering
 from radar_service.scene.materials import material_from_name
+from radar_service.scene.motion import Motion
 from radar_service.scene.shapes import SHAPES
-from radar_service.scene.world import Body, Mesh, Motion, Radar, Scattering, Scene
+from radar_service.scene.world import Scene
+from radar_service.types import Complexes, Floats, Indices
 
-Floats = NDArray[np.float64]
 SIDE = 20.0  # wavelengths of plates, legs and heights: 0.6 m at X band, where edges and near fields matter little
 RADIUS = 4.0  # wavelengths; the facets of built-in spheres and cylinders deviate by up to an eighth of one
 CORNER_TURN = np.deg2rad(15.0)  # largest turn of a corner, either way
@@ -108,11 +110,11 @@ def turntable_scene(scene: Scene, targets: list[CanonicalTarget], turns: Floats,
         size = float(np.ptp(target.mesh.vertices[:, 0])), float(np.ptp(target.mesh.vertices[:, 1]))
         bodies.append(Body(target.name, target.mesh, motion, steel, scattering or "rcs", declared, 0, None, *size))
     empty = replace(scene.environment, earth_factor=np.inf, multipath=False, gas_db_per_km=0.0, rain_mm_h=0.0)
-    return replace(scene, bodies=tuple(bodies), environment=empty)
+    return scene.with_world(bodies=tuple(bodies), environment=empty)
 
 
-def coherent_cross_sections(radar: Radar, antenna: Floats, position: Floats, amplitude: NDArray[np.complex128],
-                            body: NDArray[np.int64], count: int) -> Floats:  # fmt: skip
+def coherent_cross_sections(radar: Radar, antenna: Floats, position: Floats, amplitude: Complexes,
+                            body: Indices, count: int) -> Floats:  # fmt: skip
     """Returns the cross-sections (count,) [m^2] of bodies whose echoes add with their phases.
 
     position: of the echoes (M, 3) [m]; amplitude: (M,) [m]; body: index of the body of each echo (M,).

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from radar_service.scene.error import SceneError
@@ -25,8 +24,8 @@ from radar_service.study.chart.scattering_panel import MODELS, scattering_points
 from radar_service.study.chart.signal_chain import methods
 from radar_service.study.chart.summary import summary, summary_text
 from radar_service.study.plotting import png_bytes, svg_text
+from radar_service.types import Floats
 
-Floats = NDArray[np.float64]
 Result = TypeVar("Result")
 CONVERGED = 0.05 * np.log(10.0) / 10.0  # 0.05 dB
 MAX_REFINEMENTS = 3  # of the lattice of rays on a target

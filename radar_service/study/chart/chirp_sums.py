@@ -3,10 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.echo.echoes import Echoes
 from radar_service.frames import wrap_angle
-from radar_service.propagation.radar_equation import Echoes
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import printed_two_way
 from radar_service.receive.chirp_sum import (
@@ -19,10 +18,11 @@ from radar_service.receive.chirp_sum import (
     sample_delay,
     window,
 )
-from radar_service.study.chart.method import Floats, Indices, Method, Profiles, Run
+from radar_service.study.chart.method import Method, Run
 from radar_service.trace.ray_sampling import REACH
+from radar_service.types import Complexes, Floats, Indices, Profiles
 
-Sum = Callable[[Indices, Floats, Floats, NDArray[np.complex128], int], NDArray[np.complex128]]
+Sum = Callable[[Indices, Floats, Floats, Complexes, int], Complexes]
 Beam = Callable[[Floats], Floats]  # offset from boresight [rad] to the weight of an amplitude
 INTEGER_DELAY = "integer-delay chirps"
 
@@ -55,7 +55,7 @@ def chirps(radar: Radar, extent: float, beam: Beam, add: Sum) -> Run:
     replica = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
     weights = window(radar.window, replica.size)
 
-    def profile(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def profile(distance: Floats, amplitude: Complexes) -> Complexes:
         delay = sample_delay(distance, radar.sample_rate)
         received = add(delay, np.abs(amplitude), np.angle(amplitude), replica, radar.bins)
         return compress(received, replica, weights, radar.bins)
@@ -68,7 +68,7 @@ def exact_chirps(radar: Radar, extent: float, beam: Beam) -> Run:
     replica = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
     weights = window(radar.window, replica.size)
 
-    def profile(distance: Floats, amplitude: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def profile(distance: Floats, amplitude: Complexes) -> Complexes:
         received = exact_chirp_sum(
             distance, np.abs(amplitude), np.angle(amplitude), radar.bandwidth, radar.pulse, radar.sample_rate, radar.bins
         )
@@ -77,9 +77,7 @@ def exact_chirps(radar: Radar, extent: float, beam: Beam) -> Run:
     return _each_azimuth(radar, extent, beam, profile)
 
 
-def _each_azimuth(
-    radar: Radar, extent: float, beam: Beam, profile: Callable[[Floats, NDArray[np.complex128]], NDArray[np.complex128]]
-) -> Run:
+def _each_azimuth(radar: Radar, extent: float, beam: Beam, profile: Callable[[Floats, Complexes], Complexes]) -> Run:
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         profiles = np.empty((len(spokes), radar.bins), dtype=np.complex64)
         for k, spoke in enumerate(spokes):

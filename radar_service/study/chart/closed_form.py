@@ -1,62 +1,29 @@
 """The reference of the signal chain: the compressed pulse in closed form under the exact beam, echo by echo.
 
-It shares no code with the chain: it has no samples, transforms or kernels, and its own windows and patterns. The
-correlation of a chirp with its windowed copy is an integral of exponentials over their overlap, so it is a sum of sincs:
-y(tau) = int s(t) conj(w(t - tau) s(t - tau)) dt / int w dt, s(t) = exp(j pi K t^2). Author: this project.
+It shares no code with the chain: it has no samples, transforms or kernels, and its own windows and patterns.
 """
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.signal import windows
 from scipy.special import ndtr
 
-from radar_service.propagation.radar_equation import Echoes
-from radar_service.scene.world import Pattern, Radar, Taylor
+from radar_service.echo.echoes import Echoes
+from radar_service.radar.antenna import AntennaPattern
+from radar_service.radar.parameters import Radar
+from radar_service.radar.patterns import Cosine, Cosine2, Gaussian, Printed, Sinc2, Taylor
+from radar_service.study.compressed_pulse import compressed_chirp, cosine_coefficients
+from radar_service.types import Complexes, Floats
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 LIGHT = 299_792_458.0
 ECHOES_PER_BATCH = 128
 SINGULARITY_STEP = 1e-8  # distance kept from removable singularities: -160 dB
-WINDOWS = {  # Harris 1978; Nuttall 1981
-    "none": [1.0],
-    "hamming": [0.54, 0.46],
-    "hann": [0.5, 0.5],
-    "blackman": [0.42, 0.5, 0.08],
-    "blackman-harris": [0.35875, 0.48829, 0.14128, 0.01168],
-    "nuttall": [0.355768, 0.487396, 0.144232, 0.012604],
-}
-
-
-def cosine_coefficients(window: str) -> list[float]:
-    """Returns the coefficients of the window's cosine series about its middle; Taylor's come from scipy's samples."""
-    if window in WINDOWS:
-        return WINDOWS[window]
-    count = 256
-    samples = windows.taylor(count, nbar=5, sll=35, norm=False)
-    x = (np.arange(count) - (count - 1) / 2.0) / count
-    return [float(np.mean(samples * np.cos(2 * np.pi * m * x))) * (1 if m == 0 else 2) for m in range(5)]
+LineSource = Sinc2 | Cosine | Cosine2 | Taylor
 
 
 def compressed_pulse(delay: Floats, radar: Radar) -> Complexes:
-    """Returns the compressed unit echo at `delay` [s] from its peak, any shape; a chirp gives 0 beyond a pulse length.
-
-    About the middle of the overlap the product of the chirps is exp(2 pi j K tau x); a cosine is two exponentials.
-    """
+    """Returns the compressed unit echo at `delay` [s] from its peak, any shape; a chirp gives 0 beyond a pulse length."""
     if radar.modulation == "none":
         return unmodulated_pulse(delay, radar)
-    slope, pulse, coefficients = radar.bandwidth / radar.pulse, radar.pulse, cosine_coefficients(radar.window)
-    total = np.zeros(delay.shape, dtype=np.complex128)
-    overlaps = np.abs(delay) < pulse
-    tau = delay[overlaps]
-    length = pulse - np.abs(tau)
-    part = coefficients[0] * length * np.sinc(slope * tau * length) + 0j
-    for m, a in enumerate(coefficients[1:], start=1):
-        rotation = np.exp(1j * np.pi * m / pulse * tau)
-        above, below = (np.sinc((slope * tau + side * m / pulse) * length) for side in (1, -1))
-        part += 0.5 * a * length * (np.conj(rotation) * above + rotation * below)
-    total[overlaps] = part / (coefficients[0] * pulse)
-    return total
+    return compressed_chirp(delay, radar.bandwidth, radar.pulse, radar.window)
 
 
 def unmodulated_pulse(delay: Floats, radar: Radar) -> Complexes:
@@ -69,43 +36,45 @@ def unmodulated_pulse(delay: Floats, radar: Radar) -> Complexes:
     return np.asarray((ndtr(x + half) - ndtr(x - half)) / (2.0 * ndtr(half) - 1.0), dtype=np.complex128)
 
 
-def beam(offset: Floats, beamwidth: float, pattern: Pattern) -> Floats:
+def beam(offset: Floats, beamwidth: float, pattern: AntennaPattern) -> Floats:
     """Returns the one-way power gain relative to boresight at `offset` [rad], any shape.
 
-    Raises ValueError for an unknown pattern.
+    A pattern without a formula here, such as a table, uses its own gain.
     """
     wrapped = np.angle(np.exp(1j * offset))
-    if not isinstance(pattern, str | Taylor):
-        rows = np.array(pattern)
-        return np.asarray(np.exp(np.interp(np.abs(wrapped), rows[:, 0], np.log(np.maximum(rows[:, 1], 1e-30)))))
-    if pattern == "gaussian":
-        return np.asarray(0.5 ** ((2.0 * wrapped / beamwidth) ** 2))
-    if pattern == "printed":
-        return np.asarray(np.sinc(2.783 * wrapped / beamwidth) ** 2)
+    match pattern:
+        case Gaussian():
+            return np.asarray(0.5 ** ((2.0 * wrapped / beamwidth) ** 2))
+        case Printed():
+            return np.asarray(np.sinc(2.783 * wrapped / beamwidth) ** 2)
+        case Sinc2() | Cosine() | Cosine2() | Taylor():
+            return np.asarray(aperture(2.0 * _half_power(pattern) * wrapped / beamwidth, pattern) ** 2)
+    return pattern.gain(wrapped, beamwidth)
+
+
+def _half_power(pattern: LineSource) -> float:
+    """Returns the u at which the power of a line source is half of its peak, by bisection."""
     low, high = 0.3, 1.0  # half power of every aperture here lies between, in wavelengths over its length
     for _ in range(60):
         middle = (low + high) / 2.0
         low, high = (middle, high) if aperture(np.array([middle]), pattern)[0] ** 2 > 0.5 else (low, middle)
-    return np.asarray(aperture(2.0 * low * wrapped / beamwidth, pattern) ** 2)
+    return low
 
 
-def aperture(u: Floats, pattern: str | Taylor) -> Floats:
+def aperture(u: Floats, pattern: LineSource) -> Floats:
     """Returns the far field of a line source at u = (length / wavelength) sin(offset), 1 at 0.
 
-    Raises ValueError for an unknown pattern. Sources: Balanis 2016; Taylor 1955.
+    Sources: Balanis 2016; Taylor 1955.
     """
-    if pattern == "sinc2":
-        return np.asarray(np.sinc(u))
-    if pattern == "cosine":
-        shifted = u + SINGULARITY_STEP * (np.abs(np.abs(u) - 0.5) < SINGULARITY_STEP)
-        return np.asarray(np.cos(np.pi * shifted) / (1.0 - 4.0 * shifted**2))
     shifted = u + 2.0 * SINGULARITY_STEP * (np.abs(u - np.rint(u)) < SINGULARITY_STEP)
-    if pattern == "cosine2":
-        return np.asarray(np.sinc(shifted) / (1.0 - shifted**2))
-    if pattern == "taylor":
-        pattern = Taylor(30.0, 4)
-    if not isinstance(pattern, Taylor):
-        raise ValueError(f'pattern: the reference has sinc2, printed, gaussian, taylor, cosine and cosine2, not "{pattern}"')
+    match pattern:
+        case Sinc2():
+            return np.asarray(np.sinc(u))
+        case Cosine():
+            halves = u + SINGULARITY_STEP * (np.abs(np.abs(u) - 0.5) < SINGULARITY_STEP)
+            return np.asarray(np.cos(np.pi * halves) / (1.0 - 4.0 * halves**2))
+        case Cosine2():
+            return np.asarray(np.sinc(shifted) / (1.0 - shifted**2))
     n = np.arange(1, pattern.nbar)
     a = np.arccosh(10.0 ** (pattern.sidelobe_db / 20.0)) / np.pi
     zeros = pattern.nbar * np.sqrt((a**2 + (n - 0.5) ** 2) / (a**2 + (pattern.nbar - 0.5) ** 2))

@@ -5,19 +5,16 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.echo.echoes import Echoes
 from radar_service.frames import wrap_angle
-from radar_service.propagation.radar_equation import Echoes
 from radar_service.radar.parameters import Radar
 from radar_service.random import CHART, generator
-from radar_service.scene.world import Radar
 from radar_service.study.chart.closed_form import closed_form_field
 from radar_service.study.chart.method import BLOCK, Method
 from radar_service.study.chart.point import Point, time_interleaved
+from radar_service.types import Complexes, Indices, Profiles
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
 FLOOR_DB = -150.0  # the resolution of complex64
 
 
@@ -119,7 +116,7 @@ def _extrapolated(workload: Workload, method: Method, times: Sequence[float], id
     return tuple(idle / len(workload.timed) + max(t - idle, 0.0) / max(measured, 1) * mean for t in times)
 
 
-def relative_db(field: NDArray[np.complex64], reference: NDArray[np.complex128]) -> float:
+def relative_db(field: Profiles, reference: Complexes) -> float:
     """Returns the energy of the difference over that of the reference [dB], at least FLOOR_DB."""
     share = np.sum(np.abs(field - reference) ** 2) / np.sum(np.abs(reference) ** 2)
     return max(FLOOR_DB, float(10.0 * np.log10(max(share, 1e-300))))

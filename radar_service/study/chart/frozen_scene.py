@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from radar_service.echo.echoes import Echoes
 from radar_service.echo.resting import resting_echoes
-from radar_service.fidelity import PRESETS
+from radar_service.echo.second_time_around import max_echo_range
+from radar_service.fidelity import PRESETS, Fidelity
 from radar_service.frames import effective_earth_radius
-from radar_service.propagation.radar_equation import Echoes
-from radar_service.scattering.scatterer_set import build_scatterers
+from radar_service.scattering.model import ScatteringContext
+from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.scene.body import Body
 from radar_service.scene.motion import Motion
 from radar_service.scene.world import Scene
@@ -19,7 +21,8 @@ def frozen(scene: Scene) -> Scene:
     """Returns the scene with all poses of t = 0, without fluctuation, blind sectors and eclipsing."""
     bodies = tuple(replace(body, motion=_at_rest(body.motion), swerling=0) for body in scene.bodies)
     radar = replace(scene.radar, blind_sectors=(), eclipsing=False)
-    return replace(scene, bodies=bodies, own_ship=_at_rest(scene.own_ship), radar=radar)
+    platform = replace(scene.platform, motion=_at_rest(scene.platform.motion))
+    return replace(scene.with_world(bodies=bodies), radar=radar, platform=platform)
 
 
 def _at_rest(motion: Motion) -> Motion:
@@ -45,13 +48,16 @@ def occlusion_of(scene: Scene) -> OcclusionScene:
 
 def all_echoes(scene: Scene, seed: int) -> Echoes:
     """Returns the echoes of a frozen scene in the preset `balanced`, up to `max_echo_range`."""
-    fidelity, radar = PRESETS["balanced"], scene.radar
-    scatterers = build_scatterers(
-        scene.bodies, radar, scene.antenna(0.0)[0], fidelity.scatterers_per_cell, seed, range(len(scene.bodies))
-    )
-    return resting_echoes(scene, scatterers, occlusion_of(scene), max_echo_range(scene)).echoes
+    return echoes_of(scene, all_scatterers(scene, PRESETS["balanced"], seed), occlusion_of(scene))
 
 
-def max_echo_range(scene: Scene) -> float:
-    """Returns the largest range [m] of a target whose range sidelobes reach into the range window."""
-    return scene.radar.range_max + SPEED_OF_LIGHT * scene.radar.pulse / 2.0
+def all_scatterers(scene: Scene, fidelity: Fidelity, seed: int) -> ScattererSet:
+    """Returns the scatterers of all bodies of a scene."""
+    earth_radius = effective_earth_radius(scene.environment.earth_factor)
+    context = ScatteringContext(scene.radar, fidelity, seed, scene.antenna(0.0)[0], scene.bodies, earth_radius)
+    return build_scatterers(scene.bodies, range(len(scene.bodies)), context)
+
+
+def echoes_of(scene: Scene, scatterers: ScattererSet, occlusion: OcclusionScene) -> Echoes:
+    """Returns the echoes of scatterers in a frozen scene, up to `max_echo_range`."""
+    return resting_echoes(scene, scatterers, occlusion, max_echo_range(scene.radar)).echoes

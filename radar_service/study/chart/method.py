@@ -7,14 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from radar_service.propagation.radar_equation import Echoes
+from radar_service.echo.echoes import Echoes
 from radar_service.radar.parameters import Radar
+from radar_service.types import Floats, Indices, Profiles
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Profiles = NDArray[np.complex64]
 Run = Callable[[Echoes, Indices], Profiles]
 BLOCK = 16  # azimuths computed together, as in the engine
 

@@ -8,12 +8,11 @@ is the integral of gamma K G^2 / R^2 over the solid angle, where K is the consta
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.scene.world import Scene
 from radar_service.study.chart.closed_form import beam
+from radar_service.types import Flags, Floats, Indices
 
-Floats = NDArray[np.float64]
 LIGHT = 299_792_458.0
 EARTH = 6_371_000.0
 
@@ -27,7 +26,7 @@ class Window:
     near: float
     far: float
 
-    def contains(self, azimuth: Floats, distance: Floats) -> NDArray[np.bool_]:
+    def contains(self, azimuth: Floats, distance: Floats) -> Flags:
         """Whether echoes (E,) lie in it."""
         inside = (azimuth - self.azimuth) % (2.0 * np.pi) < self.angle
         return np.asarray(inside & (distance >= self.near) & (distance < self.far))
@@ -94,13 +93,13 @@ class ReferenceSurface:
         loss = distance[hit] ** 2 / nearest**4
         return float(np.sum(self._gamma[some[triangle[hit]]] * gain**2 * np.cos(elevation[hit]) * loss))
 
-    def _overlapping(self, azimuth: float, angle: float) -> NDArray[np.bool_]:
+    def _overlapping(self, azimuth: float, angle: float) -> Flags:
         """Whether triangles (F,) reach into the sector of `angle` [rad] clockwise from `azimuth` [rad]."""
         offset = (self._bearing - azimuth + np.pi) % (2.0 * np.pi) - np.pi
         surrounds = self._right - self._left > np.pi / 2  # under the antenna
         return np.asarray(surrounds | ((offset + self._right >= 0.0) & (offset + self._left <= angle)))
 
-    def _below_sea(self, elevation: Floats, distance: Floats) -> NDArray[np.bool_]:
+    def _below_sea(self, elevation: Floats, distance: Floats) -> Flags:
         """Whether rays meet the sea first: their height h + d tan(e) + d^2 / (2 ae) falls below 0 on the way."""
         h, slope = self._antenna[2], np.tan(elevation)
         ground = np.where(np.isfinite(distance), distance, 0.0) * np.cos(elevation)
@@ -123,7 +122,7 @@ def _nearest_ground(x: Floats, y: Floats) -> Floats:
     return np.where(within, 0.0, nearest)
 
 
-def _first_hit(corners: Floats, ray: Floats) -> tuple[Floats, NDArray[np.int64]]:
+def _first_hit(corners: Floats, ray: Floats) -> tuple[Floats, Indices]:
     """Returns the distance (M,) [m] along unit rays (M, 3) to the first of triangles (F, 3, 3), or inf, and its index."""
     if not len(corners):
         return np.full(len(ray), np.inf), np.zeros(len(ray), dtype=np.int64)

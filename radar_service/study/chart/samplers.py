@@ -8,31 +8,30 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from radar_service.echo.resting import resting_echoes
+from radar_service.echo.echoes import Echoes
 from radar_service.engine.documented import Solid, nearest
 from radar_service.fidelity import PRESETS
 from radar_service.frames import body_rotation, direction, wrap_angle
-from radar_service.propagation.radar_equation import Echoes, received_amplitude
+from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.random import CHART, generator
-from radar_service.scattering.rays import RayCaster, RaySampledSet
-from radar_service.scattering.scatterer_set import build_scatterers
+from radar_service.scattering.rays import RayCaster, RaySampledSurfaces
+from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.world import Scene
-from radar_service.study.chart.frozen_scene import max_echo_range
+from radar_service.study.chart.frozen_scene import all_scatterers, echoes_of
 from radar_service.study.chart.reference_surface import Window
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.ray_sampling import REACH, azimuth_offsets, elevation_offsets
+from radar_service.types import Floats, Indices
 
-Floats = NDArray[np.float64]
 RAYS = {500: 24, 2000: 24, 8000: 16, 32000: 8}  # rays in a box of 3 x 3 beamwidths: number of draws
 DOCUMENTED_DRAWS = 512  # of the documented rays, for all windows together
 DENSITIES = (0.25, 1.0, 4.0, 16.0)
 CALIBRATION_RANGE = 1000.0  # m; the documented level is relative and is calibrated here
 FAMILIES = {"rays": "uniform rays", "stratified": "stratified rays", "sobol": "Sobol' rays"}
 
-Powers = NDArray[np.float64]  # (T,) of each window [W]
+Powers = Floats  # (T,) of each window [W]
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ def samplers(scene: Scene, windows: list[Window], occlusion: OcclusionScene, max
 
     scene: a frozen one with diffuse surfaces only.
     """
-    presets = {p.scatterers_per_cell: n for n, p in PRESETS.items() if p.chain == "corrected" and p.sampler == "scatterers"}
+    presets = {p.scatterers_per_cell: n for n, p in PRESETS.items() if p.engine == "corrected" and p.sampler == "scatterers"}
     azimuths = scene.radar.azimuths
     result = []
     for density in DENSITIES:
@@ -87,18 +86,17 @@ def powers_in(windows: list[Window], echoes: Echoes) -> Powers:
 
 def scatterer_powers(scene: Scene, windows: list[Window], occlusion: OcclusionScene, per_cell: float, seed: int) -> Powers:
     """Returns the powers (T,) [W] by scatterers, drawn anew on every body."""
-    keys = range(len(scene.bodies))
-    scatterers = build_scatterers(scene.bodies, scene.radar, scene.antenna(0.0)[0], per_cell, seed, keys)
-    return powers_in(windows, resting_echoes(scene, scatterers, occlusion, max_echo_range(scene)).echoes)
+    fidelity = replace(PRESETS["balanced"], scatterers_per_cell=per_cell)
+    return powers_in(windows, echoes_of(scene, all_scatterers(scene, fidelity, seed), occlusion))
 
 
 def ray_powers(scene: Scene, windows: list[Window], occlusion: OcclusionScene, sampler: str, rays: int, seed: int) -> Powers:
     """Returns the powers (T,) [W] by one scan of rays, each weighted by its solid angle."""
     radar = replace(scene.radar, rays=rays)
     caster = RayCaster(scene.bodies, radar, occlusion.earth_radius, sampler, seed)
-    none = build_scatterers([], radar, scene.antenna(0.0)[0], 1.0, seed, [])
-    ray_echoes = RaySampledSet(scene.bodies, np.arange(len(scene.bodies)), none, caster)
-    return powers_in(windows, resting_echoes(scene, ray_echoes, occlusion, max_echo_range(scene)).echoes)
+    keys = np.arange(len(scene.bodies))
+    surfaces = ScattererSet(scene.bodies, keys, (RaySampledSurfaces(keys, caster),))
+    return powers_in(windows, echoes_of(scene, surfaces, occlusion))
 
 
 class DocumentedRays:
@@ -120,8 +118,8 @@ class DocumentedRays:
         self._gamma = np.array(gamma)
         self._nearby = [self._in_ray_box(window) for window in windows]
 
-    def _in_ray_box(self, window: Window) -> NDArray[np.int64]:
-        """Returns the bodies whose bounding sphere overlaps the box of rays; the documented chain traces no others."""
+    def _in_ray_box(self, window: Window) -> Indices:
+        """Returns the bodies whose bounding sphere overlaps the box of rays; the documented engine traces no others."""
         antenna, solids = self._scene.antenna(0.0)[0], self._solids
         centre = np.array([s.position + s.rotation @ s.triangles.centre for s in solids]) - antenna
         radius, ground = np.array([s.triangles.radius for s in solids]), np.hypot(centre[:, 0], centre[:, 1])
@@ -144,7 +142,7 @@ class DocumentedRays:
         hit = np.isfinite(first) & (antenna[2] + first * np.sin(elevation) >= 0.0)
         hit &= window.contains(azimuth, np.where(np.isfinite(first), first, 0.0))
         box = (3.0 * radar.beamwidth) * (3.0 * radar.beamwidth_el) / rays
-        gain = one_way_gain(elevation[hit] - radar.tilt, radar.beamwidth_el, radar.pattern_el)
+        gain = radar.pattern_el.gain(elevation[hit] - radar.tilt, radar.beamwidth_el)
         # The radar equation at 1 km
         level = received_amplitude(radar, np.full(1, CALIBRATION_RANGE))[0] * CALIBRATION_RANGE**3
         power = self._gamma[body[hit]] * box * (level * gain / (first[hit] ** 2 + 1.0)) ** 2

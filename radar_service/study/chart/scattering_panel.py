@@ -1,15 +1,15 @@
 """The third panel: cross-sections of canonical targets by each scattering model, at random turns."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.fidelity import PRESETS
-from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers, placed
+from radar_service.scattering.model import Instant
+from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.body import Scattering
-from radar_service.scene.poses import BodyPoses
+from radar_service.scene.poses import BodyPoses, map_from_ordered_bodies
 from radar_service.scene.world import Scene
 from radar_service.study.chart.canonical_targets import (
     DISTANCE,
@@ -19,11 +19,12 @@ from radar_service.study.chart.canonical_targets import (
     random_turns,
     turntable_scene,
 )
+from radar_service.study.chart.frozen_scene import all_scatterers
 from radar_service.study.chart.point import Point, time_interleaved
 from radar_service.study.chart.power_panel import mean_and_spread
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.types import Floats
 
-Floats = NDArray[np.float64]
 BOUNCES = (1, 2, 3)
 MODELS = 2 + len(BOUNCES)  # declared, diffuse, optics
 
@@ -42,8 +43,9 @@ class Model:
     def cross_sections(self, draw: int) -> Floats:
         """Returns the cross-sections (T,) [m^2] of all targets at the turns of a draw."""
         antenna, time = self.scene.antenna(0.0)[0], float(draw)
-        echoes = self.scatterers.reflections(self.occlusion, antenna, time, 2.0 * DISTANCE)
-        position = placed(echoes.position, echoes.body, BodyPoses(self.scatterers.bodies).poses_at(time))
+        echoes = self.scatterers.echoes(antenna, antenna, Instant(time, self.occlusion, 2.0 * DISTANCE))
+        poses = BodyPoses(self.scatterers.bodies).each_at(time)
+        position = map_from_ordered_bodies(echoes.position, echoes.body, poses)
         count = len(self.scatterers)
         return coherent_cross_sections(self.scene.radar, antenna, position, echoes.amplitude, echoes.body, count)
 
@@ -59,9 +61,7 @@ def scattering_models(scene: Scene, targets: list[CanonicalTarget], turns: Float
         family: str, setting: str, scattering: Scattering | None, bounces: int = 1, preset: str | None = None
     ) -> Model:
         turntables = turntable_scene(scene, targets, turns, scattering)
-        keys, per_cell = range(len(targets)), PRESETS["balanced"].scatterers_per_cell
-        antenna = turntables.antenna(0.0)[0]
-        scatterers = build_scatterers(turntables.bodies, scene.radar, antenna, per_cell, seed, keys, bounces)
+        scatterers = all_scatterers(turntables, replace(PRESETS["balanced"], bounces=bounces), seed)
         return Model(family, setting, scatterers, OcclusionScene(turntables.bodies, np.inf), turntables, preset)
 
     optics = [

@@ -6,21 +6,22 @@ from functools import partial
 import numpy as np
 import scipy.fft
 
-from radar_service.echo.range_history import TABLE_STEPS, BeamTable
+from radar_service.echo.echoes import Echoes
+from radar_service.echo.moving_beam import BeamTable
 from radar_service.fidelity import PRESETS, Fidelity
 from radar_service.frames import wrap_angle
-from radar_service.propagation.radar_equation import Echoes
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Radar
-from radar_service.receive.beam import azimuth_kernel, sweep
+from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for, waveform_spectra
-from radar_service.receive.gridding import Kernel, spread, spread_moving
+from radar_service.receive.gridding import Kernel, spread
 from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.study.chart.chirp_sums import chirp_sums
-from radar_service.study.chart.method import BLOCK, Floats, Indices, Method, Profiles, Run
+from radar_service.study.chart.method import BLOCK, Method, Run
+from radar_service.types import Floats, Indices, Profiles
 
 BALANCED = PRESETS["balanced"]
-CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.chain == "corrected"}
+CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.engine == "corrected"}
 WIDTHS = (2, 4, 6, 8)  # range bins of the kernel
 RATES = (1.0, 1.25, 2.0, 4.0)  # sampling rate over bandwidth
 EXTENTS = (1.5, 6.0, 24.0)  # beamwidths each side of boresight, beside those of the presets
@@ -111,16 +112,16 @@ def gridded(radar: Radar, fidelity: Fidelity) -> Run:
 
 def scan_grid(radar: Radar, compression: Compression, across: int) -> Run:
     """Returns a method that grids echoes in azimuth and range, `across` rows each, and filters the scan with the beam."""
-    beamwidth = aperture_beamwidth(radar.beamwidth, radar.pattern)
+    beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
     rows = grid_rows(radar.azimuths, beamwidth)
     kernel = azimuth_kernel(beamwidth, rows, across)
-    pattern = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
+    gain = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
 
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
         column = echoes.range / radar.range_step - 0.5
         grid = spread((rows, compression.size), row, column, echoes.amplitude, kernel, compression.kernel)
-        scan = sweep(grid, pattern, kernel, radar.azimuths)
+        scan = beam_filter(grid, gain, kernel, radar.azimuths)
         return np.concatenate([compression.profiles(scan[spokes[i : i + BLOCK]]) for i in range(0, len(spokes), BLOCK)])
 
     return run
@@ -131,23 +132,23 @@ def moving_beam(radar: Radar, fidelity: Fidelity) -> Run:
 
     It takes a few azimuths at a time and grids the echoes within the extent of the beam in range only.
     """
-    compression, combine_db = compression_for(radar, fidelity.kernel_width), min(BLOCK, fidelity.azimuths_per_block)
-    pattern = partial(one_way_gain, beamwidth=radar.beamwidth, pattern=radar.pattern)
+    compression, count = compression_for(radar, fidelity.kernel_width), min(BLOCK, fidelity.azimuths_per_block)
     extent, span = min(np.pi, fidelity.beam_extent * radar.beamwidth), BLOCK * radar.azimuth_step
-    table = BeamTable(pattern, radar.beamwidth, extent, span, fidelity.beam_table_oversampling * TABLE_STEPS)
-    reach = extent + combine_db * radar.azimuth_step / 2.0
+    gain = partial(radar.pattern.gain, beamwidth=radar.beamwidth)
+    table = BeamTable(gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
+    reach = extent + count * radar.azimuth_step / 2.0
 
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         blocks = []
-        for i in range(0, len(spokes), combine_db):
-            boresight = spokes[i : i + combine_db] * radar.azimuth_step
+        for i in range(0, len(spokes), count):
+            boresight = spokes[i : i + count] * radar.azimuth_step
             near = np.flatnonzero(np.abs(wrap_angle(boresight.mean() - echoes.azimuth)) <= reach)
             weight = table(wrap_angle(boresight - echoes.azimuth[near, None]).astype(np.float32))
             amplitude = (weight * echoes.amplitude[near, None]).astype(np.complex64)
             column = echoes.range[near] / radar.range_step - 0.5
             no_migration = np.zeros(amplitude.shape, np.float32)
             grid = np.zeros((len(boresight), compression.size), dtype=np.complex64)
-            spread_moving(grid, column, no_migration, amplitude, compression.tables)
+            compression.spread(grid, column, no_migration, amplitude)
             blocks.append(compression.profiles(grid))
         return np.concatenate(blocks)
 

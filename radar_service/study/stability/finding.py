@@ -5,9 +5,9 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from radar_service.types import Floats
+
 Response = Literal["no failure", "another method", "physical limit", "limited output", "warning", "refusal", "documented"]
 RESPONSES: dict[Response, str] = {
     "no failure": "the method did not fail",

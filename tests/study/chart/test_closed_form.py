@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from radar_service.echo.antenna import one_way_gain
 
-from radar_service.scene.world import Taylor
+from radar_service.radar.antenna import AntennaPattern
+from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.study.chart.closed_form import beam, closed_form_error_db, compressed_pulse
 from tests.reference.compressed_pulse import compressed_pulse as other_pulse
 from tests.scenes import radar
@@ -26,8 +26,15 @@ def test_closed_form_agrees_with_that_of_the_tests() -> None:
     )
 
 
-@pytest.mark.parametrize("pattern", ["sinc2", "taylor", "gaussian", "printed", "cosine", "cosine2", Taylor(25.0, 3)])
-def test_two_formulas_of_a_beam_agree(pattern: str | Taylor) -> None:
+@pytest.mark.parametrize("pattern", [*PATTERNS.values(), Taylor(25.0, 3)], ids=lambda pattern: pattern.description)
+def test_two_formulas_of_a_beam_agree(pattern: AntennaPattern) -> None:
     """The product of zeros and the sum of sincs agree to 1e-6 of boresight: -120 dB, below the error of every method."""
     offset = np.linspace(-np.pi, np.pi, 1001)[:-1]
-    np.testing.assert_allclose(beam(offset, 0.07, pattern), one_way_gain(offset, 0.07, pattern), atol=1e-6)
+    np.testing.assert_allclose(beam(offset, 0.07, pattern), pattern.gain(offset, 0.07), atol=1e-6)
+
+
+def test_a_pattern_without_a_formula_uses_its_own_gain() -> None:
+    """Offsets wrap around; equal to the rounding of 64 bits."""
+    table = Table(((0.0, 1.0), (0.05, 0.4), (0.2, 0.001)))
+    offset = np.linspace(-0.3, 0.3, 101)
+    np.testing.assert_allclose(beam(offset + 2.0 * np.pi, 0.07, table), table.gain(offset), atol=1e-12)

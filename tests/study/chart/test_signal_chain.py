@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from radar_service.propagation.radar_equation import Echoes
-from radar_service.scene.world import Radar
+from radar_service.echo.echoes import Echoes
+from radar_service.radar.parameters import Radar
 from radar_service.study.chart.closed_form import closed_form_error_db
 from radar_service.study.chart.field_panel import field_points, workload_of
 from radar_service.study.chart.point import Point
@@ -83,8 +83,8 @@ def test_a_truncated_beam_loses_the_energy_outside() -> None:
         [off[block == b][[0, -1]].mean() if abs(off[block == b][0]) < 2 else np.pi for b in range(block[-1] + 1)]
     )
     for extent in (1.5, 3.0, 6.0):
-        culled_bodies = np.abs(middle)[block] > extent * small.beamwidth + 8.0 * small.azimuth_step
-        share = np.sum(gain[culled_bodies] ** 2) / np.sum(gain**2)
+        beyond = np.abs(middle)[block] > extent * small.beamwidth + 8.0 * small.azimuth_step
+        share = np.sum(gain[beyond] ** 2) / np.sum(gain**2)
         assert error["azimuth by azimuth", f"{extent:g} beamwidths"] == pytest.approx(10 * np.log10(share), abs=0.3)
     wrong = np.where(np.abs(off) <= 1.5 * small.beamwidth, printed, 0.0) - gain
     share = np.sum(wrong**2) / np.sum(gain**2)

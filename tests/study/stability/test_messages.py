@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.plan.effects import starving_range
 from radar_service.scene.describe import describe, far_field
+from radar_service.trace.ray_sampling import missed_area_range
 from tests.scenes import point, radar, scene
 
 
 def test_plan_states_the_range_from_which_rays_miss_a_square_metre() -> None:
     """(1 - p)^2000 = 0.05: p = 1.4968e-3; the box is 11.7 x 75 degrees = 0.26730 sr, so R = 1 / sqrt(p box) = 49.99 m."""
-    assert starving_range(radar()) == pytest.approx(49.99, abs=0.01)
+    small = radar()
+    assert missed_area_range(small.rays, small.beamwidth, small.beamwidth_el) == pytest.approx(49.99, abs=0.01)
     assert "beyond 50 m" in str(rs.Simulator(scene([point("t", 0, 500)]), "documented").plan)
     assert "a square metre" not in str(rs.Simulator(scene([point("t", 0, 500)])).plan)
 
@@ -33,9 +34,9 @@ def test_plan_states_that_diffraction_is_missing_only_with_multipath() -> None:
 
 def test_check_states_the_loss_between_spokes() -> None:
     """A beam of one step loses half of the power each way, 6.02 dB; from 1 / 0.72 steps on there is no message."""
-    assert "6.0 dB are lost" in describe(scene(radar={"beamwidth_deg": 0.5}))
-    assert "are lost" in describe(scene(radar={"beamwidth_deg": 0.69}))
-    assert "are lost" not in describe(scene(radar={"beamwidth_deg": 0.70}))
+    assert "the loss is 6.0 dB" in describe(scene(radar={"beamwidth_deg": 0.5}))
+    assert "the loss is" in describe(scene(radar={"beamwidth_deg": 0.69}))
+    assert "the loss is" not in describe(scene(radar={"beamwidth_deg": 0.70}))
 
 
 def test_check_states_where_the_far_field_begins() -> None:

@@ -1,19 +1,20 @@
 """Motion and time: fast targets, slow rotation, Doppler within the pulse, long runs and large numbers."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from radar_service.constants import KNOT
 from radar_service.display.ppi import Ppi
-from radar_service.engine.pipeline import TILE, CorrectedChain
+from radar_service.engine.pipeline import Engine, Prepared, prepare, profiles, tile_azimuths
 from radar_service.fidelity import PRESETS
-from radar_service.frames import effective_earth_radius
 from radar_service.random import NOISE, generator
-from radar_service.scene.doubts import pulse_doppler_shift
+from radar_service.scene.checks.validity import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
-from radar_service.study.stability.closed_form import error_db, point, point_fields, pulse_response, scene_of
+from radar_service.study.compressed_pulse import compressed_chirp
+from radar_service.study.stability.closed_form import error_db, point, point_fields, scene_of
 from radar_service.study.stability.finding import (
     Axis,
     Expected,
@@ -24,10 +25,10 @@ from radar_service.study.stability.finding import (
     decades,
     plain,
 )
-from radar_service.trace.line_of_sight import OcclusionScene
 
 MAX_ERROR_DB = -50.0  # the accuracy that the engine promises for moving points
 DAY = 86_400.0
+SPOKES_IN_BLOCK = 16  # of the driven method
 SPOKES_PER_DAY = 288 * DAY  # 720 azimuths at 24 rpm
 WAVELENGTH = 299_792_458.0 / 9.41e9
 
@@ -73,7 +74,7 @@ def slow_turns(fine: int = 1) -> Finding:
         scene = scene_of(
             point(0, 300.0, speed_kn=12.0, course_deg=60), radar={"azimuths": 48, "rpm": float(rate), "range_max_m": 1200}
         )
-        blocks.append(_block_error(scene, TILE))
+        blocks.append(_block_error(scene, SPOKES_IN_BLOCK))
         engine.append(_block_error(scene, None))
     return Finding(
         name="slow rotation",
@@ -93,13 +94,13 @@ def slow_turns(fine: int = 1) -> Finding:
     )
 
 
-def _block_error(scene: Scene, rows: int | None) -> float:
-    """Returns the field error [dB] of the first scan, with `rows` spokes in a block, or as many as the engine chooses."""
-    chain, radar = _chain(scene), scene.radar
-    chain.rows = rows or chain.rows
-    field = np.concatenate([field for _, field, _ in chain.parts(0)])
+def _block_error(scene: Scene, tile: int | None) -> float:
+    """Returns the field error [dB] of the first scan, with `tile` spokes in a block, or as many as the engine chooses."""
+    prepared, radar = _prepared(scene), scene.radar
+    engine = Engine(prepared if tile is None else replace(prepared, tile=tile))
+    field = np.concatenate([field for _, field, _ in engine.tiles(0)])
     azimuth, time = radar.schedule(np.arange(radar.azimuths))
-    return error_db(field, point_fields(scene, time, azimuth, chain.range))
+    return error_db(field, point_fields(scene, time, azimuth, engine.range))
 
 
 def doppler_in_the_pulse(fine: int = 1) -> Finding:
@@ -126,9 +127,8 @@ def doppler_in_the_pulse(fine: int = 1) -> Finding:
     )
 
 
-def _chain(scene: Scene) -> CorrectedChain:
-    occlusion = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
-    return CorrectedChain(scene, PRESETS["balanced"], 0, occlusion)
+def _prepared(scene: Scene) -> Prepared:
+    return prepare(scene, PRESETS["balanced"], 0)
 
 
 def months(fine: int = 1) -> Finding:
@@ -136,15 +136,16 @@ def months(fine: int = 1) -> Finding:
     days = np.array([0.0, 1.0, 7.0, 30.0, 90.0, 365.0, 3650.0, 36_500.0, 365_000.0])
     motion = {"speed_kn": 12.0, "course_deg": 37.0}
     scene = scene_of(point(33.3, 301.7, **motion), own_ship=motion, environment={"earth": "flat"})
-    chain, radar = _chain(scene), scene.radar
+    prepared, radar = _prepared(scene), scene.radar
+    sample_range = Engine(prepared).range
     distance = np.hypot(33.3, 301.7)
     expected = np.exp(-4j * np.pi * distance / radar.wavelength)
     errors, clock = [], []
     for day in days:
         scan = int(day * DAY / radar.rotation_period)
-        field = chain.tile(scan, 0)[0]
+        field = profiles(prepared, tile_azimuths(prepared, scan, 0))[0]
         peak = int(np.argmax(np.abs(field)))
-        pulse = _phase_beside_peak(distance, chain.range[peak], radar.bandwidth, radar.pulse)
+        pulse = _phase_beside_peak(distance, sample_range[peak], radar.bandwidth, radar.pulse)
         errors.append(abs(float(np.angle(field[peak] / expected / pulse, deg=True))))
         spokes = (scan + 1) * radar.azimuths - 1
         clock.append(float(np.spacing(spokes * radar.spoke_period)) * 1e9)
@@ -170,7 +171,7 @@ def months(fine: int = 1) -> Finding:
 
 def _phase_beside_peak(distance: float, sample: float, bandwidth: float, pulse: float) -> complex:
     """Returns the phase factor of the compressed pulse at a sample beside its peak."""
-    value = complex(pulse_response(np.array(2.0 * (sample - distance) / 299_792_458.0), bandwidth, pulse, "hamming"))
+    value = complex(compressed_chirp(np.array(2.0 * (sample - distance) / 299_792_458.0), bandwidth, pulse, "hamming"))
     return value / abs(value)
 
 

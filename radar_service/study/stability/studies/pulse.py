@@ -6,29 +6,19 @@ from typing import Any
 import numpy as np
 
 from radar_service.receive.compression import compression_for
-from radar_service.scene.doubts import SPILLING_CHIRP
-from radar_service.scene.radar_model import LEAST_CHIRP
+from radar_service.scene.checks.validity import MIN_UNWINDOWED_PRODUCT
+from radar_service.scene.radar_model import MIN_CHIRP_PRODUCT
 from radar_service.simulator import Simulator
+from radar_service.study.compressed_pulse import compressed_chirp
 from radar_service.study.stability.closed_form import (
     echo_amplitude,
     error_db,
     point,
     point_fields,
-    pulse_response,
     scene_of,
 )
-from radar_service.study.stability.finding import (
-    Axis,
-    Expected,
-    Finding,
-    Floats,
-    bisect,
-    crossing,
-    curve,
-    decades,
-    decibels,
-    plain,
-)
+from radar_service.study.stability.finding import Axis, Expected, Finding, bisect, crossing, curve, decades, decibels, plain
+from radar_service.types import Floats
 
 BUDGET_DB = -40.0  # default error budget of the field
 KERNEL_DB = -60.0  # error of the engine's kernel
@@ -85,8 +75,9 @@ def short_chirps(fine: int = 1) -> Finding:
         boundary=crossing(products[::-1], np.array(unweighted)[::-1], BUDGET_DB, log=True),
         expected=Expected(13.5, 0.04, "measured; the service warns below 14"),
         response="warning",
-        instead=f"a warning below {SPILLING_CHIRP:g}, a refusal below {LEAST_CHIRP}",
-        details=f"The service refuses a product below {LEAST_CHIRP}. Without a window it warns below {SPILLING_CHIRP:g}.",
+        instead=f"a warning below {MIN_UNWINDOWED_PRODUCT:g}, a refusal below {MIN_CHIRP_PRODUCT}",
+        details=f"The service refuses a product below {MIN_CHIRP_PRODUCT}. Without a window it warns below "
+        f"{MIN_UNWINDOWED_PRODUCT:g}.",
     )
 
 
@@ -123,7 +114,7 @@ def far_end(fine: int = 1) -> Finding:
 
 def _pulse_power(distance: Floats, bandwidth: float, pulse: float, window: str) -> Floats:
     """Returns the power of the compressed pulse at distances [m] from its peak."""
-    return np.asarray(np.abs(pulse_response(2.0 * distance / 299_792_458.0, bandwidth, pulse, window)) ** 2)
+    return np.asarray(np.abs(compressed_chirp(2.0 * distance / 299_792_458.0, bandwidth, pulse, window)) ** 2)
 
 
 def range_ends(fine: int = 1) -> Finding:

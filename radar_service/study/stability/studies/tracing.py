@@ -6,22 +6,14 @@ from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import material_from_name
 from radar_service.scene.motion import Motion
+from radar_service.scene.poses import BodyPose
 from radar_service.scene.shapes import SHAPES
-from radar_service.study.stability.finding import (
-    Axis,
-    Expected,
-    Finding,
-    Floats,
-    bisect,
-    crossing,
-    curve,
-    decades,
-    plain,
-)
+from radar_service.study.stability.finding import Axis, Expected, Finding, bisect, crossing, curve, decades, plain
 from radar_service.trace.embree import TriangleScene
-from radar_service.trace.line_of_sight import OcclusionScene, Surface
+from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.moller_trumbore import printed_crossings, watertight_crossings
-from radar_service.trace.occluder import BodyPose, Occluder
+from radar_service.trace.occluder import Occluder
+from radar_service.types import Floats
 
 WAVELENGTH = 299_792_458.0 / 9.41e9
 DISTANCE = 1000.0  # m from the origins of the rays to the small triangles
@@ -221,9 +213,9 @@ def visibility_error(distance: float) -> float:
     antenna, position = np.array([0.0, 0.0, 15.0]), centre + bodies[0].motion.position[0]
     line = antenna - position
     cosine = np.einsum("ij,ij->i", line, normal) / np.linalg.norm(line, axis=1) / np.linalg.norm(normal, axis=1)
-    surface = Surface(np.zeros(len(centre), dtype=np.int64), np.arange(len(centre)))
+    points = SurfacePoints(np.zeros(len(centre), dtype=np.int64), np.arange(len(centre)), position)
     above, clear = position[:, 2] >= 0.0, np.abs(cosine) > np.sin(np.deg2rad(3.0))
-    visible = OcclusionScene(bodies, np.inf).visible(surface, position, antenna, 0.0, 1e4)
+    visible = OcclusionScene(bodies, np.inf).visible(points, antenna, 0.0, 1e4)
     return float((visible != (cosine > 0.0))[above & clear].mean())
 
 
