@@ -117,7 +117,7 @@ def own_shadow(body: OpticalBody, antenna: Floats) -> Any:
         toward = antenna - points
         distance = np.linalg.norm(toward, axis=1, keepdims=True)
         start = points + 2e-3 * toward / distance
-        return ~body.scene.hidden(start, toward / distance * min(float(distance.max()), 100.0), 1.0)
+        return ~body.scene.occluded(start, toward / distance * min(float(distance.max()), 100.0), 1.0)
 
     return seen
 
