@@ -1,0 +1,84 @@
+"""The controls on the page are those that the radar declares: a new declaration needs no edit of the page."""
+
+import json
+import re
+from dataclasses import replace
+
+import pytest
+
+from radar_service.stream import controls
+from radar_service.stream.controls import CONTROLS, Control
+from tests.clients.conftest import Opened
+from tests.clients.fake_radar import WEB, FakeRadar
+from tests.clients.screen import BARE, BROWSER
+
+pytestmark = BROWSER
+
+TUNE = Control(
+    "tune", "number", "display", "Tune", "frequency of the local oscillator", read=lambda settings, scene: 3.5,
+    unit="kHz", minimum=-20, maximum=20, step=0.5,
+)  # fmt: skip
+MUTE = replace(TUNE, name="mute", kind="switch", acts_on="transmitter", label="Sound", label_off="Mute", step=None)
+TILT = replace(TUNE, name="tilt", acts_on="engine", label="Tilt", unit="deg", step=None)
+SEEN = "(({offsetHeight, title, type, labels, min, max, step, value}) => [offsetHeight > 0, title, type, "
+SEEN += "labels[0].textContent.trim(), min, max, step, value])"
+SECTION = "document.getElementById('{}').closest('section').ariaLabel"
+
+
+@pytest.fixture
+def declared(radar: FakeRadar, monkeypatch: pytest.MonkeyPatch) -> FakeRadar:
+    """A radar that declares a slider, a switch and a typed number which the page has never met."""
+    monkeypatch.setattr(controls, "CONTROLS", (*CONTROLS, TUNE, MUTE, TILT))
+    radar.controls |= {"tune": 3.5, "mute": False, "tilt": -1.25}
+    return radar
+
+
+def test_a_new_declaration_appears_where_it_acts(declared: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE)
+    page.wait("document.getElementById('tilt').value === '-1.25'")
+    title = TUNE.description
+    assert page.ask(f"{SEEN}(tune)") == [True, title, "range", "Tune, kHz", "-20", "20", "0.5", "3.5"]
+    assert page.ask(f"{SEEN}(tilt)") == [True, title, "number", "Tilt, deg", "-20", "20", "any", "-1.25"]
+    assert page.text("#tune-value") == "3.5"
+    assert page.text("#mute") == "Mute" and page.ask("mute.ariaPressed") == "false"
+    assert page.ask(SECTION.format("tune")) == page.ask(SECTION.format("gain")) == "Receiver"
+    for name in ("mute", "tilt", "transmit", "rpm"):
+        assert page.ask(SECTION.format(name)) == "Transmitter and clock"
+
+
+def test_a_new_declaration_is_patched_when_it_is_moved(declared: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE)
+    page.ask("tune.value = -7.5, tune.dispatchEvent(new Event('input'))")
+    page.wait("document.getElementById('tune-value').value === '-7.5'")
+    page.ask("mute.click()")
+    page.wait("document.getElementById('mute').textContent === 'Sound' && mute.ariaPressed === 'true'")
+    page.ask("tilt.value = 21, tilt.dispatchEvent(new Event('change'))")  # beyond its limit: the page sends nothing
+    page.ask("tilt.value = 2.125, tilt.dispatchEvent(new Event('change')); mute.click()")
+    page.wait("document.getElementById('mute').textContent === 'Mute'")
+    sent = {name: [change[name] for change in declared.patched if name in change] for name in ("tune", "mute", "tilt")}
+    assert sent == {"tune": [-7.5], "mute": [True, False], "tilt": [2.125]}
+
+
+def test_a_new_scene_brings_new_limits(radar: FakeRadar, opened: Opened, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = opened(f"{BARE}&unit=m")
+    page.ask("window.before = gain")
+    radar.epoch = "two"
+    radar.send(radar.hello())
+    page.wait("document.getElementById('range').options.length === 5")
+    assert page.ask("window.before === gain")  # equal limits: the elements, and the focus with them, stay
+    monkeypatch.setattr(controls, "CONTROLS", tuple(replace(c, minimum=300, maximum=700) for c in CONTROLS))
+    radar.epoch = "three"
+    radar.send(radar.hello())
+    page.wait("document.getElementById('gain').min === '300' && document.getElementById('rpm').max === '700'")
+    page.wait("document.getElementById('range').options.length === 4")
+    scales = page.ask("[...document.getElementById('range').options].map((one) => one.textContent)")
+    assert scales == ["500 m", "1000 m", "2000 m", "2048 m"]
+
+
+def test_the_page_holds_no_list_of_controls_and_no_id_that_is_a_control() -> None:
+    ids = set(re.findall(r'id="([^"]+)"', (WEB / "index.html").read_text()))
+    assert ids & {control.name for control in CONTROLS} == set()
+    own = (WEB / "widgets.js").read_text().split("WITH_OWN_ELEMENTS = ")[1].split(";")[0]
+    assert json.loads(own) == ["range_m", "pace"]
+    for script in WEB.glob("*.js"):
+        assert not re.search(r'"(gain|sea|rain|rpm|transmit)"', script.read_text()), script.name
