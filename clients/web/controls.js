@@ -17,6 +17,7 @@ export class Controls {
     this.health = null;
     this.waiting = null;
     this.busy = false;
+    this.version = 0; // grows with each hello and change: answers to earlier requests are out of date
     this.bind();
   }
 
@@ -34,6 +35,7 @@ export class Controls {
 
   /** Adopts the radar and the controls of a hello; the limits of its scene are fetched. */
   adopt(hello) {
+    this.version++;
     this.radar = hello.radar.id;
     this.azimuths = hello.radar.azimuths;
     this.show(hello.controls);
@@ -51,12 +53,12 @@ export class Controls {
 
   /** Fetches definitions and controls, which other clients may have changed, and the radar's health. */
   async refresh() {
-    const id = this.radar;
+    const { radar: id, version } = this;
     if (id === undefined || this.busy || this.waiting) return;
     const health = callApi("health").catch(() => null); // the feed reports a lost connection
     const radar = await callApi(`radars/${encodeURIComponent(id)}`).catch(() => null);
     this.health = (await health)?.radars.find((one) => one.id === id) ?? null;
-    if (!radar || this.busy || this.radar !== id) return;
+    if (!radar || this.version !== version) return;
     this.declare(radar.control_definitions);
     this.show(radar.controls);
   }
@@ -98,6 +100,7 @@ export class Controls {
 
   /** Sends a change. Changes during a request are collected; the newest value of each control is sent next. */
   async send(change) {
+    this.version++;
     this.waiting = { ...this.waiting, ...change };
     if (this.busy) return;
     this.busy = true;

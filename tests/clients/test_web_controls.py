@@ -76,6 +76,26 @@ def test_a_new_scene_brings_new_limits(radar: FakeRadar, opened: Opened, monkeyp
     assert scales == ["500 m", "1000 m", "2000 m", "2048 m"]
 
 
+LATE = """const given = window.fetch;
+  window.fetch = async (address, options) => {
+    const answer = await given(address, options);
+    if (options.method === 'GET' && String(address).endsWith('/radars/0') && !window.held)
+      await new Promise((release) => (window.held = release));
+    return answer;
+  };"""
+
+
+def test_an_answer_from_before_a_change_is_not_shown(radar: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE, first=LATE)
+    page.wait("window.held")
+    page.ask("transmit.click()")
+    page.wait("document.getElementById('transmit').textContent === 'Standby'")
+    page.ask("held(), new Promise((done) => setTimeout(() => setTimeout(done)))")  # after all that the answer sets off
+    page.ask("transmit.click()")
+    page.wait("document.getElementById('transmit').textContent === 'Transmit'")
+    assert radar.patched == [{"transmit": False}, {"transmit": True}]
+
+
 def test_no_control_has_the_id_of_another_element() -> None:
     ids = set(re.findall(r'id="([^"]+)"', (WEB / "index.html").read_text()))
     assert len(ids) > 50 and ids & {control.name for control in CONTROLS} == set()
