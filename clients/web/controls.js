@@ -2,8 +2,8 @@
 
 import { callApi } from "./api.js";
 import { rangeScales, rangeText } from "./units.js";
+import { buildWidgets } from "./widgets.js";
 
-const SLIDERS = ["gain", "sea", "rain"];
 const element = (id) => document.getElementById(id);
 
 export class Controls {
@@ -11,48 +11,56 @@ export class Controls {
   constructor(showRefusal, unit) {
     this.showRefusal = showRefusal;
     this.unit = unit;
+    this.declared = ""; // the definitions as JSON
+    this.widgets = {}; // by name of the control: the function that shows its value
     this.state = {};
     this.health = null;
     this.waiting = null;
     this.busy = false;
+    this.version = 0; // grows with each hello and change: answers to earlier requests are out of date
     this.bind();
   }
 
   bind() {
-    for (const name of SLIDERS) {
-      element(name).oninput = () => {
-        element(`${name}-value`).value = element(name).value;
-        this.send({ [name]: Number(element(name).value) });
-      };
-    }
     element("range").onchange = () => this.send({ range_m: Number(element("range").value) });
     element("range-up").onclick = () => this.stepRange(1);
     element("range-down").onclick = () => this.stepRange(-1);
-    element("transmit").onclick = () => this.send({ transmit: !this.state.transmit });
     element("pause").onclick = () => this.togglePause();
     element("step").onclick = () => this.send({ pace: { state: "step", steps: this.azimuths } });
     element("factor").onchange = () => {
       const { value } = element("factor");
       this.send({ pace: { factor: value === "max" ? value : Number(value) } });
     };
-    element("rpm").onchange = () => element("rpm").reportValidity() && this.send({ rpm: Number(element("rpm").value) });
   }
 
-  /** Adopts the name, limits and controls of a hello. */
+  /** Adopts the radar and the controls of a hello; the limits of its scene are fetched. */
   adopt(hello) {
+    this.version++;
     this.radar = hello.radar.id;
     this.azimuths = hello.radar.azimuths;
-    this.longest = hello.radar.range_max_m;
     this.show(hello.controls);
+    this.refresh();
   }
 
-  /** Fetches the controls, which other clients may have changed, and the radar's health. */
+  /** Adopts the definitions of a radar's controls. Elements are built anew only where a definition changed. */
+  declare(definitions) {
+    const text = JSON.stringify(definitions);
+    if (text === this.declared) return;
+    this.declared = text;
+    this.rangeLimits = definitions.find(({ name }) => name === "range_m");
+    this.widgets = buildWidgets(definitions, (change) => this.send(change));
+  }
+
+  /** Fetches definitions and controls, which other clients may have changed, and the radar's health. */
   async refresh() {
-    if (this.radar === undefined || this.busy || this.waiting) return;
+    const { radar: id, version } = this;
+    if (id === undefined || this.busy || this.waiting) return;
     const health = callApi("health").catch(() => null); // the feed reports a lost connection
-    const controls = await callApi(`radars/${encodeURIComponent(this.radar)}/controls`).catch(() => null);
-    this.health = (await health)?.radars.find((one) => one.id === this.radar) ?? null;
-    if (controls && !this.busy) this.show(controls);
+    const radar = await callApi(`radars/${encodeURIComponent(id)}`).catch(() => null);
+    this.health = (await health)?.radars.find((one) => one.id === id) ?? null;
+    if (!radar || this.version !== version) return;
+    this.declare(radar.control_definitions);
+    this.show(radar.controls);
   }
 
   /** The factor that the service reaches if it is slower than requested; null if it keeps its pace. */
@@ -65,13 +73,19 @@ export class Controls {
   }
 
   stepRange(by) {
-    const scales = rangeScales(this.longest, this.unit());
-    const current = this.state.range_m ?? this.longest;
+    const scales = this.rangeScales();
+    const current = this.state.range_m ?? scales.at(-1);
     const slack = current * 1e-3; // the radar's range differs from the requested scale by less than a cell
     const longer = (scale) => scale > current + slack;
     const shorter = (scale) => scale < current - slack;
     const next = by > 0 ? scales.find(longer) : scales.findLast(shorter);
     if (next) this.send({ range_m: next });
+  }
+
+  /** The range scales that the radar allows [m], in the current unit. */
+  rangeScales() {
+    const { minimum, maximum } = this.rangeLimits;
+    return rangeScales(maximum, this.unit()).filter((scale) => scale >= minimum);
   }
 
   get paused() {
@@ -86,6 +100,7 @@ export class Controls {
 
   /** Sends a change. Changes during a request are collected; the newest value of each control is sent next. */
   async send(change) {
+    this.version++;
     this.waiting = { ...this.waiting, ...change };
     if (this.busy) return;
     this.busy = true;
@@ -110,13 +125,7 @@ export class Controls {
 
   show(controls) {
     this.state = { ...this.state, ...controls };
-    for (const name of SLIDERS) {
-      if (element(name) !== document.activeElement || !this.busy) element(name).value = this.state[name];
-      element(`${name}-value`).value = element(name).value;
-    }
-    if (element("rpm") !== document.activeElement) element("rpm").value = this.state.rpm;
-    element("transmit").ariaPressed = String(Boolean(this.state.transmit));
-    element("transmit").textContent = this.state.transmit ? "Transmit" : "Standby";
+    for (const [name, show] of Object.entries(this.widgets)) show(this.state[name], this.busy);
     element("pause").ariaPressed = String(this.paused);
     element("pause").textContent = this.paused ? "Resume" : "Pause";
     element("step").disabled = !this.paused;
@@ -126,14 +135,14 @@ export class Controls {
 
   /** Fills the list of range scales in the current unit, with the radar's range if it is none of them. */
   showRanges() {
-    if (!this.longest) return;
-    const current = this.state.range_m ?? this.longest;
-    const scales = rangeScales(this.longest, this.unit());
+    if (!this.rangeLimits) return;
+    const scales = this.rangeScales();
+    const current = this.state.range_m ?? scales.at(-1);
     const nearest = scales.find((scale) => Math.abs(scale - current) < current * 1e-3) ?? current;
     const offered = [...new Set([...scales, nearest])].sort((a, b) => a - b);
     const options = offered.map((scale) => new Option(rangeText(scale, this.unit()), scale, false, scale === nearest));
     if (element("range") !== document.activeElement) element("range").replaceChildren(...options);
-    element("range-up").disabled = nearest >= this.longest * 0.999;
+    element("range-up").disabled = nearest >= scales.at(-1) * 0.999;
     element("range-down").disabled = nearest <= scales[0];
   }
 }

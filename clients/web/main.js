@@ -239,6 +239,7 @@ async function start() {
   const selected = radars.find((one) => one.id === address.get("radar")) ?? radars[0];
   element("radar").replaceChildren(...radars.map((one) => new Option(one.name ?? one.id, one.id, false, one === selected)));
   element("radar-row").hidden = radars.length < 2;
+  controls.declare(selected.control_definitions);
   connectTo(selected.id);
 }
 

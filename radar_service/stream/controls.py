@@ -1,7 +1,8 @@
 """The controls of a radar, each declared once.
 
-`CONTROLS` is the only list: the bodies of `PATCH` and `GET /api/radars/{id}/controls`, the `controls` of a hello and the
-`control_definitions` of a radar are derived from it. A new control is one entry here, and the code that obeys it.
+`CONTROLS` is the only list: the bodies of `PATCH` and `GET /api/radars/{id}/controls`, the `controls` of a hello, the
+`control_definitions` of a radar and from those the controls of the page (`clients/web`) are derived from it. A new control
+is one entry here, and the code that obeys it.
 """
 
 import math
@@ -25,17 +26,20 @@ class Control:
     name: its key in REST and in the feed;
     kind: switch (true or false), number, or pace (state, steps and factor);
     acts_on: display (the u8 video), transmitter (what is sent, and when) or engine (a rebuilt scene);
+    label: its name for people; label_off: of a switch that is off, the same where it is empty;
     description: for people;
     read: the value from the settings and the scene (for engine controls the scene that runs next);
     write: the settings with another value (display and transmitter controls);
     rebuild: the scene with another value (engine controls);
     unit: of a number; example: a number for the REST documentation; minimum, maximum: its limits, None for none;
-    scene_maximum: a maximum that depends on the scene.
+    scene_maximum: a maximum that depends on the scene;
+    step: of a slider, between its limits; None for a number that is typed.
     """
 
     name: str
     kind: Literal["switch", "number", "pace"]
     acts_on: Literal["display", "transmitter", "engine"]
+    label: str
     description: str
     read: Callable[[Settings, Scene], Any]
     write: Callable[[Settings, Scene, Any], Settings] | None = None
@@ -45,15 +49,17 @@ class Control:
     minimum: float | None = None
     maximum: float | None = None
     scene_maximum: Callable[[Scene], float] | None = None
+    step: float | None = None
+    label_off: str = ""
 
 
 def _display(name: str, description: str, example: float) -> Control:
     """A control of the video, 0 to 100 percent: a field of `display.video.Controls`."""
     return Control(
-        name, "number", "display", description,
+        name, "number", "display", name.capitalize(), description,
         read=lambda settings, scene: getattr(settings.video, name),
         write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value})),
-        unit="%", example=example, minimum=0, maximum=100,
+        unit="%", example=example, minimum=0, maximum=100, step=1,
     )  # fmt: skip
 
 
@@ -79,24 +85,24 @@ def _write_pace(settings: Settings, scene: Scene, change: Mapping[str, Any]) -> 
 
 CONTROLS = (
     Control(
-        "transmit", "switch", "transmitter", "false is standby: no spokes are sent, simulated time goes on",
+        "transmit", "switch", "transmitter", "Transmit", "false is standby: no spokes are sent, simulated time goes on",
         read=lambda settings, scene: settings.transmit,
-        write=lambda settings, scene, value: replace(settings, transmit=value),
+        write=lambda settings, scene, value: replace(settings, transmit=value), label_off="Standby",
     ),
     Control(
-        "range_m", "number", "transmitter", "display range, at most the scene's; a change opens a new epoch",
+        "range_m", "number", "transmitter", "Range", "display range, at most the scene's; a change opens a new epoch",
         read=_read_range, write=_write_range, unit="m", example=5000, minimum=10, scene_maximum=_range_max,
     ),
     _display("gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4", 50),
     _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off", 0),
     _display("rain", "fast time constant (FTC) against rain clutter, 0 is off", 0),
     Control(
-        "rpm", "number", "engine", "rate of rotation; a change restarts the scene when the running scan ends",
+        "rpm", "number", "engine", "Antenna", "rate of rotation; a change restarts the scene when the running scan ends",
         read=lambda settings, scene: 60.0 / scene.radar.rotation_period,
         rebuild=scene_at_rpm, unit="rev/min", example=24, minimum=0.01, maximum=600,
     ),
     Control(
-        "pace", "pace", "transmitter", "run, pause or step, and simulated seconds per second",
+        "pace", "pace", "transmitter", "Pace", "run, pause or step, and simulated seconds per second",
         read=lambda settings, scene: settings.pace.as_dict(), write=_write_pace,
     ),
 )  # fmt: skip
@@ -141,7 +147,10 @@ def control_definitions(scene: Scene) -> list[dict[str, Any]]:
             "unit": control.unit,
             "minimum": control.minimum,
             "maximum": control.scene_maximum(scene) if control.scene_maximum else control.maximum,
+            "step": control.step,
             "acts_on": control.acts_on,
+            "label": control.label,
+            "label_off": control.label_off,
             "description": control.description,
         }
         for control in CONTROLS

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from starlette.datastructures import UploadFile
 
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.controls import control_definitions
+from tests.stream.fake import scene as fake_scene
 
 WEB = Path(__file__).parents[2] / "clients" / "web"
 POLICY = "default-src 'self'"
@@ -91,6 +93,11 @@ class FakeRadar:
             "seed": 0, "fidelity": "balanced", "plan": {}, "controls": self.controls, "truth": self.gives_truth,
             "clocks": {"simulated_s": 0.0, "utc": "2026-01-01T00:00:00+00:00", "pace": self.controls["pace"]},
         }  # fmt: skip
+
+    def description(self, identity: str) -> dict[str, Any]:
+        """What REST says of the radar, as far as the page reads it."""
+        definitions = control_definitions(fake_scene(range_max_m=self.picture.range))
+        return {"id": identity, "controls": self.controls, "control_definitions": definitions}
 
     def spokes(self, first: int, count: int) -> dict[str, Any]:
         """Spokes `first` and on; they must not cross a scan's end."""
@@ -174,8 +181,12 @@ def fake_app(air: Air) -> FastAPI:
         return answer
 
     @app.get("/api/radars")
-    def radars() -> list[dict[str, str]]:
-        return air.radar.radars
+    def radars() -> list[dict[str, Any]]:
+        return [air.radar.description(listed["id"]) | listed for listed in air.radar.radars]
+
+    @app.get("/api/radars/{name}")
+    def description(name: str) -> dict[str, Any]:
+        return air.radar.description(name)
 
     @app.get("/api/scenes")
     def scenes() -> list[dict[str, str]]:
@@ -201,10 +212,6 @@ def fake_app(air: Air) -> FastAPI:
     @app.get("/api/health")
     def health() -> dict[str, Any]:
         return {"radars": [air.radar.health]}
-
-    @app.get("/api/radars/{name}/controls")
-    def controls(name: str) -> dict[str, Any]:
-        return air.radar.controls
 
     @app.patch("/api/radars/{name}/controls")
     async def patch(name: str, request: Request) -> Response:

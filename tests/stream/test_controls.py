@@ -37,7 +37,15 @@ def test_every_control_says_where_it_acts_and_has_the_means() -> None:
     for control in CONTROLS:
         assert (control.rebuild is not None) == (control.acts_on == "engine")
         assert (control.write is not None) == (control.acts_on != "engine")
-        assert control.description and ControlsState.model_fields[control.name].is_required()
+        assert control.label and control.description and ControlsState.model_fields[control.name].is_required()
+
+
+def test_a_number_with_a_step_has_limits_and_does_not_restart_the_engine_while_a_slider_moves() -> None:
+    stepped = [control for control in CONTROLS if control.step is not None]
+    assert [control.name for control in stepped] == ["gain", "sea", "rain"]
+    for control in stepped:
+        assert control.minimum is not None and (control.maximum or control.scene_maximum) is not None
+        assert control.acts_on != "engine"
 
 
 def test_every_knob_of_the_display_is_a_control() -> None:

@@ -74,7 +74,10 @@ class ControlDefinition(BaseModel):
     unit: str
     minimum: float | None
     maximum: float | None
+    step: float | None = Field(description="of a slider; null for a number that is typed")
     acts_on: Literal["display", "transmitter", "engine"]
+    label: str = Field(description="its name for people")
+    label_off: str = Field(description="of a switch that is off; empty where it is the same")
     description: str
 
 

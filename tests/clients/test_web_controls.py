@@ -1,0 +1,101 @@
+"""The controls on the page are those that the radar declares: a new declaration needs no edit of the page."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from radar_service.stream import controls
+from radar_service.stream.controls import CONTROLS, Control
+from tests.clients.conftest import Opened
+from tests.clients.fake_radar import WEB, FakeRadar
+from tests.clients.screen import BARE, BROWSER
+
+pytestmark = BROWSER
+
+TUNE = Control(
+    "tune", "number", "display", "Tune", "frequency of the local oscillator", read=lambda settings, scene: 3.5,
+    unit="kHz", minimum=-20, maximum=20, step=0.5,
+)  # fmt: skip
+MUTE = replace(TUNE, name="mute", kind="switch", acts_on="transmitter", label="Sound", label_off="Mute", step=None)
+TILT = replace(TUNE, name="tilt", acts_on="engine", label="Tilt", unit="deg", step=None)
+SEEN = "(({offsetHeight, title, type, labels, min, max, step, value}) => [offsetHeight > 0, title, type, "
+SEEN += "labels[0].textContent.trim(), min, max, step, value])"
+SECTION = "document.getElementById('{}').closest('section').ariaLabel"
+
+
+@pytest.fixture
+def declared(radar: FakeRadar, monkeypatch: pytest.MonkeyPatch) -> FakeRadar:
+    """A radar that declares a slider, a switch and a typed number which the page has never met."""
+    monkeypatch.setattr(controls, "CONTROLS", (*CONTROLS, TUNE, MUTE, TILT))
+    radar.controls |= {"tune": 3.5, "mute": False, "tilt": -1.25}
+    return radar
+
+
+def test_a_new_declaration_appears_where_it_acts(declared: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE)
+    page.wait("document.getElementById('tilt').value === '-1.25'")
+    title = TUNE.description
+    assert page.ask(f"{SEEN}(tune)") == [True, title, "range", "Tune, kHz", "-20", "20", "0.5", "3.5"]
+    assert page.ask(f"{SEEN}(tilt)") == [True, title, "number", "Tilt, deg", "-20", "20", "any", "-1.25"]
+    assert page.text("#tune-value") == "3.5"
+    assert page.text("#mute") == "Mute" and page.ask("mute.ariaPressed") == "false"
+    assert page.ask(SECTION.format("tune")) == page.ask(SECTION.format("gain")) == "Receiver"
+    for name in ("mute", "tilt", "transmit", "rpm"):
+        assert page.ask(SECTION.format(name)) == "Transmitter and clock"
+
+
+def test_a_new_declaration_is_patched_when_it_is_moved(declared: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE)
+    page.ask("tune.value = -7.5, tune.dispatchEvent(new Event('input'))")
+    page.wait("document.getElementById('tune-value').value === '-7.5'")
+    page.ask("mute.click()")
+    page.wait("document.getElementById('mute').textContent === 'Sound' && mute.ariaPressed === 'true'")
+    page.ask("tilt.value = 21, tilt.dispatchEvent(new Event('change'))")  # beyond its limit: the page sends nothing
+    page.ask("tilt.value = 2.125, tilt.dispatchEvent(new Event('change')); mute.click()")
+    page.wait("document.getElementById('mute').textContent === 'Mute'")
+    sent = {name: [change[name] for change in declared.patched if name in change] for name in ("tune", "mute", "tilt")}
+    assert sent == {"tune": [-7.5], "mute": [True, False], "tilt": [2.125]}
+
+
+def test_a_new_scene_brings_new_limits(radar: FakeRadar, opened: Opened, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = opened(f"{BARE}&unit=m")
+    page.ask("window.before = gain")
+    radar.epoch = "two"
+    hello = radar.hello() | {"controls": dict(radar.controls)}
+    radar.controls["gain"] = 77  # which REST alone tells
+    radar.send(hello)
+    page.wait("document.getElementById('gain-value').value === '77'")
+    assert page.ask("window.before === gain")  # equal limits: the elements, and the focus with them, stay
+    monkeypatch.setattr(controls, "CONTROLS", tuple(replace(c, minimum=300, maximum=700) for c in CONTROLS))
+    radar.epoch = "three"
+    radar.send(radar.hello())
+    page.wait("document.getElementById('gain').min === '300' && document.getElementById('rpm').max === '700'")
+    page.wait("document.getElementById('range').options.length === 4")
+    scales = page.ask("[...document.getElementById('range').options].map((one) => one.textContent)")
+    assert scales == ["500 m", "1000 m", "2000 m", "2048 m"]
+
+
+LATE = """const given = window.fetch;
+  window.fetch = async (address, options) => {
+    const answer = await given(address, options);
+    if (options.method === 'GET' && String(address).endsWith('/radars/0') && !window.held)
+      await new Promise((release) => (window.held = release));
+    return answer;
+  };"""
+
+
+def test_an_answer_from_before_a_change_is_not_shown(radar: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE, first=LATE)
+    page.wait("window.held")
+    page.ask("transmit.click()")
+    page.wait("document.getElementById('transmit').textContent === 'Standby'")
+    page.ask("held(), new Promise((done) => setTimeout(() => setTimeout(done)))")  # after all that the answer sets off
+    page.ask("transmit.click()")
+    page.wait("document.getElementById('transmit').textContent === 'Transmit'")
+    assert radar.patched == [{"transmit": False}, {"transmit": True}]
+
+
+def test_no_control_has_the_id_of_another_element() -> None:
+    ids = set(re.findall(r'id="([^"]+)"', (WEB / "index.html").read_text()))
+    assert len(ids) > 50 and ids & {control.name for control in CONTROLS} == set()
