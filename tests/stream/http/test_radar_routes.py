@@ -94,7 +94,7 @@ def test_bad_controls_are_refused_with_the_key(change: str, key: str) -> None:
         (
             {"prf_hz": 12.0},
             31.0,
-            "rpm: 31 makes 12.4 spokes a second, more than the 12 pulses of the scene's prf_hz; give 30",
+            "rpm: 31 gives 12.4 spokes a second, more than the 12 pulses of the scene's prf_hz; give at most 30",
         ),
         ({"prf_hz": 12.0}, 30.0, None),  # exactly a pulse to a spoke
         ({}, 600.0, None),
