@@ -10,9 +10,8 @@ from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.engine.documented import DocumentedEngine, Hits
 from radar_service.fidelity import PRESETS
 from radar_service.frames import direction
+from radar_service.propagation.attenuation import gas_amplitude, printed_atmosphere
 from radar_service.propagation.multipath import (
-    gas_amplitude,
-    printed_atmosphere,
     printed_two_ray_factor,
     two_ray_factor,
     wavelength,

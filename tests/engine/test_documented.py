@@ -210,9 +210,9 @@ def test_a_blind_sector_is_silent() -> None:
     assert made.azimuth_field(0, 101).any() and made.azimuth_field(0, 79).any()
 
 
-def test_parts_are_one_whole_scan() -> None:
+def test_one_tile_is_the_whole_scan() -> None:
     made = chain(point(500.0, 45.0), rays=1)
-    ((start, field, power),) = made.parts(0)
+    ((start, field, power),) = made.tiles(0)
     assert start == 0 and field.dtype == np.complex64 and power.dtype == np.float32
     assert np.array_equal(power, made.scan(0)[1])
 
