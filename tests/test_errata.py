@@ -10,7 +10,7 @@ from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.engine.documented import DocumentedEngine, Hits
 from radar_service.fidelity import PRESETS
 from radar_service.frames import direction
-from radar_service.propagation.attenuation import gas_amplitude, printed_atmosphere
+from radar_service.propagation.attenuation import attenuation_amplitude, printed_atmosphere
 from radar_service.propagation.multipath import (
     printed_two_ray_factor,
     two_ray_factor,
@@ -89,7 +89,7 @@ def test_row_2_two_way_pattern() -> None:
 
 
 def test_row_3_atmosphere() -> None:
-    printed, corrected = (20 * np.log10(f(20_000.0, 0.01327)) for f in (printed_atmosphere, gas_amplitude))
+    printed, corrected = (20 * np.log10(f(20_000.0, 0.01327)) for f in (printed_atmosphere, attenuation_amplitude))
     assert (printed, corrected) == pytest.approx((-1.06, -0.53), abs=5e-3)  # 0.53 dB two-way at 20 km, half the last digit
 
 
