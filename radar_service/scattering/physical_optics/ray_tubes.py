@@ -94,7 +94,7 @@ def illuminated_facets(
 def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, may_rebounce: Flags, bounces: int) -> Iterator[RayTubes]:
     """The tubes where they first fall, and again after each mirror, up to `bounces` surfaces in all.
 
-    hollow: (F, 2) whether there is anything to hit before the front and before the back of each triangle.
+    may_rebounce: (F, 2) whether there is anything to hit before the front and before the back of each triangle.
     """
     for bounce in range(bounces):
         if not len(tubes):
