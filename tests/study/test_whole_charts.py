@@ -31,7 +31,7 @@ def charted(scene: str, out: Path) -> dict[str, Any]:
 
 
 def holds_its_presets(found: dict[str, Any]) -> None:
-    """The field's errors are those that tests/test_presets.py holds, within the 10 dB that a scene's own echoes make. The
+    """The field's errors are those that tests/test_fidelity.py holds, within the 10 dB that a scene's own echoes make. The
     samplers' means, of two draws at least, are within the spread of one, and 0.1 dB of the lattice's."""
     field = {p["preset"]: p["error_db"] for p in found["points"] if p["panel"] == "field" and p["preset"]}
     limits = {"fast": -50, "balanced": -70, "reference": -80, "balanced under way": -50, "reference under way": -80}

@@ -8,9 +8,7 @@ from radar_service.fidelity import Fidelity
 from radar_service.plan.plan import plan_for
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, cut_facets, far_field_edge
 from radar_service.scattering.physical_optics.optical_body import longest_edge, optical_body
-from radar_service.scattering.physical_optics.patches import faces_something, outward_side, patch_sizes
-from radar_service.scene.shapes import box, dihedral, plate, sphere
-from radar_service.scene.world import Mesh
+from radar_service.scene.shapes import box, sphere
 from tests.scenes import scene
 
 Floats = NDArray[np.float64]
@@ -83,31 +81,3 @@ def test_far_field_edge_bends_the_path_by_an_eighth_of_a_turn() -> None:
     """k (D/2)^2 / R = pi / 4 of two-way phase half an edge off."""
     edge = far_field_edge(500.0, 0.03186)
     assert 2 * np.pi / 0.03186 * (edge / 2) ** 2 / 500.0 == pytest.approx(np.pi / 4)
-
-
-def test_patches_hang_together_across_triangles() -> None:
-    """The side of a box is one patch of two triangles, whose size is its diagonal; a sphere's facets stand alone."""
-    sizes = patch_sizes(box(90.0, 13.0, 18.0))
-    assert set(np.round(sizes, 6)) == {np.round(np.hypot(*s), 6) for s in ((90, 13), (90, 18), (13, 18))}
-    ball = sphere(1.0)
-    assert patch_sizes(ball).max() < 1.8 * longest_edges(ball.vertices[ball.faces]).max()
-
-
-def test_convex_bodies_face_nothing_and_corners_do() -> None:
-    front_back = faces_something(box(2.0, 3.0, 4.0))
-    assert not front_back[:, 0].any() and front_back[:, 1].all()
-    assert not faces_something(plate(1.0, 1.0)).any()
-    assert (faces_something(dihedral(1.0, 1.0)).sum(axis=1) == 1).all()
-    assert not faces_something(sphere(1.0))[:, 0].any()
-
-
-def test_outside_is_known_of_closed_bodies_however_they_are_wound() -> None:
-    """Of a box, a box turned inside out, and a box without a side; vertices unshared, as in STL."""
-    for mesh, expected in ((box(2, 3, 4), 1), (Mesh(box(2, 3, 4).vertices, box(2, 3, 4).faces[:, ::-1]), -1)):
-        apart = Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
-        assert (outward_side(mesh) == expected).all() and (outward_side(apart) == expected).all()
-    opened = Mesh(box(2, 3, 4).vertices, box(2, 3, 4).faces[1:])
-    assert (outward_side(opened) == 0).all()
-    mixed = box(2, 3, 4).faces.copy()
-    mixed[0] = mixed[0, ::-1]
-    assert (outward_side(Mesh(box(2, 3, 4).vertices, mixed)) == 0).all()

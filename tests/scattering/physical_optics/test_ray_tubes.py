@@ -1,4 +1,4 @@
-"""Reflections last while the antenna moves a little: their points change their range as the paths do."""
+"""Ray tubes: echoes hold while the antenna moves a little, as the range of their points changes like that of the paths."""
 
 from pathlib import Path
 
