@@ -37,8 +37,8 @@ def test_outside_is_known_of_closed_bodies_however_they_are_wound() -> None:
 
 
 def test_neighbours_share_an_edge_though_not_its_vertices() -> None:
-    """A box of 12 triangles has 18 edges, each of which joins two; the same with vertices of its own for each triangle."""
+    """A box of 16 triangles has 24 edges, each of which joins two; the same with vertices of its own for each triangle."""
     mesh = box(2.0, 3.0, 4.0)
     apart = Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
     for one, other in (neighbours(mesh), neighbours(apart)):
-        assert len(one) == 18 and (np.bincount(np.concatenate([one, other])) == 3).all()
+        assert len(one) == 24 and (np.bincount(np.concatenate([one, other])) == 3).all()
