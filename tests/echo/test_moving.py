@@ -1,6 +1,7 @@
 """Moving echoes against a loop over azimuths and bodies in float64, by own formulas."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
 from radar_service.echo.range_history import TOLERANCE
 from radar_service.engine.pipeline import Prepared, prepare
 from radar_service.fidelity import PRESETS
+from radar_service.propagation.multipath import two_ray_factor
+from radar_service.propagation.radar_equation import elevation_gain
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import point, scene
 from tests.test_motion import SWAY, deck
@@ -36,6 +39,16 @@ def block(made: rs.Scene, scan: int, index: int, count: int = 16) -> AzimuthTime
     """Consecutive azimuths of a scan."""
     number = scan * made.radar.azimuths + np.arange(index, index + count)
     return AzimuthTimes(number, *made.radar.schedule(number))
+
+
+def block_at(made: rs.Scene, scan: int, b: int) -> AzimuthTimes:
+    """The 16 azimuths of a scan about the bearing of a point when the beam is on it."""
+    radar = made.radar
+    time = (scan + 0.5) * radar.rotation_period
+    for _ in range(4):
+        turn = observed(made, b, time)[1] / (2 * np.pi) % 1.0
+        time = (scan + turn) * radar.rotation_period
+    return block(made, scan, int(np.clip(turn * radar.azimuths - 8, 0, radar.azimuths - 16)))
 
 
 def observed(made: rs.Scene, b: int, time: float) -> tuple[Floats, float, float]:
@@ -123,28 +136,63 @@ def test_late_in_a_run_nothing_is_lost() -> None:
 
 
 def test_a_swaying_mast_moves_ranges_azimuths_and_elevations() -> None:
+    """With the beam on each point in turn, in four scans of a roll of 9 s."""
     own = {"heading_deg": 40, "course_deg": 40, "speed_kn": 8, **SWAY}
     made = scene(ring(), radar=RADAR, own_ship=own)
     prepared = all_round(made)
-    for scan, index in ((0, 0), (1, 240), (2, 560)):
-        azimuths = block(made, scan, index)
-        assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+    for b in range(len(made.bodies)):
+        for scan in range(4):
+            azimuths = block_at(made, scan, b)
+            assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+def test_multipath_follows_the_height_of_a_swaying_mast() -> None:
+    """Echoes with sea reflection over those without are F^2 for the antenna's height then, which roll lowers by 2 %: with the
+    height at rest F differs by far more than the 1e-6 of complex64."""
+    own = {"heading_deg": 40, **SWAY}
+    with_sea, without = (
+        scene(ring(), radar=RADAR, own_ship=own, environment={"multipath": on, "sea_state": 0}) for on in (True, False)
+    )
+    azimuths = block(without, 0, 640)
+    one, other = (all_round(made).moving.echoes(azimuths) for made in (with_sea, without))
+    middle = (azimuths.time[0] + azimuths.time[-1]) / 2
+    matrices, _ = deck(np.array([middle]), np.deg2rad(40))
+    height = float(without.radar.height * matrices[0, 2, 2])
+    assert height < 0.99 * without.radar.height
+    for b, body in enumerate(without.bodies):
+        offset, _, elevation = observed(without, b, middle)
+        e = int(np.argmin(np.abs(one.range - np.linalg.norm(offset))))
+        ground = float(np.hypot(offset[0], offset[1]))
+        tilt = elevation - float(np.arctan2(offset[2], ground))
+        factor = two_ray_factor(
+            np.array([ground]), body.motion.position[0, 2:], height, without.radar.wavelength, earth_radius=EARTH,
+            polarization=without.radar.polarization, elevation_gain=partial(elevation_gain, without.radar, tilt_error=tilt),
+        )[0]  # fmt: skip
+        ratio = np.vdot(other.amplitude[e], one.amplitude[e]) / np.vdot(other.amplitude[e], other.amplitude[e])
+        assert ratio == pytest.approx(factor**2, rel=1e-4, abs=1e-4)
 
 
 def test_a_body_on_an_arc_keeps_to_it() -> None:
-    """25 kn round corners of 60 m, 12 degrees a second, where arcs begin and end within blocks."""
+    """25 kn round corners of 60 m, 12 degrees a second: blocks in which arcs begin and end, and those with the beam on it."""
     made = scene([point("t", 500, 500, waypoints=SQUARE, loop=True, turn_radius_m=60)], radar=RADAR)
-    prepared = all_round(made)
-    for scan in range(12):
-        azimuths = block(made, scan, 32 + 16 * scan)
+    prepared, radar = all_round(made), made.radar
+    knots = made.bodies[0].motion.time[1:]
+    assert len(knots) > 6
+    blocks = [block_at(made, scan, 0) for scan in range(12)]
+    for knot in knots:
+        scan, index = divmod(int(knot / radar.spoke_period), radar.azimuths)
+        blocks.append(block(made, scan, int(np.clip(index - 5, 0, radar.azimuths - 16))))
+    for azimuths in blocks:
         assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
 
 
 def test_a_body_that_passes_close_by_is_exact() -> None:
-    """12 m off at 40 kn, where the parabola would err by centimetres."""
-    made = scene([point("t", 12, -5, 14, course_deg=0, speed_kn=40)], radar=RADAR)
+    """6 m off and 12 m below at 80 kn, where the parabola would err by centimetres and the elevation changes by degrees."""
+    radar = {**RADAR, "beamwidth_deg": 20, "beamwidth_el_deg": 60}
+    own = {"course_deg": 180, "speed_kn": 40}
+    made = scene([point("t", 6, -14, 3, course_deg=0, speed_kn=40)], radar=radar, own_ship=own)
     prepared = all_round(made)
-    for index in (0, 64, 128):
+    for index in range(0, 320, 16):
         azimuths = block(made, 0, index)
         assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
 

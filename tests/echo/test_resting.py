@@ -43,7 +43,8 @@ def test_echoes_of_points_follow_the_radar_equation() -> None:
 def test_bodies_at_rest_occlude_and_moving_ones_do_not() -> None:
     wall = {"name": "wall", "shape": "plate", "width_m": 40, "height_m": 60, "position_m": [500, 0, 20], "rcs_dbsm": 0,
             "heading_deg": 90}  # fmt: skip
-    made = scene([point("behind ship", 0, 900), point("behind wall", 900, 0), wall, SHIP], radar=RADAR)
+    ship = {**SHIP, "position_m": [0, 400, 0]}
+    made = scene([point("behind ship", 0, 900), point("behind wall", 900, 0), wall, ship], radar=RADAR)
     engine = prepared(made)
     assert [engine.resting_set.bodies[b].name for b in np.unique(engine.resting.body)] == ["behind ship", "wall"]
 
