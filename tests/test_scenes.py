@@ -104,9 +104,9 @@ def test_harbour_reflectors_return_what_theory_says() -> None:
         assert decibels(result / theory) == pytest.approx(0.0, abs=0.5), body.name
 
 
-def sea_floor(places: Floats) -> Floats:
-    """Height of the ground [m] under places (..., 2 or more), from the generator's formula, not from its picture."""
-    return make_scenes.heights(places[..., 0], places[..., 1])
+def sea_floor(positions: Floats) -> Floats:
+    """Height of the ground [m] under positions (..., 2 or more), from the generator's formula, not from its picture."""
+    return make_scenes.heights(positions[..., 0], positions[..., 1])
 
 
 def test_harbour_ships_and_buoys_have_water_under_them() -> None:

@@ -75,7 +75,7 @@ def test_level_land_over_the_curved_earth_has_its_cross_section(tmp_path: Path) 
     """Land 10 m up, 2 to 12 km off, observed from 30 m: the ray grazes it at (h - u)/d - d/(2 ae), so the sum of sigma is
     gamma times the integral of that over the strip. The earth's curve takes 12 % of it away; both estimators show it.
 
-    Scatterers: every one of 100 000 a random place, sampling error 0.3 %, 5 sigma. Rays: 6 sigma of the Poisson count.
+    Scatterers: every one of 100 000 a random position, sampling error 0.3 %, 5 sigma. Rays: 6 sigma of the Poisson count.
     """
     radar = {"range_max_m": 13_000, "height_m": 30, "beamwidth_el_deg": 0.4, "beamwidth_deg": 10, "rays": 20_000,
              "bandwidth_hz": 5e6}  # fmt: skip

@@ -29,8 +29,8 @@ def _remarks(body: Body, mesh: Mesh, scene: Scene, bounces: int) -> list[str]:
     corners = mesh.vertices[mesh.faces]
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
     cut = f", cut to {limit:.3g} m" if longest > limit else ""
-    said = [f"optics: facets up to {longest:.3g} m long{cut}; {_mirrors(mesh, bounces)}"]
-    return said + _curves(mesh, scene.radar) + _coarser(body, scene.radar, distance)
+    messages = [f"optics: facets up to {longest:.3g} m long{cut}; {_mirrors(mesh, bounces)}"]
+    return messages + _curves(mesh, scene.radar) + _coarser(body, scene.radar, distance)
 
 
 def _mirrors(mesh: Mesh, bounces: int) -> str:
@@ -47,14 +47,14 @@ def concave(mesh: Mesh) -> int:
 
 
 def _curves(mesh: Mesh, radar: Radar) -> list[str]:
-    sag, wanted = curve_sag(mesh), FINE * radar.wavelength
+    sag, requested = curve_sag(mesh), FINE * radar.wavelength
     if sag == 0.0:
         return []
-    if sag <= wanted:
+    if sag <= requested:
         return [f"curves are kept to {1e3 * sag:.2g} mm, fine at a wavelength of {1e3 * radar.wavelength:.3g} mm"]
     return [
         f"bends below {math.degrees(SMOOTH):.0f} degrees, if they stand for curves, leave facets up to {1e3 * sag:.3g} mm off "
-        f"them; beyond {1e3 * wanted:.2g} mm, 1/50 of the wavelength, curves err by over 0.5 dB: refine those that matter"
+        f"them; beyond {1e3 * requested:.2g} mm, 1/50 of the wavelength, curves err by over 0.5 dB: refine those that matter"
     ]
 
 
