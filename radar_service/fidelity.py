@@ -18,16 +18,16 @@ class Fidelity:
     sampler: how the corrected engine finds diffuse surfaces: scatterers on them, or rays from the antenna (uniform random,
         stratified, Sobol'), which are the independent check.
     scatterers_per_cell: points on extended surfaces per resolution cell (range bin x beamwidth).
-    fewest: points on the smallest extended surface.
+    min_scatterers: points on the smallest extended surface.
     bounces: surfaces that physical optics follows in a row, 1 for none but the first.
-    kernel_width: range bins that an echo is laid on (Kaiser-Bessel, even); 4 errs by -61 dB at 75 MSPS, 6 by -80.
-    beam_kernel_width: azimuth rows that an echo at rest is laid on (even); 4 errs by -83 dB, 6 by less than float32.
+    kernel_width: range bins that an echo is spread on (Kaiser-Bessel, even); 4 errs by -61 dB at 75 MSPS, 6 by -80.
+    beam_kernel_width: azimuth rows that an echo at rest is spread on (even); 4 errs by -83 dB, 6 by less than float32.
     beam_extent: reach of the beam for moving echoes, beamwidths each side (echoes at rest always see the full circle); 3
         errs by -40 dB, 12 by -56.
-    swept_together: azimuths that moving echoes are swept over at a time, along parabolas, their path to the sea and back
-        that of the middle; 16 errs by -71 dB, 1 takes each azimuth at its own instant.
-    glance: m that anything may move before sight and scattering are looked at again.
-    fineness: how many times finer than usual the table of the beam is; 1 errs by -78 dB, 8 by -88.
+    azimuths_per_block: azimuths over which moving echoes follow one parabola, with the multipath of the middle one; 16 errs
+        by -71 dB, 1 takes each azimuth at its own instant.
+    visibility_step: m that anything may move before visibility and scattering are renewed.
+    beam_table_oversampling: times the usual number of entries in the table of the beam; 1 errs by -78 dB, 8 by -88.
     error_db: what may be left out: whatever moves the power of targets by less than this [dB]; 0 leaves out nothing.
     """
 
@@ -57,7 +57,7 @@ PRESETS: dict[str, Fidelity] = {
     ),
 }  # fmt: skip
 
-# What each preset is for, with the relative field error of points against the closed form (tests/test_presets.py holds it)
+# What each preset is for, with the relative field error of points against the closed form (tests/test_fidelity.py holds it)
 PURPOSE: dict[str, str] = {
     "documented": "the specification exactly as printed, its mistakes included",
     "fast": "points to -61 dB at rest, -40 dB moving; one scatterer to a cell",

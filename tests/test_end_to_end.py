@@ -66,15 +66,15 @@ def spots(picture: NDArray[np.float64]) -> NDArray[np.float64]:
     brightness = picture.sum(axis=2) * (coloured & inside)
     strong = brightness > 0.8 * brightness.max()
     labels, count = ndimage.label(ndimage.binary_dilation(strong, iterations=2))
-    places = np.array(ndimage.center_of_mass(strong, labels, range(1, count + 1)))
-    return np.stack([places[:, 1] - (SIZE - 1) / 2, (SIZE - 1) / 2 - places[:, 0]], axis=1)
+    centres = np.array(ndimage.center_of_mass(strong, labels, range(1, count + 1)))
+    return np.stack([centres[:, 1] - (SIZE - 1) / 2, (SIZE - 1) / 2 - centres[:, 0]], axis=1)
 
 
 @pytest.mark.parametrize("name", ["orientation", "worked-example"])
 @pytest.mark.parametrize("heading_deg", [0, 70])
 def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, serve: Serve, tmp_path: Path) -> None:
     """In the feed: the strongest cell is the one that holds the target (half a bin, half a spoke). In the client's picture:
-    the spot lies within 2 pixels and 1.5 % of the radius of its place (rings and disc edges are whole pixels)."""
+    the spot lies within 2 pixels and 1.5 % of the radius of its position (rings and disc edges are whole pixels)."""
     text = (Path(scenes.__file__).parent / f"{name}.toml").read_text()
     text = (
         re.sub(r"\[own_ship\]\nheading_deg = 0\n|noise = true\n", "", text) + f"\n[own_ship]\nheading_deg = {heading_deg}\n"
@@ -87,16 +87,16 @@ def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, se
         with np.load(arrays) as file:
             power, azimuth, distance, step = file["power"][0], file["azimuth"], file["range"], float(file["range_step"])
             np.testing.assert_allclose(file["heading"][0], np.deg2rad(heading_deg), atol=2 * np.pi / 65536)
-        wanted = []
+        expected = []
         for bearing_deg, reach in TARGETS[name]:
             near = np.flatnonzero(np.abs(distance - reach) < 60)
             k, n = np.unravel_index(np.argmax(power[:, near]), (len(power), len(near)))
             assert abs(np.rad2deg(azimuth[k]) - bearing_deg) <= 0.25
             assert abs(distance[near[n]] - reach) <= step / 2 + 1e-3
             turned = np.deg2rad(bearing_deg - (heading_deg if up else 0))
-            wanted.append(reach * np.array([np.sin(turned), np.cos(turned)]) / (len(distance) * step))
+            expected.append(reach * np.array([np.sin(turned), np.cos(turned)]) / (len(distance) * step))
         picture = np.asarray(Image.open(out).convert("RGB")).astype(np.float64)
-        found = spots(picture) / disc(picture)
-        assert len(found) == len(wanted)
-        for place in wanted:
-            assert np.hypot(*(found - place).T).min() < 0.015 + 2 / disc(picture)
+        located = spots(picture) / disc(picture)
+        assert len(located) == len(expected)
+        for spot in expected:
+            assert np.hypot(*(located - spot).T).min() < 0.015 + 2 / disc(picture)

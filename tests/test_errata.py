@@ -10,9 +10,8 @@ from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.engine.documented import DocumentedEngine, Hits
 from radar_service.fidelity import PRESETS
 from radar_service.frames import direction
+from radar_service.propagation.attenuation import attenuation_amplitude, printed_atmosphere
 from radar_service.propagation.multipath import (
-    gas_amplitude,
-    printed_atmosphere,
     printed_two_ray_factor,
     two_ray_factor,
     wavelength,
@@ -66,7 +65,7 @@ class Listening(DocumentedEngine):
         return self.amplitudes
 
 
-def heard(body: dict[str, Any], **radar: Any) -> Listening:
+def observed(body: dict[str, Any], **radar: Any) -> Listening:
     chain = Listening(scene(body, **radar), PRESETS["documented"], seed=5)
     chain.hits = Hits(*(np.zeros(0) for _ in range(4)))
     chain.amplitudes = np.zeros(0)
@@ -90,14 +89,14 @@ def test_row_2_two_way_pattern() -> None:
 
 
 def test_row_3_atmosphere() -> None:
-    printed, corrected = (20 * np.log10(f(20_000.0, 0.01327)) for f in (printed_atmosphere, gas_amplitude))
+    printed, corrected = (20 * np.log10(f(20_000.0, 0.01327)) for f in (printed_atmosphere, attenuation_amplitude))
     assert (printed, corrected) == pytest.approx((-1.06, -0.53), abs=5e-3)  # 0.53 dB two-way at 20 km, half the last digit
 
 
 def test_row_4_power_of_incoherent_hits_with_range() -> None:
     # 1 m ball seen through a narrow box of rays: thousands of hits at 100 m, a quarter of them at 200 m
     box: dict[str, Any] = {"beamwidth_deg": 2, "beamwidth_el_deg": 2, "rays": 200_000, "range_max_m": 400}
-    ball = [heard({"shape": "sphere", "radius_m": 1.0, "position_m": [0, r, 10]}, **box) for r in (100.0, 200.0)]
+    ball = [observed({"shape": "sphere", "radius_m": 1.0, "position_m": [0, r, 10]}, **box) for r in (100.0, 200.0)]
     counts = np.array([b.hits.range.size for b in ball])
     sigma_db = 10 / np.log(10) * np.sqrt(np.sum(1 / counts))
     free_of_the_beam = [np.sum(1 / (b.hits.range**2 + 1) ** 2) for b in ball]
@@ -113,7 +112,7 @@ def test_row_4_power_of_incoherent_hits_with_range() -> None:
 def test_row_4_power_of_a_flat_facing_plate_with_range() -> None:
     box: dict[str, Any] = {"beamwidth_deg": 0.5, "beamwidth_el_deg": 0.5, "rays": 300_000, "range_max_m": 400}
     facing = {"shape": "plate", "width_m": 0.3, "height_m": 0.3, "heading_deg": 180}
-    plate = [heard(facing | {"position_m": [0, r, 10]}, **box) for r in (100.0, 200.0)]
+    plate = [observed(facing | {"position_m": [0, r, 10]}, **box) for r in (100.0, 200.0)]
     counts = np.array([p.hits.range.size for p in plate])
     fields = [np.abs(np.sum(np.exp(1j * printed_phase(p.hits.range, LAMBDA)) / (p.hits.range**2 + 1))) for p in plate]
     printed = 20 * np.log10(fields[0] / fields[1])
@@ -127,7 +126,7 @@ def test_row_4_power_of_a_flat_facing_plate_with_range() -> None:
 def test_row_4_a_small_target_far_out_is_missed_altogether() -> None:
     buoy = {"shape": "sphere", "radius_m": 1.0, "position_m": [0, 4900, 10]}
     expected = 2000 * np.pi / 4900**2 / (9 * BEAM * np.deg2rad(25))
-    assert expected < 1e-3 and heard(buoy).hits.range.size == 0  # 2000 rays, seven hits in ten thousand azimuths
+    assert expected < 1e-3 and observed(buoy).hits.range.size == 0  # 2000 rays, seven hits in ten thousand azimuths
     assert received_amplitude(scene(buoy).radar, np.array([4900.0]))[0] > 0
 
 
@@ -135,8 +134,8 @@ def test_row_5_sign_and_phase_of_the_two_rays() -> None:
     assert printed_phase(100.001, LAMBDA) > printed_phase(100.0, LAMBDA)
     step = np.angle(two_way_phase(np.array([100.001]), LAMBDA) / two_way_phase(np.array([100.0]), LAMBDA))
     assert step == pytest.approx(-4 * np.pi * 0.001 / LAMBDA, abs=1e-9)  # rounding of phases of 4e4 rad
-    place = (1000.0, 40.0, 10.0, LAMBDA)
-    printed, corrected = np.abs(printed_two_ray_factor(*place)) ** 2, two_ray_factor(*place) ** 2
+    position = (1000.0, 40.0, 10.0, LAMBDA)
+    printed, corrected = np.abs(printed_two_ray_factor(*position)) ** 2, two_ray_factor(*position) ** 2
     assert np.abs(corrected) == pytest.approx(printed, rel=1e-12)  # a smooth flat sea: the same magnitude
     assert abs(np.angle(corrected)) > 0.1 and np.isreal(printed)  # the phase is what |F|^2 drops
 
@@ -145,12 +144,12 @@ def test_row_6_delays_rounded_to_a_sample() -> None:
     for rate, error_db in ((200e6, -23), (75e6, -15)):
         sent = chirp(pulse_times(PULSE, rate), BANDWIDTH, PULSE)
         weights = window("hamming", sent.size)
-        places = (100 + (np.arange(20) + 0.5) / 20) * SPEED_OF_LIGHT / (2 * rate)  # evenly over a sample
+        positions = (100 + (np.arange(20) + 0.5) / 20) * SPEED_OF_LIGHT / (2 * rate)  # evenly over a sample
         wrong, whole = 0.0, 0.0
-        for place in places[:, None]:
-            phase = printed_phase(place, LAMBDA)
-            rounded = chirp_sum(sample_delay(place, rate), np.ones(1), phase, sent, 250)
-            exact = exact_chirp_sum(place, np.ones(1), phase, BANDWIDTH, PULSE, rate, 250)
+        for position in positions[:, None]:
+            phase = printed_phase(position, LAMBDA)
+            rounded = chirp_sum(sample_delay(position, rate), np.ones(1), phase, sent, 250)
+            exact = exact_chirp_sum(position, np.ones(1), phase, BANDWIDTH, PULSE, rate, 250)
             right = compress(exact, sent, weights, 250)
             wrong += np.sum(np.abs(compress(rounded, sent, weights, 250) - right) ** 2)
             whole += np.sum(np.abs(right) ** 2)
@@ -188,7 +187,7 @@ def test_row_9_blind_range_of_one_antenna() -> None:
         np.abs(DocumentedEngine(scene(point, rays=1, eclipsing=on), PRESETS["documented"], 0).azimuth_field(0, 0)[100])
         for on in (False, True)
     )
-    assert shared < 0.05 * separate  # 13 % of the pulse is heard, under the foot of the Hamming window
+    assert shared < 0.05 * separate  # 13 % of the pulse is received, under the foot of the Hamming window
 
 
 def test_row_10_the_worked_example() -> None:
@@ -227,7 +226,7 @@ def test_row_12_millimetre_triangles() -> None:
 
 def test_row_13_near_range() -> None:
     point = {"shape": "point", "rcs_dbsm": 0, "position_m": [0, 2, 10]}
-    chain = heard(point, rays=1)
+    chain = observed(point, rays=1)
     assert chain.amplitudes[0] == pytest.approx(1 / (2.0**2 + 1), rel=1e-12)  # rounding
     radar = scene(point).radar
     amplitude = received_amplitude(radar, np.array([0.5, radar.range_min, 2.0]))

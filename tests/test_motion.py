@@ -86,15 +86,15 @@ def test_heel_shifts_bearings_by_the_known_law(bearing_deg: int) -> None:
     power = scan.power.max(axis=1)
     offset = (scan.azimuth - bearing + np.pi) % (2 * np.pi) - np.pi
     near = np.abs(offset) < np.deg2rad(2)
-    found = np.sum(power[near] * offset[near]) / np.sum(power[near])
+    centroid = np.sum(power[near] * offset[near]) / np.sum(power[near])
     law = -(np.deg2rad(10) ** 2) / 2 * np.sin(bearing) * np.cos(bearing)
-    assert np.rad2deg(found) == pytest.approx(np.rad2deg(law), abs=0.02)
+    assert np.rad2deg(centroid) == pytest.approx(np.rad2deg(law), abs=0.02)
 
 
 def test_yaw_turns_the_ship_but_not_the_picture() -> None:
     """The gyro keeps the feed in true bearings: yaw moves the heading and the blind sector, a target stays put."""
     own = {"yaw_deg": 20, "yaw_period_s": 5.0}
-    ring = [point(f"p{a}", 800 * np.sin(a), 800 * np.cos(a), rcs_dbsm=-20) for a in range(1, 7)]  # heard all round
+    ring = [point(f"p{a}", 800 * np.sin(a), 800 * np.cos(a), rcs_dbsm=-20) for a in range(1, 7)]  # received all round
     radar = {"range_max_m": 1000, "blind_sectors_deg": [[90, 100]], "beamwidth_deg": 6}
     made = scene([point("t", 0, 800), *ring], radar=radar, own_ship=own)
     still = scene([point("t", 0, 800), *ring], radar=radar)
@@ -108,7 +108,7 @@ def test_yaw_turns_the_ship_but_not_the_picture() -> None:
 
 
 def test_a_turning_ship_is_where_its_arc_puts_it() -> None:
-    """A point on a rounded square: the field at every azimuth is the closed form at its place by own arithmetic (-50 dB)."""
+    """A point on a rounded square: the field at every azimuth is the closed form at its position by own arithmetic (-50 dB)."""
     corners = [{"position_m": list(p), "speed_kn": 15} for p in [(700, 500), (700, 700), (500, 700)]]
     body = point("t", 500, 500, waypoints=corners, loop=True, turn_radius_m=60)
     made = scene([body], radar={"range_max_m": 1500, "rpm": 48, "azimuths": 360, "beamwidth_deg": 3.9})
@@ -116,14 +116,14 @@ def test_a_turning_ship_is_where_its_arc_puts_it() -> None:
     exact, got = [], []
     for _ in range(12):  # 15 s at 15 kn: a straight of 80 m and an arc of 94 m
         scan = sim.scan()
-        place = np.array([on_the_square(15 * KNOT * t) for t in scan.time])
-        d2, up = np.sum(place**2, axis=1), 0.0
+        position = np.array([on_the_square(15 * KNOT * t) for t in scan.time])
+        d2, up = np.sum(position**2, axis=1), 0.0
         z = up - d2 / (2 * 4 / 3 * 6_371_000.0)
         r = np.sqrt(d2 + z**2)
         radar = made.radar
         level = np.sqrt(radar.power * radar.gain**2 * radar.wavelength**2 * 10 / (4 * np.pi) ** 3) / r**2
         level *= sinc2_beam(np.arctan2(z, np.sqrt(d2)), radar.beamwidth_el)
-        azimuth = np.arctan2(place[:, 0], place[:, 1])
+        azimuth = np.arctan2(position[:, 0], position[:, 1])
         exact.append(point_field(scan.range, scan.azimuth, r[:, None], azimuth[:, None], level[:, None], radar.wavelength,
                                  radar.bandwidth, radar.pulse, (0.54, 0.46), radar.beamwidth))  # fmt: skip
         got.append(scan.field)
@@ -142,8 +142,8 @@ def on_the_square(geometry: float) -> tuple[float, float]:
     ahead = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)][k])  # along the straight after the corner
     outward = np.array([ahead[1], -ahead[0]])
     if rest > quarter:
-        place = centre + radius * outward + (rest - quarter) * ahead
+        position = centre + radius * outward + (rest - quarter) * ahead
     else:
         before = np.pi / 2 - rest / radius  # of the arc still to sail
-        place = centre + radius * (np.cos(before) * outward - np.sin(before) * ahead)
-    return float(place[0]), float(place[1])
+        position = centre + radius * (np.cos(before) * outward - np.sin(before) * ahead)
+    return float(position[0]), float(position[1])

@@ -13,8 +13,9 @@ from threadpoolctl import OpenBLASController, ThreadpoolController, threadpool_i
 
 import radar_service as rs
 from radar_service import __main__ as command_line
+from radar_service import simulator
+from radar_service.engine import pipeline
 from radar_service.engine.documented import DocumentedEngine
-from radar_service.engine.pipeline import CorrectedChain
 from radar_service.parallel import BLAS_LIMIT, BlasLimit, in_order
 from radar_service.plan import cost_model
 from tests.scenes import point, scene
@@ -118,8 +119,8 @@ def test_limit_is_in_force_in_set_up_and_in_each_block(
 ) -> None:
     set_up: list[Numbers] = []
     tiles: list[Numbers] = []
-    monkeypatch.setattr(CorrectedChain, "__init__", watched(CorrectedChain.__init__, set_up))
-    monkeypatch.setattr(CorrectedChain, "tile", watched(CorrectedChain.tile, tiles))
+    monkeypatch.setattr(simulator, "prepare", watched(pipeline.prepare, set_up))
+    monkeypatch.setattr(pipeline, "profiles", watched(pipeline.profiles, tiles))
     sim = rs.Simulator(small, threads=threads)
     assert in_force(set_up) and numbers() == host
     for _ in sim.blocks(scans=2):
@@ -138,7 +139,7 @@ def test_limit_is_in_force_in_the_documented_fidelity_and_while_costs_are_measur
     rs.Simulator(small, "documented").scan()
     assert in_force(seen) and numbers() == host
     measured: list[Numbers] = []
-    monkeypatch.setattr(cost_model, "costs", watched(cost_model.costs, measured))
+    monkeypatch.setattr(cost_model, "engine_costs", watched(cost_model.engine_costs, measured))
     assert rs.Simulator(small).plan.costs is not None
     assert in_force(measured) and numbers() == host
 
@@ -148,13 +149,13 @@ def test_overlapping_simulators_keep_the_limit_until_the_last_one_ends(
 ) -> None:
     """The second simulator begins while the first computes, and ends after it; the first one's thread lives on meanwhile."""
     begun, go, ended, leave = ({name: threading.Event() for name in ("first", "second")} for _ in range(4))
-    tile = CorrectedChain.tile
+    profiles = pipeline.profiles
 
-    def waiting_tile(chain: CorrectedChain, scan: int, start: int) -> Any:
+    def waiting_profiles(*arguments: Any) -> Any:
         name = threading.current_thread().name
         begun[name].set()
         assert go[name].wait(PATIENCE)
-        return tile(chain, scan, start)
+        return profiles(*arguments)
 
     def run(sim: rs.Simulator) -> None:
         name = threading.current_thread().name
@@ -162,7 +163,7 @@ def test_overlapping_simulators_keep_the_limit_until_the_last_one_ends(
         ended[name].set()
         leave[name].wait(PATIENCE)
 
-    monkeypatch.setattr(CorrectedChain, "tile", waiting_tile)
+    monkeypatch.setattr(pipeline, "profiles", waiting_profiles)
     threads = [threading.Thread(target=run, args=(rs.Simulator(small),), name=name) for name in begun]
     for thread in threads:
         thread.start()
@@ -205,11 +206,11 @@ def test_an_exception_restores(host: Numbers, small: rs.Scene, monkeypatch: pyte
         raise ArithmeticError("broken")
 
     sim = rs.Simulator(small, threads=threads)
-    monkeypatch.setattr(CorrectedChain, "tile", broken)
+    monkeypatch.setattr(pipeline, "profiles", broken)
     with pytest.raises(ArithmeticError, match="broken"):
         sim.scan()
     assert numbers() == host
-    monkeypatch.setattr(CorrectedChain, "__init__", broken)
+    monkeypatch.setattr(simulator, "prepare", broken)
     with pytest.raises(ArithmeticError, match="broken"):
         rs.Simulator(small, threads=threads)
     assert numbers() == host

@@ -13,10 +13,10 @@ from scipy.spatial import cKDTree
 import radar_service as rs
 from radar_service.display.video import Controls, display_video, layout
 from radar_service.frames import map_from_body
+from radar_service.scattering.physical_optics.model import antenna_in_body_frame
 from radar_service.scattering.physical_optics.optical_body import optical_body
-from radar_service.scattering.scatterer_set import antenna_from
 from radar_service.scene.body import Body
-from radar_service.trace.occluder import BodyPose
+from radar_service.scene.poses import pose_at
 from tests.reference import make_scenes
 from tests.scattering.physical_optics.meshes import cross_section, decibels
 
@@ -99,15 +99,14 @@ def test_harbour_reflectors_return_what_theory_says() -> None:
     reflectors = [b for b in harbour.bodies if b.name.startswith("reflector")]
     assert len(reflectors) == 3 and all(b.rcs is None and b.scattering == "optics" for b in reflectors)
     for body in reflectors:
-        pose = body.motion.pose(0.0)
-        antenna = antenna_from(body, BodyPose(pose.position[0], float(pose.heading[0])), harbour.antenna(0.0)[0], np.inf)
-        found = cross_section(optical_body(body, harbour.radar, 3), antenna)
-        assert decibels(found / theory) == pytest.approx(0.0, abs=0.5), body.name
+        antenna = antenna_in_body_frame(body, pose_at(body, 0.0), harbour.antenna(0.0)[0], np.inf)
+        result = cross_section(optical_body(body, harbour.radar, 3), antenna)
+        assert decibels(result / theory) == pytest.approx(0.0, abs=0.5), body.name
 
 
-def sea_floor(places: Floats) -> Floats:
-    """Height of the ground [m] under places (..., 2 or more), from the generator's formula, not from its picture."""
-    return make_scenes.heights(places[..., 0], places[..., 1])
+def sea_floor(positions: Floats) -> Floats:
+    """Height of the ground [m] under positions (..., 2 or more), from the generator's formula, not from its picture."""
+    return make_scenes.heights(positions[..., 0], positions[..., 1])
 
 
 def test_harbour_ships_and_buoys_have_water_under_them() -> None:

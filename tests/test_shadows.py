@@ -1,4 +1,4 @@
-"""Shadows through the whole engine: terrain, quays, ships and the earth stand in the way exactly where geometry says."""
+"""Shadows through the whole engine: terrain, quays, ships and the earth occlude exactly what geometry says."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,22 +8,21 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.engine.pipeline import CorrectedChain
+from radar_service.engine.pipeline import prepare
 from radar_service.fidelity import PRESETS
-from radar_service.frames import effective_earth_radius
 from radar_service.scene.motion import Motion
+from radar_service.scene.poses import BodyPose
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.trace.occluder import BodyPose
 from tests.scenes import point
 from tests.trace.test_occluder import EARTH, bent, depths, hills
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 RADAR = {"range_max_m": 2600, "pulse_s": 1e-6, "azimuths": 60, "beamwidth_deg": 20, "height_m": 15}  # sidelobes end at 150 m
-QUIET = -60.0  # dBsm of whatever only stands in the way
+QUIET = -60.0  # dBsm of bodies that only occlude
 
 
 def line_over(distance: float, up: float, behind: float, antenna_up: float = 15.0) -> float:
-    """Height [m] at ground distance `behind` of the sight line that grazes a place `up` high at `distance`, by hand."""
+    """Height [m] at ground distance `behind` of the sight line that grazes a position `up` high at `distance`, by hand."""
     rise = (up - antenna_up - distance**2 / (2 * EARTH)) / distance
     return antenna_up + rise * behind + behind**2 / (2 * EARTH)
 
@@ -58,32 +57,32 @@ def ship() -> dict[str, Any]:
             "heading_deg": 90, "rcs_dbsm": QUIET}  # fmt: skip
 
 
-@pytest.mark.parametrize(("what", "distance", "up"), [("ridge", 1000.0, 60.0), ("quay", 994.0, 25.0), ("ship", 990.0, 18.0)])
-def test_terrain_quays_and_ships_hide_what_lies_below_the_line_over_them(
-    what: str, distance: float, up: float, tmp_path: Path
+@pytest.mark.parametrize(
+    ("obstacle", "distance", "up"), [("ridge", 1000.0, 60.0), ("quay", 994.0, 25.0), ("ship", 990.0, 18.0)]
+)
+def test_terrain_quays_and_ships_occlude_points_below_the_sight_line(
+    obstacle: str, distance: float, up: float, tmp_path: Path
 ) -> None:
-    """A point 2 km off, 0.3 m above the line that grazes the obstacle and 0.3 m below it: heard as if alone to 0.01 dB
+    """A point 2 km off, 0.3 m above the line that grazes the obstacle and 0.3 m below it: received as if alone to 0.01 dB
     (the obstacle's own echo, 70 dB down, ends 150 m behind it), and 60 dB down."""
-    bodies = [{"ridge": lambda: ridge(tmp_path), "quay": quay, "ship": ship}[what]()]
+    bodies = [{"ridge": lambda: ridge(tmp_path), "quay": quay, "ship": ship}[obstacle]()]
     line = line_over(distance, up, 2000.0)
     (above,) = target_db(bodies, 2000, line + 0.3, folder=tmp_path)
     (below,) = target_db(bodies, 2000, line - 0.3, folder=tmp_path)
     assert above == pytest.approx(0.0, abs=0.01) and below < -60
 
 
-def test_a_ship_under_way_hides_like_one_at_rest() -> None:
-    """The same hull under way along the sight line's perpendicular: hidden below its line while it is there, seen above."""
+def test_a_ship_under_way_occludes_like_one_at_rest() -> None:
+    """The same hull under way along the sight line's perpendicular: occluded below its line while it is there, seen above."""
     moving = {**ship(), "course_deg": 90, "speed_kn": 4}
     line = line_over(990, 18, 2000)
     (above,), (below,) = (target_db([moving], 2000, line + up) for up in (0.3, -0.3))
     assert above == pytest.approx(0.0, abs=0.01) and below < -60
 
 
-def heard(made: rs.Scene, seed: int) -> Floats:
-    """Cross-sections [m^2] as heard, R^4 put back, of all echoes at rest: without speckle, as nothing is summed."""
-    occlusion = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
-    chain = CorrectedChain(made, PRESETS["balanced"], seed, occlusion)
-    radar, echoes = made.radar, chain.resting.echoes
+def cross_sections(made: rs.Scene, seed: int) -> Floats:
+    """Cross-sections [m^2] of all echoes at rest, R^4 put back: without speckle, as nothing is summed."""
+    radar, echoes = made.radar, prepare(made, PRESETS["balanced"], seed).resting.echoes
     constant = radar.power * radar.gain**2 * radar.wavelength**2 / (4 * np.pi) ** 3
     return np.abs(echoes.amplitude) ** 2 * echoes.range**4 / constant
 
@@ -98,7 +97,7 @@ def test_a_mesh_sinks_below_the_horizon_as_the_earth_curves(distance: float) -> 
     gone = max(distance - np.sqrt(2 * EARTH * 15), 0.0) ** 2 / (2 * EARTH)
     shares, points = [], 0
     for seed in range(20):
-        sections = heard(rs.load_scene({"radar": radar, "body": [plate]}), seed)
+        sections = cross_sections(rs.load_scene({"radar": radar, "body": [plate]}), seed)
         shares.append(sections.sum() / (10**-0.6 * 2400))
         points += 48  # the fewest that stand for a surface
     error = 5 * np.sqrt(gone / 40 * (1 - gone / 40) / points)
@@ -108,7 +107,7 @@ def test_a_mesh_sinks_below_the_horizon_as_the_earth_curves(distance: float) -> 
         assert rs.Simulator(rs.load_scene({"radar": radar, "body": [low]})).scan().power.max() == 0.0
 
 
-def test_of_a_mast_behind_a_hull_only_what_stands_over_the_deck_is_seen() -> None:
+def test_of_a_mast_behind_a_hull_only_the_part_above_the_deck_is_visible() -> None:
     """A mast of 40 m, 60 m behind a hull whose deck is 18 m up: what lies below the line over the deck's near edge is gone.
 
     20 seeds of 48 points; the mast is a box, whose near face alone looks at the antenna: 5 sigma of the points on it.
@@ -119,7 +118,9 @@ def test_of_a_mast_behind_a_hull_only_what_stands_over_the_deck_is_seen() -> Non
     line = line_over(990, 18, 1060, antenna_up=12)
     shares, points = [], 0
     for seed in range(20):
-        free, behind = (heard(rs.load_scene({"radar": radar, "body": [mast, *others]}), seed) for others in ([], [ship()]))
+        free, behind = (
+            cross_sections(rs.load_scene({"radar": radar, "body": [mast, *others]}), seed) for others in ([], [ship()])
+        )
         shares.append((behind.sum() - 10 ** (QUIET / 10)) / free.sum())
         points += 10  # about a quarter of 48 are on the near face
     assert 18.3 < line < 19.3
@@ -145,7 +146,7 @@ def wall(folder: Path) -> tuple[dict[str, Any], Floats, Floats]:
 def test_a_wall_of_many_triangles_leaks_nothing(tmp_path: Path) -> None:
     """4800 triangles. Sight lines aimed at the middles of 2400 inner edges all end there (Embree's robust mode lets 0.09 %
     of such rays pass, reference/embree.md: 7 would be 5 sigma). Aimed exactly at one of 2301 vertices 0.7 % slip through,
-    a millimetre beside it none. Of a plate's scatterers behind, whose lines meet no vertex, nothing is heard."""
+    a millimetre beside it none. Of a plate's scatterers behind, whose lines meet no vertex, nothing is received."""
     body, vertices, middles = wall(tmp_path)
     plate = {"name": "p", "shape": "plate", "width_m": 200, "height_m": 60, "position_m": [0, 800, 35], "heading_deg": 180,
              "material": "concrete"}  # fmt: skip
@@ -154,8 +155,8 @@ def test_a_wall_of_many_triangles_leaks_nothing(tmp_path: Path) -> None:
     occlusion = OcclusionScene(made.bodies, np.inf)
     beside = vertices + np.random.default_rng(2).normal(0, 1e-3, vertices.shape)
     leaks = [
-        int(np.sum(~occlusion.hides(antenna + (places - antenna) * 1.5, antenna, 0.0)))
-        for places in (middles, vertices, beside)
+        int(np.sum(~occlusion.occluded(antenna + (positions - antenna) * 1.5, antenna, 0.0)))
+        for positions in (middles, vertices, beside)
     ]
     assert leaks[0] < 7 and leaks[1] < 0.02 * len(vertices) and leaks[2] == 0
     power = rs.Simulator(made).scan().power
@@ -165,21 +166,21 @@ def test_a_wall_of_many_triangles_leaks_nothing(tmp_path: Path) -> None:
 
 
 def test_the_visible_set_at_forty_kilometres_is_that_of_float64() -> None:
-    """600 places on hills 40 km off, seen over themselves: wherever float64, every triangle tried, gives one answer for the
-    place 20 cm up and 20 cm down, the engine gives it too. (Embree's float32 is 2.4 mm at 40 km; sight lines grazing at
+    """600 positions on hills 40 km off, seen over themselves: wherever float64, every triangle tried, gives one answer for the
+    position 20 cm up and 20 cm down, the engine gives it too. (Embree's float32 is 2.4 mm at 40 km; sight lines grazing at
     10 mrad turn that into decimetres.)"""
     mesh, rng = hills(5, 6000.0), np.random.default_rng(6)
     made = rs.load_scene({"body": [{"name": "t", "shape": "box", "length_m": 1, "width_m": 1, "height_m": 1}]})
-    place, antenna = np.array([24_000.0, 32_000.0, 0.0]), np.array([0.0, 0.0, 400.0])
-    body = replace(made.bodies[0], mesh=mesh, motion=Motion(np.zeros(1), place[None], np.zeros(1)))
+    position, antenna = np.array([24_000.0, 32_000.0, 0.0]), np.array([0.0, 0.0, 400.0])
+    body = replace(made.bodies[0], mesh=mesh, motion=Motion(np.zeros(1), position[None], np.zeros(1)))
     occlusion = OcclusionScene([body], EARTH)
     triangle = rng.integers(0, len(mesh.faces), 600)
     share = rng.dirichlet([1, 1, 1], 600)
-    points = np.einsum("ij,ijk->ik", share, mesh.vertices[mesh.faces[triangle]]) + place + [0, 0, 3.0]
-    stand = BodyPose(place, 0.0)
-    low, high = (depths(mesh, stand, antenna, points + [0, 0, up]) < 1 for up in (-0.2, 0.2))
-    hidden = occlusion.hides(points, antenna, 0.0)
-    sure = low == high
-    assert 100 < hidden.sum() < 550 and sure.sum() > 580
-    np.testing.assert_array_equal(hidden[sure], low[sure])
+    points = np.einsum("ij,ijk->ik", share, mesh.vertices[mesh.faces[triangle]]) + position + [0, 0, 3.0]
+    pose = BodyPose(position, 0.0)
+    low, high = (depths(mesh, pose, antenna, points + [0, 0, up]) < 1 for up in (-0.2, 0.2))
+    occluded = occlusion.occluded(points, antenna, 0.0)
+    certain = low == high
+    assert 100 < occluded.sum() < 550 and certain.sum() > 580
+    np.testing.assert_array_equal(occluded[certain], low[certain])
     assert np.abs(bent(points, antenna)).max() > 30_000

@@ -1,4 +1,4 @@
-"""What goes on for ever costs no more and no memory: nothing is rebuilt, traced or kept that need not be."""
+"""A long run costs no more time or memory: nothing is rebuilt, traced or kept without need."""
 
 import gc
 import subprocess
@@ -46,7 +46,8 @@ def counted(patch: pytest.MonkeyPatch, where: Any, name: str) -> list[int]:
 
 def test_nothing_is_rebuilt_and_rest_is_traced_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """No tree is built after the start, from rest or under way. With all at rest no ray is traced ever again; a passing ship
-    has rays traced once in a glance (7.2 m/s: every 0.69 s, so 36 in 25 s), for itself and for what it hides."""
+    has rays traced once in a visibility step (7.2 m/s: every 0.69 s, so 36 in 25 s), for what moves (once for each of the two
+    scattering models) and for what it occludes."""
     for speed in (0.0, 20.0):
         sim = rs.Simulator(harbourlet(speed))
         with monkeypatch.context() as patch:
@@ -65,30 +66,30 @@ def test_nothing_is_rebuilt_and_rest_is_traced_once(monkeypatch: pytest.MonkeyPa
         assert not rays
     sim = rs.Simulator(harbourlet())
     with monkeypatch.context() as patch:
-        looks, shadows = counted(patch, OcclusionScene, "visible"), counted(patch, OcclusionScene, "shadowed")
+        visible, shadows = counted(patch, OcclusionScene, "visible"), counted(patch, OcclusionScene, "shadowed")
         for _ in sim.blocks(scans=10):
             pass
         assert len(shadows) == pytest.approx(36, abs=1)
-        assert len(looks) == len(shadows)
+        assert len(visible) == 2 * len(shadows)
 
 
-def held_after(*scans: int) -> list[int]:
-    """Bytes held after so many scans, and so many more, under way with noise and draws."""
+def bytes_after(*scans: int) -> list[int]:
+    """Allocated bytes after so many scans, and so many more, under way with noise and draws."""
     sim = rs.Simulator(harbourlet(15.0))
     tracemalloc.start()
-    held = []
+    traced = []
     for more in scans:
         for _ in sim.blocks(scans=more):
             pass
         gc.collect()
-        held.append(tracemalloc.get_traced_memory()[0])
-    return held
+        traced.append(tracemalloc.get_traced_memory()[0])
+    return traced
 
 
 def test_memory_does_not_grow_with_scans() -> None:
-    """What is held after 30 more scans is what was held after 15, to 64 KiB: a single azimuth kept from each would be 97 KiB.
+    """30 more scans allocate no more than 15 did, to 64 KiB: a single azimuth kept from each would be 97 KiB.
     In a process of its own: threads that other tests leave behind would be counted."""
-    asked = "from tests.test_steady_state import held_after; print(*held_after(15, 30))"
-    said = subprocess.run([sys.executable, "-c", asked], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    before, after = map(int, said.split())
+    script = "from tests.test_steady_state import bytes_after; print(*bytes_after(15, 30))"
+    output = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    before, after = map(int, output.split())
     assert after - before < 65_536

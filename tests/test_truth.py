@@ -1,4 +1,4 @@
-"""The truth's records: ranges of values that clients rely on."""
+"""The truth: positions and reasons of invisibility by hand, and ranges of values that clients rely on."""
 
 import math
 from typing import Any
@@ -8,6 +8,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.scene.describe import describe
+from tests.scenes import point, scene
 
 WEST = -1e-15  # m; a body this far west of north has an azimuth of -1e-18 rad, whose remainder rounds to 2 pi
 
@@ -25,13 +26,39 @@ def test_azimuth_and_course_of_north_are_zero_not_a_whole_turn() -> None:
 
 def test_poses_have_courses_and_headings_below_a_whole_turn() -> None:
     """The leg points 1e-21 rad to the left of north."""
-    scene = made(waypoints=[{"position_m": [WEST - 1e-18, 2000], "speed_kn": 12}])
-    pose = scene.bodies[0].motion.pose(np.array([0.0, 1.0, 5.0]))
+    turned = made(waypoints=[{"position_m": [WEST - 1e-18, 2000], "speed_kn": 12}])
+    pose = turned.bodies[0].motion.pose(np.array([0.0, 1.0, 5.0]))
     for angle in (pose.course, pose.heading):
         assert angle.min() >= 0.0 and angle.max() < 2.0 * np.pi
 
 
 @pytest.mark.parametrize("heading_deg", [359.96, -1e-15, 0.0])
 def test_a_bearing_is_written_as_000_not_360(heading_deg: float) -> None:
-    said = describe(made(heading_deg=heading_deg))
-    assert "360.0" not in said and "bearing 000.0" in said and "heading 000.0" in said
+    description = describe(made(heading_deg=heading_deg))
+    assert "360.0" not in description and "bearing 000.0" in description and "heading 000.0" in description
+
+
+def test_positions_and_reasons_of_invisibility() -> None:
+    """Positions at an instant by hand; each reason for not being visible."""
+    wall = {"name": "wall", "shape": "plate", "width_m": 40, "height_m": 60, "position_m": [0, 500, 20], "rcs_dbsm": 0}
+    made = scene(
+        [
+            wall, point("behind", 0, 900), point("far", 5000, 0), point("blind", -500, 0, mmsi=235000001),
+            point("mover", 300, 0, course_deg=0, speed_kn=10), point("below", -30, 700, -5),
+        ],
+        radar={"range_max_m": 1500, "blind_sectors_deg": [[260, 280]]},
+        origin={"latitude_deg": 50.0, "longitude_deg": 0.0},
+    )  # fmt: skip
+    truth = rs.Simulator(made).truth(10.0)
+    truths = {body.name: body for body in truth.bodies}
+    assert {name: body.reason for name, body in truths.items()} == {
+        "wall": "", "behind": "shadowed", "far": "beyond range", "blind": "blind sector", "mover": "",
+        "below": "below horizon",
+    }  # fmt: skip
+    mover = truths["mover"]
+    assert mover.position == pytest.approx((300.0, 51.4444, 15.0), abs=1e-3)  # 10 kn for 10 s
+    assert mover.azimuth == pytest.approx(np.arctan2(300, 51.4444), abs=1e-5)
+    assert (mover.speed, mover.course) == pytest.approx((5.14444, 0.0), abs=1e-4)
+    assert truths["blind"].mmsi == 235000001
+    assert truths["behind"].latitude_deg == pytest.approx(50.0 + 900 / 111_229, abs=1e-6)  # 111.229 km a degree at 50 N
+    assert truth.as_dict()["bodies"][0]["name"] == "wall"

@@ -60,7 +60,7 @@ def test_the_barest_chirp_by_sample_rate(rate: float, bound_db: float) -> None:
 
 @pytest.mark.parametrize("name", MAGNETRON)
 def test_plain_pulses_of_a_magnetron_set_at_rest(name: str) -> None:
-    """The filtered pulse is laid as itself, at exact places: only the kernel along azimuth errs. The finely sampled one goes
+    """The filtered pulse is spread as itself, at exact positions: only the kernel along azimuth errs. The finely sampled one goes
     by way of the band, which it fills to -100 dB."""
     assert error_of({"modulation": "none", **MAGNETRON[name]}) < KERNEL_DB
 
@@ -119,14 +119,14 @@ def test_echoes_of_earlier_pulses_fold(who: str) -> None:
 
 
 def test_a_second_time_echo_stands_where_it_should() -> None:
-    """15 000 pulses/s leave 9993.08 m: a point at 12 000 m shows in the bin of 2006.92 m, and only if asked."""
+    """15 000 pulses/s leave 9993.08 m: a point at 12 000 m shows in the bin of 2006.92 m, and only if requested."""
     radar = {**WIDE, "range_max_m": 5000, "prf_hz": 15_000}
-    found = []
-    for asked in (True, False):
-        made = scene([point("t", 0, 12_000)], radar=radar | {"second_time_around": asked}, environment={"earth": "flat"})
-        found.append(rs.Simulator(made).scan())
-    assert found[0].power[0].argmax() == int(2006.92 / found[0].range_step)
-    assert found[1].power.max() < 1e-8 * found[0].power.max()
+    scans = []
+    for requested in (True, False):
+        made = scene([point("t", 0, 12_000)], radar=radar | {"second_time_around": requested}, environment={"earth": "flat"})
+        scans.append(rs.Simulator(made).scan())
+    assert scans[0].power[0].argmax() == int(2006.92 / scans[0].range_step)
+    assert scans[1].power.max() < 1e-8 * scans[0].power.max()
 
 
 @pytest.mark.parametrize(("rate", "loss_db"), [(1.0, 3.92), (1.25, 2.42), (1.5, 1.65), (2.0, 0.91), (4.0, 0.22)])
@@ -145,17 +145,17 @@ def test_straddle_loss(rate: float, loss_db: float) -> None:
 
 
 def test_delays_are_exact_over_a_sweep_below_the_bin() -> None:
-    """41 places across one bin: the middle of the echo by its phase slope over frequency is the true range to 1e-4 of a
+    """41 ranges across one bin: the middle of the echo by its phase slope over frequency is the true range to 1e-4 of a
     bin, as far as the -80 dB of the kernel could move it."""
     step = SPEED_OF_LIGHT / 150e6
-    places = 1000.0 + np.linspace(0.0, 1.0, 41) * step
-    for place in places:
-        made = scene([point("t", 0, place)], radar=WIDE | {"range_max_m": 2000}, environment={"earth": "flat"})
+    ranges = 1000.0 + np.linspace(0.0, 1.0, 41) * step
+    for distance in ranges:
+        made = scene([point("t", 0, distance)], radar=WIDE | {"range_max_m": 2000}, environment={"earth": "flat"})
         field = rs.Simulator(made).scan().field[0].astype(complex)
         spectrum = np.fft.fft(field)
         band = np.abs(np.fft.fftfreq(len(field), 1 / 75e6)) < 15e6
         frequency = np.fft.fftfreq(len(field), 1 / 75e6)[band]
-        delay = 2 * (place / SPEED_OF_LIGHT) - 0.5 / 75e6  # the first sample stands half a step from range 0
+        delay = 2 * (distance / SPEED_OF_LIGHT) - 0.5 / 75e6  # the first sample stands half a step from range 0
         turned = spectrum[band] * np.exp(2j * np.pi * frequency * delay)
         weight = np.abs(turned) ** 2
         middle = np.sum(weight * frequency) / weight.sum()

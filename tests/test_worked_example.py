@@ -18,12 +18,12 @@ PRINTED_LIGHT = 3e8  # m/s, the value of the example
 
 @pytest.fixture(scope="module")
 def chain() -> DocumentedEngine:
-    place = [RANGE * np.sin(np.pi / 4), RANGE * np.cos(np.pi / 4), 10.0]
+    position = [RANGE * np.sin(np.pi / 4), RANGE * np.cos(np.pi / 4), 10.0]
     return DocumentedEngine(
         load_scene(
             {
                 "radar": {"sample_rate_hz": RATE, "range_max_m": 400, "height_m": 10, "rays": 1},
-                "body": [{"name": "target", "shape": "point", "rcs_dbsm": 0, "position_m": place}],
+                "body": [{"name": "target", "shape": "point", "rcs_dbsm": 0, "position_m": position}],
             }
         ),
         PRESETS["documented"],

@@ -5,7 +5,7 @@ import numpy as np
 from radar_service.frames import wrap_angle
 from radar_service.types import Complexes, Gain, Profiles, Singles
 
-GAINS_PER_BEAMWIDTH = 4096  # table entries: the nearest one errs by less than -75 dB of boresight
+GAINS_PER_BEAMWIDTH = 4096  # table entries: the nearest one errs by -74.8 dB of boresight at most
 MAX_ENTRIES = 2**22
 
 

@@ -25,7 +25,7 @@ class RayCount:
 
 
 class TriangleScene:
-    """Triangles for ray tests: vertices (V, 3) [m] and faces (F, 3) in any one frame. Pickling leaves the Embree tree out,
+    """Triangles for ray tests: vertices (V, 3) [m] and faces (F, 3) in any one frame. Pickling leaves `tree` (Embree's) out,
     and unpickling builds it again."""
 
     def __init__(self, vertices: Floats, faces: NDArray[np.int64], rays: RayCount | None = None) -> None:
@@ -38,11 +38,11 @@ class TriangleScene:
 
     def _build(self) -> None:
         """Hands the triangles to Embree, which builds its tree at the first ray."""
-        self._scene = EmbreeScene(robust=True)  # non-robust leaks 9 % of rays at shared edges
-        TriangleMesh(self._scene, (self._vertices - self.centre).astype(np.float32), self._faces.astype(np.int32))
+        self.tree = EmbreeScene(robust=True)  # non-robust leaks 9 % of rays at shared edges
+        TriangleMesh(self.tree, (self._vertices - self.centre).astype(np.float32), self._faces.astype(np.int32))
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name not in ("_scene", "_planes")}
+        return {name: value for name, value in self.__dict__.items() if name not in ("tree", "_planes")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -53,7 +53,7 @@ class TriangleScene:
         if len(direction) == 0:
             return np.zeros(0, dtype=np.int64)
         origins, directions = self._as_float32(origin, direction)
-        return np.asarray(self._scene.run(origins, directions), dtype=np.int64)
+        return np.asarray(self.tree.run(origins, directions), dtype=np.int64)
 
     def occluded(self, origin: Floats, direction: Floats, reach: Floats | float) -> NDArray[np.bool_]:
         """Whether each ray meets a triangle within `reach` (M,), in lengths of `direction`."""
@@ -61,7 +61,7 @@ class TriangleScene:
             return np.zeros(0, dtype=np.bool_)
         origins, directions = self._as_float32(origin, direction)
         dists = np.array(np.broadcast_to(reach, (len(directions),)), dtype=np.float32)
-        hits = self._scene.run(origins, directions, dists=dists, query="OCCLUDED")
+        hits = self.tree.run(origins, directions, dists=dists, query="OCCLUDED")
         return np.asarray(np.asarray(hits) >= 0)
 
     def hit_distance(self, triangle: NDArray[np.int64], origin: Floats, direction: Floats) -> Floats:

@@ -28,8 +28,8 @@ class OcclusionScene:
     def __init__(
         self, bodies: Sequence[Body], earth_radius: float, without: Collection[int] = (), rays: RayCount | None = None
     ) -> None:
-        """earth_radius: effective, inf for flat [m]; without: indices of moving bodies that never occlude others; rays: counts
-        the rays cast, where given."""
+        """earth_radius: effective, inf for flat [m]; without: indices of moving bodies that never occlude, not even
+        themselves; rays: counts the rays cast, where given."""
         self.earth_radius = earth_radius
         self._resting: Flags = np.array([body.motion.at_rest for body in bodies], dtype=np.bool_)
         self._faces: Indices = np.array(

@@ -1,11 +1,11 @@
-"""The floor: what a scan asks of the libraries, done again by them alone.
+"""The floor: the work of a scan in libraries, repeated by the libraries alone.
 
 A scan is watched once: every FFT by its shape, every draw of normal numbers by its count, every batch of rays by itself, every
-product with which the beam sums rows of clutter, every sample of clutter that texture modulates, the echoes laid azimuth by
+product with which the beam sums rows of clutter, every sample of clutter that texture modulates, the echoes spread azimuth by
 azimuth, and the bytes of the profiles handed over. The floor is the time of the same FFTs and products over other numbers,
 the same draws, the same rays through the same trees, and of moving the bytes: one pass over the profiles for each time that a
 scan must touch them (rest added, clutter added, power taken), one over the draws (each has its weight in the spectrum), one
-look-up and one product for each modulated sample, and one pass over the grid cells that each laid echo must touch at each
+look-up and one product for each modulated sample, and one pass over the grid cells that each spread echo must touch at each
 azimuth, in pieces that stay in the cache.
 """
 
@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.fft
-from numpy.typing import NDArray
 
 import radar_service as rs
 from radar_service.clutter import clutter, texture
@@ -33,33 +32,34 @@ CACHED = 2**14  # grid cells, 128 KiB
 
 @dataclass
 class Work:
-    """What one scan asked for."""
+    """The work of one scan."""
 
     ffts: list[tuple[str, tuple[int, ...], np.dtype[Any], int | None, int]] = field(default_factory=list)
     draws: list[tuple[int, int]] = field(default_factory=list)
     products: list[tuple[int, int, int]] = field(default_factory=list)
     textures: list[tuple[int, int]] = field(default_factory=list)
-    cells: int = 0  # of grids, that echoes were laid on
-    rays: list[tuple[Any, NDArray[np.float32], NDArray[np.float32], dict[str, Any]]] = field(default_factory=list)
+    cells: int = 0  # of grids, that echoes were spread on
+    rays: list[tuple[Any, ...]] = field(default_factory=list)  # tree, origins and directions in float32
     profiles: list[tuple[int, int]] = field(default_factory=list)
 
     @property
     def ray_count(self) -> int:
-        return sum(len(direction) for _, _, direction, _ in self.rays)
+        return sum(len(direction) for _, _, direction in self.rays)
 
 
 @contextmanager
 def watched(work: Work) -> Iterator[None]:
-    """While it lasts, what is asked of scipy.fft, of generators and of Embree is noted in `work`."""
+    """While it lasts, calls of scipy.fft, generators and Embree are noted in `work`."""
     with pytest.MonkeyPatch.context() as patch:
         for name in ("fft", "ifft"):
             patch.setattr(scipy.fft, name, _noting_fft(getattr(scipy.fft, name), name, work))
         for module in (noise, texture):
             patch.setattr(module, "normals", _noting_normals(work))
-        patch.setattr(clutter, "under_beam", _noting_products(work))
+        patch.setattr(clutter, "weight_rows", _noting_products(work))
         patch.setattr(texture.TextureTable, "roots", _noting_textures(texture.TextureTable.roots, work))
-        patch.setattr(compression, "lay_swept", _noting_laid(work))
-        patch.setattr(TriangleScene, "_as_float32", _noting_rays(TriangleScene._as_float32, work))
+        patch.setattr(compression, "spread_moving", _noting_spread(work))
+        for name in ("first_hit", "hidden"):
+            patch.setattr(TriangleScene, name, _noting_rays(getattr(TriangleScene, name), work))
         yield
 
 
@@ -96,7 +96,7 @@ def _noting_textures(original: Callable[..., Any], work: Work) -> Callable[..., 
     return noting
 
 
-def _noting_laid(work: Work) -> Callable[..., Any]:
+def _noting_spread(work: Work) -> Callable[..., Any]:
     def noting(rows: Any, column: Any, range_migration: Any, amplitude: Any, tables: Any) -> None:
         work.cells += amplitude.size * tables[0].shape[2]
         spread_moving(rows, column, range_migration, amplitude, tables)
@@ -105,16 +105,18 @@ def _noting_laid(work: Work) -> Callable[..., Any]:
 
 
 def _noting_rays(original: Callable[..., Any], work: Work) -> Callable[..., Any]:
-    def noting(self: TriangleScene, origin: Any, direction: Any) -> Any:
-        origins, directions = original(self, origin, direction)
-        work.rays.append((self._scene, origins, directions, {}))
-        return origins, directions
+    def noting(self: TriangleScene, origin: Any, direction: Any, *reach: Any) -> Any:
+        if len(direction):
+            origins = np.broadcast_to(origin - self.centre, direction.shape)
+            rays = (np.ascontiguousarray(array, dtype=np.float32) for array in (origins, direction))
+            work.rays.append((self.tree, *rays))
+        return original(self, origin, direction, *reach)
 
     return noting
 
 
 def scan_work(sim: rs.Simulator) -> Work:
-    """What the next scan asks for."""
+    """The work of the next scan."""
     work = Work()
     with watched(work):
         work.profiles = [block.field.shape for block in sim.blocks(scans=1)]
@@ -137,8 +139,8 @@ def floor_seconds(work: Work) -> float:
     for rows, columns in work.draws:
         draws = normals(rng, rows, columns)
         np.multiply(draws, draws, out=draws)
-    for scene, origins, directions, _ in work.rays:
-        scene.run(origins, directions)
+    for tree, origins, directions in work.rays:
+        tree.run(origins, directions)
     total += time.process_time() - start
     factors = [(np.ones((k, j), np.float32), np.ones((j, n), np.float32)) for k, j, n in work.products[:200]]
     start = time.process_time()

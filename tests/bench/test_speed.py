@@ -16,6 +16,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.engine.pipeline import prepare
 from radar_service.frames import wrap_angle
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.radar.patterns import PATTERNS
@@ -95,11 +96,11 @@ def against_chirp_sum(azimuths: int = 3) -> tuple[float, float]:
     bodies = []
     for k in range(9000):
         r, a = rng.uniform(100, 2900), rng.uniform(0, 2 * np.pi)
-        place = [float(r * np.sin(a)), float(r * np.cos(a)), 15.0]
-        bodies.append({"name": f"p{k}", "shape": "point", "position_m": place, "rcs_dbsm": float(40 * np.log10(r / 100))})
+        position = [float(r * np.sin(a)), float(r * np.cos(a)), 15.0]
+        bodies.append({"name": f"p{k}", "shape": "point", "position_m": position, "rcs_dbsm": float(40 * np.log10(r / 100))})
     made = scene(bodies, radar=settings)
     sim = rs.Simulator(made)
-    echoes, radar = sim._chain.resting.echoes, made.radar  # type: ignore[attr-defined]
+    echoes, radar = prepare(made, sim.fidelity, 0).resting.echoes, made.radar
     own, start = sim.scan(), time.process_time()
     for _ in sim.blocks(scans=4):
         pass
@@ -109,12 +110,12 @@ def against_chirp_sum(azimuths: int = 3) -> tuple[float, float]:
     for k in range(azimuths):
         gain = PATTERNS["sinc2"].gain(wrap_angle(own.azimuth[k] - echoes.azimuth), radar.beamwidth)
         amplitude, phase = np.abs(echoes.amplitude) * gain, np.angle(echoes.amplitude)
-        place = echoes.range - radar.range_step / 2.0  # our samples stand half a step on
-        delay = np.rint(place / radar.range_step).astype(np.int64)
+        sampled = echoes.range - radar.range_step / 2.0  # our samples stand half a step on
+        delay = np.rint(sampled / radar.range_step).astype(np.int64)
         printed = compress(chirp_sum(delay, amplitude, phase, sent, radar.bins), sent, weights, radar.bins)
-        seen = np.abs(wrap_angle(own.azimuth[k] - echoes.azimuth)) < 1.5 * radar.beamwidth  # all that the printed one sums
+        near = np.abs(wrap_angle(own.azimuth[k] - echoes.azimuth)) < 1.5 * radar.beamwidth  # all that the printed one sums
         start = time.process_time()
-        compress(chirp_sum(delay[seen], amplitude[seen], phase[seen], sent, radar.bins), sent, weights, radar.bins)
+        compress(chirp_sum(delay[near], amplitude[near], phase[near], sent, radar.bins), sent, weights, radar.bins)
         slow += (time.process_time() - start) / azimuths
         delays = 2.0 * (own.range[:, None] - echoes.range) / SPEED_OF_LIGHT
         pulse = compressed_pulse(delays, radar.bandwidth, radar.pulse, (0.54, 0.46))

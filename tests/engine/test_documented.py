@@ -26,13 +26,13 @@ def scene(
 
 def point(distance: float, bearing_deg: float, up: float = 10.0) -> dict[str, Any]:
     bearing = np.deg2rad(bearing_deg)
-    place = [distance * np.sin(bearing), distance * np.cos(bearing), up]
-    return {"shape": "point", "rcs_dbsm": 0, "position_m": place}
+    position = [distance * np.sin(bearing), distance * np.cos(bearing), up]
+    return {"shape": "point", "rcs_dbsm": 0, "position_m": position}
 
 
 def plate(distance: float, bearing_deg: float, size: float) -> dict[str, Any]:
-    place = point(distance, bearing_deg)["position_m"]
-    return {"shape": "plate", "width_m": size, "height_m": size, "position_m": place, "heading_deg": bearing_deg - 180}
+    position = point(distance, bearing_deg)["position_m"]
+    return {"shape": "plate", "width_m": size, "height_m": size, "position_m": position, "heading_deg": bearing_deg - 180}
 
 
 def chain(*bodies: dict[str, Any], fidelity: Fidelity = EMBREE, seed: int = 0, **settings: Any) -> DocumentedEngine:
@@ -105,8 +105,8 @@ def test_the_field_is_the_literal_sum_over_the_hits() -> None:
     sent = chirp(pulse_times(10e-6, 75e6), 50e6, 10e-6)
     phase = 4 * np.pi * hits.range * 9.41e9 / 299_792_458.0
     received = chirp_sum(sample_delay(hits.range, 75e6), made.amplitude(hits), phase, sent, field.size)
-    twin = compress(received, sent, window("hamming", sent.size), field.size)
-    assert np.abs(field - twin).max() < 1e-6 * np.abs(twin).max()  # complex64
+    reference = compress(received, sent, window("hamming", sent.size), field.size)
+    assert np.abs(field - reference).max() < 1e-6 * np.abs(reference).max()  # complex64
 
 
 def test_both_tracers_see_the_same_echoes() -> None:
@@ -166,9 +166,9 @@ def test_a_wide_body_is_hit_far_from_its_centre() -> None:
 def test_bodies_move_between_scans() -> None:
     mover = point(500.0, 90.0) | {"speed_kn": 20, "course_deg": 90}
     made = chain(mover, rays=1)
-    places = [made.range[peak(made.scan(k)[1])[1]] for k in (0, 8)]
+    ranges = [made.range[peak(made.scan(k)[1])[1]] for k in (0, 8)]
     # 8 turns of 2.5 s at 20 kn; both rounded to a sample
-    assert places[1] - places[0] == pytest.approx(20 * 20 * 1852 / 3600, abs=made.range[1])
+    assert ranges[1] - ranges[0] == pytest.approx(20 * 20 * 1852 / 3600, abs=made.range[1])
 
 
 def test_the_ground_is_hit_from_where_the_lowest_ray_meets_it() -> None:
@@ -195,12 +195,16 @@ def test_the_share_of_rays_that_hit_is_the_solid_angle() -> None:
     assert hits == pytest.approx(expected, abs=4 * np.sqrt(expected))  # 4 sigma of the count
 
 
-def test_a_one_antenna_radar_is_deaf_while_it_sends() -> None:
+def test_a_one_antenna_radar_is_eclipsed_while_it_transmits() -> None:
     near, far = point(200.0, 45.0), point(1499.5, 45.0)
-    open_ears, deaf = (chain(near, far, rays=1, eclipsing=on, range_max_m=2000).azimuth_field(0, 90) for on in (False, True))
+    separate, eclipsed = (
+        chain(near, far, rays=1, eclipsing=on, range_max_m=2000).azimuth_field(0, 90) for on in (False, True)
+    )
     k = round(1499.5 / 1.99861638)
-    assert np.abs(deaf[k]) == pytest.approx(np.abs(open_ears[k]), rel=1e-2)  # c T / 2 = 1498.96 m; sidelobes of the near one
-    assert np.abs(deaf[100]) < 0.15 * np.abs(open_ears[100])  # 1.33 of 10 us are heard, where the window is lowest
+    assert np.abs(eclipsed[k]) == pytest.approx(
+        np.abs(separate[k]), rel=1e-2
+    )  # c T / 2 = 1498.96 m; sidelobes of the near one
+    assert np.abs(eclipsed[100]) < 0.15 * np.abs(separate[100])  # 1.33 of 10 us are received, where the window is lowest
 
 
 def test_a_blind_sector_is_silent() -> None:
@@ -210,9 +214,9 @@ def test_a_blind_sector_is_silent() -> None:
     assert made.azimuth_field(0, 101).any() and made.azimuth_field(0, 79).any()
 
 
-def test_parts_are_one_whole_scan() -> None:
+def test_one_tile_is_the_whole_scan() -> None:
     made = chain(point(500.0, 45.0), rays=1)
-    ((start, field, power),) = made.parts(0)
+    ((start, field, power),) = made.tiles(0)
     assert start == 0 and field.dtype == np.complex64 and power.dtype == np.float32
     assert np.array_equal(power, made.scan(0)[1])
 

@@ -1,5 +1,10 @@
 """The corrected engine against the closed form: range, phase, beam, level, at rest and moving."""
 
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -7,6 +12,8 @@ import pytest
 
 import radar_service as rs
 from radar_service.constants import KNOT
+from radar_service.engine.pipeline import Engine, Prepared, prepare, profiles, tile_azimuths
+from radar_service.fidelity import PRESETS
 from tests.reference.compressed_pulse import point_field, sinc2_beam
 from tests.scenes import point, scene
 
@@ -43,7 +50,7 @@ def error_db(made: rs.Scene, scan: rs.Scan) -> float:
 
 
 def scattered(count: int, range_max: float, seed: int, **motion: Any) -> list[dict[str, Any]]:
-    """Points all round, each about as loud as the others, so that every one of them counts in the error."""
+    """Points all round, each about as strong as the others, so that every one of them counts in the error."""
     rng = np.random.default_rng(seed)
     bodies = []
     for i in range(count):
@@ -66,18 +73,18 @@ def scattered(count: int, range_max: float, seed: int, **motion: Any) -> list[di
     ids=["default", "200MSPS", "fine beam", "beam of half a step", "short pulse", "no window", "S band"],
 )
 def test_points_at_rest_meet_the_closed_form_under_the_full_beam(radar: dict[str, Any]) -> None:
-    """Relative field error below -60 dB, 10 dB better than asked: kernels err by -80, short pulses leave the band."""
+    """Relative field error below -60 dB, 10 dB better than required: kernels err by -80, short pulses leave the band."""
     made = scene(scattered(6, 0.95 * radar["range_max_m"], seed=1), radar=radar)
     assert error_db(made, rs.Simulator(made).scan()) < -60
 
 
 @pytest.mark.parametrize("knots", [0.1, 12.0, 40.0])
-@pytest.mark.parametrize("who", ["own ship", "bodies"])
-def test_moving_points_meet_the_closed_form_at_every_instant(knots: float, who: str) -> None:
+@pytest.mark.parametrize("moving", ["own ship", "bodies"])
+def test_moving_points_meet_the_closed_form_at_every_instant(knots: float, moving: str) -> None:
     """-50 dB (issue): the beam of moving echoes is cut at 12 beamwidths, which errs by -55 dB (DESIGN section 4)."""
     motion = {"speed_kn": knots, "course_deg": 30}
-    bodies = scattered(6, 2800, seed=2, **(motion if who == "bodies" else {}))
-    made = scene(bodies, radar={"range_max_m": 3000}, own_ship=motion if who == "own ship" else {})
+    bodies = scattered(6, 2800, seed=2, **(motion if moving == "bodies" else {}))
+    made = scene(bodies, radar={"range_max_m": 3000}, own_ship=motion if moving == "own ship" else {})
     sim = rs.Simulator(made)
     sim.scan()
     assert error_db(made, sim.scan()) < -50
@@ -90,7 +97,7 @@ def test_a_target_at_the_very_end_and_one_under_the_antenna_do_not_wrap() -> Non
 
 
 def test_a_target_beyond_the_range_still_leaves_its_sidelobes() -> None:
-    """A loud target 200 m past the last bin: its range sidelobes are inside and exact to the kernel (-60 dB of the peak)."""
+    """A strong target 200 m past the last bin: its range sidelobes are inside and exact to the kernel (-60 dB of the peak)."""
     made = scene([point("past", 0, 3200)], radar={"range_max_m": 3000})
     scan = rs.Simulator(made).scan()
     exact = exact_field(made, scan)
@@ -122,7 +129,7 @@ def test_doppler_between_azimuths_is_right() -> None:
     )  # the bin's own phase slope: v dt x B-ish, < 0.01 rad
 
 
-def test_azimuth_zero_and_the_last_one_see_the_same_target() -> None:
+def test_the_beam_wraps_at_north() -> None:
     """The beam wraps: a target due north is as strong half a step either side."""
     made = scene([point("t", 0, 1000)], radar={"range_max_m": 1500})
     power = rs.Simulator(made).scan().power.max(axis=1)
@@ -131,7 +138,7 @@ def test_azimuth_zero_and_the_last_one_see_the_same_target() -> None:
 
 
 def test_blind_sectors_are_silent_for_rest_and_motion() -> None:
-    """Between 090 and 180 from the bow of a ship heading 090 nothing is heard: bearings 180 to 270."""
+    """Between 090 and 180 from the bow of a ship heading 090 nothing is received: bearings 180 to 270."""
     bodies = [point("s", -700, -700), point("m", -500, -500, speed_kn=5, course_deg=10), point("n", 700, 700)]
     made = scene(bodies, radar={"range_max_m": 1500, "blind_sectors_deg": [[90, 180]]}, own_ship={"heading_deg": 90})
     power = rs.Simulator(made).scan().power.max(axis=1)
@@ -139,8 +146,8 @@ def test_blind_sectors_are_silent_for_rest_and_motion() -> None:
     assert power[359] > 0 and power[541] > 0
 
 
-def test_wall_hides_what_stands_behind_and_a_passing_ship_does_for_a_while() -> None:
-    """A plate 40 m wide hides the point behind it; a hull under way hides another only while it is in between."""
+def test_a_wall_occludes_always_and_a_passing_ship_for_a_while() -> None:
+    """A plate 40 m wide occludes the point behind it; a hull under way occludes another only while it is in between."""
     wall = {"name": "wall", "shape": "plate", "width_m": 40, "height_m": 60, "position_m": [0, 500, 20], "rcs_dbsm": -60}
     ship = {
         "name": "ship", "shape": "hull", "length_m": 60, "beam_m": 12, "height_m": 40, "rcs_dbsm": -60,
@@ -156,9 +163,9 @@ def test_wall_hides_what_stands_behind_and_a_passing_ship_does_for_a_while() -> 
         east.append(scan.power[180, cell - 2 : cell + 3].max())
     alone = 43.9794 + 60 - 29.935 + 10 - 32.9763 - 40 * np.log10(900)
     assert max(north) < 10 ** ((alone - 40) / 10)
-    hidden = 10 * np.log10(np.array(east)) < alone - 20
+    occluded = 10 * np.log10(np.array(east)) < alone - 20
     # bow at east 500 reaches the sight line after (60 - 30) m / 10.3 m/s = 2.9 s, the stern leaves it after 8.7 s
-    assert not hidden[:2].any() and hidden[4:8].all() and not hidden[10:].any()
+    assert not occluded[:2].any() and occluded[4:8].all() and not occluded[10:].any()
 
 
 @pytest.mark.parametrize(("case", "fourth_moment"), [(1, 2.0), (2, 2.0), (3, 1.5), (4, 1.5)])
@@ -199,8 +206,8 @@ def test_mean_power_of_a_diffuse_plate_is_its_cross_section() -> None:
     assert np.mean(energies) / reference == pytest.approx(gamma * 300, rel=5 / np.sqrt(60))
 
 
-def test_declared_cross_section_of_a_mesh_is_what_was_declared() -> None:
-    """A 20 dBsm hull: mean over seeds of its energy along range is that of a 20 dBsm point at its place (5 sigma of 40)."""
+def test_a_mesh_keeps_its_declared_cross_section() -> None:
+    """A 20 dBsm hull: mean over seeds of its energy along range is that of a 20 dBsm point there (5 sigma of 40)."""
     hull = {"name": "h", "shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "position_m": [0, 1000, 0]}
     made = scene([{**hull, "rcs_dbsm": 20, "heading_deg": 90}], radar=COARSE)
     energies = [rs.Simulator(made, seed=s).scan().power[0].sum() for s in range(40)]
@@ -218,7 +225,7 @@ def test_small_mesh_with_declared_cross_section_is_steady() -> None:
     assert peaks[0] == pytest.approx(-68.93, abs=0.3)
 
 
-def test_horizon_hides_the_low_and_spares_the_high() -> None:
+def test_the_horizon_occludes_low_targets_only() -> None:
     """Antenna 15 m: the horizon lies at 15.96 km; 0.5 m high is seen to 18.9 km, so at 25 km no, and 30 m high yes."""
     settings = {"range_max_m": 30_000, "bandwidth_hz": 2e6, "azimuths": 90, "beamwidth_deg": 10}
     low = rs.Simulator(scene([point("t", 0, 25_000, 0.5)], radar=settings)).scan()
@@ -234,3 +241,95 @@ def test_phase_at_forty_kilometres() -> None:
     k, n = np.unravel_index(np.argmax(scan.power), scan.power.shape)
     turn = np.angle(scan.field[k, n] / exact_field(made, scan)[k, n])
     assert abs(np.rad2deg(turn)) < 1.0
+
+
+def everything() -> rs.Scene:
+    """Metal and wood under way, a coast at rest behind them, sea, rain, noise, interference, a blind sector and sway."""
+    ship = {"shape": "hull", "length_m": 40, "beam_m": 8, "height_m": 6, "speed_kn": 12, "course_deg": 70}
+    quay = {"name": "quay", "shape": "box", "length_m": 20, "width_m": 300, "height_m": 8, "position_m": [0, 500, 0]}
+    bodies = [
+        {**quay, "material": "concrete"}, {**ship, "name": "steel", "position_m": [0, 300, 0], "scattering": "optics"},
+        {**ship, "name": "wood", "position_m": [-200, -300, 0], "material": "wood"}, point("buoy", 250, -100, swerling=2),
+        {"name": "corner", "shape": "trihedral", "edge_m": 0.5, "position_m": [300, 200, 5], "heading_deg": 240,
+         "scattering": "optics"},
+    ]  # fmt: skip
+    return scene(
+        bodies,
+        radar={"range_max_m": 800, "azimuths": 72, "beamwidth_deg": 8, "pulse_s": 1e-6, "blind_sectors_deg": [[170, 180]]},
+        environment={"noise": True, "multipath": True, "sea_state": 4, "rain_mm_h": 20},
+        interference=[{"bearing_deg": 100, "level_db": 20, "prf_hz": 2100}],
+        own_ship={"speed_kn": 8, "course_deg": 30, "roll_deg": 4},
+    )
+
+
+CHILD = """
+import pickle, sys
+from radar_service.engine.pipeline import profiles, tile_azimuths
+prepared = pickle.load(open(sys.argv[1], "rb"))
+for scan in (1, 0):
+    for start in range(0, prepared.scene.radar.azimuths, prepared.tile):
+        sys.stdout.buffer.write(profiles(prepared, tile_azimuths(prepared, scan, start)).tobytes())
+"""
+
+
+@pytest.mark.parametrize("used", [False, True], ids=["as prepared", "after a scan"])
+def test_a_prepared_scene_crosses_to_another_process(used: bool, tmp_path: Path) -> None:
+    """There its profiles have the same bytes, scans in another order too, whether or not its caches were filled here."""
+    prepared = prepare(everything(), PRESETS["balanced"], 5)
+    fields = {}
+
+    def compute() -> None:
+        for scan in (0, 1):
+            fields[scan] = b"".join(field.tobytes() for _, field, _ in Engine(prepared).tiles(scan))
+
+    if used:
+        compute()
+    (tmp_path / "prepared.pickle").write_bytes(pickle.dumps(prepared))
+    if not used:
+        compute()
+    command = [sys.executable, "-c", CHILD, str(tmp_path / "prepared.pickle")]
+    child = subprocess.run(command, capture_output=True, check=True, cwd=Path(__file__).parents[2])
+    assert child.stdout == fields[1] + fields[0]
+    assert fields[0] != fields[1] and np.frombuffer(fields[0], np.complex64).any()
+
+
+def test_each_stage_adds_to_the_profiles() -> None:
+    """Nothing rests, as the antenna moves. Without clutter or without interference the profiles of the first scan differ."""
+    prepared = prepare(everything(), PRESETS["balanced"], 5)
+    assert prepared.resting_profiles is None and len(prepared.moving) == 5
+
+    def scan_of(changed: Prepared) -> bytes:
+        return b"".join(field.tobytes() for _, field, _ in Engine(changed).tiles(0))
+
+    whole = scan_of(prepared)
+    assert scan_of(replace(prepared)) == whole
+    assert scan_of(replace(prepared, clutter=None)) != whole and scan_of(replace(prepared, interference=())) != whole
+
+
+def test_tiles_cover_a_scan_and_end_with_it() -> None:
+    """The last tile of a scan is shorter; numbers go on across scans, boresights start again at north."""
+    prepared = prepare(scene([point("t", 0, 500)], radar={"range_max_m": 600}), PRESETS["balanced"], 1)
+    radar, tile = prepared.scene.radar, prepared.tile
+    starts = range(0, radar.azimuths, tile)
+    number = np.concatenate([tile_azimuths(prepared, 3, start).number for start in starts])
+    np.testing.assert_array_equal(number, 3 * radar.azimuths + np.arange(radar.azimuths))
+    first = tile_azimuths(prepared, 3, 0)
+    assert first.boresight[0] == 0.0 and first.time[0] == pytest.approx(3 * radar.rotation_period, rel=1e-15)
+    assert [start for start, _, _ in Engine(prepared).tiles(3)] == list(starts)
+
+
+def test_silent_and_transparent_bodies() -> None:
+    """A silent body still occludes; a transparent one still echoes, its far side too, and what is behind it is visible."""
+    ship = {"name": "ship", "shape": "hull", "length_m": 60, "beam_m": 12, "height_m": 40, "rcs_dbsm": 20,
+            "position_m": [0, 400, 0], "course_deg": 90, "speed_kn": 1}  # fmt: skip
+    made = scene([ship, point("behind", 0, 900)], radar={"range_max_m": 1200, "pulse_s": 1e-6})
+    near, far = slice(180, 230), slice(440, 460)
+
+    def levels(**options: Any) -> tuple[float, float]:
+        prepared = prepare(made, PRESETS["balanced"], 1, **options)
+        power = np.abs(profiles(prepared, tile_azimuths(prepared, 0, 0))[0]) ** 2
+        return float(power[near].max()), float(power[far].max())
+
+    plain, silent, transparent = levels(), levels(silent=[0]), levels(transparent=[0])
+    assert silent[0] < 1e-6 * plain[0] and silent[1] < 1e-4 * transparent[1]
+    assert transparent[0] > 0.1 * plain[0] and plain[1] < 1e-4 * transparent[1]

@@ -9,11 +9,13 @@ import pytest
 from scipy import stats
 
 import radar_service as rs
-from radar_service.engine.pipeline import CorrectedChain
+from radar_service.engine.pipeline import prepare
 from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
-from radar_service.scattering.rays import Hits, RayCaster, RaySampledSet, is_cast
-from radar_service.scattering.scatterer_set import BodyEchoes, ScattererSource, build_scatterers
+from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
+from radar_service.scattering.models import scattering_model
+from radar_service.scattering.rays import RayCaster, RayHits, RaySampledSurfaces
+from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.ray_sampling import SAMPLERS
 from tests.scenes import point, scene
@@ -38,20 +40,24 @@ def caster(made: rs.Scene, sampler: str = "rays", seed: int = 0) -> RayCaster:
     return RayCaster(made.bodies, made.radar, effective_earth_radius(made.environment.earth_factor), sampler, seed)
 
 
-def estimators(made: rs.Scene, seed: int) -> dict[str, ScattererSource]:
+def estimators(made: rs.Scene, seed: int) -> dict[str, ScattererSet]:
     """Each estimator of the bodies of a scene, none of them declared."""
-    keys, antenna = list(range(len(made.bodies))), made.antenna(0.0)[0]
-    none = build_scatterers([], made.radar, antenna, 4.0, seed, [])
-    found: dict[str, ScattererSource] = {
-        name: RaySampledSet(made.bodies, np.array(keys), none, caster(made, name, seed)) for name in SAMPLERS
-    }
-    return found | {"scatterers": build_scatterers(made.bodies, made.radar, antenna, 4.0, seed, keys)}
+    return {name: scatterers(made, name, seed) for name in (*SAMPLERS, "scatterers")}
 
 
-def reflections(made: rs.Scene, source: ScattererSource, reach: float = 1e5) -> BodyEchoes:
-    """What the antenna sees of them at t = 0."""
-    occlusion = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
-    return source.reflections(occlusion, made.antenna(0.0)[0], 0.0, reach)
+def scatterers(made: rs.Scene, sampler: Any, seed: int) -> ScattererSet:
+    """All bodies of a scene by one estimator."""
+    fidelity = replace(PRESETS["balanced"], sampler=sampler)
+    earth_radius = effective_earth_radius(made.environment.earth_factor)
+    context = ScatteringContext(made.radar, fidelity, seed, made.antenna(0.0)[0], made.bodies, earth_radius)
+    return build_scatterers(made.bodies, range(len(made.bodies)), context)
+
+
+def echoes_at_start(made: rs.Scene, source: ScattererSet, max_range: float = 1e5) -> BodyEchoes:
+    """Echoes of them at t = 0."""
+    line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
+    antenna = made.antenna(0.0)[0]
+    return source.echoes(antenna, antenna, Instant(0.0, line_of_sight, max_range))
 
 
 def level_land(folder: Path, up: float, near: float, far: float, half: float) -> dict[str, Any]:
@@ -66,10 +72,10 @@ def level_land(folder: Path, up: float, near: float, far: float, half: float) ->
 
 
 def test_level_land_over_the_curved_earth_has_its_cross_section(tmp_path: Path) -> None:
-    """Land 10 m up, 2 to 12 km off, seen from 30 m: the ray grazes it at (h - u)/d - d/(2 ae), so the sum of sigma is
+    """Land 10 m up, 2 to 12 km off, observed from 30 m: the ray grazes it at (h - u)/d - d/(2 ae), so the sum of sigma is
     gamma times the integral of that over the strip. The earth's curve takes 12 % of it away; both estimators show it.
 
-    Scatterers: every one of 100 000 a random place, sampling error 0.3 %, 5 sigma. Rays: 6 sigma of the Poisson count.
+    Scatterers: every one of 100 000 a random position, sampling error 0.3 %, 5 sigma. Rays: 6 sigma of the Poisson count.
     """
     radar = {"range_max_m": 13_000, "height_m": 30, "beamwidth_el_deg": 0.4, "beamwidth_deg": 10, "rays": 20_000,
              "bandwidth_hz": 5e6}  # fmt: skip
@@ -79,9 +85,9 @@ def test_level_land_over_the_curved_earth_has_its_cross_section(tmp_path: Path) 
     exact = made.bodies[0].material.gamma * np.sum(20 / d - d / (2 * EARTH)) * 5.0
     assert 0.80 < exact / (made.bodies[0].material.gamma * np.sum(20 / d) * 5.0) < 0.90
     for name, source in estimators(made, seed=1).items():
-        seen = reflections(made, source)
-        total = float(np.sum(np.abs(seen.amplitude) ** 2))
-        assert total == pytest.approx(exact, rel=0.015 if name == "scatterers" else 6 / np.sqrt(len(seen))), name
+        echoes = echoes_at_start(made, source)
+        total = float(np.sum(np.abs(echoes.amplitude) ** 2))
+        assert total == pytest.approx(exact, rel=0.015 if name == "scatterers" else 6 / np.sqrt(len(echoes))), name
 
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
@@ -91,9 +97,9 @@ def test_a_facing_plate_has_the_cross_section_of_its_area(sampler: str) -> None:
     made = scene([{**plate, "material": "concrete"}], radar={**COARSE, "rays": 20_000})
     sums, counts = [], 0
     for seed in range(25):
-        seen = reflections(made, estimators(made, seed)[sampler])
-        sums.append(float(np.sum(np.abs(seen.amplitude) ** 2)))
-        counts += len(seen)
+        echoes = echoes_at_start(made, estimators(made, seed)[sampler])
+        sums.append(float(np.sum(np.abs(echoes.amplitude) ** 2)))
+        counts += len(echoes)
     assert counts > 200
     assert np.mean(sums) == pytest.approx(made.bodies[0].material.gamma * 1200, rel=5 / np.sqrt(counts))
 
@@ -120,13 +126,13 @@ def test_uniform_rays_starve_a_compact_target_as_the_binomial_law_says() -> None
     assert stats.binomtest(missed, len(turns), expected).pvalue > LEVEL
     areas = np.array([np.sum(hits.range**2 * hits.solid_angle) for hits in turns])
     assert areas.mean() == pytest.approx(400.0, rel=5 / np.sqrt(len(turns) * chance * thrown))
-    seen = reflections(made, estimators(made, 0)["scatterers"])
-    assert np.sum(np.abs(seen.amplitude) ** 2) == pytest.approx(
+    echoes = echoes_at_start(made, estimators(made, 0)["scatterers"])
+    assert np.sum(np.abs(echoes.amplitude) ** 2) == pytest.approx(
         made.bodies[0].material.gamma * 400, rel=1e-4
     )  # slant: 10 m to 2 km, squared
 
 
-def test_declared_bodies_stop_rays_and_answer_themselves() -> None:
+def test_declared_bodies_occlude_rays_and_scatter_themselves() -> None:
     """A declared wall in front of a diffuse plate: no hit on the plate counts, and the wall's hits are dropped for what it
     declares; a point behind no wall is there as it is without rays."""
     plate = {"name": "p", "shape": "plate", "width_m": 30, "height_m": 10, "position_m": [0, 1000, 15], "heading_deg": 180}
@@ -135,18 +141,24 @@ def test_declared_bodies_stop_rays_and_answer_themselves() -> None:
     made = scene(bodies, radar=COARSE)
     hits = caster(made).hits(made.antenna(0.0)[0], 0.0, 1e5)
     assert set(hits.body) == {1}
-    rays = CorrectedChain(made, replace(PRESETS["balanced"], sampler="rays"), 3, OcclusionScene(made.bodies, EARTH))
-    plain = CorrectedChain(made, PRESETS["balanced"], 3, OcclusionScene(made.bodies, EARTH))
-    np.testing.assert_array_equal(rays.resting.place, plain.resting.place)
+    rays = prepare(made, replace(PRESETS["balanced"], sampler="rays"), 3)
+    plain = prepare(made, PRESETS["balanced"], 3)
+    np.testing.assert_array_equal(rays.resting.position, plain.resting.position)
     np.testing.assert_array_equal(rays.resting.echoes.amplitude, plain.resting.echoes.amplitude)
 
 
-def test_only_diffuse_surfaces_are_cast() -> None:
+def test_rays_sample_only_diffuse_surfaces() -> None:
     box = {"shape": "box", "length_m": 20, "width_m": 10, "height_m": 8}
     kinds = [{"scattering": "diffuse"}, {"scattering": "optics"}, {"rcs_dbsm": 3}, {"material": "wood"}]
     bodies = [{**box, "name": str(k), "position_m": [100 * k, 300, 0], **kind} for k, kind in enumerate(kinds)]
     made = scene([*bodies, point("p", 0, -900)])
-    assert [is_cast(body) for body in made.bodies] == [True, False, False, True, False]
+    assert [scattering_model(body, "sobol") is RaySampledSurfaces for body in made.bodies] == [
+        True,
+        False,
+        False,
+        True,
+        False,
+    ]
 
 
 def test_hits_lie_on_the_bodies_that_were_hit() -> None:
@@ -174,12 +186,12 @@ def test_each_instant_has_rays_of_its_own_and_the_same_again() -> None:
     made = scene([HOUSE], radar=COARSE)
     antenna = made.antenna(0.0)[0]
 
-    def found(seed: int, time: float) -> Hits:
+    def hits(seed: int, time: float) -> RayHits:
         return caster(made, "sobol", seed).hits(antenna, time, 1e5)
 
-    assert np.array_equal(found(1, 2.5).position, found(1, 2.5).position)
-    assert not np.array_equal(found(1, 2.5).position, found(1, 2.6).position)
-    assert not np.array_equal(found(1, 2.5).position, found(2, 2.5).position)
+    assert np.array_equal(hits(1, 2.5).position, hits(1, 2.5).position)
+    assert not np.array_equal(hits(1, 2.5).position, hits(1, 2.6).position)
+    assert not np.array_equal(hits(1, 2.5).position, hits(2, 2.5).position)
 
 
 COAST_RADAR = {

@@ -15,12 +15,12 @@ def ball() -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
 
 
-def barycentric(corners: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Smallest barycentric coordinate (M,) of each place in its triangle: how near an edge it is."""
+def barycentric(corners: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Smallest barycentric coordinate (M,) of each position in its triangle: how near an edge it is."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
     size = np.einsum("ij,ij->i", normal, normal)
-    parts = [np.einsum("ij,ij->i", np.cross(q - p, place - p), normal) / size for p, q in ((a, b), (b, c), (c, a))]
+    parts = [np.einsum("ij,ij->i", np.cross(q - p, position - p), normal) / size for p, q in ((a, b), (b, c), (c, a))]
     return np.min(parts, axis=0)
 
 
@@ -63,8 +63,8 @@ def test_ten_thousand_rays_meet_the_triangle_that_embree_meets(crossings) -> Non
     assert 5000 < np.count_nonzero(one_by_one >= 0) < 9000
     differ = (by_embree != one_by_one) & (one_by_one >= 0)
     chosen = np.flatnonzero(differ)
-    place = origin + rays[chosen] * embree.hit_distance(one_by_one[chosen], origin, rays[chosen])[:, None]
-    near_edge = np.abs(barycentric(vertices[faces[one_by_one[chosen]]], place)) < 1e-6
+    position = origin + rays[chosen] * embree.hit_distance(one_by_one[chosen], origin, rays[chosen])[:, None]
+    near_edge = np.abs(barycentric(vertices[faces[one_by_one[chosen]]], position)) < 1e-6
     assert np.all(near_edge)  # elsewhere float32 is 1e-7 of these coordinates off: too little to change the triangle
     assert np.count_nonzero((by_embree >= 0) != (one_by_one >= 0)) == 0
 
@@ -92,8 +92,8 @@ def test_blocks_do_not_change_the_answer(crossings, monkeypatch: pytest.MonkeyPa
 @TESTS
 def test_the_nearest_of_several_wins(crossings) -> None:
     stack = np.concatenate([UNIT[0] + [0, 0, z] for z in (-3.0, 1.0, 0.0)])
-    found = TriangleList(stack, np.arange(9).reshape(3, 3), crossings).first_hit(np.array([0.2, 0.2, 2.0]), DOWN)
-    assert found.tolist() == [1]
+    hit = TriangleList(stack, np.arange(9).reshape(3, 3), crossings).first_hit(np.array([0.2, 0.2, 2.0]), DOWN)
+    assert hit.tolist() == [1]
 
 
 def test_rays_aimed_at_edges_and_corners_leak_as_printed_and_never_through_the_watertight_test() -> None:
@@ -112,8 +112,8 @@ def test_rays_aimed_at_edges_and_corners_leak_as_printed_and_never_through_the_w
 def test_the_watertight_test_does_not_know_the_scale(scale: float) -> None:
     vertices, faces = ball()
     rays = np.random.default_rng(4).normal(size=(500, 3))
-    found = TriangleList(scale * vertices, faces, watertight_crossings).first_hit(np.zeros(3), rays)
-    assert np.array_equal(found, TriangleList(vertices, faces, watertight_crossings).first_hit(np.zeros(3), rays))
+    hit = TriangleList(scale * vertices, faces, watertight_crossings).first_hit(np.zeros(3), rays)
+    assert np.array_equal(hit, TriangleList(vertices, faces, watertight_crossings).first_hit(np.zeros(3), rays))
 
 
 def test_degenerate_triangles_are_never_met() -> None:

@@ -1,4 +1,4 @@
-"""Sight lines against a float64 twin that bends every vertex about the antenna and tries every triangle."""
+"""Sight lines against a float64 reference that bends every vertex about the antenna and tries every triangle."""
 
 from typing import Any
 
@@ -7,7 +7,8 @@ import pytest
 
 from radar_service.frames import map_from_body
 from radar_service.scene.body import Mesh
-from radar_service.trace.occluder import BodyPose, Occluder, beyond_horizon
+from radar_service.scene.poses import BodyPose
+from radar_service.trace.occluder import Occluder, beyond_horizon
 
 EARTH = 4 / 3 * 6_371_000.0
 Floats = np.ndarray[Any, np.dtype[np.float64]]
@@ -24,19 +25,19 @@ def hills(seed: int, size: float, posts: int = 12) -> Mesh:
     return Mesh(np.stack([x.ravel(), y.ravel(), z.ravel()], 1), faces)
 
 
-def bent(places: Floats, antenna: Floats) -> Floats:
-    """Places as the antenna sees them, the definition of DESIGN section 2."""
-    offset = places - antenna
+def bent(positions: Floats, antenna: Floats) -> Floats:
+    """Positions as the antenna sees them, the definition of DESIGN section 2."""
+    offset = positions - antenna
     drop = (offset[..., 0] ** 2 + offset[..., 1] ** 2) / (2 * EARTH)
     return np.stack([offset[..., 0], offset[..., 1], offset[..., 2] - drop], axis=-1)
 
 
-def depths(mesh: Mesh, stand: BodyPose, antenna: Floats, places: Floats) -> Floats:
-    """How far along each sight line (1: at the place) the nearest triangle stands; inf where none."""
-    vertices = bent(map_from_body(mesh.vertices, stand.position, stand.heading), antenna)
+def depths(mesh: Mesh, pose: BodyPose, antenna: Floats, positions: Floats) -> Floats:
+    """How far along each sight line (1: at the position) the nearest triangle stands; inf where none."""
+    vertices = bent(map_from_body(mesh.vertices, pose.position, pose.heading), antenna)
     a, b, c = (vertices[mesh.faces[:, i]] for i in range(3))
-    nearest = np.full(len(places), np.inf)
-    for i, sight in enumerate(bent(places, antenna)):
+    nearest = np.full(len(positions), np.inf)
+    for i, sight in enumerate(bent(positions, antenna)):
         system = np.stack([np.broadcast_to(sight, a.shape), a - b, a - c], axis=-1)
         t, u, v = np.linalg.solve(system, a[..., None])[..., 0].T
         inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
@@ -45,56 +46,56 @@ def depths(mesh: Mesh, stand: BodyPose, antenna: Floats, places: Floats) -> Floa
 
 
 @pytest.mark.parametrize(("distance", "size"), [(800.0, 300.0), (20_000.0, 6000.0)])
-def test_hidden_places_are_those_of_the_twin(distance: float, size: float) -> None:
-    """200 places on and beyond turned terrain: the same answer except where a triangle's edge passes within 1 cm."""
+def test_occluded_positions_are_those_of_the_reference(distance: float, size: float) -> None:
+    """200 positions on and beyond turned terrain: the same answer except where a triangle's edge passes within 1 cm."""
     mesh, rng = hills(1, size), np.random.default_rng(2)
-    stand = BodyPose(np.array([distance * 0.6, distance * 0.8, 5.0]), 0.7)
+    pose = BodyPose(np.array([distance * 0.6, distance * 0.8, 5.0]), 0.7)
     occluder, antenna = Occluder(mesh, EARTH), np.array([3.0, -4.0, 60.0])
-    places = map_from_body(rng.uniform([-size, -size, 0], [size, size, size / 15], (200, 3)), stand.position, 0.7)
-    nearest = depths(mesh, stand, antenna, places)
-    length = np.linalg.norm(places - antenna, axis=1)
-    clear = np.abs(nearest - 1) * length > 1.0  # a place within a metre of a surface: either answer
-    hidden = occluder.hides(stand, antenna, places)
-    assert 20 < hidden.sum() < 180
-    np.testing.assert_array_equal(hidden[clear], (nearest < 1)[clear])
+    positions = map_from_body(rng.uniform([-size, -size, 0], [size, size, size / 15], (200, 3)), pose.position, 0.7)
+    nearest = depths(mesh, pose, antenna, positions)
+    length = np.linalg.norm(positions - antenna, axis=1)
+    clear = np.abs(nearest - 1) * length > 1.0  # a position within a metre of a surface: either answer
+    occluded = occluder.occludes(pose, antenna, positions)
+    assert 20 < occluded.sum() < 180
+    np.testing.assert_array_equal(occluded[clear], (nearest < 1)[clear])
     assert clear.sum() > 100
 
 
-def test_own_surface_is_seen_where_it_faces_and_hidden_behind() -> None:
+def test_own_surface_is_seen_where_it_faces_and_occluded_behind() -> None:
     """Points on a sphere of 200 m at 3 km: those on the near side are seen, those on the far side are not."""
     import trimesh
 
     ball = trimesh.creation.icosphere(subdivisions=4, radius=200.0)
     mesh = Mesh(np.asarray(ball.vertices, float), np.asarray(ball.faces, np.int64))
-    stand, antenna = BodyPose(np.array([0.0, 3000.0, 300.0]), 1.2), np.array([0.0, 0.0, 300.0])
+    pose, antenna = BodyPose(np.array([0.0, 3000.0, 300.0]), 1.2), np.array([0.0, 0.0, 300.0])
     triangle = np.arange(len(mesh.faces))
-    centroid = map_from_body(mesh.vertices[mesh.faces].mean(axis=1), stand.position, stand.heading)
-    normal = map_from_body(np.asarray(ball.face_normals), np.zeros(3), stand.heading)
+    centroid = map_from_body(mesh.vertices[mesh.faces].mean(axis=1), pose.position, pose.heading)
+    normal = map_from_body(np.asarray(ball.face_normals), np.zeros(3), pose.heading)
     facing = np.einsum("ij,ij->i", normal, antenna - centroid) / np.linalg.norm(antenna - centroid, axis=1)
-    hidden = Occluder(mesh, EARTH).self_occluded(stand, antenna, centroid, (triangle, triangle + 1))
+    occluded = Occluder(mesh, EARTH).self_occluded(pose, antenna, centroid, (triangle, triangle + 1))
     steep = np.abs(facing) > 0.02  # facets of 6 degrees: nearer to edge-on the neighbours decide
-    np.testing.assert_array_equal(hidden[steep], (facing < 0)[steep])
+    np.testing.assert_array_equal(occluded[steep], (facing < 0)[steep])
 
 
 def test_sight_line_over_the_bulge_of_the_earth() -> None:
     """A wall 40 m high at 15 km, seen from 60 m: at 30 km, the earth between, the sight line passes the wall at
     (60 + h) / 2 - 15^2 / (2 ae) x ... = (60 + h) / 2 - 13.25 m, so h = 46.5 m is the edge; flat it would be 20 m."""
     wall = Mesh(np.array([[-500.0, 0, 0], [500, 0, 0], [500, 0, 40], [-500, 0, 40]]), np.array([[0, 1, 2], [0, 2, 3]]))
-    stand, antenna = BodyPose(np.array([0.0, 15_000.0, 0.0]), 0.0), np.array([0.0, 0.0, 60.0])
+    pose, antenna = BodyPose(np.array([0.0, 15_000.0, 0.0]), 0.0), np.array([0.0, 0.0, 60.0])
     edge = 2 * (40 + 15_000**2 / (2 * EARTH)) - 60
-    places = np.array([[0.0, 30_000.0, edge - 0.5], [0.0, 30_000.0, edge + 0.5]])
-    np.testing.assert_array_equal(Occluder(wall, EARTH).hides(stand, antenna, places), [True, False])
+    positions = np.array([[0.0, 30_000.0, edge - 0.5], [0.0, 30_000.0, edge + 0.5]])
+    np.testing.assert_array_equal(Occluder(wall, EARTH).occludes(pose, antenna, positions), [True, False])
     flat_edge = 2 * 40 - 60
     np.testing.assert_array_equal(
-        Occluder(wall, np.inf).hides(
-            stand, antenna, np.array([[0, 30_000.0, flat_edge - 0.5], [0, 30_000.0, flat_edge + 0.5]])
+        Occluder(wall, np.inf).occludes(
+            pose, antenna, np.array([[0, 30_000.0, flat_edge - 0.5], [0, 30_000.0, flat_edge + 0.5]])
         ),
         [True, False],
     )
 
 
 def test_horizon_is_the_sum_of_the_two_roots() -> None:
-    """15 m and 10 m see each other to 28.998 km (reference values; half the last digit), and under water is hidden."""
+    """15 m and 10 m see each other to 28.998 km (reference values; half the last digit), and under water is occluded."""
     distance = np.array([28_997.0, 28_999.0, 100.0])
     height = np.array([10.0, 10.0, -0.1])
     np.testing.assert_array_equal(beyond_horizon(distance, height, 15.0, EARTH), [False, True, True])
@@ -113,5 +114,5 @@ def test_no_ray_slips_through_the_edges_of_a_closed_body() -> None:
     through = np.concatenate([mesh.vertices, middles])
     through = through[through[:, 1] < -5.0]
     beyond = antenna + (through - antenna) * 1.5
-    hidden = Occluder(mesh, np.inf).hides(BodyPose(np.zeros(3), 0.0), antenna, beyond)
-    assert np.mean(~hidden) < 0.003
+    occluded = Occluder(mesh, np.inf).occludes(BodyPose(np.zeros(3), 0.0), antenna, beyond)
+    assert np.mean(~occluded) < 0.003

@@ -1,4 +1,4 @@
-"""Rays into bent bodies against a float64 twin that bends every vertex about the antenna and tries every triangle."""
+"""Rays into bent bodies against a float64 reference that bends every vertex about the antenna and tries every triangle."""
 
 from typing import Any
 
@@ -7,17 +7,17 @@ import pytest
 
 from radar_service.frames import direction, map_from_body, polar_from_map
 from radar_service.scene.body import Mesh
-from radar_service.trace.occluder import BodyPose
+from radar_service.scene.poses import BodyPose
 from radar_service.trace.ray_target import RayTarget, sea_range
 from tests.trace.test_occluder import EARTH, bent, hills
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def twin(mesh: Mesh, stand: BodyPose, antenna: Floats, rays: Floats) -> tuple[Floats, Floats, Floats]:
+def reference(mesh: Mesh, pose: BodyPose, antenna: Floats, rays: Floats) -> tuple[Floats, Floats, Floats]:
     """Range of the nearest triangle along each unit ray (inf: none), its index, and the least distance of any barycentric
     coordinate there from an edge."""
-    vertices = bent(map_from_body(mesh.vertices, stand.position, stand.heading), antenna)
+    vertices = bent(map_from_body(mesh.vertices, pose.position, pose.heading), antenna)
     a, b, c = (vertices[mesh.faces[:, i]] for i in range(3))
     nearest, which, margin = np.full(len(rays), np.inf), np.full(len(rays), -1), np.full(len(rays), np.inf)
     for i, ray in enumerate(rays):
@@ -33,32 +33,32 @@ def twin(mesh: Mesh, stand: BodyPose, antenna: Floats, rays: Floats) -> tuple[Fl
 
 
 @pytest.mark.parametrize(("distance", "size"), [(800.0, 300.0), (20_000.0, 6000.0)])
-def test_rays_meet_the_triangles_of_the_twin_at_its_ranges(distance: float, size: float) -> None:
+def test_rays_meet_the_triangles_of_the_reference_at_its_ranges(distance: float, size: float) -> None:
     """300 rays at turned terrain: the same triangle unless one passes within 1e-4 of an edge (Embree's float32, relative);
     the range within 0.1 mm of float64, where float32 alone errs by 6 mm: the two bend the vertices in another order."""
     mesh, rng = hills(1, size), np.random.default_rng(2)
-    stand, antenna = BodyPose(np.array([distance * 0.6, distance * 0.8, 5.0]), 0.7), np.array([3.0, -4.0, 60.0])
-    aims = map_from_body(rng.uniform([-size, -size, -size / 20], [size, size, size / 12], (300, 3)), stand.position, 0.7)
+    pose, antenna = BodyPose(np.array([distance * 0.6, distance * 0.8, 5.0]), 0.7), np.array([3.0, -4.0, 60.0])
+    aims = map_from_body(rng.uniform([-size, -size, -size / 20], [size, size, size / 12], (300, 3)), pose.position, 0.7)
     polar = polar_from_map(aims, antenna, EARTH)
     rays = direction(polar.azimuth, polar.elevation)
-    nearest, which, margin = twin(mesh, stand, antenna, rays)
-    triangle, found = RayTarget(mesh, EARTH).first_hit(stand, antenna, rays)
+    nearest, which, margin = reference(mesh, pose, antenna, rays)
+    triangle, distance_hit = RayTarget(mesh, EARTH).first_hit(pose, antenna, rays)
     clear = margin > 1e-4
     assert clear.sum() > 200 and 50 < (which[clear] >= 0).sum() < clear.sum()
     np.testing.assert_array_equal(triangle[clear], which[clear])
     met = clear & (which >= 0)
-    np.testing.assert_allclose(found[met], nearest[met], rtol=0, atol=1e-4)
+    np.testing.assert_allclose(distance_hit[met], nearest[met], rtol=0, atol=1e-4)
 
 
-def test_the_place_of_a_hit_is_seen_along_its_ray() -> None:
-    """A place on a body 20 km off, turned, put back on the map: the definition of DESIGN section 2 finds it in the ray's own
+def test_the_point_of_a_hit_lies_along_its_ray() -> None:
+    """A point on a body 20 km off, turned, put back on the map: the definition of DESIGN section 2 finds it in the ray's own
     direction and range, to rounding (1e-7 m at 20 km; 1e-12 rad)."""
-    stand, antenna = BodyPose(np.array([12_000.0, 16_000.0, 5.0]), 0.7), np.array([300.0, -400.0, 60.0])
+    pose, antenna = BodyPose(np.array([12_000.0, 16_000.0, 5.0]), 0.7), np.array([300.0, -400.0, 60.0])
     mesh, rng = hills(3, 3000.0), np.random.default_rng(4)
     azimuth, elevation = rng.uniform(0.6, 0.7, 200), rng.uniform(-0.01, 0.002, 200)
     distance = rng.uniform(15_000, 25_000, 200)
-    place = RayTarget(mesh, EARTH).place(stand, antenna, direction(azimuth, elevation), distance)
-    polar = polar_from_map(map_from_body(place, stand.position, stand.heading), antenna, EARTH)
+    point = RayTarget(mesh, EARTH).point(pose, antenna, direction(azimuth, elevation), distance)
+    polar = polar_from_map(map_from_body(point, pose.position, pose.heading), antenna, EARTH)
     np.testing.assert_allclose(polar.range, distance, rtol=0, atol=1e-7)
     np.testing.assert_allclose(polar.azimuth, azimuth, rtol=0, atol=1e-12)
     np.testing.assert_allclose(polar.elevation, elevation, rtol=0, atol=1e-12)
@@ -66,11 +66,11 @@ def test_the_place_of_a_hit_is_seen_along_its_ray() -> None:
 
 @pytest.mark.parametrize("earth", [EARTH, np.inf])
 def test_rays_meet_the_sea_where_the_sea_is(earth: float) -> None:
-    """Places on the sea short of the horizon, seen from 20 m: the ray toward each meets the sea there (rounding grows as the
+    """Positions on the sea short of the horizon, seen from 20 m: the ray toward each meets the sea there (rounding grows as the
     ray grazes: 1e-6 relative); rays above the horizon's elevation, -sqrt(2 h / ae), never do."""
     ground = np.array([20.0, 500.0, 5_000.0, 15_000.0])
-    places = np.stack([np.zeros(4), ground, np.zeros(4)], axis=1)
-    polar = polar_from_map(places, np.array([0.0, 0.0, 20.0]), earth)
+    positions = np.stack([np.zeros(4), ground, np.zeros(4)], axis=1)
+    polar = polar_from_map(positions, np.array([0.0, 0.0, 20.0]), earth)
     np.testing.assert_allclose(sea_range(polar.elevation, 20.0, earth), polar.range, rtol=1e-6)
     horizon = -np.sqrt(2 * 20.0 / earth)
     over = np.array([0.99 * horizon, 0.0, 0.1]) if np.isfinite(earth) else np.array([0.0, 0.1])

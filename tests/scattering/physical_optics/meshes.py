@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import radar_service as rs
+from radar_service.scattering.physical_optics.model import antenna_in_body_frame
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, optical_body
-from radar_service.scattering.scatterer_set import antenna_from
-from radar_service.trace.occluder import BodyPose
+from radar_service.scene.poses import pose_at
 
 Floats = NDArray[np.float64]
 WAVELENGTH = 299_792_458.0 / 9.41e9
@@ -103,27 +103,33 @@ def optical(made: rs.Scene, bounces: int = 3) -> OpticalBody:
 
 def cross_section(body: OpticalBody, antenna: Floats) -> float:
     """Cross-section [m^2] toward an antenna (3,) in the body's frame, as the radar equation at the origin's range has it;
-    hidden is what the body itself hides, by intersection of segments with all its triangles."""
-    point, amplitude = body.echoes(antenna, own_shadow(body, antenna))
+    other parts of the body occlude facets, by intersection of segments with all its triangles."""
+    point, amplitude = echoes_toward(body, antenna)
     distance, origin = np.linalg.norm(point - antenna, axis=1), float(np.linalg.norm(antenna))
-    turned = amplitude * np.exp(-2j * body.radio.wavenumber * (distance - origin)) * (origin / distance) ** 2
+    turned = amplitude * np.exp(-2j * body.wave.wavenumber * (distance - origin)) * (origin / distance) ** 2
     return float(abs(turned.sum()) ** 2)
 
 
-def own_shadow(body: OpticalBody, antenna: Floats) -> Any:
-    """What the body hides of itself, for `OpticalBody.echoes`, asked of its own tree of triangles."""
+def echoes_toward(body: OpticalBody, antenna: Floats) -> tuple[Floats, NDArray[np.complex128]]:
+    """Phase centres and scattering amplitudes for one antenna (3,) that transmits and receives, in the body's frame."""
+    visible = own_visibility(body, antenna)
+    return body.echoes(antenna, antenna, visible, visible)
 
-    def seen(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
+
+def own_visibility(body: OpticalBody, antenna: Floats) -> Any:
+    """Which points of the body other parts of it leave visible, for `OpticalBody.echoes`, by its own tree of triangles."""
+
+    def visible(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
         toward = antenna - points
         distance = np.linalg.norm(toward, axis=1, keepdims=True)
         start = points + 2e-3 * toward / distance
         return ~body.scene.occluded(start, toward / distance * min(float(distance.max()), 100.0), 1.0)
 
-    return seen
+    return visible
 
 
 def toward(direction: Any, distance: float) -> Floats:
-    """A place `distance` away in a direction (3,)."""
+    """The position `distance` away in a direction (3,)."""
     d = np.asarray(direction, dtype=float)
     return np.asarray(distance * d / np.linalg.norm(d))
 
@@ -136,5 +142,4 @@ def decibels(power: float) -> float:
 def in_body(made: rs.Scene) -> Floats:
     """The antenna (3,) in the frame of a scene's first body, at time 0."""
     body = made.bodies[0]
-    pose = body.motion.pose(0.0)
-    return antenna_from(body, BodyPose(pose.position[0], float(pose.heading[0])), made.antenna(0.0)[0], np.inf)
+    return antenna_in_body_frame(body, pose_at(body, 0.0), made.antenna(0.0)[0], np.inf)

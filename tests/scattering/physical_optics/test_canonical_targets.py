@@ -34,7 +34,7 @@ K = 2 * np.pi / WAVELENGTH
 LOBES = [0.0, 1.4303, 2.4590, 3.4709]  # sines of the peaks of sinc, in lambda / 2a: tan(pi u) = pi u
 
 
-def seen_from(folder: Path, triangles: Floats, direction: Any, distance: float, kind: str = "obj", **radar: Any) -> float:
+def rcs_dbsm(folder: Path, triangles: Floats, direction: Any, distance: float, kind: str = "obj", **radar: Any) -> float:
     """Cross-section [dBsm] of a mesh, turned by odd angles, seen from a direction in its own frame."""
     body = optical(loaded(folder, triangles @ ODD.T, kind, radar=radar))
     return decibels(cross_section(body, ODD @ toward(direction, distance)))
@@ -49,7 +49,7 @@ def test_plate_and_its_lobes(tmp_path: Path, kind: str, n: int, side: float, dis
     for u in LOBES:
         sine = u * WAVELENGTH / (2 * side)
         theory = 4 * np.pi * side**4 / WAVELENGTH**2 * (1 - sine**2) * np.sinc(u) ** 2
-        ours = seen_from(tmp_path, plate(side, side, n), [sine, np.sqrt(1 - sine**2), 0], distance, kind)
+        ours = rcs_dbsm(tmp_path, plate(side, side, n), [sine, np.sqrt(1 - sine**2), 0], distance, kind)
         assert ours == pytest.approx(decibels(theory), abs=0.05)
 
 
@@ -58,7 +58,7 @@ def test_plate_and_its_lobes(tmp_path: Path, kind: str, n: int, side: float, dis
 def test_plate_of_the_reference_table(tmp_path: Path, tilt_deg: float, printed: float) -> None:
     """A square metre at tilts up to 45 degrees, values computed elsewhere; half the last digit and 0.05 dB of near field."""
     t = np.deg2rad(tilt_deg)
-    assert seen_from(tmp_path, plate(1, 1, 2), [np.sin(t), np.cos(t), 0], 4000) == pytest.approx(printed, abs=0.055)
+    assert rcs_dbsm(tmp_path, plate(1, 1, 2), [np.sin(t), np.cos(t), 0], 4000) == pytest.approx(printed, abs=0.055)
 
 
 @pytest.mark.parametrize("radius, coarse, fine", [(0.3, 20, 28), (1.0, 32, 44), (2.0, 48, 64)])
@@ -66,7 +66,7 @@ def test_sphere(tmp_path: Path, radius: float, coarse: int, fine: int) -> None:
     """pi r^2 (values-9.41-ghz.md: Mie gives the same to 0.02 dB above 0.5 m), to 0.25 dB: facets that sag by s shift
     phases by up to 4 pi s / lambda, 0.13 rad here, and the shadow's edge returns some 1 / (2 k r) of the amplitude."""
     for n in (coarse, fine):
-        assert seen_from(tmp_path, sphere(radius, n), [0.3, -0.5, 0.4], 2000) == pytest.approx(
+        assert rcs_dbsm(tmp_path, sphere(radius, n), [0.3, -0.5, 0.4], 2000) == pytest.approx(
             decibels(np.pi * radius**2), abs=0.25
         )
 
@@ -77,7 +77,7 @@ def test_cylinder_and_its_lobes(tmp_path: Path, radius: float, height: float, co
     for sides in (coarse, fine):
         for u in LOBES:
             sine = u * WAVELENGTH / (2 * height)
-            ours = seen_from(tmp_path, cylinder(radius, height, sides), [1, 0.04, sine / np.sqrt(1 - sine**2)], 20_000)
+            ours = rcs_dbsm(tmp_path, cylinder(radius, height, sides), [1, 0.04, sine / np.sqrt(1 - sine**2)], 20_000)
             theory = K * radius * height**2 * np.sinc(u) ** 2 * np.sqrt(1 - sine**2)
             assert ours == pytest.approx(decibels(theory), abs=0.3)
 
@@ -91,7 +91,7 @@ def test_dihedral(tmp_path: Path, side: float, polarization: str) -> None:
         for angle_deg in (45.0, 35.0, 20.0, 62.0):
             across = [np.cos(np.deg2rad(angle_deg)), np.sin(np.deg2rad(angle_deg)), 0.0]
             aperture = 2 * side**2 * min(across[:2]) * np.cos(2 * twist(ODD @ across, ODD[:, 2]))
-            ours = seen_from(tmp_path, dihedral(side, side, n), across, 5000, polarization=polarization)
+            ours = rcs_dbsm(tmp_path, dihedral(side, side, n), across, 5000, polarization=polarization)
             assert ours == pytest.approx(decibels(4 * np.pi * aperture**2 / WAVELENGTH**2), abs=0.5)
 
 
@@ -121,7 +121,7 @@ def test_lobes_of_a_dihedral_along_its_fold(tmp_path: Path, side: float, distanc
             sine = u * WAVELENGTH / (2 * side)
             direction = np.array([np.sqrt((1 - sine**2) / 2), np.sqrt((1 - sine**2) / 2), sine])
             aperture = dihedral_aperture(side, sine) * np.cos(2 * twist(ODD @ direction, ODD[:, 2]))
-            ours = seen_from(tmp_path, dihedral(side, side, n), direction, distance)
+            ours = rcs_dbsm(tmp_path, dihedral(side, side, n), direction, distance)
             assert ours == pytest.approx(decibels(4 * np.pi * aperture**2 / WAVELENGTH**2), abs=0.5)
 
 
@@ -136,7 +136,7 @@ def test_bodies_are_as_bright_at_every_range(tmp_path: Path, distance: float) ->
         (trihedral(0.6, 2, False), [1, 1, 1], legs / 3),
         (trihedral(0.6, 2, True), [1, 1, 1], 3 * legs),
     ):
-        assert seen_from(tmp_path, mesh, direction, distance) == pytest.approx(decibels(theory), abs=0.5)
+        assert rcs_dbsm(tmp_path, mesh, direction, distance) == pytest.approx(decibels(theory), abs=0.5)
 
 
 def test_dihedral_turned_by_an_eighth_of_a_turn_is_dark(tmp_path: Path) -> None:
@@ -174,7 +174,7 @@ def test_trihedral_on_and_off_axis(tmp_path: Path, leg: float, square: bool) -> 
     for n in (1, 4):
         for direction in ([1, 1, 1], [1, 0.8, 0.7], [1, 0.6, 0.5], [0.4, 1, 0.4], [0.3, 0.5, 1]):
             area = aperture(np.array(direction) / np.linalg.norm(direction)) * leg**2
-            ours = seen_from(tmp_path, trihedral(leg, n, square), direction, 5000)
+            ours = rcs_dbsm(tmp_path, trihedral(leg, n, square), direction, 5000)
             assert ours == pytest.approx(decibels(4 * np.pi * area**2 / WAVELENGTH**2), abs=0.5)
 
 
@@ -202,7 +202,7 @@ def test_winding_does_not_matter(tmp_path: Path) -> None:
     one = trihedral(0.6, 2, False)
     other = one.copy()
     other[::2] = other[::2, ::-1]
-    values = [seen_from(tmp_path, mesh, [1, 0.8, 0.9], 3000) for mesh in (one, other)]
+    values = [rcs_dbsm(tmp_path, mesh, [1, 0.8, 0.9], 3000) for mesh in (one, other)]
     assert values[0] == pytest.approx(values[1], abs=1e-6)
 
 
@@ -229,7 +229,7 @@ def test_a_plain_sum_of_sparse_rays_fails_where_facets_do_not(tmp_path: Path, ti
     exact = np.sinc(K * np.sin(t) / np.pi) ** 2
     assert decibels(plain / exact) > 7.0
     theory = decibels(4 * np.pi / WAVELENGTH**2 * np.cos(t) ** 2 * exact)
-    assert seen_from(tmp_path, plate(1, 1, 1), [np.sin(t), np.cos(t), 0], 20_000) == pytest.approx(theory, abs=0.1)
+    assert rcs_dbsm(tmp_path, plate(1, 1, 1), [np.sin(t), np.cos(t), 0], 20_000) == pytest.approx(theory, abs=0.1)
 
 
 def test_other_materials_return_their_share_of_the_power(tmp_path: Path) -> None:

@@ -6,11 +6,9 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.plan.plan import plan_for
-from radar_service.scattering.physical_optics.facets import MOST, cut_facets, far_field_edge
-from radar_service.scattering.physical_optics.optical_body import optical_body
-from radar_service.scattering.physical_optics.patches import faces_something, outward_side, patch_sizes
-from radar_service.scene.body import Mesh
-from radar_service.scene.shapes import box, dihedral, plate, sphere
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, cut_facets, far_field_edge
+from radar_service.scattering.physical_optics.optical_body import longest_edge, optical_body
+from radar_service.scene.shapes import box, sphere
 from tests.scenes import scene
 
 Floats = NDArray[np.float64]
@@ -24,16 +22,16 @@ def longest_edges(corners: Floats) -> Floats:
     return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1))
 
 
-def test_pieces_cover_every_triangle_and_are_short_enough() -> None:
+def test_facets_cover_every_triangle_and_are_short_enough() -> None:
     mesh = box(90.0, 13.0, 18.0)
     cut = cut_facets(mesh, np.full(len(mesh.faces), 2.0), 2.0)
     assert longest_edges(cut.corners).max() <= 2.0
     np.testing.assert_allclose(np.bincount(cut.triangle, areas(cut.corners)), areas(mesh.vertices[mesh.faces]), rtol=1e-12)
     np.testing.assert_allclose(cut.centre, cut.corners.mean(axis=1), atol=1e-12)
-    assert cut.coarser == 1.0
+    assert cut.enlargement == 1.0
 
 
-def test_tubes_are_finer_only_where_asked() -> None:
+def test_tubes_are_finer_only_where_requested() -> None:
     mesh = box(10.0, 10.0, 10.0)
     tube = np.where(np.arange(len(mesh.faces)) == 3, 0.4, 2.0)
     cut = cut_facets(mesh, tube, 2.0)
@@ -41,12 +39,12 @@ def test_tubes_are_finer_only_where_asked() -> None:
     assert longest_edges(cut.corners[cut.triangle != 3]).min() > 1.0
 
 
-def test_too_many_pieces_are_cut_coarser_and_said() -> None:
-    """A 300 m ship at close quarters: the bound holds, and `coarser` says by how much the edges grew."""
+def test_too_many_facets_are_enlarged() -> None:
+    """A 300 m ship at close quarters: the bound holds, and `enlargement` is how much longer the edges are."""
     mesh = box(300.0, 50.0, 40.0)
-    cut = cut_facets(mesh, np.full(len(mesh.faces), 0.4), 0.4, most=5000)
-    assert len(cut) <= 5000 and cut.coarser > 4.0
-    assert longest_edges(cut.corners).max() <= 0.4 * cut.coarser
+    cut = cut_facets(mesh, np.full(len(mesh.faces), 0.4), 0.4, max_facets=5000)
+    assert len(cut) <= 5000 and cut.enlargement > 4.0
+    assert longest_edges(cut.corners).max() <= 0.4 * cut.enlargement
     assert areas(cut.corners).sum() == pytest.approx(areas(mesh.vertices[mesh.faces]).sum(), rel=1e-12)
 
 
@@ -54,61 +52,32 @@ def test_tubes_have_a_budget_of_their_own() -> None:
     mesh = box(30.0, 30.0, 30.0)
     plain, fine = (
         cut_facets(mesh, np.full(len(mesh.faces), 2.0), 2.0),
-        cut_facets(mesh, np.full(len(mesh.faces), 0.01), 2.0, tubes=7000),
+        cut_facets(mesh, np.full(len(mesh.faces), 0.01), 2.0, max_tubes=7000),
     )
     assert len(plain) < len(fine) <= len(plain) + 7000
-    assert fine.coarser == 1.0
+    assert fine.enlargement == 1.0
 
 
 def test_a_mesh_finer_than_the_bound_is_taken_as_it_is() -> None:
     mesh = sphere(1.0)
-    assert len(cut_facets(mesh, np.full(len(mesh.faces), 5.0), 5.0, most=10)) == len(mesh.faces)
+    assert len(cut_facets(mesh, np.full(len(mesh.faces), 5.0), 5.0, max_facets=10)) == len(mesh.faces)
 
 
-def test_a_huge_ship_at_close_quarters_is_said_in_the_plan() -> None:
-    """300 x 50 x 40 m: at 1000 m her pieces are as fine as they should be, at 60 m they would be too many and the plan
-    says so."""
+def test_the_plan_tells_of_enlarged_facets() -> None:
+    """300 x 50 x 40 m: at 1000 m the facets are as short as requested. At 60 m they would be too many, and the plan says so."""
     giant = {"name": "giant", "shape": "box", "length_m": 300, "width_m": 50, "height_m": 40, "scattering": "optics"}
-    said = {}
+    description = {}
     for north in (1150, 210):
         made = scene([{**giant, "position_m": [0, north, 0]}])
-        said[north] = plan_for(made, Fidelity("test")).choices[-1].how
+        description[north] = plan_for(made, Fidelity("test")).choices[-1].how
         body = optical_body(made.bodies[0], made.radar, 3)
-        cut = body.pieces(body.limit(north - 150.0))
-        assert len(cut) <= MOST
-        assert (cut.coarser > 1.0) == ("longer than they should be" in said[north])
-    assert "longer than they should be" in said[210] and "longer" not in said[1150]
+        cut = body.facets_of(longest_edge(north - 150.0, body.max_edge, body.wave.wavelength))
+        assert len(cut) <= MAX_FACETS
+        assert (cut.enlargement > 1.0) == ("longer than they should be" in description[north])
+    assert "longer than they should be" in description[210] and "longer" not in description[1150]
 
 
 def test_far_field_edge_bends_the_path_by_an_eighth_of_a_turn() -> None:
     """k (D/2)^2 / R = pi / 4 of two-way phase half an edge off."""
     edge = far_field_edge(500.0, 0.03186)
     assert 2 * np.pi / 0.03186 * (edge / 2) ** 2 / 500.0 == pytest.approx(np.pi / 4)
-
-
-def test_patches_hang_together_across_triangles() -> None:
-    """The side of a box is one patch of two triangles, whose size is its diagonal; a sphere's facets stand alone."""
-    sizes = patch_sizes(box(90.0, 13.0, 18.0))
-    assert set(np.round(sizes, 6)) == {np.round(np.hypot(*s), 6) for s in ((90, 13), (90, 18), (13, 18))}
-    ball = sphere(1.0)
-    assert patch_sizes(ball).max() < 1.8 * longest_edges(ball.vertices[ball.faces]).max()
-
-
-def test_convex_bodies_face_nothing_and_corners_do() -> None:
-    front_back = faces_something(box(2.0, 3.0, 4.0))
-    assert not front_back[:, 0].any() and front_back[:, 1].all()
-    assert not faces_something(plate(1.0, 1.0)).any()
-    assert (faces_something(dihedral(1.0, 1.0)).sum(axis=1) == 1).all()
-    assert not faces_something(sphere(1.0))[:, 0].any()
-
-
-def test_outside_is_known_of_closed_bodies_however_they_are_wound() -> None:
-    """Of a box, a box turned inside out, and a box without a side; vertices unshared, as in STL."""
-    for mesh, expected in ((box(2, 3, 4), 1), (Mesh(box(2, 3, 4).vertices, box(2, 3, 4).faces[:, ::-1]), -1)):
-        apart = Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
-        assert (outward_side(mesh) == expected).all() and (outward_side(apart) == expected).all()
-    opened = Mesh(box(2, 3, 4).vertices, box(2, 3, 4).faces[1:])
-    assert (outward_side(opened) == 0).all()
-    mixed = box(2, 3, 4).faces.copy()
-    mixed[0] = mixed[0, ::-1]
-    assert (outward_side(Mesh(box(2, 3, 4).vertices, mixed)) == 0).all()

@@ -1,4 +1,4 @@
-"""What `check` says of bodies by optics, against shapes whose answers are known."""
+"""What `check` tells of bodies by physical optics, for shapes whose answers are known."""
 
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from tests.scattering.physical_optics.meshes import loaded
 from tests.scattering.physical_optics.meshes import sphere as cube_sphere
 
 
-def remarks(wavelengths: float = 1.0, **body: Any) -> str:
+def messages(wavelengths: float = 1.0, **body: Any) -> str:
     """Of one body 1 km off, at a multiple of the wavelength of 9.41 GHz."""
     made = {"name": "b", "scattering": "optics", "position_m": [0, 1000, 0], **body}
     scene = rs.load_scene({"radar": {"frequency_hz": 9.41e9 / wavelengths}, "body": [made]})
@@ -39,7 +39,7 @@ def test_sag_of_a_sphere_is_that_of_its_largest_facet() -> None:
     assert curve_sag(mesh) == pytest.approx(1.125 * (1.0 - (distance / middle).min()), rel=0.2)
 
 
-def test_sag_does_not_mind_how_facets_are_wound() -> None:
+def test_sag_does_not_depend_on_winding() -> None:
     mesh = cylinder(1.0, 2.0)
     turned = mesh.faces.copy()
     turned[::2] = turned[::2, ::-1]
@@ -60,22 +60,22 @@ def test_only_what_faces_something_is_concave() -> None:
 
 def test_a_fine_curve_is_fine_until_the_wavelength_is_shorter() -> None:
     ball = {"shape": "sphere", "radius_m": 0.3}
-    assert "fine at a wavelength of 31.9 mm" in remarks(**ball) and "convex" in remarks(**ball)
-    assert "refine those that matter" in remarks(wavelengths=0.1, **ball)
+    assert "fine at a wavelength of 31.9 mm" in messages(**ball) and "convex" in messages(**ball)
+    assert "refine those that matter" in messages(wavelengths=0.1, **ball)
 
 
-def test_a_built_in_sphere_too_large_for_its_triangles_is_said_to_sag() -> None:
-    """50 m: 81,920 triangles sag by 3.57 mm, and 9/8 of that is said."""
-    said = remarks(shape="sphere", radius_m=50.0)
-    assert "up to 4.01 mm" in said and "beyond 0.64 mm" in said
+def test_the_sag_of_a_sphere_too_large_for_its_triangles() -> None:
+    """50 m: 81,920 triangles sag by 3.57 mm, and the message says 9/8 of that."""
+    message = messages(shape="sphere", radius_m=50.0)
+    assert "up to 4.01 mm" in message and "beyond 0.64 mm" in message
 
 
-def test_a_body_too_large_for_its_pieces_is_said() -> None:
-    said = remarks(shape="box", length_m=900.0, width_m=900.0, height_m=300.0, position_m=[0, 4000, 0])
-    assert "too large to be cut so fine: at most 60000 pieces" in said and "bends" not in said
+def test_a_body_too_large_for_its_facets() -> None:
+    message = messages(shape="box", length_m=900.0, width_m=900.0, height_m=300.0, position_m=[0, 4000, 0])
+    assert "too large to be cut so fine: at most 60000 pieces" in message and "bends" not in message
 
 
-def test_a_ship_is_concave_and_what_is_not_by_optics_is_left_out(tmp_path: Path) -> None:
+def test_a_ship_is_concave_and_declared_bodies_have_no_messages(tmp_path: Path) -> None:
     ship = loaded(tmp_path, coaster())
     assert "concave: " in mesh_quality(ship, 3)["body"][0] and "up to 3 bounces" in mesh_quality(ship, 3)["body"][0]
     declared = {"name": "b", "shape": "plate", "width_m": 1.0, "height_m": 1.0, "rcs_dbsm": 3}
@@ -83,5 +83,5 @@ def test_a_ship_is_concave_and_what_is_not_by_optics_is_left_out(tmp_path: Path)
 
 
 def test_a_sphere_made_elsewhere_is_judged_by_its_mesh(tmp_path: Path) -> None:
-    said = ["\n".join(mesh_quality(loaded(tmp_path, cube_sphere(0.3, n)), 3)["body"]) for n in (5, 32)]
-    assert "refine" in said[0] and "fine at" in said[1]
+    messages_by_n = ["\n".join(mesh_quality(loaded(tmp_path, cube_sphere(0.3, n)), 3)["body"]) for n in (5, 32)]
+    assert "refine" in messages_by_n[0] and "fine at" in messages_by_n[1]

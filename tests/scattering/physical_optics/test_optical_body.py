@@ -1,4 +1,4 @@
-"""Optics through the whole engine: what the radar hears of a body, by the energy along range, against points."""
+"""Physical optics through the whole engine: the energy of a body along range, against that of points."""
 
 from pathlib import Path
 from typing import Any
@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.scattering.physical_optics.model import antenna_in_body_frame
 from radar_service.scattering.physical_optics.optical_body import optical_body
-from radar_service.scattering.scatterer_set import antenna_from
-from radar_service.trace.occluder import BodyPose
+from radar_service.scene.poses import pose_at
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scattering.physical_optics.meshes import (
     WAVELENGTH,
@@ -29,7 +29,7 @@ FLAT = {"earth": "flat"}
 K = 2 * np.pi / WAVELENGTH
 
 
-def heard(body: dict[str, Any], reference: dict[str, Any], folder: Path, **sections: Any) -> float:
+def energy_db(body: dict[str, Any], reference: dict[str, Any], folder: Path, **sections: Any) -> float:
     """Energy along range over the beam's middle half degrees [dB], against a point's of 1 m^2 at the same place."""
     energies = []
     for one in (body, reference):
@@ -54,11 +54,11 @@ def test_energy_along_range_is_the_cross_section(tmp_path: Path, name: str, rang
         "plate": (plate(0.3, 0.3, 2), 4 * np.pi * 0.3**4 / WAVELENGTH**2),
     }[name]
     write_obj(tmp_path / "body.obj", mesh)
-    place = [0, range_m, 15]
-    body = {"name": "b", "mesh": "body.obj", "scattering": "optics", "position_m": place, "heading_deg": 180, **motion}
+    position = [0, range_m, 15]
+    body = {"name": "b", "mesh": "body.obj", "scattering": "optics", "position_m": position, "heading_deg": 180, **motion}
     nearest = range_m - 0.5 * (name == "sphere")  # its front
     reference = point("p", 0, nearest, rcs_dbsm=0.0, **({**motion, "heading_deg": 180} if motion else {}))
-    assert heard(body, reference, tmp_path) == pytest.approx(decibels(theory), abs=0.5)
+    assert energy_db(body, reference, tmp_path) == pytest.approx(decibels(theory), abs=0.5)
 
 
 def test_a_plate_under_way_meets_a_recomputation_at_every_azimuth(tmp_path: Path) -> None:
@@ -74,29 +74,34 @@ def test_a_plate_under_way_meets_a_recomputation_at_every_azimuth(tmp_path: Path
     scales = []
     sim.scan()  # it begins in the middle of the beam
     for scan in (sim.scan(), sim.scan()):
-        ours, twin = under_the_beam(made, scan)
+        ours, recomputed = under_the_beam(made, scan)
         assert len(ours) >= 8
-        scale = np.vdot(twin, ours) / np.vdot(twin, twin)
+        scale = np.vdot(recomputed, ours) / np.vdot(recomputed, recomputed)
         scales.append(scale)
-        assert decibels(float(np.sum(np.abs(ours - scale * twin) ** 2) / np.sum(np.abs(ours) ** 2))) < -27.0
+        assert decibels(float(np.sum(np.abs(ours - scale * recomputed) ** 2) / np.sum(np.abs(ours) ** 2))) < -27.0
     straddle = 1.65  # dB that a peak between two samples may lose at 1.5 samples per bandwidth (values-9.41-ghz.md)
     assert decibels(float(abs(scales[1] / scales[0]) ** 2)) == pytest.approx(0.0, abs=straddle)
 
 
+def all_visible(points: Any, triangle: Any) -> Any:
+    """A flat plate occludes nothing of itself."""
+    return np.ones(len(points), dtype=np.bool_)
+
+
 def under_the_beam(made: rs.Scene, scan: rs.Scan) -> tuple[Any, Any]:
-    """The field in the loudest column within 3 dB of its peak, and the same by optics afresh for every azimuth, unscaled."""
+    """The field in the strongest column within 3 dB of its peak, and the same by optics afresh for every azimuth, unscaled."""
     column = int(np.argmax(scan.power.max(axis=0)))
     ours = scan.field[:, column].astype(np.complex128)
     inside = np.flatnonzero(np.abs(ours) > 0.71 * np.abs(ours).max())
-    again = optical_body(made.bodies[0], made.radar, 3)
+    body = optical_body(made.bodies[0], made.radar, 3)
     fresh = []
     for k in inside:
-        pose = made.bodies[0].motion.pose(float(scan.time[k]))
-        stand, there = BodyPose(pose.position[0], float(pose.heading[0])), made.antenna(float(scan.time[k]))[0]
-        antenna = antenna_from(made.bodies[0], stand, there, np.inf)
-        where, amplitude = again.echoes(antenna, lambda points, _: np.ones(len(points), dtype=np.bool_))
-        total = np.sum(amplitude * np.exp(-2j * K * np.linalg.norm(where - antenna, axis=1)))
-        offset = scan.azimuth[k] - np.arctan2(pose.position[0, 0], pose.position[0, 1])
+        time = float(scan.time[k])
+        pose = pose_at(made.bodies[0], time)
+        antenna = antenna_in_body_frame(made.bodies[0], pose, made.antenna(time)[0], np.inf)
+        centre, amplitude = body.echoes(antenna, antenna, all_visible, all_visible)
+        total = np.sum(amplitude * np.exp(-2j * K * np.linalg.norm(centre - antenna, axis=1)))
+        offset = scan.azimuth[k] - np.arctan2(pose.position[0], pose.position[1])
         weight = sinc2_beam(np.array([(offset + np.pi) % (2 * np.pi) - np.pi]), made.radar.beamwidth)[0]
         fresh.append(total * weight)
     return ours[inside], np.array(fresh)
@@ -153,8 +158,8 @@ def test_built_in_curves_by_optics_return_what_theory_says(shape: str, radius: f
         assert decibels(cross_section(body, antenna) / theory) == pytest.approx(0.0, abs=0.5)
 
 
-def test_a_ship_hides_what_stands_behind_her_and_is_hidden_herself() -> None:
-    """A plate behind a wall is silent; the same plate before it is heard."""
+def test_a_wall_occludes_a_plate_behind_it() -> None:
+    """A plate behind a wall returns nothing; the same plate before it does."""
     wall = {"name": "w", "shape": "box", "length_m": 2, "width_m": 60, "height_m": 40, "rcs_dbsm": -100}
     sheet = {"name": "p", "shape": "plate", "width_m": 1, "height_m": 1, "heading_deg": 180, "scattering": "optics"}
     levels = []
@@ -164,8 +169,8 @@ def test_a_ship_hides_what_stands_behind_her_and_is_hidden_herself() -> None:
     assert levels[1] < 1e-6 * levels[0]
 
 
-def test_nothing_but_its_edge_is_heard_of_a_plate_seen_from_the_side() -> None:
-    """Edge on, no surface is seen, nothing is returned, and nothing is NaN."""
+def test_a_plate_observed_edge_on_returns_nothing() -> None:
+    """Edge on, no surface is visible: nothing is returned, and nothing is NaN."""
     sheet = {"name": "p", "shape": "plate", "width_m": 1, "height_m": 1, "heading_deg": 90, "scattering": "optics"}
     power = rs.Simulator(scene([{**sheet, "position_m": [0, 700, 15]}], radar=RADAR, environment=FLAT)).scan().power
     assert np.isfinite(power).all()

@@ -34,21 +34,21 @@ def test_median_over_aspect_is_that_of_ships_of_her_size(tmp_path: Path, draw: t
     """Within +4 and -8 dB of Skolnik's formula, which was fitted to naval ships of 2 to 17 kilotons; for the ships of
     radar performance standards it is 5 dB high (IMO MSC.192(79): 50,000 m^2 above 5,000 GT, some 10 kilotons, where it says
     160,000). Displacements: length x beam x draught x block coefficient; the tanker's is beyond the formula's range."""
-    found = signature(optical(loaded(tmp_path, draw())), 60)
-    assert -8.0 < decibels(float(np.median(found)) / skolnik(tonnes)) < 4.0
+    sections = signature(optical(loaded(tmp_path, draw())), 60)
+    assert -8.0 < decibels(float(np.median(sections)) / skolnik(tonnes)) < 4.0
 
 
 def test_signature_depends_on_the_aspect_and_repeats(tmp_path: Path) -> None:
     """Abeam she flashes 8 dB and more above her median; the middle half of the aspects spreads over 6 to 16 dB (Rayleigh
     amplitudes, a sum of many like centres, would spread over 6.8 dB); the same aspect gives the same, to the last bit."""
     body = optical(loaded(tmp_path, coaster()))
-    found = signature(body, 90)
-    low, middle, high = (decibels(float(q)) for q in np.percentile(found, [25, 50, 75]))
+    sections = signature(body, 90)
+    low, middle, high = (decibels(float(q)) for q in np.percentile(sections, [25, 50, 75]))
     abeam = max(cross_section(body, np.array([2000.0, y, 20.0])) for y in np.linspace(-30, 30, 13))
     assert decibels(abeam) > middle + 8
     assert 6.0 < high - low < 16.0
-    again = signature(optical(loaded(tmp_path, coaster())), 90)
-    assert (again == found).all()
+    second = signature(optical(loaded(tmp_path, coaster())), 90)
+    assert (second == sections).all()
 
 
 def test_fittings_are_what_returns(tmp_path: Path) -> None:

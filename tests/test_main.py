@@ -46,8 +46,8 @@ def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsy
     scans = [simulator.scan(), simulator.scan()]
     with np.load(out) as file:
         for key in ("azimuth", "time", "heading", "position", "field", "power"):
-            wanted = scans[0].azimuth if key == "azimuth" else np.stack([getattr(scan, key) for scan in scans])
-            np.testing.assert_array_equal(file[key], wanted)
+            expected = scans[0].azimuth if key == "azimuth" else np.stack([getattr(scan, key) for scan in scans])
+            np.testing.assert_array_equal(file[key], expected)
         np.testing.assert_array_equal(file["range"], scans[0].range)
         np.testing.assert_array_equal(file["number"], [0, 1])
         np.testing.assert_array_equal(file["spoke"], np.arange(120).reshape(2, 60))
@@ -59,11 +59,11 @@ def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsy
 
 
 def test_threads_reach_the_engine_and_change_no_byte(scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[int] = []
+    requested: list[int] = []
     made = rs.Simulator.__init__
 
     def counted(self: rs.Simulator, scene: rs.Scene, fidelity: str, seed: int, threads: int) -> None:
-        asked.append(threads)
+        requested.append(threads)
         made(self, scene, fidelity, seed, threads)
 
     monkeypatch.setattr(rs.Simulator, "__init__", counted)
@@ -75,7 +75,7 @@ def test_threads_reach_the_engine_and_change_no_byte(scene: Path, tmp_path: Path
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         assert main(["serve", str(scene), "--threads", "2", "--port", str(taken.getsockname()[1])]) == 2
-    assert asked == [1, 3, 3, 2]
+    assert requested == [1, 3, 3, 2]
     assert files[0].read_bytes() == files[1].read_bytes() == files[2].read_bytes()
     assert parser().parse_args(["serve"]).threads == 1
 
@@ -89,8 +89,8 @@ def test_scan_shows_no_bar_where_there_is_no_terminal(
 
 def test_check_says_what_a_scene_contains(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(scene)]) == 0
-    said = capsys.readouterr().out
-    assert "one target" in said and "p" in said
+    output = capsys.readouterr().out
+    assert "one target" in output and "p" in output
 
 
 def without_costs(plan: str) -> str:
@@ -107,9 +107,9 @@ def test_plan_prints_the_plan(scene: Path, capsys: pytest.CaptureFixture[str]) -
 
 def test_plan_answers_in_json_and_keeps_an_error_budget(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", str(scene), "--json", "--error-db", "2"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said["settings"]["error_db"] == 2.0 and said["counts"]["resting_echoes"] == 1
-    assert said["choices"][-1]["what"] == "body p" and said["realtime_factor"] > 0
+    output = json.loads(capsys.readouterr().out)
+    assert output["settings"]["error_db"] == 2.0 and output["counts"]["resting_echoes"] == 1
+    assert output["choices"][-1]["what"] == "body p" and output["realtime_factor"] > 0
 
 
 def test_plan_keeps_a_pace_and_says_where_it_cannot(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -131,9 +131,9 @@ def test_a_bad_scene_is_refused_on_stderr(command: str, tmp_path: Path, capsys: 
     bad.write_text("[radar]\nazimuths = 1_000_000_000\nrpm = -1\n")
     more = ["-o", str(tmp_path / "x.npz")] if command == "scan" else []
     assert main([command, str(bad), *more]) == 2
-    said = capsys.readouterr()
-    lines = said.err.splitlines()
-    assert said.out == "" and lines[0].startswith("radar.azimuths") and lines[1].startswith("radar.rpm")
+    output = capsys.readouterr()
+    lines = output.err.splitlines()
+    assert output.out == "" and lines[0].startswith("radar.azimuths") and lines[1].startswith("radar.rpm")
     assert not (tmp_path / "x.npz").exists()
 
 

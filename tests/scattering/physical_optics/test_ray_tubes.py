@@ -1,4 +1,4 @@
-"""Reflections last while the antenna moves a little: their points change their range as the paths do."""
+"""Ray tubes: echoes hold while the antenna moves a little, as the range of their points changes like that of the paths."""
 
 from pathlib import Path
 
@@ -9,15 +9,25 @@ from numpy.typing import NDArray
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.ray_tubes import hits, illuminated_facets, scattered_field
 from tests.reference.make_ships import coaster
-from tests.scattering.physical_optics.meshes import ODD, dihedral, loaded, optical, own_shadow, plate, toward, trihedral
+from tests.scattering.physical_optics.meshes import (
+    ODD,
+    dihedral,
+    echoes_toward,
+    loaded,
+    optical,
+    own_visibility,
+    plate,
+    toward,
+    trihedral,
+)
 
 Floats = NDArray[np.float64]
 
 
-def field(body: OpticalBody, seen_from: Floats, heard_at: Floats) -> complex:
-    """What reflections found for one place of the antenna amount to at another."""
-    point, amplitude = body.echoes(seen_from, own_shadow(body, seen_from))
-    return complex(np.sum(amplitude * np.exp(-2j * body.radio.wavenumber * np.linalg.norm(point - heard_at, axis=1))))
+def field(body: OpticalBody, evaluated_at: Floats, received_at: Floats) -> complex:
+    """The field at one position of the antenna of echoes that were evaluated for another."""
+    point, amplitude = echoes_toward(body, evaluated_at)
+    return complex(np.sum(amplitude * np.exp(-2j * body.wave.wavenumber * np.linalg.norm(point - received_at, axis=1))))
 
 
 @pytest.mark.parametrize("move", [[2.0, -1.0, 0.5], [-3.0, 2.0, 0.0], [0.3, 0.0, -2.0]])
@@ -41,10 +51,10 @@ def test_points_where_paths_end_would_not_do(tmp_path: Path) -> None:
     here = toward([1, 1, 1], 1000)
     there = here + np.array([6.4, -6.4, 0.0])
     exact = field(body, there, there)
-    tubes = illuminated_facets(body.pieces(3.0), body.planes, body.outside, here, body.radio, own_shadow(body, here))
-    k, ends = body.radio.wavenumber, 0j
+    tubes = illuminated_facets(body.facets_of(3.0), body.planes, body.outside, here, body.wave, own_visibility(body, here))
+    k, ends = body.wave.wavenumber, 0j
     for arrived in hits(tubes, body.planes, body.scene, body.may_rebounce, 3):
-        point, amplitude = scattered_field(arrived, here, body.radio)
+        point, amplitude = scattered_field(arrived, here, here, body.wave)
         late = np.linalg.norm(point - here, axis=1) - np.linalg.norm(arrived.centre - here, axis=1)
         ends += np.sum(amplitude * np.exp(-2j * k * (late + np.linalg.norm(arrived.centre - there, axis=1))))
     assert abs(field(body, here, there) / exact - 1) < 0.03
@@ -56,9 +66,9 @@ def test_a_corner_reflects_from_its_apex(tmp_path: Path) -> None:
     bounced three times, to a centimetre (the sight lines to two ends 0.6 m apart differ by 0.6 mrad, across 1 m: 0.6 mm)."""
     body = optical(loaded(tmp_path, trihedral(0.6, 1, True)))
     here = toward([1, 0.9, 1.1], 1000)
-    tubes = illuminated_facets(body.pieces(3.0), body.planes, body.outside, here, body.radio, own_shadow(body, here))
+    tubes = illuminated_facets(body.facets_of(3.0), body.planes, body.outside, here, body.wave, own_visibility(body, here))
     *_, thrice = hits(tubes, body.planes, body.scene, body.may_rebounce, 3)
-    point, _ = scattered_field(thrice, here, body.radio)
+    point, _ = scattered_field(thrice, here, here, body.wave)
     assert len(point) > 500
     assert np.linalg.norm(point, axis=1).max() < 0.01
 
@@ -78,10 +88,10 @@ def test_paths_run_either_way(tmp_path: Path) -> None:
     mesh = np.concatenate([dihedral(0.6, 0.5, 1)[:2], 0.5 * dihedral(0.6, 1.0, 1)[2:]])
     body = optical(loaded(tmp_path, mesh))
     here = toward([1, 0.8, 0.0], 2000)
-    tubes = illuminated_facets(body.pieces(3.0), body.planes, body.outside, here, body.radio, own_shadow(body, here))
+    tubes = illuminated_facets(body.facets_of(3.0), body.planes, body.outside, here, body.wave, own_visibility(body, here))
     _, twice, *_ = hits(tubes, body.planes, body.scene, body.may_rebounce, 2)
-    point, amplitude = scattered_field(twice, here, body.radio)
-    turned = amplitude * np.exp(-2j * body.radio.wavenumber * (np.linalg.norm(point - here, axis=1) - 2000))
+    point, amplitude = scattered_field(twice, here, here, body.wave)
+    turned = amplitude * np.exp(-2j * body.wave.wavenumber * (np.linalg.norm(point - here, axis=1) - 2000))
     last_is_first = np.isin(twice.triangle, twice.triangle[:1])
     plane = np.abs(twice.normal @ [0.0, 1.0, 0.0]) > 0.5
     assert last_is_first.any() and plane.any() and (~plane).any()

@@ -15,9 +15,9 @@ STATED = {"fast": (-60, -39), "balanced": (-80, -55), "reference": (-88, -86)}  
 
 
 @pytest.mark.parametrize("preset", STATED)
-def test_points_meet_the_closed_form_as_well_as_the_preset_says(preset: str) -> None:
-    """Relative field error at rest, own ship at 12 kn, bodies at 12 kn; and not 10 dB better either, where the difference
-    between presets would be idle."""
+def test_points_equal_the_closed_form_to_the_stated_error(preset: str) -> None:
+    """Relative field error at rest, own ship at 12 kn, bodies at 12 kn; and not 10 dB better either, where presets would
+    not differ."""
     at_rest, moving = STATED[preset]
     geometry = {"speed_kn": 12, "course_deg": 30}
     for limit, own, others in ((at_rest, {}, {}), (moving, geometry, {}), (moving, {}, geometry)):
@@ -41,7 +41,14 @@ def test_mean_power_of_a_surface_is_that_of_its_cross_section_in_every_preset(pr
 
 def test_presets_of_the_engine_grow_finer_in_order() -> None:
     fast, balanced, reference = (PRESETS[name] for name in STATED)
-    for name in ("scatterers_per_cell", "kernel_width", "beam_extent", "bounces", "beam_kernel_width", "fineness"):
+    for name in (
+        "scatterers_per_cell",
+        "kernel_width",
+        "beam_extent",
+        "bounces",
+        "beam_kernel_width",
+        "beam_table_oversampling",
+    ):
         values = [getattr(preset, name) for preset in (fast, balanced, reference)]
         assert values == sorted(values), name
     assert fast.visibility_step > balanced.visibility_step > reference.visibility_step
@@ -51,12 +58,12 @@ def test_presets_of_the_engine_grow_finer_in_order() -> None:
 
 def test_the_plan_says_how_far_the_beam_reaches() -> None:
     made = scene(scattered(1, 900, 1), own_ship={"speed_kn": 5})
-    said = {name: str(rs.Simulator(made, name).plan) for name in STATED}
-    assert "3 beamwidths each side" in said["fast"] and "12 beamwidths each side" in said["balanced"]
-    assert "the full circle" in said["reference"]
+    plans = {name: str(rs.Simulator(made, name).plan) for name in STATED}
+    assert "3 beamwidths each side" in plans["fast"] and "12 beamwidths each side" in plans["balanced"]
+    assert "the full circle" in plans["reference"]
 
 
-def test_the_plan_says_how_motion_is_followed_where_there_is_any() -> None:
+def test_the_plan_describes_motion_where_there_is_any() -> None:
     still, moving = scene(scattered(1, 900, 1)), scene(scattered(1, 900, 1, speed_kn=5))
     assert "motion" not in str(rs.Simulator(still).plan)
     assert "swept 16 azimuths at a time; sight looked at anew every 5 m" in str(rs.Simulator(moving).plan)
@@ -67,5 +74,5 @@ def test_the_command_line_says_what_each_preset_is_for(capsys: pytest.CaptureFix
     assert set(PURPOSE) == set(PRESETS)
     with pytest.raises(SystemExit):
         parser().parse_args(["scan", "--help"])
-    said = " ".join(capsys.readouterr().out.split())
-    assert all(f"{name}: {purpose.split(',')[0]}" in said for name, purpose in PURPOSE.items())
+    help_text = " ".join(capsys.readouterr().out.split())
+    assert all(f"{name}: {purpose.split(',')[0]}" in help_text for name, purpose in PURPOSE.items())

@@ -1,0 +1,224 @@
+"""Moving echoes against a loop over azimuths and bodies in float64, by own formulas."""
+
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import radar_service as rs
+from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.range_history import TOLERANCE
+from radar_service.engine.pipeline import Prepared, prepare
+from radar_service.fidelity import PRESETS
+from radar_service.propagation.multipath import two_ray_factor
+from radar_service.propagation.radar_equation import elevation_gain
+from tests.reference.compressed_pulse import sinc2_beam
+from tests.scenes import point, scene
+from tests.test_motion import SWAY, deck
+
+Floats = NDArray[np.float64]
+EARTH = 4 / 3 * 6_371_000.0
+RADAR = {"range_max_m": 2500, "azimuths": 720, "beamwidth_deg": 4, "beamwidth_el_deg": 20}
+ALL_ROUND = replace(PRESETS["balanced"], beam_extent=np.inf)
+FIELD = 10 ** (-50 / 20)  # of an amplitude on boresight: moving points err by -55 dB (DESIGN section 4)
+
+
+def ring(count: int = 9, **motion: Any) -> list[dict[str, Any]]:
+    """Points all round, each at a range of its own."""
+    bodies = []
+    for k in range(count):
+        distance, azimuth = 300.0 + 220.0 * k, 2 * np.pi * k / count + 0.3
+        bodies.append(point(f"p{k}", distance * np.sin(azimuth), distance * np.cos(azimuth), 3.0 + 2 * k, 10.0, **motion))
+    return bodies
+
+
+def block(made: rs.Scene, scan: int, index: int, count: int = 16) -> AzimuthTimes:
+    """Consecutive azimuths of a scan."""
+    number = scan * made.radar.azimuths + np.arange(index, index + count)
+    return AzimuthTimes(number, *made.radar.schedule(number))
+
+
+def block_at(made: rs.Scene, scan: int, b: int) -> AzimuthTimes:
+    """The 16 azimuths of a scan about the bearing of a point when the beam is on it."""
+    radar = made.radar
+    time = (scan + 0.5) * radar.rotation_period
+    for _ in range(4):
+        turn = observed(made, b, time)[1] / (2 * np.pi) % 1.0
+        time = (scan + turn) * radar.rotation_period
+    return block(made, scan, int(np.clip(turn * radar.azimuths - 8, 0, radar.azimuths - 16)))
+
+
+def observed(made: rs.Scene, b: int, time: float) -> tuple[Floats, float, float]:
+    """Position (3,) of a point relative to the antenna with the earth's drop, and azimuth and elevation on a swaying mast."""
+    own, height = made.own_ship.pose(time), made.radar.height
+    to_map, heading = np.eye(3), 0.0
+    if made.own_ship.sway is not None:
+        matrices, headings = deck(np.array([time]), np.deg2rad(40))
+        to_map, heading = matrices[0], float(headings[0])
+    antenna = np.array([*own.position[0, :2], 0.0]) + height * to_map[:, 2]
+    offset = made.bodies[b].motion.pose(time).position[0] - antenna
+    offset[2] -= (offset[0] ** 2 + offset[1] ** 2) / (2 * EARTH)
+    x, y, z = to_map.T @ offset
+    return offset, float(np.arctan2(x, y) + heading), float(np.arctan2(z, np.hypot(x, y)))
+
+
+def reference_echo(made: rs.Scene, b: int, azimuths: AzimuthTimes) -> tuple[Floats, NDArray[np.complex128], float]:
+    """Ranges (K,) and amplitudes (K,) of a point by the radar equation, azimuth by azimuth, and the level on boresight."""
+    radar, rcs = made.radar, made.bodies[b].rcs
+    assert rcs is not None
+    ranges, amplitudes = [], []
+    constant = np.sqrt(radar.power * radar.gain**2 * radar.wavelength**2 * rcs / (4 * np.pi) ** 3)
+    for boresight, time in zip(azimuths.boresight, azimuths.time, strict=True):
+        offset, azimuth, elevation = observed(made, b, float(time))
+        distance = float(np.sqrt(offset @ offset))
+        one_way = sinc2_beam(np.array(boresight - azimuth), radar.beamwidth) * sinc2_beam(
+            np.array(elevation), radar.beamwidth_el
+        )
+        phase = np.exp(-4j * np.pi * distance / radar.wavelength)
+        ranges.append(distance)
+        amplitudes.append(constant / distance**2 * one_way * phase)
+    return np.array(ranges), np.array(amplitudes), float(constant / np.min(ranges) ** 2)
+
+
+def assert_echoes(made: rs.Scene, echoes: BeamWeightedEchoes, azimuths: AzimuthTimes) -> None:
+    """Each point is among the echoes with its range, change of range and amplitude, and there are no others."""
+    assert len(echoes.range) == len(made.bodies)
+    middle = len(azimuths.time) // 2
+    for b in range(len(made.bodies)):
+        ranges, amplitude, level = reference_echo(made, b, azimuths)
+        e = int(np.argmin(np.abs(echoes.range - ranges.mean())))
+        at_nodes = (azimuths.time[0] + azimuths.time[-1]) / 2
+        assert echoes.range[e] == pytest.approx(
+            np.linalg.norm(observed(made, b, float(at_nodes))[0]), abs=1e-6
+        )  # m, float64
+        migrated = echoes.range[e] + echoes.range_migration[e].astype(np.float64)
+        # float32 of the change beside the parabola's tolerance
+        assert np.abs(migrated - ranges).max() < 2 * TOLERANCE + 2.0**-23 * np.abs(ranges - ranges[middle]).max()
+        assert np.abs(echoes.amplitude[e] - amplitude).max() < FIELD * level, made.bodies[b].name
+
+
+def all_round(made: rs.Scene) -> Prepared:
+    return prepare(made, ALL_ROUND, 3)
+
+
+STRAIGHT = {"course_deg": 50, "speed_kn": 15}
+SQUARE = [{"position_m": list(p), "speed_kn": 25} for p in [(700, 500), (700, 700), (500, 700)]]
+
+
+@pytest.mark.parametrize("index", [0, 96, 352, 704])
+def test_points_under_way_have_their_range_phase_and_beam_weight(index: int) -> None:
+    made = scene(ring(**STRAIGHT), radar=RADAR)
+    azimuths = block(made, 0, index)
+    assert_echoes(made, all_round(made).moving.echoes(azimuths), azimuths)
+
+
+@pytest.mark.parametrize("scan", [0, 3, 25])
+def test_points_observed_from_own_ship_under_way(scan: int) -> None:
+    made = scene(ring(), radar=RADAR, own_ship={"course_deg": 200, "speed_kn": 12})
+    prepared = all_round(made)
+    for index in (0, 304, 640):
+        azimuths = block(made, scan, index)
+        assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+def test_late_in_a_run_nothing_is_lost() -> None:
+    """After 29 days, 2.5 million seconds: times are exact to 5e-10 s, so ranges to 6 nm; float32 of the time would be 0.25 s."""
+    corners = [{"position_m": [900 + 300 * k, 400], "speed_kn": 25} for k in (0, 1)]
+    made = scene([point("t", 900, 700, waypoints=corners, loop=True)], radar=RADAR)
+    prepared = all_round(made)
+    for index in (96, 400):
+        azimuths = block(made, 1_000_000, index)
+        assert azimuths.time[0] > 2.5e6
+        assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+def test_a_swaying_mast_moves_ranges_azimuths_and_elevations() -> None:
+    """With the beam on each point in turn, in four scans of a roll of 9 s."""
+    own = {"heading_deg": 40, "course_deg": 40, "speed_kn": 8, **SWAY}
+    made = scene(ring(), radar=RADAR, own_ship=own)
+    prepared = all_round(made)
+    for b in range(len(made.bodies)):
+        for scan in range(4):
+            azimuths = block_at(made, scan, b)
+            assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+def test_multipath_follows_the_height_of_a_swaying_mast() -> None:
+    """Echoes with sea reflection over those without are F^2 for the antenna's height then, which roll lowers by 2 %: with the
+    height at rest F differs by far more than the 1e-6 of complex64."""
+    own = {"heading_deg": 40, **SWAY}
+    with_sea, without = (
+        scene(ring(), radar=RADAR, own_ship=own, environment={"multipath": on, "sea_state": 0}) for on in (True, False)
+    )
+    azimuths = block(without, 0, 640)
+    one, other = (all_round(made).moving.echoes(azimuths) for made in (with_sea, without))
+    middle = (azimuths.time[0] + azimuths.time[-1]) / 2
+    matrices, _ = deck(np.array([middle]), np.deg2rad(40))
+    height = float(without.radar.height * matrices[0, 2, 2])
+    assert height < 0.99 * without.radar.height
+    for b, body in enumerate(without.bodies):
+        offset, _, elevation = observed(without, b, middle)
+        e = int(np.argmin(np.abs(one.range - np.linalg.norm(offset))))
+        ground = float(np.hypot(offset[0], offset[1]))
+        tilt = elevation - float(np.arctan2(offset[2], ground))
+        factor = two_ray_factor(
+            np.array([ground]), body.motion.position[0, 2:], height, without.radar.wavelength, earth_radius=EARTH,
+            polarization=without.radar.polarization, elevation_gain=partial(elevation_gain, without.radar, tilt_error=tilt),
+        )[0]  # fmt: skip
+        ratio = np.vdot(other.amplitude[e], one.amplitude[e]) / np.vdot(other.amplitude[e], other.amplitude[e])
+        assert ratio == pytest.approx(factor**2, rel=1e-4, abs=1e-4)
+
+
+def test_a_body_on_an_arc_keeps_to_it() -> None:
+    """25 kn round corners of 60 m, 12 degrees a second: blocks in which arcs begin and end, and those with the beam on it."""
+    made = scene([point("t", 500, 500, waypoints=SQUARE, loop=True, turn_radius_m=60)], radar=RADAR)
+    prepared, radar = all_round(made), made.radar
+    knots = made.bodies[0].motion.time[1:]
+    assert len(knots) > 6
+    blocks = [block_at(made, scan, 0) for scan in range(12)]
+    for knot in knots:
+        scan, index = divmod(int(knot / radar.spoke_period), radar.azimuths)
+        blocks.append(block(made, scan, int(np.clip(index - 5, 0, radar.azimuths - 16))))
+    for azimuths in blocks:
+        assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+def test_a_body_that_passes_close_by_is_exact() -> None:
+    """6 m off and 12 m below at 80 kn, where the parabola would err by centimetres and the elevation changes by degrees."""
+    radar = {**RADAR, "beamwidth_deg": 20, "beamwidth_el_deg": 60}
+    own = {"course_deg": 180, "speed_kn": 40}
+    made = scene([point("t", 6, -14, 3, course_deg=0, speed_kn=40)], radar=radar, own_ship=own)
+    prepared = all_round(made)
+    for index in range(0, 320, 16):
+        azimuths = block(made, 0, index)
+        assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+def test_echoes_beyond_the_extent_of_the_beam_are_left_out() -> None:
+    """By `fast`, 3 beamwidths of 4 degrees: those within it at some azimuth of the block, and the rest not."""
+    made = scene(ring(36, **STRAIGHT), radar={**RADAR, "range_max_m": 9000})
+    prepared = prepare(made, PRESETS["fast"], 3)
+    azimuths = block(made, 0, 90)
+    echoes = prepared.moving.echoes(azimuths)
+    off = []
+    for b in range(36):
+        offsets = [observed(made, b, float(t))[1] - a for a, t in zip(azimuths.boresight, azimuths.time, strict=True)]
+        off.append(np.rad2deg(np.abs(np.angle(np.exp(1j * np.array(offsets)))).min()))
+    assert len(echoes.range) == np.count_nonzero(np.array(off) < 12.0) > 1
+
+
+def test_a_single_azimuth_equals_its_column_of_a_block() -> None:
+    """Its own middle instead of the block's: -50 dB."""
+    made = scene(ring(**STRAIGHT), radar=RADAR)
+    prepared, azimuths = all_round(made), block(made, 1, 160)
+    together, nearest = prepared.moving.echoes(azimuths), reference_echo(made, 0, azimuths)[2]
+    for k in (0, 5, 15):
+        alone = prepared.moving.echoes(azimuths.part(k, k + 1))
+        for e, distance in enumerate(alone.range):
+            f = int(np.argmin(np.abs(together.range - distance)))
+            level = nearest * (300.0 / distance) ** 2
+            assert abs(alone.amplitude[e, 0] - together.amplitude[f, k]) < FIELD * level
+            assert together.range[f] + together.range_migration[f, k] == pytest.approx(distance, abs=2 * TOLERANCE)

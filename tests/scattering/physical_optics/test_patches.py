@@ -1,0 +1,44 @@
+"""Flat patches, facing triangles and outer sides of shapes whose answers are known."""
+
+import numpy as np
+
+from radar_service.scattering.physical_optics.patches import faces_something, neighbours, outward_side, patch_sizes
+from radar_service.scene.body import Mesh
+from radar_service.scene.shapes import box, dihedral, plate, sphere
+from tests.scattering.physical_optics.test_facets import longest_edges
+
+
+def test_coplanar_neighbours_make_one_patch() -> None:
+    """The side of a box is one patch of two triangles, whose size is its diagonal; a sphere's facets stand alone."""
+    sizes = patch_sizes(box(90.0, 13.0, 18.0))
+    assert set(np.round(sizes, 6)) == {np.round(np.hypot(*s), 6) for s in ((90, 13), (90, 18), (13, 18))}
+    ball = sphere(1.0)
+    assert patch_sizes(ball).max() < 1.8 * longest_edges(ball.vertices[ball.faces]).max()
+
+
+def test_convex_bodies_face_nothing_and_corners_do() -> None:
+    front_back = faces_something(box(2.0, 3.0, 4.0))
+    assert not front_back[:, 0].any() and front_back[:, 1].all()
+    assert not faces_something(plate(1.0, 1.0)).any()
+    assert (faces_something(dihedral(1.0, 1.0)).sum(axis=1) == 1).all()
+    assert not faces_something(sphere(1.0))[:, 0].any()
+
+
+def test_outside_is_known_of_closed_bodies_however_they_are_wound() -> None:
+    """Of a box, a box turned inside out, and a box without a side; vertices unshared, as in STL."""
+    for mesh, expected in ((box(2, 3, 4), 1), (Mesh(box(2, 3, 4).vertices, box(2, 3, 4).faces[:, ::-1]), -1)):
+        apart = Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
+        assert (outward_side(mesh) == expected).all() and (outward_side(apart) == expected).all()
+    opened = Mesh(box(2, 3, 4).vertices, box(2, 3, 4).faces[1:])
+    assert (outward_side(opened) == 0).all()
+    mixed = box(2, 3, 4).faces.copy()
+    mixed[0] = mixed[0, ::-1]
+    assert (outward_side(Mesh(box(2, 3, 4).vertices, mixed)) == 0).all()
+
+
+def test_neighbours_share_an_edge_though_not_its_vertices() -> None:
+    """A box of 16 triangles has 24 edges, each of which joins two; the same with vertices of its own for each triangle."""
+    mesh = box(2.0, 3.0, 4.0)
+    apart = Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
+    for one, other in (neighbours(mesh), neighbours(apart)):
+        assert len(one) == 24 and (np.bincount(np.concatenate([one, other])) == 3).all()

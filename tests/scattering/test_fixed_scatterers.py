@@ -1,0 +1,154 @@
+"""Fixed scatterers: cross-sections by closed form between two ends, and what each model states of itself."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.fidelity import PRESETS
+from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering, FixedScatterers
+from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.trace.line_of_sight import OcclusionScene
+from tests.scenes import point, scene
+
+LAUNCH, RECEIVE = np.array([-300.0, 0.0, 15.0]), np.array([500.0, 100.0, 15.0])
+PLATE = {"name": "p", "shape": "plate", "width_m": 4, "height_m": 2, "position_m": [0, 800, 15], "heading_deg": 180,
+         "material": "concrete"}  # fmt: skip
+FLAT = {"earth": "flat"}
+
+
+def context(made: rs.Scene, **fidelity: Any) -> ScatteringContext:
+    settings = replace(PRESETS["balanced"], **fidelity)
+    return ScatteringContext(made.radar, settings, 3, made.antenna(0.0)[0], made.bodies, np.inf)
+
+
+def build(model: type[FixedScatterers], made: rs.Scene, **fidelity: Any) -> FixedScatterers:
+    return model.build(made.bodies, np.arange(len(made.bodies)), context(made, **fidelity))
+
+
+def instant(made: rs.Scene, time: float = 0.0, **more: Any) -> Instant:
+    return Instant(time, OcclusionScene(made.bodies, np.inf), 1e5, **more)
+
+
+def total(echoes: BodyEchoes) -> float:
+    """Sum of the cross-sections [m^2]."""
+    return float(np.sum(np.abs(echoes.amplitude) ** 2))
+
+
+def cosines(end: np.ndarray) -> float:
+    """Of the incidence on the plate, which faces south."""
+    offset = end - np.array([0.0, 800.0, 15.0])
+    return float(-offset[1] / np.linalg.norm(offset))
+
+
+def test_a_diffuse_plate_has_the_geometric_mean_of_both_directions() -> None:
+    """gamma A sqrt(cos_i cos_s); the plate of 4 m turns the cosines by 0.5 % from end to end: 0.1 % in the mean."""
+    made = scene([PLATE], environment=FLAT)
+    model, gamma = build(DiffuseScattering, made), made.bodies[0].material.gamma
+    for launch, receive in ((LAUNCH, RECEIVE), (RECEIVE, LAUNCH), (LAUNCH, LAUNCH)):
+        expected = gamma * 8 * np.sqrt(cosines(launch) * cosines(receive))
+        assert total(model.echoes(launch, receive, instant(made))) == pytest.approx(expected, rel=2e-3)
+
+
+def test_two_ends_at_one_place_are_one_antenna() -> None:
+    """A copy of the position, which is computed as two ends, gives the same echoes: rounding of sqrt(c c)."""
+    box = {"name": "b", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [60, 500, 0],
+           "heading_deg": 30, "material": "wood"}  # fmt: skip
+    for model, bodies in (
+        (DiffuseScattering, [PLATE, box]),
+        (DeclaredScattering, [point("t", 0, 400), {**box, "rcs_dbsm": 5}]),
+    ):
+        made = scene(bodies, environment=FLAT)
+        source, antenna = build(model, made), made.antenna(0.0)[0]
+        one, two = (source.echoes(antenna, receive, instant(made)) for receive in (antenna, antenna.copy()))
+        np.testing.assert_array_equal(one.position, two.position)
+        np.testing.assert_array_equal(one.body, two.body)
+        np.testing.assert_allclose(two.amplitude, one.amplitude, rtol=1e-12)
+
+
+def test_scatterers_must_be_visible_from_both_ends() -> None:
+    """A wall before one end takes all echoes of that pair, whichever way round."""
+    wall = {"name": "w", "shape": "plate", "width_m": 40, "height_m": 60, "position_m": [250, 450, 20], "rcs_dbsm": 0,
+            "heading_deg": 180}  # fmt: skip
+    made = scene([PLATE, wall], environment=FLAT)
+    model = DiffuseScattering.build(made.bodies[:1], np.array([0]), context(made))
+    counts = [len(model.echoes(a, b, instant(made))) for a, b in
+              ((LAUNCH, LAUNCH), (LAUNCH, RECEIVE), (RECEIVE, LAUNCH), (RECEIVE, RECEIVE))]  # fmt: skip
+    assert counts[0] > 40 and counts[1:] == [0, 0, 0]
+
+
+def test_visible_scatterers_share_a_declared_cross_section() -> None:
+    """A hull half behind a wall still has all of its 20 dBsm, bistatic too; the key of the wall lies between."""
+    hull = {"name": "h", "shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "position_m": [0, 600, 0],
+            "heading_deg": 90, "rcs_dbsm": 20}  # fmt: skip
+    wall = {"name": "w", "shape": "plate", "width_m": 30, "height_m": 60, "position_m": [15, 300, 20], "rcs_dbsm": 0,
+            "heading_deg": 180}  # fmt: skip
+    made = scene([hull, wall], environment=FLAT)
+    model, antenna = build(DeclaredScattering, made), made.antenna(0.0)[0]
+    free = scene([hull], environment=FLAT)
+    for receive in (antenna, RECEIVE):
+        echoes = model.echoes(antenna, receive, instant(made))
+        shares = np.bincount(echoes.body, np.abs(echoes.amplitude) ** 2, minlength=2)
+        assert shares == pytest.approx([100.0, 1.0], rel=1e-12)
+    whole = build(DeclaredScattering, free).echoes(antenna, antenna, instant(free))
+    assert 0 < np.count_nonzero(model.echoes(antenna, antenna, instant(made)).body == 0) < len(whole)
+
+
+def test_echoes_of_moving_bodies_turn_with_them() -> None:
+    """The plate under way, heading west at 10 s: seen from there as from the south before."""
+    moving = {**PLATE, "heading_deg": 270, "course_deg": 0, "speed_kn": 10}
+    made, still = scene([moving], environment=FLAT), scene([{**PLATE, "heading_deg": 270}], environment=FLAT)
+    shift = np.array([0.0, 10 * 10 * 1852 / 3600, 0.0])
+    west = np.array([-700.0, 790.0, 15.0])
+    late = build(DiffuseScattering, made).echoes(west + shift, west + shift, instant(made, 10.0))
+    same = build(DiffuseScattering, still).echoes(west, west, instant(still))
+    np.testing.assert_array_equal(late.position, same.position)
+    np.testing.assert_allclose(late.amplitude, same.amplitude, rtol=1e-9)
+
+
+def test_a_sector_leaves_out_what_lies_beside_it_and_keeps_declared_bodies_whole() -> None:
+    """Of a diffuse quay the part within the bearings; of a declared one all or nothing, as its scatterers share."""
+    quay = {"name": "q", "shape": "box", "length_m": 10, "width_m": 800, "height_m": 20, "position_m": [0, 500, 0]}
+    antenna = np.array([0.0, 0.0, 15.0])
+    sector = Sector(antenna, 0.0, 0.3, 1.0)
+    for model, more in ((DiffuseScattering, {"material": "concrete"}), (DeclaredScattering, {"rcs_dbsm": 10})):
+        made = scene([{**quay, **more}], environment=FLAT)
+        source = build(model, made)
+        whole = source.echoes(antenna, antenna, instant(made))
+        part = source.echoes(antenna, antenna, instant(made, sector=sector))
+        inside = sector.contains(whole.position + [0, 500, 0])
+        kept = inside if model is DiffuseScattering else np.ones(len(whole), dtype=np.bool_)
+        assert 10 < inside.sum() < len(whole) - 10
+        np.testing.assert_array_equal(part.position, whole.position[kept])
+        assert len(source.echoes(antenna, antenna, instant(made, sector=Sector(antenna, np.pi, 0.3, 1.0)))) == 0
+
+
+def test_stated_maxima_are_hardly_ever_exceeded() -> None:
+    """Of 300 seeds of a plate of many scatterers, speckle exceeds ten times its mean in none (e^-10 each), its maximum
+    cross-section being that of its area; a steady point's maximum is what it declares."""
+    made = scene([{**PLATE, "position_m": [0, 800, 15]}], environment=FLAT)
+    antenna, powers = made.antenna(0.0)[0], []
+    for seed in range(300):
+        settings = replace(context(made), seed=seed)
+        echoes = DiffuseScattering.build(made.bodies, np.array([0]), settings).echoes(antenna, antenna, instant(made))
+        powers.append(abs(echoes.amplitude.sum()) ** 2)
+    limit = DiffuseScattering.max_rcs(made.bodies[0], made.radar, PRESETS["balanced"])
+    assert limit / 4 < max(powers) < limit
+    (steady, slow) = scene([point("t", 0, 500), point("s", 0, 600, swerling=1)]).bodies
+    limits = [DeclaredScattering.max_rcs(body, made.radar, PRESETS["balanced"]) for body in (steady, slow)]
+    assert limits == pytest.approx([10.0, 100.0])
+
+
+def test_more_scatterers_err_less() -> None:
+    made = scene([PLATE])
+    body = made.bodies[0]
+    errors = [
+        DiffuseScattering.error_db(body, made, replace(PRESETS["balanced"], scatterers_per_cell=n), 10_000)
+        for n in (1, 4, 16)
+    ]
+    assert errors[0] == pytest.approx(2 * errors[1]) == pytest.approx(4 * errors[2])  # type: ignore[operator]
+    few = DiffuseScattering.error_db(body, made, PRESETS["reference"], 48)
+    assert few is not None and few > errors[2]  # type: ignore[operator]
+    assert DeclaredScattering.error_db(body, made, PRESETS["balanced"], 1) == 0.0

@@ -1,0 +1,76 @@
+"""Spokes in blocks: cut, joined and regrouped without loss."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from radar_service.records import BodyTruth, SpokeBlock, Truth, joined, regrouped
+
+
+def block(first: int, count: int) -> SpokeBlock:
+    """Spokes of scan 2, of 40 azimuths and 3 cells; each number tells its spoke and its field."""
+    number = np.arange(first, first + count, dtype=np.float64)
+    field = (number[:, None] + 1j * np.arange(3)).astype(np.complex64)
+    position = np.stack([number + 0.1, number + 0.2], axis=1)
+    return SpokeBlock(
+        first, 2, first - 80, number, number + 0.3, number + 0.4, position, number + 0.5, number + 0.6,
+        np.array([1.0, 2.0, 3.0]), 1.0, field, (np.abs(field) ** 2).astype(np.float32),
+    )  # fmt: skip
+
+
+def same(one: SpokeBlock, other: SpokeBlock) -> bool:
+    return all(np.array_equal(getattr(one, f.name), getattr(other, f.name)) for f in dataclasses.fields(SpokeBlock))
+
+
+def test_a_part_is_the_block_of_its_spokes() -> None:
+    assert same(block(80, 10).part(3, 7), block(83, 4))
+
+
+@pytest.mark.parametrize("size", [1, 3, 7, 40, 100])
+@pytest.mark.parametrize("parts", [(40,), (5, 35), (1, 1, 17, 21)])
+def test_regrouping_loses_nothing(parts: tuple[int, ...], size: int) -> None:
+    starts = 80 + np.cumsum([0, *parts[:-1]])
+    result = list(regrouped((block(int(a), n) for a, n in zip(starts, parts, strict=True)), size))
+    assert [len(one) for one in result] == [size] * (40 // size) + ([40 % size] if 40 % size else [])
+    assert same(joined(result), block(80, 40))
+
+
+def test_blocks_are_yielded_as_soon_as_they_are_full() -> None:
+    """Two of 5 spokes are there for a block of 8 before a third is taken."""
+    taken: list[int] = []
+
+    def blocks() -> object:
+        for k in range(3):
+            taken.append(k)
+            yield block(80 + 5 * k, 5)
+
+    assert len(next(regrouped(blocks(), 8))) == 8 and taken == [0, 1]  # type: ignore[arg-type]
+
+
+def test_a_block_of_no_spokes_is_refused() -> None:
+    with pytest.raises(ValueError, match="size: 0 is not allowed"):
+        next(regrouped([block(80, 4)], 0))
+
+
+def test_spokes_hold_their_rows() -> None:
+    whole = block(80, 4)
+    for k, spoke in enumerate(whole.spokes()):
+        assert (spoke.number, spoke.scan, spoke.index, spoke.time) == (80 + k, 2, k, 80.0 + k)
+        assert (spoke.azimuth, spoke.heading, spoke.course, spoke.speed) == (80.3 + k, 80.4 + k, 80.5 + k, 80.6 + k)
+        assert spoke.position == (80.1 + k, 80.2 + k)
+        assert np.array_equal(spoke.field, whole.field[k]) and np.array_equal(spoke.power, whole.power[k])
+
+
+def test_shapes_that_do_not_fit_are_refused() -> None:
+    whole = block(80, 4)
+    for name in ("time", "position", "range", "power"):
+        with pytest.raises(AssertionError):
+            dataclasses.replace(whole, **{name: getattr(whole, name)[:-1]})
+
+
+def test_truth_is_plain_data() -> None:
+    body = BodyTruth("b", (1.0, 2.0, 3.0), (0.0, 0.0, 0.0), 0.1, 0.2, 0.3, 4.0, 0.5, 0.6, False, "shadowed", None, None, 7)
+    plain = Truth(1.5, body, (body,)).as_dict()
+    assert plain["time"] == 1.5 and plain["bodies"][0] == plain["own_ship"]
+    assert plain["own_ship"]["position"] == (1.0, 2.0, 3.0) and plain["own_ship"]["mmsi"] == 7

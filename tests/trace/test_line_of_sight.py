@@ -1,0 +1,131 @@
+"""Line of sight to points: every reason why one is not visible, and the shadows of moving bodies, in simple geometry."""
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+from radar_service.frames import polar_from_map
+from radar_service.scene.body import Body
+from radar_service.trace.embree import RayCount
+from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
+from tests.scenes import point, scene
+
+EARTH = 4 / 3 * 6_371_000.0
+ANTENNA = np.array([0.0, 0.0, 15.0])
+BOX = {"shape": "box", "length_m": 20, "width_m": 20, "height_m": 40, "rcs_dbsm": 0}
+
+
+def bodies(*settings: dict[str, Any]) -> tuple[Body, ...]:
+    return scene([{"name": f"b{k}", **one} for k, one in enumerate(settings)]).bodies
+
+
+def points(*positions: tuple[float, float, float], body: int = 0, triangle: int = -1) -> SurfacePoints:
+    count = len(positions)
+    return SurfacePoints(np.full(count, body), np.full(count, triangle), np.array(positions))
+
+
+def box(north: float, east: float = 0.0, **more: Any) -> dict[str, Any]:
+    return {**BOX, "position_m": [east, north, 0], **more}
+
+
+TARGET = point("t", 0, 900)
+MOVES = {"course_deg": 90, "speed_kn": 10}
+
+
+@pytest.mark.parametrize("motion", [{}, MOVES], ids=["at rest", "under way"])
+def test_a_box_occludes_what_is_behind_it_and_nothing_else(motion: dict[str, Any]) -> None:
+    made = OcclusionScene(bodies(TARGET, box(400, **motion)), EARTH)
+    candidates = [(0, 900, 15), (0, 300, 15), (60, 900, 15), (0, 900, 100), (0, -900, 15)]
+    visible = made.visible(points(*candidates), ANTENNA, 0.0, 1e5)
+    assert visible.tolist() == [False, True, True, True, True]
+    assert made.occluded(np.array(candidates, dtype=float), ANTENNA, 0.0).tolist() == [True, False, False, False, False]
+
+
+def test_bodies_under_way_occlude_where_they_are_at_the_time() -> None:
+    """At 10 kn the box, 10 m to either side, has cleared the line to the target after 10 m: 1.9 s."""
+    made = OcclusionScene(bodies(TARGET, box(400, **MOVES)), EARTH)
+    behind = points((0, 900, 15))
+    visible = [bool(made.visible(behind, ANTENNA, time, 1e5)[0]) for time in (0.0, 1.8, 2.1, 100.0)]
+    assert visible == [False, False, True, True]
+    assert made.visible(behind, ANTENNA, 0.0, 1e5, movers=False).all()
+    assert not made.occluded(behind.position, ANTENNA, 0.0, movers=False).any()
+
+
+def test_transparent_bodies_occlude_nothing() -> None:
+    made = OcclusionScene(bodies(TARGET, box(400, **MOVES)), EARTH, without=[1])
+    assert made.visible(points((0, 900, 15)), ANTENNA, 0.0, 1e5).all()
+
+
+def test_the_horizon_and_the_range_end_visibility() -> None:
+    """15 m and 10 m: 28.998 km. The range is the slant one: 900 m off and 1200 m up are 1500 m."""
+    made = OcclusionScene(bodies(TARGET), EARTH)
+    far = points((0, 28_997, 10), (0, 28_999, 10), (0, 100, -1))
+    assert made.visible(far, ANTENNA, 0.0, 1e5).tolist() == [True, False, False]
+    high = points((0, 900, 1215))
+    assert made.visible(high, ANTENNA, 0.0, 1500.2).all() and not made.visible(high, ANTENNA, 0.0, 1499.9).any()
+
+
+@pytest.mark.parametrize("motion", [{}, MOVES], ids=["at rest", "under way"])
+def test_a_body_occludes_its_own_far_side_but_not_its_near_side(motion: dict[str, Any]) -> None:
+    """Middles of all triangles of a box, among other bodies before it in the list: those that face the antenna are visible."""
+    made_bodies = bodies(TARGET, box(500, 300), box(400, heading_deg=0, **motion))
+    mesh = made_bodies[2].mesh
+    assert mesh is not None
+    corners = mesh.vertices[mesh.faces] + [0, 400, 0]
+    middle = corners.mean(axis=1)
+    facing = np.einsum("ij,ij->i", np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), ANTENNA - middle)
+    on_box = SurfacePoints(np.full(len(middle), 2), np.arange(len(middle)), middle + [0, 0, 1e-6])
+    visible = OcclusionScene(made_bodies, EARTH).visible(on_box, ANTENNA, 0.0, 1e5)
+    np.testing.assert_array_equal(visible, facing > 0)
+    assert 2 <= visible.sum() <= 4
+
+
+def test_a_body_that_counts_as_a_point_does_not_occlude_itself() -> None:
+    made = OcclusionScene(bodies(box(400), box(600)), EARTH)
+    assert made.visible(points((0, 400, 20), body=0), ANTENNA, 0.0, 1e5).all()
+    assert not made.visible(points((0, 600, 20), body=1), ANTENNA, 0.0, 1e5).any()  # behind the other
+
+
+def test_shadowed_positions_are_the_occluded_ones_by_every_line() -> None:
+    """Positions all round, sorted by azimuth, two ships, one of them due south where azimuths wrap."""
+    rng = np.random.default_rng(5)
+    position = np.stack([*rng.uniform(-1000, 1000, (2, 4000)), rng.uniform(0, 30, 4000)], axis=1)
+    position = position[np.argsort(np.arctan2(position[:, 0], position[:, 1]))]
+    made = OcclusionScene(bodies(TARGET, box(-200, **MOVES), box(150, 300, **MOVES)), EARTH)
+    for time in (0.0, 3.0):
+        shadowed = made.shadowed(position, polar_from_map(position, ANTENNA, EARTH), ANTENNA, time)
+        expected = np.flatnonzero(made.occluded(position, ANTENNA, time))
+        np.testing.assert_array_equal(shadowed, expected)
+        assert {position[i, 1] < 0 for i in expected} == {True, False}
+
+
+def test_the_sector_of_resting_shadows_holds_all_of_them() -> None:
+    assert OcclusionScene(bodies(TARGET, box(400, **MOVES)), EARTH).resting_shadow_sector(ANTENNA)[1] == 0.0
+    made = OcclusionScene(bodies(TARGET, box(400), box(400, 200)), EARTH)
+    middle, half, begin = made.resting_shadow_sector(ANTENNA)
+    rng = np.random.default_rng(6)
+    position = np.stack([*rng.uniform(-1000, 1000, (2, 4000)), np.full(4000, 10.0)], axis=1)
+    polar = polar_from_map(position[made.occluded(position, ANTENNA, 0.0)], ANTENNA, EARTH)
+    assert len(polar.azimuth) > 50
+    assert (np.abs(polar.azimuth - middle) <= half).all() and (polar.distance >= begin).all()
+    assert half < np.deg2rad(30)
+
+
+def test_a_pickled_scene_answers_the_same() -> None:
+    made = OcclusionScene(bodies(TARGET, box(400), box(500, 100, **MOVES)), EARTH)
+    rng = np.random.default_rng(7)
+    position = np.stack([*rng.uniform(-1000, 1000, (2, 2000)), np.full(2000, 10.0)], axis=1)
+    copy = pickle.loads(pickle.dumps(made))
+    expected = made.occluded(position, ANTENNA, 4.0)
+    assert expected.any()
+    np.testing.assert_array_equal(copy.occluded(position, ANTENNA, 4.0), expected)
+
+
+def test_rays_are_counted() -> None:
+    count = RayCount()
+    made = OcclusionScene(bodies(TARGET, box(400)), EARTH, rays=count)
+    before = count.rays
+    made.occluded(np.array([[0.0, 900, 15], [900, 0, 15]]), ANTENNA, 0.0)
+    assert count.rays == before + 1  # the second line passes far from the box
