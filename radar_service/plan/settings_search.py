@@ -38,7 +38,7 @@ DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with 
 MOST_FEWEST = 4096  # points on the smallest surface: 0.2 dB among the lobes of the sea's mirror
 GLANCES = {1.0: 20.0, 0.2: 5.0, 0.0: 1.0}  # m between looks from a budget [dB] on: those of the three presets
 FREQUENCIES = 4096  # at which spectra are compared
-SPILT = 20.0  # dB that kernels keep beyond the rest: what they alias lies all along the profile, beside weaker targets yet
+ALIASING_MARGIN = 20.0  # dB that kernels keep: their aliases lie along the whole profile, beside still weaker targets
 NEARLY_BEST = 1.0  # dB: where no setting keeps the budget, the cheapest so near to the best
 ALIASES = tuple(m for m in range(-4, 5) if m)  # the kernels' transforms fall off: further ones change nothing
 
@@ -131,7 +131,7 @@ def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
     along_range = KERNEL_WIDTHS[1:] if all_rests(scene) else KERNEL_WIDTHS  # those of echoes laid once cost nothing later
     widths = itertools.product(along_range, BEAM_KERNEL_WIDTHS)
     kernels = [replace(chosen, kernel_width=along, beam_kernel_width=around) for along, around in widths]
-    chosen = _cheapest(radar, kernels, [resting_db(radar, choice) for choice in kernels], budget.method_db - SPILT)
+    chosen = _cheapest(radar, kernels, [resting_db(radar, choice) for choice in kernels], budget.method_db - ALIASING_MARGIN)
     if all_rests(scene):
         return chosen
     kept = [swept for swept in SWEPT if swept == 1 or multipath_error_db(scene, swept) <= budget.field_db]

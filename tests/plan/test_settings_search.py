@@ -11,13 +11,13 @@ from radar_service.fidelity import PRESETS
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
 from radar_service.plan.settings_search import (
     beam_kernel_db,
-    density_db,
     extent_db,
     fidelity_for,
     kernel_db,
     moving_db,
     relative_cost,
 )
+from radar_service.scattering.fixed_scatterers import density_db
 from tests.scenes import point, radar, scene
 
 BALANCED = PRESETS["balanced"]
