@@ -59,8 +59,8 @@ def test_the_plan_says_how_far_the_beam_reaches() -> None:
 def test_the_plan_says_how_motion_is_followed_where_there_is_any() -> None:
     still, moving = scene(scattered(1, 900, 1)), scene(scattered(1, 900, 1, speed_kn=5))
     assert "motion" not in str(rs.Simulator(still).plan)
-    assert "swept 16 azimuths at a time; sight looked at anew every 5 m" in str(rs.Simulator(moving).plan)
-    assert "each by itself; sight looked at anew every 1 m" in str(rs.Simulator(moving, "reference").plan)
+    assert "in blocks of 16; visibility updated every 5 m" in str(rs.Simulator(moving).plan)
+    assert "one by one; visibility updated every 1 m" in str(rs.Simulator(moving, "reference").plan)
 
 
 def test_the_command_line_says_what_each_preset_is_for(capsys: pytest.CaptureFixture[str]) -> None:

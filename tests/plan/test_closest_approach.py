@@ -37,7 +37,9 @@ def test_no_pair_of_random_courses_ever_comes_nearer_than_the_bound() -> None:
         courses = [{"position_m": rng.uniform(-5000, 5000, 2).tolist() + [0.0], "speed_kn": float(rng.uniform(0, 30)),
                  "course_deg": float(rng.uniform(0, 360))} for _ in range(2)]  # fmt: skip
         own = {"position_m": courses[0].pop("position_m")[:2]} | courses[0]  # type: ignore[index]
-        made = scene([{"name": "b", "shape": "box", "length_m": 80, "width_m": 30, "height_m": 9} | courses[1]], own_ship=own)
+        made = scene(
+            [{"name": "b", "shape": "box", "length_m": 80, "width_m": 30, "height_m": 9} | courses[1]], own_ship=own
+        )
         nearest, top = nearest_and_top(made.bodies[0], made)
         time = np.linspace(0, 4000, 2000)
         gap = made.bodies[0].motion.pose(time).position - made.antenna(time)

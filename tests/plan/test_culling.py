@@ -1,6 +1,5 @@
 """What is left out for good: paths that never come near, bodies under the noise; and what must not be."""
 
-import math
 from typing import Any
 
 import numpy as np

@@ -132,8 +132,8 @@ def test_scenes_are_varied() -> None:
     """At least twelve (issue), with every kind of omission among them."""
     assert len(SCENES) >= 12
     omitted = " ".join(choice.how for name in SCENES for choice in planned(name).plan.choices if not choice.modelled)
-    for reason in ("out of range for good", "beyond the radar horizon for good", "never visible", "below the noise",
-                   "mirrors too little", "moves nothing within the range", "within a pulse"):  # fmt: skip
+    for reason in ("always out of range", "always beyond the radar horizon", "never visible", "below the noise",
+                   "reflects too little", "changes nothing within the range", "within a pulse"):  # fmt: skip
         assert reason in omitted, reason
 
 

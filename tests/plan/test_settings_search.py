@@ -86,7 +86,7 @@ def test_a_kernel_is_widened_where_sampling_is_coarse_and_no_more_than_helps() -
     chosen = fidelity_for(under_way(sample_rate_hz=50e6), ErrorBudget())
     assert (chosen.kernel_width, chosen.azimuths_per_block, chosen.beam_extent) == (8, 16, 12.0)
     said = str(rs.Simulator(under_way(sample_rate_hz=50e6)).plan)
-    assert "! the error budget cannot be had" in said and "raise sample_rate_hz" in said
+    assert "! the error budget cannot be kept" in said and "raise sample_rate_hz" in said
 
 
 def test_the_choice_is_the_same_every_time() -> None:
