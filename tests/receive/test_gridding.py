@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.receive.gridding import FEW, Kernel, spread, spread_moving
+from radar_service.receive.gridding import MAX_DIRECT_WEIGHTS, Kernel, spread, spread_moving
 
 
 @pytest.mark.parametrize(("width", "oversampling", "bound_db"), [(4, 1.5, -55), (6, 1.5, -74), (4, 3.0, -74), (6, 2.0, -90)])
@@ -28,14 +28,14 @@ def test_a_laid_point_has_the_spectrum_of_its_exact_place(width: int, oversampli
 @pytest.mark.parametrize("range_migration", [0.0, 0.0015, 0.03, 0.15, 0.9, 7.0])
 def test_points_that_drift_are_laid_where_they_have_gone(range_migration: float, count: int) -> None:
     """Each row's spectrum is that of its own place: -54 dB to the band's edge from the series (REACH), whatever the drift;
-    9 rows, so that groups come out uneven; FEW lies between the counts."""
+    9 rows, so that groups come out uneven; MAX_DIRECT_WEIGHTS lies between the counts."""
     kernel, n = Kernel(6, 1.5), 256
     rng = np.random.default_rng(3)
     places, amplitude = rng.uniform(0, n, count), rng.normal(size=(count, 9)) + 1j * rng.normal(size=(count, 9))
     drifts = rng.uniform(-range_migration, range_migration, (count, 1)) * np.linspace(-1, 1, 9) ** 2
     frequency = np.fft.fftfreq(n)
     band = np.abs(frequency) < 0.5 / 1.5
-    assert 40 * 9 * 6 < FEW < 400 * 9 * 6
+    assert 40 * 9 * 6 < MAX_DIRECT_WEIGHTS < 400 * 9 * 6
     gridded = np.zeros((9, n), np.complex64)
     spread_moving(gridded, places, drifts.astype(np.float32), amplitude.astype(np.complex64), kernel.tables())
     got = np.fft.fft(gridded.astype(complex), axis=1) / kernel.transform(frequency)

@@ -12,7 +12,7 @@ from radar_service.receive.plain_pulse import (
     plain_filter_power,
     plain_noise_power,
     plain_response,
-    plain_sent,
+    plain_spectrum,
 )
 from tests.scenes import radar
 
@@ -24,7 +24,7 @@ def test_the_answer_is_the_pulse_passed_through_the_filter() -> None:
     """Against the Fourier integral of sinc x filter, by quadrature to 1e-9."""
     for delay in (0.0, 0.4 * T, 0.5 * T, 0.7 * T, -0.6 * T):
         exact, _ = quad(
-            lambda f: float((plain_sent(np.array(f), T) * plain_filter(np.array(f), T, B)).real)
+            lambda f: float((plain_spectrum(np.array(f), T) * plain_filter(np.array(f), T, B)).real)
             * np.cos(2 * np.pi * f * delay),  # noqa: B023 - evaluated at once
             -8 * B, 8 * B, limit=400, epsabs=1e-9,
         )  # fmt: skip
