@@ -41,7 +41,7 @@ def test_mean_power_of_a_surface_is_that_of_its_cross_section_in_every_preset(pr
 
 def test_presets_of_the_engine_grow_finer_in_order() -> None:
     fast, balanced, reference = (PRESETS[name] for name in STATED)
-    for name in ("scatterers_per_cell", "kernel_width", "beam_extent", "bounces", "beam_kernel_width", "fineness"):
+    for name in ("scatterers_per_cell", "kernel_width", "beam_extent", "bounces", "beam_kernel_width", "beam_table_oversampling"):
         values = [getattr(preset, name) for preset in (fast, balanced, reference)]
         assert values == sorted(values), name
     assert fast.visibility_step > balanced.visibility_step > reference.visibility_step

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.display.ppi import image_place
+from radar_service.display.ppi import image_position
 from radar_service.frames import wrap_angle
 from radar_service.scene.world import Motion
 from radar_service.simulator import Simulator
@@ -61,8 +61,8 @@ def headings(fine: int = 1) -> Finding:
     across = Motion(np.array([0.0, 1.0]), np.zeros((2, 3)), np.deg2rad([350.0, 370.0 % 360.0]), turning=True)
     middle = across.pose(np.array([0.25, 0.5, 0.75])).heading
     ship = np.abs(np.exp(1j * middle) - np.exp(1j * np.deg2rad([355.0, 0.0, 5.0]))).max()
-    row, column = image_place(np.full(73, 100.0), angles, 400, 200.0, 0.7)
-    at = image_place(100.0, angles % (2.0 * np.pi), 400, 200.0, 0.7 + 2.0 * np.pi)
+    row, column = image_position(np.full(73, 100.0), angles, 400, 200.0, 0.7)
+    at = image_position(100.0, angles % (2.0 * np.pi), 400, 200.0, 0.7 + 2.0 * np.pi)
     moved = np.hypot(row - at[0], column - at[1])
     return Finding(
         "wrap of heading and bearing", "angles over six turns: wrapped, turned through north, drawn head up",
