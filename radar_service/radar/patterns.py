@@ -162,7 +162,7 @@ class Taylor(CosineSum):
 
 @dataclass(frozen=True)
 class Table(AntennaPattern):
-    """A measured pattern: rows of (offset [rad], one-way power gain), rising from 0; the last gain holds beyond.
+    """A measured pattern: rows of (offset [rad], one-way power gain), rising from 0; the last gain applies beyond.
 
     Between rows the level in dB is a monotone cubic (Fritsch and Carlson 1980), flat at boresight. Straight lines would leave
     corners: the band of the beam filter cuts their spectrum at -50 dB, and the error of the beam would be 12 dB larger.
