@@ -1,34 +1,34 @@
-"""How a scene is computed: one small frozen record, and its presets by name."""
+"""The fidelity of a simulation: how finely a scene is computed, and the presets by name."""
 
 from dataclasses import dataclass
 from math import inf
 from typing import Literal
 
-MIN_SCATTERERS = (
-    48  # points on the smallest surface, so that its speckle is that of many (sum of 48 phasors: kurtosis within 2 %)
-)
+MIN_SCATTERERS = 48  # on the smallest surface: the speckle of 48 phasors has the limit's kurtosis within 2 %
 
 
 @dataclass(frozen=True)
 class Fidelity:
     """What is modelled, and how finely.
 
-    engine: "documented" computes the specification's equations as printed; "corrected" is the engine of scatterers and grids.
-    tracer: how the documented rays find triangles.
-    sampler: how the corrected engine finds diffuse surfaces: scatterers on them, or rays from the antenna (uniform random,
-        stratified, Sobol'), which are the independent check.
-    scatterers_per_cell: points on extended surfaces per resolution cell (range bin x beamwidth).
-    min_scatterers: points on the smallest extended surface.
-    bounces: surfaces that physical optics follows in a row, 1 for none but the first.
-    kernel_width: range bins that an echo is spread on (Kaiser-Bessel, even); 4 errs by -61 dB at 75 MSPS, 6 by -80.
-    beam_kernel_width: azimuth rows that an echo at rest is spread on (even); 4 errs by -83 dB, 6 by less than float32.
-    beam_extent: reach of the beam for moving echoes, beamwidths each side (echoes at rest always see the full circle); 3
-        errs by -40 dB, 12 by -56.
-    azimuths_per_block: azimuths over which moving echoes follow one parabola, with the multipath of the middle one; 16 errs
-        by -71 dB, 1 takes each azimuth at its own instant.
-    visibility_step: m that anything may move before visibility and scattering are renewed.
-    beam_table_oversampling: times the usual number of entries in the table of the beam; 1 errs by -78 dB, 8 by -88.
-    error_db: what may be left out: whatever moves the power of targets by less than this [dB]; 0 leaves out nothing.
+    name: of the preset, or of the plan.
+    engine: "documented" computes the equations of the specification as printed; "corrected" is the engine of scatterers and
+        grids.
+    tracer: ray tracer of the documented engine.
+    sampler: how the corrected engine samples diffuse surfaces: by scatterers on them, or by rays from the antenna (uniform
+        random, stratified, Sobol'), which are the independent check.
+    scatterers_per_cell: on extended surfaces, per resolution cell (range bin x beamwidth).
+    min_scatterers: on the smallest extended surface.
+    bounces: maximum number of reflections in physical optics; 1 is the first surface alone.
+    kernel_width: range bins of the gridding kernel (Kaiser-Bessel, even); 4 errs by -61 dB at 75 MSPS, 6 by -80.
+    beam_kernel_width: azimuth rows of the gridding kernel for resting echoes (even); 4 errs by -83 dB, 6 by less than float32.
+    beam_extent: of the beam for moving echoes, beamwidths each side; 3 errs by -40 dB, 12 by -56. Resting echoes always have
+        the full circle.
+    azimuths_per_block: azimuths over which range histories of moving echoes are interpolated, and multipath phases held; 16
+        errs by -71 dB, 1 computes each azimuth at its own time.
+    visibility_step: relative motion [m] after which line of sight and scattering are computed again.
+    beam_table_oversampling: of the table of the beam; 1 errs by -78 dB, 8 by -88.
+    error_db: bodies and effects that change target power by less than this may be culled [dB]; 0 culls nothing.
     """
 
     name: str
@@ -57,17 +57,17 @@ PRESETS: dict[str, Fidelity] = {
     ),
 }  # fmt: skip
 
-# What each preset is for, with the relative field error of points against the closed form (tests/test_fidelity.py holds it)
+# The purpose of each preset, with the relative field error of points against the closed form (tests/test_presets.py)
 PURPOSE: dict[str, str] = {
-    "documented": "the specification exactly as printed, its mistakes included",
-    "fast": "points to -61 dB at rest, -40 dB moving; one scatterer to a cell",
-    "balanced": "points to -83 dB at rest, -56 dB moving; four scatterers to a cell",
-    "reference": "points to -89 dB at rest, -87 dB moving, each azimuth by itself; sixteen scatterers to a cell; slow",
+    "documented": "the specification exactly as printed, with its mistakes",
+    "fast": "points to -61 dB at rest, -40 dB moving; one scatterer per cell",
+    "balanced": "points to -83 dB at rest, -56 dB moving; four scatterers per cell",
+    "reference": "points to -89 dB at rest, -87 dB moving, each azimuth by itself; sixteen scatterers per cell; slow",
 }
 
 
 def fidelity_from_name(name: str) -> Fidelity:
-    """The preset of that name. Raises ValueError naming the presets, and `auto`, which is planned for each scene."""
+    """The preset of that name. Raises ValueError that lists the presets, and `auto`, which is planned for each scene."""
     if name not in PRESETS:
         raise ValueError(f'fidelity: "{name}" is not one of auto, {", ".join(PRESETS)}')
     return PRESETS[name]

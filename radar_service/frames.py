@@ -1,17 +1,21 @@
-"""Where things are, seen from the antenna. Bearings run clockwise from true north; all angles in radians."""
+"""Positions relative to the antenna, and rotations. Bearings run clockwise from true north; all angles are in radians."""
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.constants import EARTH_RADIUS
-
-Floats = NDArray[np.float64]
+from radar_service.types import Floats
 
 
 class Polar(NamedTuple):
-    """A place relative to the antenna: slant range [m], azimuth [rad, from north], elevation [rad], ground distance [m]."""
+    """Positions relative to the antenna, arrays of one shape.
+
+    range: slant range [m].
+    azimuth: from north [rad].
+    elevation: from horizontal [rad].
+    distance: along the ground [m].
+    """
 
     range: Floats
     azimuth: Floats
@@ -20,21 +24,21 @@ class Polar(NamedTuple):
 
 
 def effective_earth_radius(factor: float) -> float:
-    """Radius of the earth [m] over which rays run straight; `factor` 4/3 is the standard atmosphere, inf a flat earth."""
+    """Radius of the earth [m] over which rays are straight; `factor` 4/3 is the standard atmosphere, inf a flat earth."""
     return factor * EARTH_RADIUS
 
 
-def polar_from_map(places: Floats, antenna: Floats, earth_radius: float) -> Polar:
-    """Slant range and angles of `places` as the antenna sees them.
+def polar_from_map(position: Floats, antenna: Floats, earth_radius: float) -> Polar:
+    """Slant range and angles of positions relative to the antenna.
 
-    places: (..., 3) east, north, height above mean sea level [m]; distance is measured along the earth.
+    position: (..., 3) east, north, height above mean sea level [m]; distance is measured along the earth.
     antenna: (3,) or broadcastable (..., 3), in the same coordinates [m].
     earth_radius: effective radius ae [m]; inf for a flat earth.
 
     d = hypot(east, north), z = up - d^2 / (2 ae) - antenna height, R = hypot(d, z) (DESIGN section 2). The parabola is
     the definition, not an approximation of a sphere that could be improved: an exact sphere differs by 30 mm at 12 km.
     """
-    offset = places - antenna
+    offset = position - antenna
     east, north = offset[..., 0], offset[..., 1]
     distance = np.hypot(east, north)
     drop = distance**2 / (2.0 * earth_radius)
@@ -42,9 +46,9 @@ def polar_from_map(places: Floats, antenna: Floats, earth_radius: float) -> Pola
     return Polar(np.hypot(distance, z), np.arctan2(east, north), np.arctan2(z, distance), distance)
 
 
-def distances_from_map(places: Floats, antenna: Floats, earth_radius: float) -> tuple[Floats, Floats]:
-    """Ground distance and slant range (...) [m] alone, as from `polar_from_map`."""
-    offset = places - antenna
+def distances_from_map(position: Floats, antenna: Floats, earth_radius: float) -> tuple[Floats, Floats]:
+    """Ground distance and slant range (...) [m]; arguments as `polar_from_map`."""
+    offset = position - antenna
     ground2 = offset[..., 0] ** 2 + offset[..., 1] ** 2
     z = offset[..., 2] - ground2 / (2.0 * earth_radius)
     return np.sqrt(ground2), np.sqrt(ground2 + z * z)
@@ -57,18 +61,18 @@ def direction(azimuth: Floats, elevation: Floats) -> Floats:
 
 
 def wrap_angle(angle: Floats) -> Floats:
-    """The same angle in [-pi, pi] [rad]; rounding may give either end for half a turn."""
+    """The same angle in [-pi, pi] [rad]; rounding may give either end for half a circle."""
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def wrap_bearing(angle: Floats | float) -> Floats:
     """The same angle in [0, 2 pi) [rad]: never 2 pi itself, to which the remainder of -1e-17 rounds."""
-    turned = np.asarray(angle) % (2.0 * np.pi)
-    return np.where(turned < 2.0 * np.pi, turned, 0.0)
+    wrapped = np.asarray(angle) % (2.0 * np.pi)
+    return np.where(wrapped < 2.0 * np.pi, wrapped, 0.0)
 
 
 def map_from_body(points: Floats, position: Floats, heading: float) -> Floats:
-    """Points (..., 3) [m] of a body's own frame (at heading 0: x east, y north, z up) placed in the map [m].
+    """Points (..., 3) [m] of a body's own frame (at heading 0: x east, y north, z up) on the map [m].
 
     position: (3,) east, north, up of the body's origin [m]; heading: [rad] clockwise from north.
     """

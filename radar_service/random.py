@@ -1,18 +1,19 @@
-"""Random numbers that depend on what they are for, never on when or in which order they are drawn."""
+"""Random numbers that depend on their purpose alone, not on the time or the order of the draws."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
+
+from radar_service.types import Singles
 
 SCATTER, NOISE, FLUCTUATION, RAYS, CAST = 1, 2, 3, 4, 5  # purposes, the first key after the seed
 SPECKLE, TEXTURE, INTERFERENCE = 21, 22, 23
-CHART = 40  # draws of the study of speed against accuracy
-_LEVELS = 2**16  # of a normal number; the outermost is 4.3 sigma off
-_WORD = 2**64  # each key is one 64-bit word, so (2**32,) and (0, 1) cannot meet
+CHART = 40  # purpose of the study of speed against accuracy
+_LEVELS = 2**16  # of a normal number; the outermost is at 4.3 sigma
+_WORD = 2**64  # each key is one 64-bit word, so (2**32,) and (0, 1) differ
 
 
 def generator(seed: int, *key: int) -> np.random.Generator:
-    """A generator for one purpose: the same seed and key always give the same stream, another key an independent one.
+    """A generator for one purpose: the same seed and key always give the same stream, another key gives an independent one.
 
     seed, key: whole numbers from 0 to 2**64 - 1, e.g. generator(seed, scan, azimuth, purpose). Raises ValueError otherwise.
     """
@@ -27,19 +28,19 @@ def generator(seed: int, *key: int) -> np.random.Generator:
     return np.random.Generator(np.random.SFC64(np.random.SeedSequence(entropy)))
 
 
-def normals(rng: np.random.Generator, rows: int, columns: int) -> NDArray[np.float32]:
+def normals(rng: np.random.Generator, rows: int, columns: int) -> Singles:
     """Independent numbers (rows, columns) of mean 0 and variance 1, each the middle of one of 65,536 equally likely slices of
     the normal distribution.
 
-    Eight times faster than exact ones, and as good where many are summed, as in spectra: their fourth moment is 3 - 0.001,
-    the sums' tails are their own.
+    They are eight times faster than exact ones, and as good where many are summed, as in spectra. Their fourth moment is
+    3 - 0.001.
     """
     count = rows * columns
     words = np.asarray(rng.bit_generator.random_raw(-(-count // 4)), dtype=np.uint64)
     return _QUANTILES.take(words.view(np.uint16)[:count], mode="clip").reshape(rows, columns)
 
 
-def _quantiles() -> NDArray[np.float32]:
+def _quantiles() -> Singles:
     middle = ndtri((np.arange(_LEVELS) + 0.5) / _LEVELS)
     return np.asarray(middle / np.sqrt(np.mean(middle**2)), dtype=np.float32)
 

@@ -1,46 +1,15 @@
-"""The presets keep their stated errors: of points against the closed form, of surfaces against their cross-sections."""
+"""The presets by name and in order."""
+
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
-from scipy import stats
 
-import radar_service as rs
-from radar_service.__main__ import parser
-from radar_service.fidelity import PRESETS, PURPOSE
-from tests.engine.test_pipeline import COARSE, error_db, scattered
-from tests.scenes import scene
-
-LEVEL = 1e-4
-STATED = {"fast": (-60, -39), "balanced": (-80, -55), "reference": (-88, -86)}  # dB at rest, moving; measured 1 to 2 dB less
-
-
-@pytest.mark.parametrize("preset", STATED)
-def test_points_equal_the_closed_form_to_the_stated_error(preset: str) -> None:
-    """Relative field error at rest, own ship at 12 kn, bodies at 12 kn; and not 10 dB better either, where presets would
-    not differ."""
-    at_rest, moving = STATED[preset]
-    geometry = {"speed_kn": 12, "course_deg": 30}
-    for limit, own, others in ((at_rest, {}, {}), (moving, geometry, {}), (moving, {}, geometry)):
-        made = scene(scattered(5, 900, 2, **others), radar={"range_max_m": 1000, "azimuths": 360}, own_ship=own)
-        sim = rs.Simulator(made, preset)
-        sim.scan()
-        assert limit - 10 < error_db(made, sim.scan()) < limit
-
-
-@pytest.mark.parametrize("preset", STATED)
-def test_mean_power_of_a_surface_is_that_of_its_cross_section_in_every_preset(preset: str) -> None:
-    """A plate of 30 x 10 m square on at 1 km, gamma A: energy along range over 40 seeds over a point's; t test."""
-    plate = {"name": "p", "shape": "plate", "width_m": 30, "height_m": 10, "position_m": [0, 1000, 15], "heading_deg": 180,
-             "material": "concrete"}  # fmt: skip
-    made = scene([plate], radar=COARSE)
-    reference = scene([{"name": "t", "shape": "point", "position_m": [0, 1000, 15], "rcs_dbsm": 0}], radar=COARSE)
-    unit = rs.Simulator(reference, preset).scan().power[0].sum()
-    sections = [rs.Simulator(made, preset, seed).scan().power[0].sum() / unit for seed in range(40)]
-    assert stats.ttest_1samp(sections, made.bodies[0].material.gamma * 300).pvalue > LEVEL / len(STATED)
+from radar_service.fidelity import PRESETS, PURPOSE, Fidelity, fidelity_from_name
 
 
 def test_presets_of_the_engine_grow_finer_in_order() -> None:
-    fast, balanced, reference = (PRESETS[name] for name in STATED)
+    fast, balanced, reference = (PRESETS[name] for name in ("fast", "balanced", "reference"))
     for name in (
         "scatterers_per_cell",
         "kernel_width",
@@ -56,23 +25,23 @@ def test_presets_of_the_engine_grow_finer_in_order() -> None:
     assert all(PRESETS[name].name == name for name in PRESETS)
 
 
-def test_the_plan_says_how_far_the_beam_reaches() -> None:
-    made = scene(scattered(1, 900, 1), own_ship={"speed_kn": 5})
-    plans = {name: str(rs.Simulator(made, name).plan) for name in STATED}
-    assert "3 beamwidths each side" in plans["fast"] and "12 beamwidths each side" in plans["balanced"]
-    assert "the full circle" in plans["reference"]
+def test_balanced_is_the_default() -> None:
+    assert fidelity_from_name("balanced") == Fidelity("balanced")
 
 
-def test_the_plan_describes_motion_where_there_is_any() -> None:
-    still, moving = scene(scattered(1, 900, 1)), scene(scattered(1, 900, 1, speed_kn=5))
-    assert "motion" not in str(rs.Simulator(still).plan)
-    assert "swept 16 azimuths at a time; sight looked at anew every 5 m" in str(rs.Simulator(moving).plan)
-    assert "each by itself; sight looked at anew every 1 m" in str(rs.Simulator(moving, "reference").plan)
-
-
-def test_the_command_line_says_what_each_preset_is_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_documented_preset_alone_is_of_the_printed_engine() -> None:
+    assert [name for name, preset in PRESETS.items() if preset.engine == "documented"] == ["documented"]
     assert set(PURPOSE) == set(PRESETS)
-    with pytest.raises(SystemExit):
-        parser().parse_args(["scan", "--help"])
-    help_text = " ".join(capsys.readouterr().out.split())
-    assert all(f"{name}: {purpose.split(',')[0]}" in help_text for name, purpose in PURPOSE.items())
+
+
+@pytest.mark.parametrize("name", ["", "Balanced", "auto", "best"])
+def test_an_unknown_name_is_refused_with_the_presets(name: str) -> None:
+    with pytest.raises(ValueError, match=f'"{name}" is not one of auto, documented, fast, balanced, reference'):
+        fidelity_from_name(name)
+
+
+def test_a_fidelity_is_changed_by_a_copy_alone() -> None:
+    preset = PRESETS["fast"]
+    with pytest.raises(FrozenInstanceError):
+        preset.bounces = 5  # type: ignore[misc]
+    assert replace(preset, bounces=5) != preset and hash(replace(preset)) == hash(preset)

@@ -19,11 +19,12 @@ PUBLIC_UNDERSCORE = ("_replace", "_asdict", "_fields", "_repr_png_", "_make")  #
 # Retired identifiers, by folder. Scene keys, wire keys, options and prose are not concerned.
 RETIRED = {
     "": (
-        "Course", "smooth_course", "exact_course", "SweptEchoes", "Glance", "glance", "Moment", "Instants", "Ensemble", "ensemble_of",
-        "Reflections", "Reflectors", "Reflection", "Fleet", "Stand", "Stands", "stand_at", "stands_before", "hides_own",
+        "Course", "smooth_course", "exact_course", "SweptEchoes", "Glance", "glance", "Moment", "Instants", "Ensemble",
+        "ensemble_of", "Reflections", "Reflectors", "Reflection", "Fleet", "Stand", "Stands", "stand_at", "stands_before", "hides_own",
         "Landscape", "landscape", "Held", "TurnRows", "KnownRows", "BeamRows", "under_beam", "swept_by_interval", "BeamPassing",
         "Tubes", "hollow", "Pieces", "lay", "laid", "lay_swept", "Blanking", "blanking", "fewest", "fineness", "swept_together",
-        "TruthTeller", "CorrectedChain", "DocumentedChain", "knobs", "ledger", "Ledger", "leaving_out", "idle_effects", "left_out",
+        "TruthTeller", "CorrectedChain", "DocumentedChain", "knobs", "ledger", "Ledger", "leaving_out", "left_out",
+        "idle_effects",
         "nearest_approach", "Ahead", "bearable", "Outlet", "Guard", "Door", "SceneShelf", "Yes", "twin", "FEW", "FINER",
         "said", "wanted", "told", "doubts", "odd_places",
     ),
@@ -109,8 +110,10 @@ def test_nobody_reaches_into_private_attributes(file: Path) -> None:
 
 
 def test_reaches_are_found() -> None:
-    source = "from radar_service.plan.plan import _head\nclass A:\n    def f(self, b):\n        return self._x, A._y, b._z, b._replace()\n"
-    assert list(private_reaches(ast.parse(source))) == ["radar_service.plan.plan._head", "b._z (line 4)"]
+    source = (
+        "from radar_service.plan.plan import _head\nclass A:\n    def f(self, b): return self._x, A._y, b._z, b._replace()\n"
+    )
+    assert list(private_reaches(ast.parse(source))) == ["radar_service.plan.plan._head", "b._z (line 3)"]
 
 
 def mirrored(file: Path) -> list[Path]:

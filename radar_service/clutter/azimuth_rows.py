@@ -14,8 +14,8 @@ Rows = NDArray[Any]
 MakeRows = Callable[[int, int, int], Rows]
 
 BLOCK = 32  # rows computed together, so that a random generator is set up for many thousands of draws
-CHUNK = 128  # rows that lie in one array, so that few spans need rows of two; whole blocks
-SPARE = 1  # chunks kept beyond those of a span, for threads that lag behind
+CHUNK = 128  # rows of one array, so that few spans need two; whole blocks
+SPARE = 1  # chunks kept beyond those of a span, for slower threads
 
 
 class _Chunk:
@@ -24,14 +24,14 @@ class _Chunk:
     def __init__(self, scan: int, start: int, length: int, make: MakeRows) -> None:
         self._scan, self._start, self._length, self._make = scan, start, length, make
         self._rows: Rows | None = None
-        self._made: Flags = np.zeros(-(-length // BLOCK), dtype=np.bool_)
+        self._ready: Flags = np.zeros(-(-length // BLOCK), dtype=np.bool_)
         self._lock = Lock()
 
     def between(self, low: int, high: int) -> Rows:
         """Rows low to high (exclusive), counted from the start of the chunk; at least one."""
         with self._lock:
             for block in range(low // BLOCK, -(-high // BLOCK)):
-                if not self._made[block]:
+                if not self._ready[block]:
                     self._compute(block)
             assert self._rows is not None
             return self._rows[low:high]
@@ -42,14 +42,14 @@ class _Chunk:
         if self._rows is None:
             self._rows = np.empty((self._length, *rows.shape[1:]), rows.dtype)
         self._rows[start:stop] = rows
-        self._made[block] = True
+        self._ready[block] = True
 
 
 class AzimuthRowCache:
     """Cache of azimuth rows. Row 0 of each scan points north; numbering continues across scans.
 
     make(scan, start, stop) returns rows start to stop (exclusive) of a scan as (stop - start, N), and depends on its arguments
-    alone. Scan -1 occurs too, as the beam reaches back across north. Safe to call from several threads.
+    alone. Scan -1 occurs too: at the start the beam covers rows before north. Safe to call from several threads.
     """
 
     def __init__(self, rows_per_scan: int, make: MakeRows) -> None:
@@ -68,7 +68,7 @@ class AzimuthRowCache:
         """Rows first to stop, as far as they lie in the chunk of this number."""
         scan, start = divmod(number, self._per_scan)
         start *= CHUNK
-        before = scan * self.rows_per_scan + start  # rows before the chunk since the start
+        before = scan * self.rows_per_scan + start  # rows from the start of the simulation to this chunk
         length = min(CHUNK, self.rows_per_scan - start)
         chunk = self._chunks.get(number, lambda: _Chunk(scan, start, length, self._make))
         return chunk.between(max(first - before, 0), min(stop - before, length))

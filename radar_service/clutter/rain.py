@@ -1,11 +1,12 @@
-"""What rain sends back: the cross-section of a volume of drops, and how much of it the beam holds."""
+"""Rain clutter: the cross-section of a volume of drops, its share of the beam, and the power received from it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from radar_service.clutter.resolution_cell import ResolutionCell, unit_power
+from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.radar.parameters import horizon
-
-Floats = NDArray[np.float64]
+from radar_service.scene.world import Scene
+from radar_service.types import Floats
 
 WATER_FACTOR = 0.93  # |K|^2 of liquid water from 0 to 20 C at 3 to 10 cm (Gunn and East 1954)
 RAIN_HEIGHT = 3000.0  # m above the sea: rain begins where snow melts, 0.36 km above 0 C in Rec. P.839; a temperate autumn
@@ -24,19 +25,28 @@ def reflectivity(rain_mm_h: float, wavelength: float) -> float:
 
 
 def beam_height(distance: Floats, antenna_height: float, earth_radius: float, elevation: Floats, gain: Floats) -> Floats:
-    """Integral of the two-way elevation pattern over the rain that the beam holds, an angle [rad], at each slant range.
+    """Integral of the two-way elevation pattern over the rain in the beam, an angle [rad], at each slant range.
 
-    distance: (N,) [m]; antenna_height: [m]; earth_radius: effective, inf for flat [m]; elevation: (M,) rising over what
-    the beam reaches [rad]; gain: (M,) one-way power gain there. Rain fills the air from the sea to RAIN_HEIGHT.
+    distance: (N,) [m]; antenna_height: [m]; earth_radius: effective, inf for flat [m]; elevation: (M,) rising over the
+    extent of the beam [rad]; gain: (M,) one-way power gain there. Rain fills the air from the sea to RAIN_HEIGHT.
     """
-    from scipy.integrate import cumulative_trapezoid  # here: few scenes have rain, and every start would wait for it
+    from scipy.integrate import cumulative_trapezoid  # here: few scenes have rain, and it would slow every start
 
     integral = np.concatenate([[0.0], cumulative_trapezoid(gain**2, elevation)])
     bend = distance / (2.0 * earth_radius)
-    dip = -np.sqrt(2.0 * antenna_height / earth_radius)  # past the horizon the sea's own bulge bounds the beam
+    dip = -np.sqrt(2.0 * antenna_height / earth_radius)  # beyond the horizon the sea's bulge limits the beam
     floor = np.arcsin(np.clip(-antenna_height / distance - bend, -1.0, 1.0))
     beyond = distance > horizon(0.0, antenna_height, earth_radius)
     bottom = np.where(beyond, dip, floor)
     top = np.arcsin(np.clip((RAIN_HEIGHT - antenna_height) / distance - bend, -1.0, 1.0))
-    held = np.interp(top, elevation, integral) - np.interp(bottom, elevation, integral)
-    return np.asarray(np.maximum(held, 0.0))
+    filled = np.interp(top, elevation, integral) - np.interp(bottom, elevation, integral)
+    return np.asarray(np.maximum(filled, 0.0))
+
+
+def rain_power(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: float) -> Floats:
+    """Mean received power [W] of uniform rain at slant ranges (N,) [m]; earth_radius: effective, inf for flat [m]."""
+    radar = scene.radar
+    eta = reflectivity(scene.environment.rain_mm_h, radar.wavelength)
+    elevation = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2**14 + 1)  # 0.011 degrees: five in the narrowest beam allowed
+    height = beam_height(distance, radar.height, earth_radius, elevation, elevation_gain(radar, elevation))
+    return eta * cell.area(distance) * distance * height * unit_power(scene, distance)

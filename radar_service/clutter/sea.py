@@ -1,25 +1,23 @@
-"""What the sea sends back: mean sigma0, its dependence on the wind, and how spiky and how long-lived its waves make it.
+"""Empirical laws of sea clutter: mean sigma0, its dependence on the wind, and shape, length and life of its texture.
 
-Sigma0 here is that of the sea as radars have measured it over the sea: the interference of direct and mirrored rays is in
-it, so no multipath factor goes on top.
+Sigma0 is the measured one. It includes the interference of direct and reflected rays, so no multipath factor is applied to it.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import i0
 
-Floats = NDArray[np.float64]
+from radar_service.types import Floats
 
 GRAVITY = 9.80665  # m/s^2, standard
-HIGHEST_SEA_STATE = 6  # the data behind sigma0 end here: higher seas are taken as this one
-STEEPEST = 60.0  # degrees; the fit of sigma0 ends here, steeper angles are taken as this one
+MAX_SEA_STATE = 6  # the data behind sigma0 end here; higher seas count as this one
+MAX_GRAZING_DEG = 60.0  # the fit of sigma0 ends here; larger angles count as this one
 
 # NRL 2012, coefficients c1 to c5 by polarization.
 _SIGMA0 = {"h": (-73.00, 20.78, 7.351, 25.65, 0.00540), "v": (-50.79, 25.93, 0.7093, 21.58, 0.00211)}
-# Wind [m/s] that raises each sea, Douglas 1 to 6 (as M. Farshchian, NRL 2010, takes it for Watts' correlation length).
+# Wind [m/s] of each sea state, Douglas 1 to 6 (M. Farshchian, NRL 2010, for Watts' correlation length).
 _WIND = (2.5, 4.5, 6.0, 8.5, 11.0, 14.0)
 _SHAPE_OFFSET = {"h": 2.09, "v": 1.39}
-SHAPES = (0.05, 100.0)  # what texture_shape is held within: spikier than any sea measured; Rayleigh to 0.1 dB at Pfa 1e-4
+SHAPE_LIMITS = (0.05, 100.0)  # spikier than any sea measured; Rayleigh to 0.1 dB at Pfa 1e-4
 
 
 def mean_sigma0(grazing: Floats, frequency: float, sea_state: int, polarization: str) -> Floats:
@@ -33,8 +31,8 @@ def mean_sigma0(grazing: Floats, frequency: float, sea_state: int, polarization:
         raise ValueError(f'polarization: "{polarization}" is not one of h, v')
     c1, c2, c3, c4, c5 = _SIGMA0[polarization]
     above = grazing > 0
-    psi = np.minimum(np.rad2deg(np.where(above, grazing, 1.0)), STEEPEST)
-    sea = min(sea_state, HIGHEST_SEA_STATE)
+    psi = np.minimum(np.rad2deg(np.where(above, grazing, 1.0)), MAX_GRAZING_DEG)
+    sea = min(sea_state, MAX_SEA_STATE)
     level_db = c1 + c2 * np.log10(np.sin(np.deg2rad(psi))) + c5 * psi**2
     level_db += (27.5 + c3 * psi) * np.log10(frequency / 1e9) / (1.0 + 0.95 * psi)
     level_db += c4 * (1.0 + sea) ** (1.0 / (2.0 + 0.085 * psi + 0.033 * sea))
@@ -42,9 +40,9 @@ def mean_sigma0(grazing: Floats, frequency: float, sea_state: int, polarization:
 
 
 def wind_factor(off_wind: Floats, grazing: Floats, wavelength: float) -> Floats:
-    """Sigma0 over its mean over all directions: strongest looking upwind, weakest downwind (power ratio).
+    """Sigma0 over its mean over all directions (power ratio): maximum upwind, minimum downwind.
 
-    off_wind: angle between the line of sight and where the wind comes from [rad]; grazing: [rad]; both broadcastable;
+    off_wind: angle between the line of sight and the direction of the wind's origin [rad]; grazing: [rad]; both broadcastable;
     wavelength: [m]. The wind direction factor of the GIT model, exp(a cos phi) (Horst, Dyer and Tuley 1978), over its mean
     I0(a); a falls to 0 at a grazing angle of 20 degrees and stays there.
     """
@@ -54,7 +52,7 @@ def wind_factor(off_wind: Floats, grazing: Floats, wavelength: float) -> Floats:
 
 
 def texture_shape(grazing: Floats, cell_area: Floats, polarization: str) -> Floats:
-    """Shape nu of the gamma texture, held within SHAPES: small is spiky, large is Rayleigh.
+    """Shape nu of the gamma texture, clipped to SHAPE_LIMITS: small is spiky, large is Rayleigh.
 
     grazing: [rad], measured from 0.1 to 10 degrees; cell_area: of the resolution cell [m^2]; polarization: "h" or "v".
     log10 nu = 2/3 log10 psi_deg + 5/8 log10 A - k, k = 2.09 (h) or 1.39 (v), without its swell term: Ward, Tough and Watts,
@@ -63,18 +61,18 @@ def texture_shape(grazing: Floats, cell_area: Floats, polarization: str) -> Floa
     psi = np.rad2deg(np.maximum(grazing, 1e-6))
     area = np.maximum(cell_area, 1e-6)
     nu = 10.0 ** (2.0 / 3.0 * np.log10(psi) + 5.0 / 8.0 * np.log10(area) - _SHAPE_OFFSET[polarization])
-    return np.clip(nu, *SHAPES)
+    return np.clip(nu, *SHAPE_LIMITS)
 
 
 def wind_speed(sea_state: int) -> float:
-    """Wind [m/s] that raises a sea of Douglas state 1 to 6, higher ones as 6; ValueError below 1."""
+    """Wind [m/s] of a sea of Douglas state 1 to 6, higher ones as 6; ValueError below 1."""
     if sea_state < 1:
         raise ValueError(f"sea_state: {sea_state} has no wind; 1 and up (Douglas scale)")
-    return _WIND[min(sea_state, HIGHEST_SEA_STATE) - 1]
+    return _WIND[min(sea_state, MAX_SEA_STATE) - 1]
 
 
 def texture_length(off_wind: Floats, sea_state: int) -> Floats:
-    """Range [m] over which the texture of a fully risen sea decorrelates (to 1/e).
+    """Range [m] over which the texture of a fully developed sea decorrelates (to 1/e).
 
     off_wind: as in `wind_factor` [rad]. (pi/2) (W^2/g) sqrt(3 cos^2 phi + 1), W the wind (Watts, IEE Proc. RSN 143, 1996).
     """
@@ -83,10 +81,10 @@ def texture_length(off_wind: Floats, sea_state: int) -> Floats:
 
 
 def peak_wave_speed(sea_state: int) -> float:
-    """Phase speed [m/s] of the tallest waves of a fully risen sea, W / 0.877 (Pierson and Moskowitz 1964)."""
+    """Phase speed [m/s] of the peak waves of a fully developed sea, W / 0.877 (Pierson and Moskowitz 1964)."""
     return wind_speed(sea_state) / 0.877
 
 
 def peak_wave_period(sea_state: int) -> float:
-    """Period [s] of the tallest waves, 2 pi c / g in deep water: texture lives for seconds (Ward, Baker and Watts 1990)."""
+    """Period [s] of the peak waves, 2 pi c / g in deep water; texture lasts seconds (Ward, Baker and Watts 1990)."""
     return 2.0 * np.pi * peak_wave_speed(sea_state) / GRAVITY

@@ -1,4 +1,4 @@
-"""Pictures one after the other in a file: an animated GIF, or an MP4 where ffmpeg is on the PATH."""
+"""Films of pictures: an animated GIF, or an MP4 where ffmpeg is on the PATH."""
 
 import shutil
 import subprocess
@@ -13,15 +13,15 @@ from PIL import Image
 
 from radar_service.display.picture import HEADING, NORTH, RING, SCALE, SEA, SURROUND, UNSEEN, Page, colour_map
 
-MAX_FPS = 25  # browsers play a GIF of 50 and more at 10 instead
-LEVELS, BLENDS = 202, 13  # of the map, and of each line's colour over the sea: 256 with SURROUND and UNSEEN
-HEAD = 13  # bytes of a GIF before its palette; the low three bits of the 11th tell how long that is
-LOOP = b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"  # for ever
+MAX_FPS = 25  # browsers play a GIF of 50 and more at 10
+MAP_LEVELS, LINE_BLENDS = 202, 13  # colours of the map, and of each line over the sea: 256 with SURROUND and UNSEEN
+GIF_HEADER = 13  # bytes of a GIF before its palette; the low three bits of the 11th are the palette's length
+LOOP = b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"  # without end
 
 
 @contextmanager
-def _whole(path: Path) -> Iterator[Path]:
-    """Where to write what appears at `path` once it is whole."""
+def _complete(path: Path) -> Iterator[Path]:
+    """A temporary path, renamed to `path` when it is complete."""
     part = path.with_name(f".{path.name}.part")
     try:
         yield part
@@ -33,8 +33,8 @@ def _whole(path: Path) -> Iterator[Path]:
 @lru_cache(maxsize=1)
 def _palette() -> Image.Image:
     """The 256 colours of a GIF: those of the map, thinned, and those of the lines as they fade into the sea."""
-    levels = colour_map()[np.rint(np.linspace(0, 255, LEVELS)).astype(int)]
-    shares = np.linspace(1.0, 0.15, BLENDS)[:, None]
+    levels = colour_map()[np.rint(np.linspace(0, 255, MAP_LEVELS)).astype(int)]
+    shares = np.linspace(1.0, 0.15, LINE_BLENDS)[:, None]
     lines = [shares * np.array(colour) + (1 - shares) * np.array(SEA) for colour in (RING, SCALE, HEADING, NORTH)]
     colours = np.concatenate([levels, *np.rint(lines), [SURROUND, UNSEEN]]).astype(np.uint8)
     image = Image.new("P", (1, 1))
@@ -43,41 +43,39 @@ def _palette() -> Image.Image:
 
 
 def write_gif(path: Path, frames: Iterable[Page], fps: int) -> None:
-    """Write an animation that repeats. Frames are taken and written one by one.
+    """Writes an animation that repeats. Frames are encoded one by one.
 
-    fps: 1 to MAX_FPS. A GIF counts hundredths of a second: frames last a hundredth more or less where they must.
+    fps: 1 to MAX_FPS. A GIF counts hundredths of a second, so the durations of frames differ by up to a hundredth.
     """
-    with _whole(path) as part, part.open("wb") as file:
+    with _complete(path) as part, part.open("wb") as file:
         for count, frame in enumerate(frames, 1):
             hundredths = round(100 * count / fps) - round(100 * (count - 1) / fps)
-            head, block = _gif_parts(frame, 10 * hundredths)
-            file.write(head + LOOP + block if count == 1 else block)
+            header, block = _gif_parts(frame, 10 * hundredths)
+            file.write(header + LOOP + block if count == 1 else block)
         file.write(b";")
 
 
 def _gif_parts(frame: Page, duration_ms: int) -> tuple[bytes, bytes]:
-    """Head with palette, and the rest without the end, of the GIF of one frame: a film is a head and many such rests."""
+    """Header with palette, and image block without the trailer, of the GIF of one frame. A film is a header and blocks."""
     out = BytesIO()
     frame.quantize(palette=_palette(), dither=Image.Dither.NONE).save(out, "GIF", duration=duration_ms, optimize=False)
     data = out.getvalue()
-    split = HEAD + 3 * 2 ** ((data[10] & 7) + 1)
+    split = GIF_HEADER + 3 * 2 ** ((data[10] & 7) + 1)
     return data[:split], data[split:-1]
 
 
 def ffmpeg() -> str:
-    """Where ffmpeg is. Raises OSError with the remedy where it is not."""
-    found = shutil.which("ffmpeg")
-    if found is None:
-        raise OSError(
-            "MP4 wants ffmpeg on the PATH, and there is none; install it (apt-get install ffmpeg), or ask for .gif"
-        )
-    return found
+    """The path of ffmpeg. Raises OSError with the remedy where there is none."""
+    path = shutil.which("ffmpeg")
+    if path is None:
+        raise OSError("MP4 needs ffmpeg on the PATH, and there is none; install it (apt-get install ffmpeg), or choose .gif")
+    return path
 
 
 def write_mp4(path: Path, frames: Iterable[Page], fps: int) -> None:
-    """Write a film with ffmpeg. Raises OSError where there is no ffmpeg, or it fails."""
+    """Writes a film with ffmpeg. Raises OSError where there is no ffmpeg, or it fails."""
     process = None
-    with _whole(path) as part:
+    with _complete(path) as part:
         try:
             for frame in frames:
                 process = process or _encoder(part, frame.size, fps)
@@ -85,7 +83,7 @@ def write_mp4(path: Path, frames: Iterable[Page], fps: int) -> None:
                 process.stdin.write(frame.convert("RGB").tobytes())
             _finish(process)
         except BrokenPipeError:
-            _finish(process)  # which says why it went
+            _finish(process)  # which raises the reason
         finally:
             if process:
                 process.kill()
@@ -93,7 +91,7 @@ def write_mp4(path: Path, frames: Iterable[Page], fps: int) -> None:
 
 
 def _encoder(path: Path, size: tuple[int, int], fps: int) -> subprocess.Popen[bytes]:
-    """ffmpeg taking raw pictures; sides are made even, for players want their colours at half the resolution."""
+    """An ffmpeg process that reads raw pictures. Sides are padded to even sizes, as players halve the resolution of colours."""
     command = [
         ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}",
         "-r", str(fps), "-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-f", "mp4",
@@ -104,8 +102,8 @@ def _encoder(path: Path, size: tuple[int, int], fps: int) -> subprocess.Popen[by
 
 def _finish(process: subprocess.Popen[bytes] | None) -> None:
     if process is None:
-        raise OSError("a film of no pictures")
-    _, said = process.communicate()
+        raise OSError("a film needs at least one picture")
+    _, errors = process.communicate()
     if process.returncode:
-        reason = said.decode(errors="replace").strip()[-500:]
-        raise OSError(f"ffmpeg ended with {process.returncode}: {reason or 'without a word'}")
+        reason = errors.decode(errors="replace").strip()[-500:]
+        raise OSError(f"ffmpeg ended with {process.returncode}: {reason or 'without a message'}")

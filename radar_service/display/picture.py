@@ -1,4 +1,4 @@
-"""The PPI as a person sees it: colours, range rings, bearing scale, heading line, as an image and as a PNG."""
+"""Pictures of the PPI: colours, range rings, bearing scale and heading line, as an image and as a PNG."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -19,14 +19,14 @@ Draw = ImageDraw.ImageDraw
 Page = Image.Image  # a drawn picture
 
 SEA: Colour = (5, 9, 18)
-UNSEEN: Colour = (38, 38, 42)  # grey: no spoke came, which is not the same as nothing there
+UNSEEN: Colour = (38, 38, 42)  # grey: no spoke yet, which differs from no echo
 SURROUND: Colour = (0, 0, 0)
 RING: Colour = (92, 116, 136)
 SCALE: Colour = (150, 170, 186)
 HEADING: Colour = (255, 255, 255)
 NORTH: Colour = (255, 176, 64)
 
-# Blue to yellow through green, the axis that the common colour blindnesses keep; lightness rises evenly from step to step.
+# Blue to yellow through green, which the common colour blindnesses distinguish; lightness rises in even steps.
 ANCHORS: tuple[Colour, ...] = ((10, 22, 56), (17, 52, 112), (23, 92, 140), (32, 136, 142), (97, 178, 113), (182, 212, 86),
                                (255, 243, 150))  # fmt: skip
 MIN_SIZE, MAX_SIZE = 64, 4096
@@ -37,10 +37,10 @@ def picture_from_power(
 ) -> Bytes:
     """Brightness 0 to 255 of cells (..., N) of power [W]: 255 at `reference` [W] and above, 0 at dynamic_range_db below it.
 
-    reference: default the strongest cell. Raises ValueError where power is negative or not finite, or the scale is empty.
+    reference: default the maximum. Raises ValueError where power is negative or not finite, or the scale is empty.
     """
     if power.size and not (power.min() >= 0 and np.isfinite(power.max())):
-        raise ValueError("power: it holds negative or non-finite watts; detect the field first (its squared magnitude)")
+        raise ValueError("power: it has negative or non-finite watts; detect the field first (its squared magnitude)")
     if not dynamic_range_db > 0:
         raise ValueError(f"dynamic_range_db: {dynamic_range_db}; a picture spans more than 0 dB")
     top = reference if reference is not None else float(power.max(initial=0.0))
@@ -54,16 +54,16 @@ def picture_from_power(
 
 @lru_cache(maxsize=1)
 def colour_map() -> Bytes:
-    """Red, green and blue (256, 3) of each brightness: 0 is dark sea, then ever lighter."""
-    places = np.linspace(1, 255, len(ANCHORS))
-    channels = [np.interp(np.arange(256), places, channel) for channel in zip(*ANCHORS, strict=True)]
+    """Red, green and blue (256, 3) of each brightness, from dark sea at 0 to the lightest at 255."""
+    positions = np.linspace(1, 255, len(ANCHORS))
+    channels = [np.interp(np.arange(256), positions, channel) for channel in zip(*ANCHORS, strict=True)]
     colours: Bytes = np.rint(np.stack(channels, axis=1)).astype(np.uint8)
     colours[0] = SEA
     return colours
 
 
 class Drawing(TypedDict, total=False):
-    """How a picture is drawn; see `render_image`."""
+    """Options of a picture; `render_image` explains them."""
 
     range_max: float | None
     size: int
@@ -75,7 +75,7 @@ class Drawing(TypedDict, total=False):
 
 
 def render_png(picture: Bytes, range_first: float, range_step: float, **drawing: Unpack[Drawing]) -> bytes:
-    """The PNG of what `render_image` draws."""
+    """The PNG of the image from `render_image`; same arguments."""
     out = BytesIO()
     render_image(picture, range_first, range_step, **drawing).save(out, "PNG", compress_level=4)
     return out.getvalue()
@@ -94,11 +94,11 @@ def render_image(
     filled: NDArray[np.bool_] | None = None,
     interpolation: Interpolation | None = None,
 ) -> Page:
-    """An image of size x size pixels of a polar picture (A, N) of brightness 0 to 255, samples standing as in `scan_convert`.
+    """An image of size x size pixels of a polar picture (A, N) of brightness 0 to 255, with samples as in `scan_convert`.
 
-    range_max [m] is the radius, default the far edge of the last cell; heading [rad] draws the heading line and with
-    head_up turns it to the top; filled (A,): rows that hold a spoke, the others are grey. interpolation: default `peak`
-    where pixels are larger than range cells, so that no target falls between them, else `bilinear`.
+    range_max: the radius [m], default the far edge of the last cell. heading: of the heading line [rad]; head_up: turns it to
+    the top. filled: (A,) rows that have a spoke; the others are grey. interpolation: default `peak` where pixels are larger
+    than range cells, so that each target is drawn, else `bilinear`.
     Raises ValueError for a picture that is not bytes, for a size outside 64 to 4096, and for head_up without a heading.
     """
     if picture.dtype != np.uint8:
@@ -106,7 +106,7 @@ def render_image(
     if not MIN_SIZE <= size <= MAX_SIZE:
         raise ValueError(f"size: {size} pixels; {MIN_SIZE} to {MAX_SIZE} are allowed")
     if head_up and heading is None:
-        raise ValueError("head_up: turned by the heading, and none is given; pass heading [rad]")
+        raise ValueError("head_up: needs a heading, and none is given; pass heading [rad]")
     radius = range_max if range_max is not None else range_first + (picture.shape[1] - 0.5) * range_step
     up = float(heading) if head_up and heading is not None else 0.0
     dial = _Dial(size, up)
@@ -117,17 +117,17 @@ def render_image(
         unseen = scan_convert((~filled[:, None]).astype(np.uint8), radius / 2.0, radius, dial.width, radius, up)
         disc[unseen > 0.5] = UNSEEN
     image = dial.framed(disc)
-    image = dial.over(image, lambda draw: _lines(draw, dial, radius, heading))
+    image = dial.overlay(image, lambda draw: _lines(draw, dial, radius, heading))
     orientation = "head up" if head_up else "north up"
-    _words(ImageDraw.Draw(image), dial, radius, heading, [title, orientation])
+    _labels(ImageDraw.Draw(image), dial, radius, heading, [title, orientation])
     return image
 
 
-LABELS = np.radians(285.0)  # where the labels of the rings stand, clockwise from the top of the page
+RING_LABELS = np.radians(285.0)  # bearing of the labels of the rings, clockwise from the top of the page
 
 
 class _Dial:
-    """Where things stand on the page: a disc of `width` pixels in the middle of a square, bearing `up` [rad] at the top."""
+    """The geometry of the page: a disc of `width` pixels in the middle of a square, with bearing `up` [rad] at the top."""
 
     def __init__(self, size: int, up: float) -> None:
         self.size, self.up = size, up
@@ -136,39 +136,40 @@ class _Dial:
         self.middle, self.radius = size / 2.0, self.width / 2.0
         self.font = ImageFont.load_default(max(8.0, size / 68.0))
 
-    def place(self, share: float, bearing: float, outward: float = 0.0) -> tuple[float, float]:
-        """Page coordinates of a share of the radius along a true bearing [rad], and some pixels farther out."""
-        angle, far = bearing - self.up, share * self.radius + outward
-        return self.middle + far * sin(angle), self.middle - far * cos(angle)
+    def position(self, share: float, bearing: float, outward: float = 0.0) -> tuple[float, float]:
+        """Page coordinates of a share of the radius along a true bearing [rad], shifted outward by some pixels."""
+        angle, distance = bearing - self.up, share * self.radius + outward
+        return self.middle + distance * sin(angle), self.middle - distance * cos(angle)
 
     def framed(self, disc: Bytes) -> Image.Image:
-        """The disc, round, on its page."""
+        """The disc, cut to a circle, on its page."""
         offset = np.arange(self.width) + 0.5 - self.radius
         disc[np.hypot(offset[:, None], offset) > self.radius] = SURROUND
         page = Image.new("RGB", (self.size, self.size), SURROUND)
         page.paste(Image.fromarray(disc), (self.margin, self.margin))
         return page
 
-    def over(self, image: Image.Image, paint: Callable[[Draw], None]) -> Image.Image:
-        """The image with lines painted over it, drawn at twice the size and shrunk: Pillow's own lines are jagged."""
-        sheet = Image.new("RGBA", (2 * self.size, 2 * self.size), (0, 0, 0, 0))
-        paint(ImageDraw.Draw(sheet))
-        return Image.alpha_composite(image.convert("RGBA"), sheet.reduce(2)).convert("RGB")
+    def overlay(self, image: Image.Image, paint: Callable[[Draw], None]) -> Image.Image:
+        """The image with lines over it, painted at twice the size and reduced: Pillow's own lines are jagged."""
+        layer = Image.new("RGBA", (2 * self.size, 2 * self.size), (0, 0, 0, 0))
+        paint(ImageDraw.Draw(layer))
+        return Image.alpha_composite(image.convert("RGBA"), layer.reduce(2)).convert("RGB")
 
 
 def _lines(draw: Draw, dial: _Dial, range_max: float, heading: float | None) -> None:
+    """Paints range rings, bearing ticks, heading line and north mark at twice the size."""
     step = ring_step(range_max)
     for distance in np.append(np.arange(step, range_max * (1 - 1e-9), step), range_max):
-        far = 2.0 * dial.radius * distance / range_max
-        box = (2 * dial.middle - far, 2 * dial.middle - far, 2 * dial.middle + far, 2 * dial.middle + far)
+        radius, middle = 2.0 * dial.radius * distance / range_max, 2 * dial.middle
+        box = (middle - radius, middle - radius, middle + radius, middle + radius)
         draw.ellipse(box, outline=(*RING, 255 if distance == range_max else 120), width=2)
     for degrees in range(0, 360, 10):
         bearing, length = np.radians(degrees), dial.size * (0.011 if degrees % 30 == 0 else 0.006)
-        _line(draw, dial.place(1.0, bearing), dial.place(1.0, bearing, length), (*SCALE, 255))
+        _line(draw, dial.position(1.0, bearing), dial.position(1.0, bearing, length), (*SCALE, 255))
     if heading is not None:
-        _line(draw, dial.place(0.0, heading), dial.place(1.0, heading), (*HEADING, 150))
+        _line(draw, dial.position(0.0, heading), dial.position(1.0, heading), (*HEADING, 150))
     tip, side = dial.size * 0.014, 0.018
-    arrow = [dial.place(1.0, 0.0), dial.place(1.0, side, tip), dial.place(1.0, -side, tip)]
+    arrow = [dial.position(1.0, 0.0), dial.position(1.0, side, tip), dial.position(1.0, -side, tip)]
     draw.polygon([(2 * x, 2 * y) for x, y in arrow], fill=(*NORTH, 255))
 
 
@@ -176,31 +177,34 @@ def _line(draw: Draw, start: tuple[float, float], end: tuple[float, float], fill
     draw.line([(2 * start[0], 2 * start[1]), (2 * end[0], 2 * end[1])], fill=fill, width=2)
 
 
-def _words(draw: Draw, dial: _Dial, range_max: float, heading: float | None, corners: list[str]) -> None:
+def _labels(draw: Draw, dial: _Dial, range_max: float, heading: float | None, corners: list[str]) -> None:
+    """Writes bearings, ring distances, title, orientation and range."""
     outward = dial.margin * 0.6
     for degrees in range(0, 360, 30):
         label, colour = ("N", NORTH) if degrees == 0 else (f"{degrees:03d}", SCALE)
-        draw.text(dial.place(1.0, np.radians(degrees), outward), label, fill=colour, font=dial.font, anchor="mm")
+        draw.text(dial.position(1.0, np.radians(degrees), outward), label, fill=colour, font=dial.font, anchor="mm")
     step = ring_step(range_max)
-    for distance in np.arange(step, range_max * 0.97, step):  # closer to the rim a label would lie on it
-        place = dial.place(distance / range_max, dial.up + LABELS)
-        draw.text(place, distance_label(distance), fill=SCALE, font=dial.font, anchor="mm", stroke_width=2, stroke_fill=SEA)
-    edge, far = dial.size * 0.012, dial.size * (1.0 - 0.012)
+    for distance in np.arange(step, range_max * 0.97, step):  # closer to the rim a label would overlap it
+        position = dial.position(distance / range_max, dial.up + RING_LABELS)
+        draw.text(
+            position, distance_label(distance), fill=SCALE, font=dial.font, anchor="mm", stroke_width=2, stroke_fill=SEA
+        )
+    near, far = dial.size * 0.012, dial.size * (1.0 - 0.012)
     title, orientation = corners
     if heading is not None:
         orientation += f"\nheading {round(np.degrees(heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}"
-    reach = f"range {distance_label(range_max)}\n{range_max / NAUTICAL_MILE:.3g} NM"
-    draw.text((edge, edge), title, fill=SCALE, font=dial.font, anchor="la")
-    draw.multiline_text((edge, far), orientation, fill=SCALE, font=dial.font, anchor="ld")
-    draw.multiline_text((far, far), reach, fill=SCALE, font=dial.font, anchor="rd", align="right")
+    range_text = f"range {distance_label(range_max)}\n{range_max / NAUTICAL_MILE:.3g} NM"
+    draw.text((near, near), title, fill=SCALE, font=dial.font, anchor="la")
+    draw.multiline_text((near, far), orientation, fill=SCALE, font=dial.font, anchor="ld")
+    draw.multiline_text((far, far), range_text, fill=SCALE, font=dial.font, anchor="rd", align="right")
 
 
 def ring_step(range_max: float) -> float:
-    """Distance between range rings [m]: the largest of 1, 2, 5 x 10^k that leaves at least three."""
+    """Distance between range rings [m]: the maximum of 1, 2, 5 x 10^k with at least three rings."""
     decade = 10.0 ** floor(log10(range_max / 3.0))
     return max(factor * decade for factor in (1.0, 2.0, 5.0) if factor * decade * 3.0 <= range_max * (1 + 1e-9))
 
 
 def distance_label(distance: float) -> str:
-    """A distance [m] in words: metres below a kilometre, else kilometres."""
+    """A distance [m] as text: in metres below a kilometre, else in kilometres."""
     return f"{distance / 1000.0:.4g} km" if distance >= 1000.0 else f"{distance:.4g} m"

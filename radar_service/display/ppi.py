@@ -1,8 +1,8 @@
-"""The PPI: spokes accumulated by azimuth, and turned from (range, azimuth) into (x, y). `picture` draws it for people.
+"""The PPI: spokes accumulated by azimuth, and scan conversion from (range, azimuth) to (x, y). `picture` draws it.
 
-An image of `size` pixels covers the square of half-width `range_max` about own ship. Row 0 is the top, and `up` is the
-bearing at the top: "north", or a heading [rad]. Polar arrays are (azimuths, bins); row k looks along k x 2 pi/azimuths,
-boresight centred, and sample n stands at range_first + n x range_step with a cell that reaches half a step either way.
+An image of `size` pixels covers the square of half-width `range_max` around own ship. Row 0 is the top, and `up` is the bearing
+at the top: "north", or a heading [rad]. Polar arrays are (azimuths, bins). Row k has the boresight k x 2 pi/azimuths. Sample n
+has the range range_first + n x range_step, in the middle of its cell.
 """
 
 from functools import lru_cache
@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-Floats = NDArray[np.float64]
+from radar_service.types import Flags, Floats, Indices, Singles
+
 Reals = NDArray[np.floating[Any]] | float
 Integers = NDArray[np.integer[Any]] | list[int] | int
 Up = Literal["north"] | float
@@ -20,9 +21,10 @@ Interpolation = Literal["bilinear", "peak"]
 
 
 class Ppi:
-    """The newest sample of every cell: spokes in, a polar array (azimuths, bins) out.
+    """The newest sample of every cell, from spokes.
 
-    polar: the samples, zero where nothing came yet. number (azimuths,): sequence number of each row's spoke, -1 where none.
+    polar: (azimuths, bins) the samples, zero before the first spoke.
+    number: (azimuths,) sequence number of each row's spoke, -1 where there is none.
     """
 
     def __init__(
@@ -37,13 +39,13 @@ class Ppi:
         self.number = np.full(azimuths, -1, dtype=np.int64)
 
     @property
-    def filled(self) -> NDArray[np.bool_]:
-        """Which rows (azimuths,) hold a spoke."""
+    def filled(self) -> Flags:
+        """Which rows (azimuths,) have a spoke."""
         return self.number >= 0
 
     @property
-    def age(self) -> NDArray[np.int64]:
-        """How many spokes ago each row (azimuths,) was written; -1 where it never was."""
+    def age(self) -> Indices:
+        """How many spokes ago each row (azimuths,) was updated; -1 where it never was."""
         return np.where(self.filled, self.number.max() - self.number, -1)
 
     @property
@@ -51,11 +53,11 @@ class Ppi:
         """Far edge of the last cell [m]."""
         return float(self.range_first + (self.polar.shape[1] - 0.5) * self.range_step)
 
-    def add(self, index: Integers, samples: NDArray[Any], number: Integers) -> NDArray[np.bool_]:
-        """Put spokes into their rows and say which (K,) were news.
+    def add(self, index: Integers, samples: NDArray[Any], number: Integers) -> Flags:
+        """Puts spokes into their rows and returns which of them (K,) were new.
 
-        index (K,): row of each; samples (K, bins); number (K,): sequence numbers. A spoke no newer than the one already in
-        its row is left out, so that repeats and late comers harm nothing. Raises ValueError where shapes or rows do not fit.
+        index (K,): row of each; samples (K, bins); number (K,): sequence numbers. A spoke that is not newer than that of its
+        row is ignored, so that repeated and late spokes change nothing. Raises ValueError where shapes or rows do not fit.
         """
         rows, numbers = np.atleast_1d(np.asarray(index, np.int64)), np.atleast_1d(np.asarray(number, np.int64))
         azimuths, bins = self.polar.shape
@@ -63,15 +65,24 @@ class Ppi:
             raise ValueError(f"samples: {samples.shape} for {len(rows)} spokes of {bins} bins and {len(numbers)} numbers")
         if len(rows) and not 0 <= rows.min() <= rows.max() < azimuths:
             raise ValueError(f"index: {rows.min()} to {rows.max()}; this picture has rows 0 to {azimuths - 1}")
-        news = np.zeros(len(rows), dtype=np.bool_)
+        new = np.zeros(len(rows), dtype=np.bool_)
         for k in range(len(rows)):
             if numbers[k] > self.number[rows[k]]:
-                self.polar[rows[k]], self.number[rows[k]], news[k] = samples[k], numbers[k], True
-        return news
+                self.polar[rows[k]], self.number[rows[k]], new[k] = samples[k], numbers[k], True
+        return new
 
 
 class _Geometry(NamedTuple):
-    """What the index maps of a scan conversion depend on."""
+    """What the index maps of a scan conversion depend on.
+
+    azimuths, bins: of the polar array.
+    range_first: of sample 0 [m].
+    range_step: between samples [m].
+    size: of the image [pixels].
+    range_max: half-width of the image [m].
+    top: bearing at the top [rad].
+    data_end: pixels beyond this range are 0 [m].
+    """
 
     azimuths: int
     bins: int
@@ -79,8 +90,8 @@ class _Geometry(NamedTuple):
     range_step: float
     size: int
     range_max: float
-    top: float  # rad, bearing at the top
-    reach: float  # m, nothing is seen beyond
+    top: float
+    data_end: float
 
     @property
     def pixel(self) -> float:
@@ -96,28 +107,29 @@ def scan_convert(
     range_max: float,
     up: Up = "north",
     interpolation: Interpolation = "bilinear",
-) -> NDArray[np.float32]:
+) -> Singles:
     """The (size, size) image of a polar array (A, N) of finite numbers (seed eqs. 21, 22: x = R sin phi, y = R cos phi).
 
-    `bilinear` weighs the two samples and two azimuths about the pixel's centre; azimuth wraps, and within half a cell of
-    the first or last sample range does not interpolate but holds. `peak` is for pixels larger than cells, where bilinear
-    misses targets: the strongest of all cells whose centres lie in the pixel, and of what bilinear makes of ranges thinned
-    to about a pixel each by keeping the strongest. A pixel is 0 where its centre is nearer than the first cell, beyond the
-    last or beyond range_max [m] (and it holds no cell). The index maps of the last few geometries are kept, so that only
-    the first call is slow. Raises ValueError for complex or empty arrays, and where a size is not above 0.
+    `bilinear` interpolates between two samples and two azimuths around the pixel's centre. Azimuth wraps. Within half a cell
+    of the first or last sample the range is not interpolated.
+    `peak` is for pixels larger than cells, where bilinear misses targets. It takes the maximum of all cells whose centres lie
+    in the pixel, and of a bilinear image of maxima over about a pixel of range.
+    A pixel without a cell is 0 where its centre is nearer than the first cell, or beyond the last cell or range_max [m].
+    The index maps of the last geometries are cached, so that only the first call is slow. Raises ValueError for complex or
+    empty arrays, and where a size is not above 0.
     """
     if polar.ndim != 2 or polar.size == 0 or np.iscomplexobj(polar):
-        raise ValueError(f"polar: shape {polar.shape} of {polar.dtype}; a real, non-empty array (azimuths, bins) is wanted")
+        raise ValueError(f"polar: shape {polar.shape} of {polar.dtype}; a real, non-empty array (azimuths, bins) is needed")
     if size < 1 or not range_max > 0 or not range_step > 0:
         raise ValueError(f"size {size}, range_max {range_max} m, range_step {range_step} m: all are above 0")
     top = 0.0 if isinstance(up, str) else float(up)
-    first, step, far = float(range_first), float(range_step), float(range_max)
-    reach = min(far, first + (polar.shape[1] - 0.5) * step)
-    geometry = _Geometry(polar.shape[0], polar.shape[1], first, step, int(size), far, top, reach)
+    first, step, half_width = float(range_first), float(range_step), float(range_max)
+    data_end = min(half_width, first + (polar.shape[1] - 0.5) * step)
+    geometry = _Geometry(polar.shape[0], polar.shape[1], first, step, int(size), half_width, top, data_end)
     return _CONVERSIONS[interpolation](polar, geometry)
 
 
-def image_place(distance: Reals, azimuth: Reals, size: int, range_max: float, up: Up = "north") -> tuple[Floats, Floats]:
+def image_position(distance: Reals, azimuth: Reals, size: int, range_max: float, up: Up = "north") -> tuple[Floats, Floats]:
     """Row and column, in pixels with whole numbers at pixel centres, of a range [m] and azimuth [rad] (seed eqs. 21, 22)."""
     angle = np.asarray(azimuth, np.float64) - (0.0 if isinstance(up, str) else up)
     pixels = np.asarray(distance, np.float64) * (size / (2.0 * range_max))
@@ -125,15 +137,15 @@ def image_place(distance: Reals, azimuth: Reals, size: int, range_max: float, up
     return middle - pixels * np.cos(angle), middle + pixels * np.sin(angle)
 
 
-def _bilinear(polar: NDArray[Any], geometry: _Geometry) -> NDArray[np.float32]:
-    image: NDArray[np.float32] = _weights(geometry) @ polar.astype(np.float32, copy=False).ravel()
+def _bilinear(polar: NDArray[Any], geometry: _Geometry) -> Singles:
+    image: Singles = _weights(geometry) @ polar.astype(np.float32, copy=False).ravel()
     return image.reshape(geometry.size, geometry.size)
 
 
-def _peak(polar: NDArray[Any], geometry: _Geometry) -> NDArray[np.float32]:
+def _peak(polar: NDArray[Any], geometry: _Geometry) -> Singles:
     group = max(1, int(geometry.pixel / geometry.range_step))
-    thin, thinned = _thin(polar, geometry, group)
-    image = _bilinear(thin, thinned).ravel()
+    reduced, reduced_geometry = _group_maxima(polar, geometry, group)
+    image = _bilinear(reduced, reduced_geometry).ravel()
     cells, starts, pixels = _cells_by_pixel(geometry)
     if len(pixels):
         strongest = np.maximum.reduceat(polar.ravel()[cells], starts)
@@ -144,33 +156,33 @@ def _peak(polar: NDArray[Any], geometry: _Geometry) -> NDArray[np.float32]:
 _CONVERSIONS = {"bilinear": _bilinear, "peak": _peak}
 
 
-def _thin(polar: NDArray[Any], geometry: _Geometry, group: int) -> tuple[NDArray[Any], _Geometry]:
-    """The strongest of each `group` of samples, and the geometry of what is left."""
+def _group_maxima(polar: NDArray[Any], geometry: _Geometry, group: int) -> tuple[NDArray[Any], _Geometry]:
+    """The maximum of each `group` of samples, and the geometry of these maxima."""
     if group == 1:
         return polar, geometry
     starts = np.arange(0, geometry.bins, group)
     middle = geometry.range_first + (group - 1) / 2.0 * geometry.range_step
-    thin: NDArray[Any] = np.maximum.reduceat(polar, starts, axis=1)
-    return thin, geometry._replace(bins=len(starts), range_first=middle, range_step=group * geometry.range_step)
+    maxima: NDArray[Any] = np.maximum.reduceat(polar, starts, axis=1)
+    return maxima, geometry._replace(bins=len(starts), range_first=middle, range_step=group * geometry.range_step)
 
 
 @lru_cache(maxsize=4)
 def _weights(geometry: _Geometry) -> "csr_array[np.float32]":
     """The sparse matrix (size^2, azimuths x bins) image_from_polar of bilinear interpolation."""
-    azimuths, bins, first, step, size, _, top, reach = geometry
+    azimuths, bins, first, step, size, _, top, data_end = geometry
     offset = (np.arange(size) + 0.5 - size / 2.0) * geometry.pixel
     x, y = offset[None, :], 0.0 - offset[:, None]  # so that the middle is +0, whose bearing is 0
     distance, azimuth = np.hypot(x, y).ravel(), (np.arctan2(x, y).ravel() + top) % (2.0 * np.pi)
-    seen = (distance >= first - step / 2.0) & (distance <= reach)
-    n = np.clip((distance[seen] - first) / step, 0.0, bins - 1.0)
-    k = azimuth[seen] * (azimuths / (2.0 * np.pi))
+    inside = (distance >= first - step / 2.0) & (distance <= data_end)
+    n = np.clip((distance[inside] - first) / step, 0.0, bins - 1.0)
+    k = azimuth[inside] * (azimuths / (2.0 * np.pi))
     n0, k0 = n.astype(np.int64), k.astype(np.int64)
     n1, k1 = np.minimum(n0 + 1, bins - 1), (k0 + 1) % azimuths
-    k0 %= azimuths  # an azimuth that rounds up to a whole turn
+    k0 %= azimuths  # an azimuth that rounds up to a full circle
     dn, dk = n - n0, k - np.floor(k)
     cells = np.stack([k0 * bins + n0, k0 * bins + n1, k1 * bins + n0, k1 * bins + n1], axis=1)
     shares = np.stack([(1 - dk) * (1 - dn), (1 - dk) * dn, dk * (1 - dn), dk * dn], axis=1)
-    ends = np.concatenate([[0], np.cumsum(4 * seen)])
+    ends = np.concatenate([[0], np.cumsum(4 * inside)])
     index = np.int32 if azimuths * bins < 2**31 and ends[-1] < 2**31 else np.int64
     return csr_array(
         (shares.ravel().astype(np.float32), cells.ravel().astype(index), ends.astype(index)),
@@ -179,14 +191,14 @@ def _weights(geometry: _Geometry) -> "csr_array[np.float32]":
 
 
 @lru_cache(maxsize=4)
-def _cells_by_pixel(geometry: _Geometry) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Cells (flat) sorted by the pixel that holds their centre, where each pixel's share begins, and those pixels (flat)."""
+def _cells_by_pixel(geometry: _Geometry) -> tuple[Indices, Indices, Indices]:
+    """Cells (flat) sorted by the pixel of their centre, the first cell of each pixel, and the pixels (flat)."""
     azimuths, bins, first, step, size, range_max, top, _ = geometry
     distance = first + step * np.arange(bins, dtype=np.float64)
     near = np.flatnonzero((distance >= 0) & (distance <= range_max))
     azimuth = (2.0 * np.pi / azimuths) * np.arange(azimuths, dtype=np.float64)[:, None]
-    rows, columns = (np.rint(p).astype(np.int64) for p in image_place(distance[near], azimuth, size, range_max, top))
-    inside = (rows >= 0) & (rows < size) & (columns >= 0) & (columns < size)  # the rim itself may round outward
+    rows, columns = (np.rint(p).astype(np.int64) for p in image_position(distance[near], azimuth, size, range_max, top))
+    inside = (rows >= 0) & (rows < size) & (columns >= 0) & (columns < size)  # cells on the rim may round outward
     cells = (np.arange(azimuths)[:, None] * bins + near)[inside]
     pixel = (rows * size + columns)[inside]
     order = np.argsort(pixel, kind="stable")

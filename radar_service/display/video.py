@@ -1,7 +1,7 @@
-"""From power to what a display shows: sea control, gain, rain control, quantising; and fewer bins without losing a peak.
+"""From power to display video: sea control, gain, rain control and quantiser, and fewer bins without loss of a peak.
 
-The order is that of a logarithmic receiver: log detector, swept gain (STC), gain, differentiation (FTC), quantiser. Gain,
-sea and rain act on `u8` alone; the other encodings carry what the receiver measured. Functions of arrays; no state.
+The order is that of a logarithmic receiver: log detector, sensitivity time control (STC), gain, differentiation (FTC),
+quantiser. Gain, sea and rain act on `u8` alone; the other encodings have the measured values. Functions of arrays; no state.
 """
 
 import math
@@ -10,26 +10,25 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Power = NDArray[np.float32]
-Field = NDArray[np.complex64]
+from radar_service.types import Floats, Profiles, Singles
+
 Bytes = NDArray[np.uint8]
 
-DB_PER_STEP = 0.25  # of u8: 255 steps then span 64 dB, the contrast of a display; a ship near by is the brightest
+DB_PER_STEP = 0.25  # of u8: 255 steps span 64 dB, the contrast of a display, up to a near ship
 LOG_DB_PER_STEP = 0.5  # of u8-log: 127 dB, from below the noise to a ship alongside
-PFA = 1e-4  # false alarms per cell at gain 50: a fleck or two per spoke, as a well-set display has
-SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so that noise keeps its shape
-SEA_REACH_DB = 60.0  # attenuation of full sea control at SEA_RANGE
-SEA_RANGE = 50.0  # m; nearer in, the swept gain stays where it is
+PFA = 1e-4  # false alarms per cell at gain 50: one or two per spoke, as on a well-adjusted display
+SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so that noise keeps its distribution
+MAX_SEA_DB = 60.0  # attenuation of full sea control at SEA_RANGE
+SEA_RANGE = 50.0  # m; at shorter ranges the attenuation is constant
 SEA_SLOPE_DB = 30.0  # per decade: sea clutter falls as R^-3, its cell growing as R (Skolnik 2001, section 7.2)
 RAIN_LENGTH = 50.0  # m over which rain control averages: long against a buoy, short against a shower
 
 
 @dataclass(frozen=True)
 class Controls:
-    """The knobs of a display, 0 to 100 percent each; sea and rain 0 are off, gain is 1 dB per percent about 50.
+    """The controls of a display, 0 to 100 percent each. Sea and rain 0 are off; gain is 1 dB per percent around 50.
 
-    At 50 noise shows now and then (PFA); the default lies 5 dB under that, which also hides most of the pulse's sidelobes.
+    At gain 50 noise is visible with probability PFA. The default is 5 dB lower, which also removes most range sidelobes.
     """
 
     gain: float = 45.0
@@ -47,7 +46,7 @@ class Controls:
 class Layout:
     """How the first `samples` native cells become `bins`: bin of cell n is floor((n + 1/2) bins / samples).
 
-    first: where bin 0 stands [m]; step: from bin to bin [m]; native_first, native_step: the same of the cells.
+    native_first: range of cell 0 [m]; native_step: between cells [m]; first and step: the same of the bins.
     """
 
     samples: int
@@ -62,7 +61,7 @@ class Layout:
 
     @property
     def first(self) -> float:
-        """Where bin 0 stands [m]: the middle of the cells that it holds."""
+        """Range of bin 0 [m]: the middle of its cells."""
         return self.native_first + 0.5 * (self.step - self.native_step)
 
     @property
@@ -72,16 +71,16 @@ class Layout:
 
     @property
     def starts(self) -> NDArray[np.intp]:
-        """First cell of each bin (bins,): the least n with (n + 1/2) bins >= b samples, in whole numbers."""
+        """First cell of each bin (bins,): the minimum n with (n + 1/2) bins >= b samples, in whole numbers."""
         b = np.arange(self.bins, dtype=np.intp)
         return -((self.bins - 2 * b * self.samples) // (2 * self.bins))
 
 
 def layout(cells: int, first: float, step: float, bins: int | None = None, range_max: float | None = None) -> Layout:
-    """The layout of `bins` bins (all cells where None or more than there are) out to range_max [m].
+    """The layout of `bins` bins up to range_max [m]; None, or more than there are cells, means one bin per cell.
 
-    first: where cell 0 stands [m]; step: from cell to cell [m]. Cells that begin beyond range_max are left out, but
-    never the first. Raises ValueError for fewer than one bin or a range that is not positive.
+    first: range of cell 0 [m]; step: between cells [m]. Cells that begin beyond range_max are dropped, except the first.
+    Raises ValueError for fewer than one bin or a range that is not positive.
     """
     if bins is not None and bins < 1:
         raise ValueError(f"bins: {bins} is not a whole number from 1 up")
@@ -95,25 +94,25 @@ def layout(cells: int, first: float, step: float, bins: int | None = None, range
 
 
 def peaks(values: NDArray[np.floating], to: Layout) -> NDArray[np.floating]:
-    """The largest of the cells (K, N) in each bin (K, bins)."""
-    kept = values[:, : to.samples]
-    return kept if to.bins == to.samples else np.maximum.reduceat(kept, to.starts, axis=1)
+    """The maximum of the cells (K, N) in each bin (K, bins)."""
+    samples = values[:, : to.samples]
+    return samples if to.bins == to.samples else np.maximum.reduceat(samples, to.starts, axis=1)
 
 
-def strongest(field: Field, to: Layout) -> Field:
-    """The sample of greatest magnitude (of the first, where equal) in each bin (K, bins) of a field (K, N)."""
-    kept = field[:, : to.samples]
+def strongest(field: Profiles, to: Layout) -> Profiles:
+    """The sample of maximum magnitude in each bin (K, bins) of a field (K, N); the first one where several are equal."""
+    samples = field[:, : to.samples]
     if to.bins == to.samples:
-        return kept
+        return samples
     edges = np.append(to.starts, to.samples)
     longest = int(np.diff(edges).max())
     cells = np.minimum(edges[:-1, None] + np.arange(longest), edges[1:, None] - 1)
-    groups = kept[:, cells]
+    groups = samples[:, cells]
     pick = np.argmax(groups.real**2 + groups.imag**2, axis=2)
     return np.take_along_axis(groups, pick[..., None], axis=2)[..., 0]
 
 
-def decibels(power: Power) -> Power:
+def decibels(power: Singles) -> Singles:
     """10 log10 of power [W], -inf where it is 0; float32 [dBW]."""
     with np.errstate(divide="ignore"):
         return np.float32(10.0) * np.log10(power)
@@ -125,36 +124,36 @@ def noise_threshold_db(noise_power: float) -> float:
 
 
 def sea_attenuation_db(distance: Floats, sea: float) -> Floats:
-    """Swept gain [dB] taken off at slant ranges [m]: 0.6 dB per percent within SEA_RANGE, 30 dB less per decade beyond."""
+    """Attenuation [dB] of sea control (STC) at slant ranges [m]: 0.6 dB per percent up to SEA_RANGE, then -30 dB per decade."""
     decades = np.log10(np.maximum(distance, SEA_RANGE) / SEA_RANGE)
-    return np.maximum(SEA_REACH_DB * sea / 100.0 - SEA_SLOPE_DB * decades, 0.0)
+    return np.maximum(MAX_SEA_DB * sea / 100.0 - SEA_SLOPE_DB * decades, 0.0)
 
 
-def rain_level_db(video_db: Power, step: float, rain: float) -> Power:
-    """What rain control takes off: a share of the mean log video [dB above threshold] of the cells before each.
+def rain_level_db(video_db: Singles, step: float, rain: float) -> Singles:
+    """Level [dB] that rain control (FTC) subtracts: a share of the mean log video of the cells before each cell.
 
     video_db: (K, N) [dB above the threshold; below counts as 0]; step: range step [m]. Cell 0 has none before it.
     """
-    reach = max(1, round(RAIN_LENGTH / step))
+    length = max(1, round(RAIN_LENGTH / step))
     total = np.cumsum(np.maximum(video_db, 0.0), axis=1, dtype=np.float64)
     before = np.concatenate([np.zeros_like(total[:, :1]), total[:, :-1]], axis=1)
     ends = np.arange(video_db.shape[1])
-    begins = np.maximum(ends - reach, 0)
+    begins = np.maximum(ends - length, 0)
     window = before - before[:, begins]
-    level: Power = (rain / 100.0 * window / np.maximum(ends - begins, 1)).astype(np.float32)
+    level: Singles = (rain / 100.0 * window / np.maximum(ends - begins, 1)).astype(np.float32)
     return level
 
 
-def display_video(power: Power, to: Layout, controls: Controls, noise_power: float) -> Bytes:
-    """The bytes (K, bins) that a display shows of cells (K, N) [W]: 0 nothing, b > 0: b - 1 to b steps above the threshold.
+def display_video(power: Singles, to: Layout, controls: Controls, noise_power: float) -> Bytes:
+    """Video bytes (K, bins) of cells (K, N) [W]: 0 is below the threshold, b > 0 is b - 1 to b steps above it.
 
-    The threshold before the controls is noise_threshold_db(noise_power): gain lifts the video by 1 dB per percent over 50,
-    sea and rain lower it. What is over the threshold shows, be it ever so little, so that the noise of a cell shows with
-    probability PFA at gain 50.
+    The threshold before the controls is noise_threshold_db(noise_power). Gain raises the video by 1 dB per percent over 50;
+    sea and rain lower it. Any level above the threshold is visible, so that the noise of a cell is visible with probability PFA
+    at gain 50.
     """
     cells = power[:, : to.samples]
-    lift = (controls.gain - 50.0) - noise_threshold_db(noise_power)
-    video = decibels(cells) + np.float32(lift)
+    raised = (controls.gain - 50.0) - noise_threshold_db(noise_power)
+    video = decibels(cells) + np.float32(raised)
     if controls.sea > 0:
         distance: Floats = to.native_first + to.native_step * np.arange(to.samples, dtype=np.float64)
         video -= sea_attenuation_db(distance, controls.sea).astype(np.float32)
@@ -164,10 +163,10 @@ def display_video(power: Power, to: Layout, controls: Controls, noise_power: flo
 
 
 def quantise(level_db: NDArray[np.floating], offset_db: float, db_per_step: float) -> Bytes:
-    """Bytes b = (level - offset) / step, all in dB, rounded to the nearest and held within 0 to 255."""
+    """Bytes b = (level - offset) / step, all in dB, rounded to the nearest and clipped to 0 to 255."""
     steps = (level_db - np.float32(offset_db)) * np.float32(1.0 / db_per_step)
-    held: Bytes = np.rint(np.clip(steps, 0.0, 255.0)).astype(np.uint8)
-    return held
+    clipped: Bytes = np.rint(np.clip(steps, 0.0, 255.0)).astype(np.uint8)
+    return clipped
 
 
 def log_offset_db(noise_power: float) -> float:
@@ -185,11 +184,11 @@ def scale(encoding: str, noise_power: float) -> dict[str, float]:
 
 
 def encode(
-    encoding: str, power: Power, field: Field, to: Layout, controls: Controls, noise_power: float
+    encoding: str, power: Singles, field: Profiles, to: Layout, controls: Controls, noise_power: float
 ) -> NDArray[np.generic]:
     """Cells (K, N) as samples (K, bins) in one of the encodings of the native feed (see stream.codecs.native.wire).
 
-    power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the level that the byte scales hang on.
+    power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the reference of the byte scales.
     """
     if encoding == "u8":
         return display_video(power, to, controls, noise_power)

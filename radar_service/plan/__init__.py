@@ -1,1 +1,1 @@
-"""No more than a scene needs: errors and costs predicted, and from an error budget the cheapest fidelity that keeps it."""
+"""The plan of a scene: predicted errors and costs, and the cheapest fidelity that keeps an error budget."""

@@ -1,12 +1,12 @@
-"""What the command line says to the plan."""
+"""Command line options of the plan."""
 
 import argparse
 import contextlib
 import math
 
-from radar_service.plan.budget import DEFAULT_DB, LEAST_DB, MOST_DB, ErrorBudget
+from radar_service.plan.budget import DEFAULT_DB, MAX_DB, MIN_DB, ErrorBudget
 
-ERROR_HELP = f"plan for errors in target power of {LEAST_DB:g} to {MOST_DB:g} dB (auto: {DEFAULT_DB:g})"
+ERROR_HELP = f"plan for errors in target power of {MIN_DB:g} to {MAX_DB:g} dB (auto: {DEFAULT_DB:g})"
 PACE_HELP = "the most accurate plan, or that of --error-db, that runs so many times real time on one thread here"
 
 
@@ -14,7 +14,7 @@ def error_budget(text: str) -> ErrorBudget:
     """An error budget [dB]. Raises ArgumentTypeError."""
     with contextlib.suppress(ValueError):
         return ErrorBudget(float(text))
-    raise argparse.ArgumentTypeError(f'"{text}" is not an error budget; give {LEAST_DB:g} to {MOST_DB:g} dB of target power')
+    raise argparse.ArgumentTypeError(f'"{text}" is not an error budget; give {MIN_DB:g} to {MAX_DB:g} dB of target power')
 
 
 def pace_to_keep(text: str) -> float:

@@ -1,4 +1,4 @@
-"""The bodies of a scene: what each one needs, what it needs not, and what it errs and costs."""
+"""The bodies of a scene: how each one is modelled, or why not, with its error and its cost."""
 
 import numpy as np
 
@@ -9,15 +9,17 @@ from radar_service.scattering.models import scattering_model
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
 
+NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of range"
+
 
 def bodies(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
-    """The choices for all bodies, in their order."""
-    prices = _microseconds(scene, statistics)
-    return [_body(key, scene, fidelity, statistics, prices[key]) for key in range(len(scene.bodies))]
+    """The items of all bodies, in their order."""
+    costs = _microseconds(scene, statistics)
+    return [_body(key, scene, fidelity, statistics, costs[key]) for key in range(len(scene.bodies))]
 
 
 def _microseconds(scene: Scene, statistics: EngineStatistics) -> list[float | None]:
-    """What each body costs while the radar turns [us]: what is laid anew for every azimuth shares that by its echoes."""
+    """CPU time of each body while the radar turns [us]: moving bodies share that of moving echoes by their echoes."""
     if statistics.costs is None or statistics.bodies is None:
         return [None] * len(scene.bodies)
     moving = np.array([not _rests(body, scene) for body in scene.bodies], dtype=np.bool_)
@@ -34,13 +36,10 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
         return PlanItem(what, True, how)
     if key in statistics.culling.bodies:
         culled = statistics.culling.bodies[key]
-        return PlanItem(
-            what, False, culled.reason + ("; still occludes what is behind it" if culled.occludes else ""), culled.error_db
-        )
+        shadow = "; still occludes what is behind it" if culled.occludes else ""
+        return PlanItem(what, False, culled.reason + shadow, culled.error_db)
     if statistics.bodies is not None and _rests(body, scene) and not statistics.bodies.echoes[key]:
-        return PlanItem(
-            what, False, "never visible: other bodies at rest occlude it, or it is out of range", 0.0, microseconds=0.0
-        )
+        return PlanItem(what, False, NEVER_VISIBLE, 0.0, microseconds=0.0)
     model = scattering_model(body, fidelity.sampler)
     scatterers = None if statistics.bodies is None else int(statistics.bodies.scatterers[key])
     how = model.description(body, scene, fidelity, "computed once" if _rests(body, scene) else "computed at each azimuth")
@@ -49,14 +48,14 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
 
 
 def _counted(body: Body, key: int, statistics: EngineStatistics) -> str:
-    """Points and echoes of a body, once they are known."""
+    """Scatterers and echoes of a body as text, once they are known."""
     if statistics.bodies is None:
         return ""
-    points, echoes = int(statistics.bodies.scatterers[key]), int(statistics.bodies.echoes[key])
-    if points == 1:
+    scatterers, echoes = int(statistics.bodies.scatterers[key]), int(statistics.bodies.echoes[key])
+    if scatterers == 1:
         size = "a point" if body.mesh is None else "smaller than a resolution cell: a point"
-        return f"; {size}" if echoes else f"; {size}, not in sight now"
-    return f"; {points} points, {echoes} echoes" if points else f"; {echoes} echoes"
+        return f"; {size}" if echoes else f"; {size}, not visible now"
+    return f"; {scatterers} points, {echoes} echoes" if scatterers else f"; {echoes} echoes"
 
 
 def _rests(body: Body, scene: Scene) -> bool:

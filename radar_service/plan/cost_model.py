@@ -1,7 +1,7 @@
 """Counts and costs of a prepared engine: echoes, rays and transforms, and CPU times of its stages on this machine.
 
-Counts come from the engine's own records and formulas. Costs are CPU times of the pipeline's stages over some azimuths about
-the circle. No choice depends on them, unless time is the budget.
+Counts come from the engine's own records and formulas. Costs are CPU times of the pipeline's stages over sample azimuths of a
+scan. No choice depends on costs, except where the user limits time.
 """
 
 import math
@@ -17,14 +17,20 @@ from radar_service.plan.culling import Culling
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody
 from radar_service.scattering.model import BodyEchoes
 
-TILES = 8  # about the circle, over which moving echoes are timed
-CLUTTER_SHARE = 8  # of the circle clutter is timed: its rows are computed some dozens of azimuths at a time
-MICRO = 1e6
+MAX_TIMED_TILES = 8  # evenly spaced over a scan, on which moving echoes are timed
+CLUTTER_SHARE = 8  # one in so many tiles is timed for clutter, whose rows are computed dozens of azimuths at a time
+MICROSECONDS = 1e6  # per second
 
 
 @dataclass(frozen=True)
 class SetUp:
-    """A prepared engine, what was culled before, and the rays cast: by preparation, and by the first visibility update."""
+    """A prepared engine.
+
+    prepared: the engine.
+    culling: what was culled before.
+    set_up_rays: rays cast by preparation.
+    look_rays: rays cast by the first visibility update.
+    """
 
     prepared: Prepared
     culling: Culling
@@ -44,7 +50,7 @@ def engine_statistics(set_up: SetUp) -> EngineStatistics:
 
 
 def engine_counts(set_up: SetUp) -> Counts:
-    """What the engine computes in a scan."""
+    """Counts of what the engine computes."""
     prepared = set_up.prepared
     visible, shadows = first_visibility_update(prepared), prepared.shadows.at(0)
     radar, scattered = prepared.scene.radar, (prepared.resting_set, prepared.moving.visibility.scatterers)
@@ -75,42 +81,42 @@ def counts_per_body(prepared: Prepared) -> PerBody:
 
 def engine_costs(prepared: Prepared) -> Costs:
     """CPU time of an azimuth on this machine."""
-    looks, moving, receiver = _moving_costs(prepared)
-    return Costs(looks, moving, receiver, _clutter(prepared), _interference(prepared), _handing_over(prepared))
+    updates, moving, receiver = _moving_costs(prepared)
+    return Costs(updates, moving, receiver, _clutter(prepared), _interference(prepared), _handing_over(prepared))
 
 
 def _visibility_update(prepared: Prepared, step: int) -> BodyEchoes:
-    """Renews what moves and what it shadows for a visibility step."""
+    """Computes moving echoes and shadows of a visibility step; both are cached."""
     prepared.shadows.at(step)
     return prepared.moving.snapshot(step).echoes
 
 
 def _moving_costs(prepared: Prepared) -> tuple[float, float, float]:
-    """Visibility updates, moving echoes, and the receiver without these, per azimuth [us]: means over tiles about the circle.
+    """Costs per azimuth [us] of visibility updates, of moving echoes, and of the receiver: means over tiles of a scan.
 
     The first visibility step is cached already, so it is timed only where there is no other.
     """
     radar, interval = prepared.scene.radar, prepared.moving.visibility.interval
-    silent, updates = np.zeros(min(prepared.tile, radar.azimuths), dtype=np.bool_), dict[int, float]()
-    moving = whole = 0.0
-    last = (radar.azimuths - len(silent)) // prepared.tile
-    starts = np.unique(np.linspace(0, last, TILES).astype(np.int64)) * prepared.tile
+    blind, updates = np.zeros(min(prepared.tile, radar.azimuths), dtype=np.bool_), dict[int, float]()
+    moving = total = 0.0
+    last = (radar.azimuths - len(blind)) // prepared.tile
+    starts = np.unique(np.linspace(0, last, MAX_TIMED_TILES).astype(np.int64)) * prepared.tile
     for start in starts:
         azimuths = tile_azimuths(prepared, 0, int(start))
         step = int(azimuths.middle // interval)
-        taken = _seconds(partial(_visibility_update, prepared, step), times=1)
+        seconds = _seconds(partial(_visibility_update, prepared, step), times=1)
         if step:
-            updates.setdefault(step, taken)
+            updates.setdefault(step, seconds)
         moving += _seconds(lambda azimuths=azimuths: moving_rows(prepared, azimuths))  # type: ignore[misc]
-        whole += _seconds(lambda azimuths=azimuths: receive(prepared, azimuths, moving_rows(prepared, azimuths), silent))  # type: ignore[misc]
-    each = MICRO / (len(starts) * len(silent))
+        total += _seconds(lambda azimuths=azimuths: receive(prepared, azimuths, moving_rows(prepared, azimuths), blind))  # type: ignore[misc]
+    each = MICROSECONDS / (len(starts) * len(blind))
     update = float(np.mean(list(updates.values()))) if updates else _repeated_update(prepared)
     per_update = interval / radar.spoke_period
-    return update / per_update * MICRO, moving * each, max(0.0, whole - moving) * each
+    return update / per_update * MICROSECONDS, moving * each, max(0.0, total - moving) * each
 
 
 def _repeated_update(prepared: Prepared) -> float:
-    """CPU time [s] of a visibility update, where a scan has one or fewer."""
+    """CPU time [s] of a visibility update where a scan has at most one."""
     visibility = prepared.moving.visibility
     visibility.scatterers.clear()
     visible = _seconds(partial(visibility.all_round, 0), times=1) if len(prepared.moving) else 0.0
@@ -118,32 +124,34 @@ def _repeated_update(prepared: Prepared) -> float:
 
 
 def _clutter(prepared: Prepared) -> float:
+    """Cost of clutter per azimuth [us]."""
     if prepared.clutter is None:
         return 0.0
     clutter, radar = prepared.clutter, prepared.scene.radar
     tiles = max(4, math.ceil(radar.azimuths / prepared.tile / CLUTTER_SHARE))
     index = np.arange(min(prepared.tile, radar.azimuths))
     profiles, transmitting = np.zeros((len(index), radar.bins), dtype=np.complex64), np.ones((len(index), 1), dtype=np.bool_)
-    clutter.add(profiles, index, transmitting)  # computes the rows behind north, which occur once
-    begun = time.thread_time()
+    clutter.add(profiles, index, transmitting)  # computes the rows before north, which occur once
+    start = time.thread_time()
     for tile in range(1, tiles):
         clutter.add(profiles, (tile * prepared.tile + index) % radar.azimuths, transmitting)
-    return (time.thread_time() - begun) / ((tiles - 1) * len(index)) * MICRO
+    return (time.thread_time() - start) / ((tiles - 1) * len(index)) * MICROSECONDS
 
 
 def _interference(prepared: Prepared) -> float:
+    """Cost of interference per azimuth [us]."""
     if not prepared.interference:
         return 0.0
     radar = prepared.scene.radar
     number = np.arange(min(prepared.tile, radar.azimuths))
-    boresight, instant = radar.schedule(number)
+    boresight, transmitted = radar.schedule(number)
     profiles = np.zeros((len(number), radar.bins), dtype=np.complex64)
-    once = sum(_seconds(partial(other.add, profiles, boresight, instant)) for other in prepared.interference)
-    return once / len(number) * MICRO
+    once = sum(_seconds(partial(other.add, profiles, boresight, transmitted)) for other in prepared.interference)
+    return once / len(number) * MICROSECONDS
 
 
 def _handing_over(prepared: Prepared) -> float:
-    """The schedule and own ship's pose of a tile, adding what rests, and detection."""
+    """Cost per azimuth [us] of the schedule, own ship's pose, resting profiles and detection."""
     field = np.ones((prepared.tile, prepared.scene.radar.bins), dtype=np.complex64)
     resting = np.zeros(1, dtype=np.complex64) if prepared.resting_profiles is None else field
 
@@ -155,14 +163,14 @@ def _handing_over(prepared: Prepared) -> float:
         np.add(field, resting, out=field)
         np.add(field.real**2, field.imag**2)
 
-    return _seconds(handed_over) / prepared.tile * MICRO
+    return _seconds(handed_over) / prepared.tile * MICROSECONDS
 
 
 def _seconds(work: Callable[[], object], times: int = 2) -> float:
-    """CPU time [s] of a function: the least of some calls."""
-    taken = []
+    """CPU time [s] of a function: the minimum of some calls."""
+    seconds = []
     for _ in range(times):
-        begun = time.thread_time()
+        start = time.thread_time()
         work()
-        taken.append(time.thread_time() - begun)
-    return min(taken)
+        seconds.append(time.thread_time() - start)
+    return min(seconds)

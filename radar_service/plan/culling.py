@@ -1,4 +1,4 @@
-"""Culling: bodies and effects that a scene does not need, each with the reason and the error of leaving it out."""
+"""Culling: bodies and effects that a scene does not need, each with the reason and the error of culling it."""
 
 import math
 from collections.abc import Mapping
@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.fidelity import Fidelity
@@ -22,16 +21,19 @@ from radar_service.scattering.models import scattering_model
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
 
-Floats = NDArray[np.float64]
 MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
 DISTANCES = 1024  # at which sea reflection is evaluated
-LOBE = 4.0  # c / 2B: no window here has a wider main lobe
+MAIN_LOBE = 4.0  # c / 2B: no window here has a wider main lobe
 
 
 @dataclass(frozen=True)
 class CulledBody:
-    """A body left out. reason: why; error_db: by how much that changes the power of any cell [dB]; occludes: whether it may
-    still occlude others."""
+    """A culled body.
+
+    reason: why it is culled.
+    error_db: maximum change of the power of any cell [dB].
+    occludes: whether it may still occlude other bodies.
+    """
 
     reason: str
     error_db: float
@@ -40,8 +42,11 @@ class CulledBody:
 
 @dataclass(frozen=True)
 class Culling:
-    """What a scene does not need. bodies: left out, by index in the scene; effects: relative field error [dB] of leaving out
-    each, by name ("multipath", "gas")."""
+    """What a scene does not need.
+
+    bodies: culled bodies by their index in the scene.
+    effects: relative field error [dB] of each culled effect, by name ("multipath", "gas").
+    """
 
     bodies: Mapping[int, CulledBody] = field(default_factory=dict)
     effects: Mapping[str, float] = field(default_factory=dict)
@@ -57,7 +62,7 @@ class Culling:
         return [key for key, culled in self.bodies.items() if not culled.occludes]
 
     def applied_to(self, scene: Scene) -> Scene:
-        """The scene without the effects left out."""
+        """The scene without the culled effects."""
         environment = scene.environment
         if "multipath" in self.effects:
             environment = replace(environment, multipath=False)
@@ -67,54 +72,56 @@ class Culling:
 
 
 def cull(scene: Scene, fidelity: Fidelity) -> Culling:
-    """What this fidelity leaves out of a scene; nothing where it allows no error."""
+    """What this fidelity culls from a scene; nothing where it allows no error."""
     if fidelity.error_db == 0.0 or fidelity.engine == "documented":
         return Culling()
     return Culling(culled_bodies(scene, fidelity), negligible_effects(scene, fidelity))
 
 
 def culled_bodies(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
-    """The bodies, by index in the scene, that the error budget of a fidelity allows to leave out."""
-    gone = {key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene)) is not None}
-    return gone | _below_noise(scene, fidelity, [key for key in range(len(scene.bodies)) if key not in gone])
+    """The bodies that the error budget of a fidelity allows to cull, by index in the scene."""
+    culled = {key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene)) is not None}
+    return culled | _below_noise(scene, fidelity, [key for key in range(len(scene.bodies)) if key not in culled])
 
 
 def _never_visible(body: Body, scene: Scene) -> CulledBody | None:
-    """Beyond the reach or the horizon wherever both ever are. What is, hides nothing that is seen: it lies farther than all
-    of that, or below the line of sight that touches the sea."""
+    """Why a body is never visible: out of range, below the sea or beyond the horizon at all times; else None.
+
+    Such a body occludes nothing visible: it lies farther away, or below the line of sight that touches the sea.
+    """
     nearest, top = nearest_and_top(body, scene)
     if nearest > max_echo_range(scene.radar):
-        return CulledBody(f"out of range for good: never nearer than {nearest / 1000:.1f} km", 0.0, occludes=False)
+        return CulledBody(f"always out of range: never nearer than {nearest / 1000:.1f} km", 0.0, occludes=False)
     if top < 0.0:
-        return CulledBody(f"under the sea for good: its top is {-top:.1f} m below", 0.0, occludes=False)
+        return CulledBody(f"always under the sea: its top is {-top:.1f} m below", 0.0, occludes=False)
     if nearest <= (horizon := scene.horizon(top)):
         return None
-    text = f"beyond the radar horizon for good: {horizon / 1000:.1f} km for its top at {top:.0f} m, never nearer than "
+    text = f"always beyond the radar horizon: {horizon / 1000:.1f} km for its top at {top:.0f} m, never nearer than "
     return CulledBody(f"{text}{nearest / 1000:.1f} km", 0.0, occludes=False)
 
 
 def _below_noise(scene: Scene, fidelity: Fidelity, keys: list[int]) -> dict[int, CulledBody]:
-    """Those of bodies `keys` whose greatest powers together stay below the noise by the budget, the faintest first."""
+    """Those of bodies `keys` whose maximum powers together keep the budget below the noise, weakest first."""
     if not scene.environment.noise:
         return {}
     radar, budget = scene.radar, ErrorBudget(fidelity.error_db)
     noise = receiver_noise_power(radar)
-    lobe = LOBE * radar.sample_rate / radar.bandwidth  # samples that an echo fills
-    spoke = 10.0 ** (budget.field_db / 10.0) * radar.bins / lobe
-    allowed = noise * min(budget.share, spoke)
+    lobe = MAIN_LOBE * radar.sample_rate / radar.bandwidth  # samples that an echo fills
+    spoke_share = 10.0 ** (budget.field_db / 10.0) * radar.bins / lobe
+    allowed = noise * min(budget.share, spoke_share)
     powers = {key: max_power(scene.bodies[key], scene, fidelity) for key in keys}
-    gone, total = {}, 0.0
+    culled, total = {}, 0.0
     for key in sorted(keys, key=lambda k: (powers[k], k)):
         total += powers[key]
         if total > allowed:
             break
-        below, moved = 10.0 * math.log10(powers[key] / noise), 10.0 * math.log10(1.0 + total / noise)
-        gone[key] = CulledBody(f"below the noise for good: at most {below:.0f} dB of it", moved, occludes=True)
-    return gone
+        level, error = 10.0 * math.log10(powers[key] / noise), 10.0 * math.log10(1.0 + total / noise)
+        culled[key] = CulledBody(f"always below the noise: at most {level:.0f} dB of it", error, occludes=True)
+    return culled
 
 
 def max_power(body: Body, scene: Scene, fidelity: Fidelity) -> float:
-    """A power [W] that the echoes of a body hardly ever exceed in any cell, wherever it goes."""
+    """A power [W] that the echoes of a body hardly ever exceed in any cell, at its closest approach."""
     nearest, _ = nearest_and_top(body, scene)
     level = float(received_amplitude(scene.radar, np.array([nearest]))[0] ** 2)
     multipath = MAX_MULTIPATH if scene.environment.multipath else 1.0
@@ -122,8 +129,10 @@ def max_power(body: Body, scene: Scene, fidelity: Fidelity) -> float:
 
 
 def negligible_effects(scene: Scene, fidelity: Fidelity) -> dict[str, float]:
-    """Sea reflection ("multipath") and gas loss ("gas") where the scene has them and they change no field by as much as the
-    error budget allows the methods; with that change [dB]."""
+    """Relative field errors [dB] of culling sea reflection ("multipath") and gas loss ("gas").
+
+    An effect is included where the scene has it and the error is below the budget of the numerical methods.
+    """
     environment, result = scene.environment, {}
     if environment.multipath:
         result["multipath"] = multipath_db(scene)
@@ -134,14 +143,16 @@ def negligible_effects(scene: Scene, fidelity: Fidelity) -> dict[str, float]:
 
 
 def gas_db(scene: Scene) -> float:
-    """Relative field error [dB] of leaving out the gas, at the maximum range of echoes."""
-    reach = min(max_echo_range(scene.radar), 1e6)
-    return _relative_db(float(1.0 - attenuation_amplitude(reach, scene.environment.gas_db_per_km)))
+    """Relative field error [dB] of culling gas loss, at the maximum range of echoes."""
+    max_range = min(max_echo_range(scene.radar), 1e6)
+    return _relative_db(float(1.0 - attenuation_amplitude(max_range, scene.environment.gas_db_per_km)))
 
 
 def multipath_db(scene: Scene) -> float:
-    """Greatest relative field error [dB] of leaving out sea reflection, over all distances that bodies can have; 0 where one
-    has a surface, which may reach down to the water, where reflection is total, or moves up and down."""
+    """Maximum relative field error [dB] of culling sea reflection, over all distances that bodies can have.
+
+    It is 0 where a body has a mesh or changes height: near the water, reflection is total.
+    """
     return max((_reflected_db(body, scene) for body in scene.bodies), default=-math.inf)
 
 
@@ -165,7 +176,7 @@ def _reflected_db(body: Body, scene: Scene) -> float:
         elevation_gain=partial(elevation_gain, scene.radar),
     )
     reflected = np.abs(factor - 1.0)
-    return _relative_db(float(np.max(reflected * (2.0 + reflected))))  # |F^2 - 1| whatever the phases
+    return _relative_db(float(np.max(reflected * (2.0 + reflected))))  # |F^2 - 1| at the worst phases
 
 
 def _relative_db(ratio: float) -> float:

@@ -5,23 +5,30 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class PlanItem:
-    """One thing that could be modelled. Predicted, None where it does not apply: power_db, by how much the power of targets is
-    wrong for it [dB]; field_db, its relative field error [dB]; microseconds of CPU time per azimuth on this machine."""
+    """One body or effect that could be modelled.
+
+    what: its name.
+    modelled: whether it is modelled.
+    how: how, or why not.
+    power_db: predicted error of target power from it [dB]; None where it does not apply.
+    field_db: predicted relative field error [dB]; None where it does not apply.
+    microseconds: CPU time per azimuth on this machine [us]; None where unknown.
+    """
 
     what: str
     modelled: bool
-    how: str  # how, or why not
+    how: str
     power_db: float | None = None
     field_db: float | None = None
     microseconds: float | None = None
 
     def price(self) -> str:
         """Error and cost as text, "" where neither is known."""
-        said = []
+        parts = []
         if self.power_db is not None:
-            said.append(f"{self.power_db:.2g} dB")
+            parts.append(f"{self.power_db:.2g} dB")
         if self.field_db is not None:
-            said.append(f"field {self.field_db:.0f} dB")
+            parts.append(f"field {self.field_db:.0f} dB")
         if self.microseconds is not None:
-            said.append(f"{self.microseconds:.3g} us")
-        return ", ".join(said)
+            parts.append(f"{self.microseconds:.3g} us")
+        return ", ".join(parts)

@@ -1,4 +1,4 @@
-"""What is modelled of a scene, what is left out, and why, with predicted errors and costs: said, not guessed."""
+"""The plan of a scene at a fidelity: what is modelled, what is not and why, with predicted errors and costs."""
 
 import json
 import math
@@ -21,9 +21,17 @@ NOTHING_KNOWN = EngineStatistics()
 
 @dataclass(frozen=True)
 class Plan:
-    """All choices for one scene at one fidelity. settings: the Fidelity's own; field_db: predicted relative field errors of
-    the methods [dB], at rest and moving, of the sea's mirror and of effects left out; realtime_factor: simulated seconds
-    per second of one thread of this machine; caveats: what cannot be had, a sentence each."""
+    """All choices for one scene at one fidelity.
+
+    fidelity: its name.
+    choices: one item for each effect and body.
+    settings: the fields of the Fidelity.
+    field_db: predicted relative field errors [dB]: at rest, moving, of held multipath phases, of culled effects.
+    counts: what the engine computes; None before it is prepared.
+    costs: CPU times per azimuth [us]; None before they are measured.
+    realtime_factor: simulated seconds per second of one thread of this machine; None without costs.
+    caveats: a sentence for each requirement that the plan cannot meet.
+    """
 
     fidelity: str
     choices: tuple[PlanItem, ...]
@@ -35,7 +43,7 @@ class Plan:
     caveats: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data without infinities or NaN, which JSON has not."""
+        """Plain data for JSON: infinities and NaN become None."""
         plain: dict[str, Any] = json.loads(json.dumps(asdict(self)), parse_constant=lambda _: None)
         return plain
 
@@ -56,40 +64,29 @@ class Plan:
         """Errors, counts and costs, a line each."""
         lines = []
         if self.field_db:
-            said = ", ".join(f"{error:.0f} dB {what}" for what, error in self.field_db.items())
-            lines.append(f"predicted field error: {said}")
+            errors = ", ".join(f"{error:.0f} dB {what}" for what, error in self.field_db.items())
+            lines.append(f"predicted field error: {errors}")
         if self.counts is not None:
             lines.append(_counted(self.counts))
         if self.costs is not None and self.realtime_factor is not None:
             parts = ", ".join(f"{name} {cost:.3g}" for name, cost in asdict(self.costs).items() if cost >= 0.5)
             factor = f"{self.realtime_factor:.3g} x real time on one thread here"
-            lines.append(f"cost: {self.costs.total:.3g} us an azimuth ({parts}), {factor}")
+            lines.append(f"cost: {self.costs.total:.3g} us per azimuth ({parts}), {factor}")
         return lines
 
 
 def _counted(counts: Counts) -> str:
+    """The counts of an engine as text."""
     once = f"{counts.scatterers} scatterers; once {counts.resting_echoes} echoes and {counts.set_up_rays} rays"
-    looks = f"{counts.looks_per_scan:.3g} looks a revolution, the first {counts.moving_echoes} echoes and {counts.look_rays} rays"
-    shadows = f", {counts.shadowed_echoes} hidden" if counts.shadowed_echoes else ""
-    return f"{once}; {looks}{shadows}; {counts.transform_samples} FFT samples a profile"
+    first = f"the first {counts.moving_echoes} echoes and {counts.look_rays} rays"
+    shadows = f", {counts.shadowed_echoes} in shadow" if counts.shadowed_echoes else ""
+    updates = f"{counts.looks_per_scan:.3g} visibility updates per scan, {first}{shadows}"
+    return f"{once}; {updates}; {counts.transform_samples} FFT samples per profile"
 
 
 def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NOTHING_KNOWN) -> Plan:
-    """The plan of a scene at a fidelity, as far as it is known."""
-    errors = {}
-    if fidelity.engine == "corrected":
-        errors["at rest"] = resting_db(scene.radar, fidelity)
-        if not all_rests(scene):
-            errors["moving"] = moving_db(scene.radar, fidelity)
-    held = (
-        -math.inf
-        if "multipath" in statistics.culling.effects or not errors
-        else multipath_error_db(scene, fidelity.azimuths_per_block)
-    )
-    if math.isfinite(held):
-        errors["of the sea's mirror, nearest mover"] = min(held, 0.0)
-    if statistics.culling.effects:
-        errors["of effects left out"] = combine_db(*statistics.culling.effects.values())
+    """The plan of a scene at a fidelity, as far as its statistics are known."""
+    errors = _field_errors(scene, fidelity, statistics)
     return Plan(
         fidelity.name,
         (*effects(scene, fidelity, statistics), *bodies(scene, fidelity, statistics)),
@@ -102,15 +99,30 @@ def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NO
     )
 
 
+def _field_errors(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> dict[str, float]:
+    """Predicted relative field errors [dB] by their cause; none for `documented`."""
+    errors: dict[str, float] = {}
+    if fidelity.engine == "corrected":
+        errors["at rest"] = resting_db(scene.radar, fidelity)
+        if not all_rests(scene):
+            errors["moving"] = moving_db(scene.radar, fidelity)
+        multipath = multipath_error_db(scene, fidelity.azimuths_per_block)
+        if math.isfinite(multipath) and "multipath" not in statistics.culling.effects:
+            errors["of multipath phases, nearest moving body"] = min(multipath, 0.0)
+    if statistics.culling.effects:
+        errors["of culled effects"] = combine_db(*statistics.culling.effects.values())
+    return errors
+
+
 def _caveats(fidelity: Fidelity, errors: dict[str, float]) -> list[str]:
-    """What the budget of a fidelity asks for and cannot have."""
+    """A sentence for each method that cannot keep the error budget."""
     if not fidelity.error_db or not errors:
         return []
     limit = ErrorBudget(fidelity.error_db).method_db
-    advice = "raise sample_rate_hz, or allow a greater error" if fidelity.kernel_width > 6 else "allow a greater error"
+    advice = "raise sample_rate_hz, or allow a larger error" if fidelity.kernel_width > 6 else "allow a larger error"
     return [
-        f"the error budget cannot be had: methods may err by {limit:.0f} dB in field and err by {error:.0f} dB "
-        f"{what}, with the best settings there are: {advice}"
+        f"the error budget cannot be kept: it allows methods a field error of {limit:.0f} dB, and with the best settings "
+        f"it is {error:.0f} dB {what}: {advice}"
         for what, error in errors.items()
         if what in METHODS and error > limit
     ]

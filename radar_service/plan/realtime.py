@@ -1,5 +1,7 @@
-"""The most accurate fidelity that keeps a pace on this machine. It depends on the machine; the error budget that it comes to
-pins it: the same budget gives the same bytes anywhere."""
+"""The most accurate fidelity that keeps a pace on this machine.
+
+The result depends on the machine. The error budget of the result pins it: the same budget gives the same bytes anywhere.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -10,62 +12,63 @@ from radar_service.plan.plan import Plan
 from radar_service.plan.settings_search import fidelity_for, relative_cost
 from radar_service.scene.world import Scene
 
-HOPE = 0.8  # of the pace: estimates from another fidelity that come so near to it are worth setting up
+WORTH_TRYING = 0.8  # of the pace: a budget whose estimate reaches this share of it is planned and measured
 
 
 def plan_in_time(
     scene: Scene, factor: float, planned: Callable[[Fidelity], Plan], requested: ErrorBudget | None = None
 ) -> Plan:
-    """The plan of the most accurate fidelity that reaches `factor` simulated seconds a second on one thread here, of `requested`
-    if that does; of the coarsest where none does. Its caveats say so.
+    """The plan of the most accurate fidelity that runs `factor` simulated seconds per second on one thread here.
 
-    planned: the plan of the scene at a fidelity, with measured costs.
+    planned: returns the plan of the scene at a fidelity, with measured costs.
+    requested: the error budget to prefer. If it is too slow, a larger one replaces it, and a caveat says so.
+    Where no budget is fast enough, the largest one is planned, and a caveat says so.
     """
     first = planned(fidelity_for(scene, requested or ErrorBudget()))
-    if requested is not None and _reaches(first, factor):
+    if requested is not None and _keeps(first, factor):
         return first
     steps = [step for step in STEPS_DB if requested is None or step > requested.target_db]
     tried = [] if requested is None else [first]
     for step in steps:
-        if step != steps[-1] and estimated_factor(scene, first, step) < HOPE * factor:
+        if step != steps[-1] and estimated_factor(scene, first, step) < WORTH_TRYING * factor:
             continue
         tried.append(planned(fidelity_for(scene, ErrorBudget(step))))
-        if _reaches(tried[-1], factor):
+        if _keeps(tried[-1], factor):
             break
-    return _said(tried[-1], factor, () if requested is None else tried[:1])
+    return _with_caveats(tried[-1], factor, () if requested is None else tried[:1])
 
 
 def estimated_factor(scene: Scene, known: Plan, step: float) -> float:
-    """The pace that another error budget [dB] would give, judged by the costs of a known plan: laying goes with the number of
-    scatterers and the beam, looking with scatterers and the number of looks; the rest stays."""
+    """The pace at another error budget `step` [dB], estimated from the measured costs of a known plan.
+
+    Gridding costs grow with scatterers and beam extent, visibility updates with scatterers and their number per scan.
+    """
     assert known.costs is not None
     old, new = (fidelity_for(scene, ErrorBudget(budget)) for budget in (known.settings["error_db"], step))
-    points = new.scatterers_per_cell / old.scatterers_per_cell
-    laying = points * relative_cost(scene.radar, new) / relative_cost(scene.radar, old)
-    costs = known.costs
-    changed = replace(
-        costs, moving=costs.moving * laying, looks=costs.looks * points * old.visibility_step / new.visibility_step
-    )
+    scatterers = new.scatterers_per_cell / old.scatterers_per_cell
+    gridding = scatterers * relative_cost(scene.radar, new) / relative_cost(scene.radar, old)
+    updates = scatterers * old.visibility_step / new.visibility_step
+    changed = replace(known.costs, moving=known.costs.moving * gridding, looks=known.costs.looks * updates)
     return scene.radar.spoke_period / (changed.total * 1e-6)
 
 
-def _reaches(plan: Plan, factor: float) -> bool:
+def _keeps(plan: Plan, factor: float) -> bool:
     assert plan.realtime_factor is not None
     return plan.realtime_factor >= factor
 
 
-def _said(plan: Plan, factor: float, refused: Sequence[Plan]) -> Plan:
-    """The plan with what is to be said about its pace, and about the plan refused for being too slow."""
+def _with_caveats(plan: Plan, factor: float, refused: Sequence[Plan]) -> Plan:
+    """The plan with caveats about its pace, and about the plans refused as too slow."""
     caveats, budget = list(plan.caveats), plan.settings["error_db"]
     for slow in refused:
         caveats.append(
-            f"an error budget of {slow.settings['error_db']:g} dB cannot be had at {factor:g} x real time on this machine: "
+            f"an error budget of {slow.settings['error_db']:g} dB cannot run at {factor:g} x real time on this machine: "
             f"it would run at {slow.realtime_factor:.3g}"
         )
-    if not _reaches(plan, factor):
+    if not _keeps(plan, factor):
         caveats.append(
-            f"{factor:g} x real time cannot be had on this machine: {plan.realtime_factor:.3g} with the coarsest methods; "
-            "ask for fewer azimuths, a shorter range, fewer bodies or less clutter"
+            f"{factor:g} x real time is not possible on this machine: {plan.realtime_factor:.3g} with the coarsest methods; "
+            "use fewer azimuths, a shorter range, fewer bodies or less clutter"
         )
     caveats.append(f"chosen for the speed of this machine; --error-db {budget:g} gives the same bytes on any")
     return replace(plan, caveats=tuple(caveats))

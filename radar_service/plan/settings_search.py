@@ -1,7 +1,7 @@
-"""Predicted errors of the numerical methods, and the cheapest settings that keep a budget.
+"""Predicted errors of the numerical methods, and the cheapest settings that keep an error budget.
 
-Kernels and the cut beam are predicted from their transforms and the pattern, for this radar; what has no such law was
-measured, and says where. Errors are relative field errors [dB] over all echoes of a scene.
+Errors of kernels and of the cut beam follow from their transforms and the pattern of this radar. Other errors are measured, and
+their constants name the source. All errors are relative field errors [dB] over all echoes of a scene.
 """
 
 import itertools
@@ -11,7 +11,6 @@ from functools import lru_cache
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
 from radar_service.fidelity import MIN_SCATTERERS, Fidelity
 from radar_service.plan.budget import ErrorBudget
@@ -25,32 +24,34 @@ from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.scattering.fixed_scatterers import FixedScatterers, density_db, surface_db
 from radar_service.scattering.models import scattering_model
 from radar_service.scene.world import Scene
-
-Floats = NDArray[np.float64]
+from radar_service.types import Floats
 
 KERNEL_WIDTHS, BEAM_KERNEL_WIDTHS = (4, 6, 8), (4, 6)
 EXTENTS = (1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 12.0, 18.0, 27.0, math.inf)  # beamwidths each side
-SWEPT = (16, 8, 4, 2, 1)  # azimuths together
-COURSES, BY_ITSELF = -61.5, -88.0  # chirps at 12 kn (tests/bench/accuracy_table.py), and `reference` under way
-FINENESS = {1: -78.0, 8: -96.0}  # of the beam's table: DESIGN section 4, and 18 dB less for 8 times as many entries
-AT_REST, MOVING = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
+BLOCK_SIZES = (16, 8, 4, 2, 1)  # azimuths per block
+INTERPOLATED_DB, EXACT_DB = -61.5, -88.0  # chirps at 12 kn (tests/bench/accuracy_table.py), and `reference` under way
+BEAM_TABLE_DB = {1: -78.0, 8: -96.0}  # by oversampling: DESIGN section 4, and 18 dB less for 8 times as many entries
+RESTING_DB, MOVING_DB = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
 DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with a quarter of one targets are missed (chart)
-MOST_FEWEST = 4096  # points on the smallest surface: 0.2 dB among the lobes of the sea's mirror
-GLANCES = {1.0: 20.0, 0.2: 5.0, 0.0: 1.0}  # m between looks from a budget [dB] on: those of the three presets
+MAX_MIN_SCATTERERS = 4096  # scatterers on the smallest surface: 0.2 dB among the lobes of multipath
+VISIBILITY_STEPS = {1.0: 20.0, 0.2: 5.0, 0.0: 1.0}  # m, by the minimum budget [dB]: those of the three presets
 FREQUENCIES = 4096  # at which spectra are compared
-SPILT = 20.0  # dB that kernels keep beyond the rest: what they alias lies all along the profile, beside weaker targets yet
-NEARLY_BEST = 1.0  # dB: where no setting keeps the budget, the cheapest so near to the best
+ALIASING_MARGIN = 20.0  # dB that kernels keep: their aliases lie along the whole profile, beside still weaker targets
+NEAR_BEST = 1.0  # dB: where no setting keeps the budget, the cheapest within this of the best
 ALIASES = tuple(m for m in range(-4, 5) if m)  # the kernels' transforms fall off: further ones change nothing
 
 
 def combine_db(*errors_db: float) -> float:
-    """Independent relative errors [dB] as one."""
+    """The sum of independent relative errors [dB]."""
     return 10.0 * math.log10(sum(10.0 ** (error / 10.0) for error in errors_db))
 
 
 def aliasing_db(kernel: Kernel, frequency: Floats, power: Floats) -> float:
-    """Relative error [dB] of points laid with a kernel at random places, whose spectrum has this power (F,) at frequencies
-    (F,) [cycles per sample]: what every alias m adds, |K(f + m) / K(f)|^2, none of which knows the others' phases."""
+    """Relative error [dB] of gridding points at random positions with a kernel.
+
+    frequency, power: (F,) frequencies [cycles per sample] and the power spectrum of the points there. Each alias m adds
+    |K(f + m) / K(f)|^2; their phases are independent.
+    """
     own = kernel.transform(frequency) ** 2
     aliases = sum(kernel.transform(frequency + m) ** 2 for m in ALIASES)
     return float(10.0 * np.log10(np.sum(power * aliases / own) / np.sum(power)))
@@ -58,19 +59,19 @@ def aliasing_db(kernel: Kernel, frequency: Floats, power: Floats) -> float:
 
 @lru_cache(maxsize=64)
 def kernel_db(radar: Radar, width: int) -> float:
-    """Relative error [dB] of laying echoes along range with a kernel of `width` bins; -inf where the pulse itself is laid."""
+    """Relative error [dB] of gridding echoes along range with a kernel of `width` bins; -inf where the pulse is the kernel."""
     kernel = range_kernel(radar, width)
     if isinstance(kernel, PulseKernel):
         return -math.inf
     frequency = scipy.fft.fftfreq(FREQUENCIES)
-    sent, passed = waveform_spectra(radar)
-    spectrum = sent(frequency * radar.sample_rate) * passed(frequency * radar.sample_rate)
+    transmitted, filtered = waveform_spectra(radar)
+    spectrum = transmitted(frequency * radar.sample_rate) * filtered(frequency * radar.sample_rate)
     return aliasing_db(kernel, frequency, np.abs(spectrum) ** 2)
 
 
 @lru_cache(maxsize=64)
 def beam_kernel_db(radar: Radar, width: int) -> float:
-    """Relative error [dB] of laying echoes at rest along azimuth with a kernel of `width` rows."""
+    """Relative error [dB] of gridding resting echoes along azimuth with a kernel of `width` rows."""
     beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
     rows = grid_rows(radar.azimuths, beamwidth)
     beam = beam_spectrum(lambda offset: radar.pattern.gain(offset, radar.beamwidth), rows)
@@ -79,7 +80,7 @@ def beam_kernel_db(radar: Radar, width: int) -> float:
 
 @lru_cache(maxsize=64)
 def extent_db(radar: Radar, extent: float) -> float:
-    """Relative error [dB] of a beam cut `extent` beamwidths each side: its share of the squared two-way gain beyond."""
+    """Relative error [dB] of a beam cut at `extent` beamwidths each side: the share of squared gain beyond."""
     if extent * radar.beamwidth >= math.pi:
         return -math.inf
     offset = np.linspace(0.0, math.pi, int(64 * math.pi / radar.beamwidth))  # 64 to a beamwidth: sidelobes are as wide
@@ -89,72 +90,76 @@ def extent_db(radar: Radar, extent: float) -> float:
 
 
 def resting_db(radar: Radar, fidelity: Fidelity) -> float:
-    """Predicted relative field error [dB] of echoes at rest."""
-    return combine_db(AT_REST, kernel_db(radar, fidelity.kernel_width), beam_kernel_db(radar, fidelity.beam_kernel_width))
+    """Predicted relative field error [dB] of resting echoes."""
+    kernel, beam = kernel_db(radar, fidelity.kernel_width), beam_kernel_db(radar, fidelity.beam_kernel_width)
+    return combine_db(RESTING_DB, kernel, beam)
 
 
 def moving_db(radar: Radar, fidelity: Fidelity) -> float:
     """Predicted relative field error [dB] of moving echoes."""
     kernel, beam = kernel_db(radar, fidelity.kernel_width), extent_db(radar, fidelity.beam_extent)
-    return combine_db(MOVING, motion_db(fidelity), kernel, beam)
+    return combine_db(MOVING_DB, motion_db(fidelity), kernel, beam)
 
 
 def motion_db(fidelity: Fidelity) -> float:
-    """Predicted relative field error [dB] of following what moves."""
-    swept = COURSES if fidelity.azimuths_per_block > 1 else BY_ITSELF
-    return combine_db(swept, FINENESS[8 if fidelity.beam_table_oversampling >= 8 else 1])
+    """Predicted relative field error [dB] of range histories and of the beam table."""
+    history = INTERPOLATED_DB if fidelity.azimuths_per_block > 1 else EXACT_DB
+    return combine_db(history, BEAM_TABLE_DB[8 if fidelity.beam_table_oversampling >= 8 else 1])
 
 
-def _fewest(scene: Scene, budget: ErrorBudget) -> int:
-    """Points that keep the budget on any surface of the scene, at least those of `balanced`."""
-    mirrored = scene.environment.multipath
+def _min_scatterers(scene: Scene, budget: ErrorBudget) -> int:
+    """Scatterers that keep the budget on any surface of the scene, at least those of `balanced`."""
+    multipath = scene.environment.multipath
     surfaces = [
         body for body in scene.bodies if body.mesh is not None and issubclass(scattering_model(body), FixedScatterers)
     ]
-    if not any(body.rcs is None or mirrored for body in surfaces):  # a declared cross-section is shared out exactly
+    if not any(body.rcs is None or multipath for body in surfaces):  # a declared cross-section is shared exactly
         return MIN_SCATTERERS
-    return int(np.clip(math.ceil((surface_db(1.0, mirrored) / budget.target_db) ** 2), MIN_SCATTERERS, MOST_FEWEST))
+    needed = math.ceil((surface_db(1.0, multipath) / budget.target_db) ** 2)
+    return int(np.clip(needed, MIN_SCATTERERS, MAX_MIN_SCATTERERS))
 
 
 def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
-    """The cheapest fidelity that keeps the budget in this scene, or nearly the most accurate one where none does. It
-    depends on the scene and the budget alone. What the scene does not need stays as in `balanced`."""
+    """The cheapest fidelity that keeps the budget in this scene, or nearly the most accurate one where none does.
+
+    The result depends on the scene and the budget alone. Settings that the scene does not need are those of `balanced`.
+    """
     chosen = Fidelity(
         "auto",
         scatterers_per_cell=next((n for n in DENSITIES if density_db(n) <= budget.target_db), DENSITIES[-1]),
-        min_scatterers=_fewest(scene, budget),
-        visibility_step=next(visibility_step for least, visibility_step in GLANCES.items() if budget.target_db >= least),
+        min_scatterers=_min_scatterers(scene, budget),
+        visibility_step=next(step for minimum, step in VISIBILITY_STEPS.items() if budget.target_db >= minimum),
         bounces=2 if budget.target_db > 1.0 else 3,
         error_db=budget.target_db,
     )
     radar = scene.radar
-    along_range = KERNEL_WIDTHS[1:] if all_rests(scene) else KERNEL_WIDTHS  # those of echoes laid once cost nothing later
+    along_range = KERNEL_WIDTHS[1:] if all_rests(scene) else KERNEL_WIDTHS  # wide ones are cheap for echoes gridded once
     widths = itertools.product(along_range, BEAM_KERNEL_WIDTHS)
     kernels = [replace(chosen, kernel_width=along, beam_kernel_width=around) for along, around in widths]
-    chosen = _cheapest(radar, kernels, [resting_db(radar, choice) for choice in kernels], budget.method_db - SPILT)
+    errors = [resting_db(radar, choice) for choice in kernels]
+    chosen = _cheapest(radar, kernels, errors, budget.method_db - ALIASING_MARGIN)
     if all_rests(scene):
         return chosen
-    kept = [swept for swept in SWEPT if swept == 1 or multipath_error_db(scene, swept) <= budget.field_db]
-    reaches = itertools.product(EXTENTS, kept, FINENESS)
+    sizes = [size for size in BLOCK_SIZES if size == 1 or multipath_error_db(scene, size) <= budget.field_db]
     beams = [
-        replace(chosen, beam_extent=reach, azimuths_per_block=swept, beam_table_oversampling=fine)
-        for reach, swept, fine in reaches
+        replace(chosen, beam_extent=extent, azimuths_per_block=size, beam_table_oversampling=oversampling)
+        for extent, size, oversampling in itertools.product(EXTENTS, sizes, BEAM_TABLE_DB)
     ]
     return _cheapest(radar, beams, [moving_db(radar, choice) for choice in beams], budget.method_db)
 
 
 def _cheapest(radar: Radar, choices: list[Fidelity], errors: list[float], allowed: float) -> Fidelity:
-    """The cheapest choice that errs by no more than allowed [dB], or than the best one by NEARLY_BEST."""
-    limit = max(allowed, min(errors) + NEARLY_BEST)
+    """The cheapest choice with an error of at most `allowed` [dB], or within NEAR_BEST of the best one."""
+    limit = max(allowed, min(errors) + NEAR_BEST)
     kept = [choice for choice, error in zip(choices, errors, strict=True) if error <= limit]
     return min(kept, key=lambda choice: relative_cost(radar, choice))
 
 
 def relative_cost(radar: Radar, fidelity: Fidelity) -> float:
-    """What laying a moving echo costs on average over the turn, in any unit; it only has to put settings in order.
+    """Mean cost of gridding a moving echo in a scan, in any unit; it only orders settings.
 
-    The beam's share of the turn, by a price per echo and azimuth: 80 for each course, which azimuths swept together share, and
-    1 for each bin of the kernel (measured, in some 20 ns). What hardly costs anything decides ties.
+    It is the beam's share of the scan times a cost per echo and azimuth: 80 for each range history, which a block shares, and
+    1 for each bin of the kernel (measured, in about 20 ns). Small terms for the other settings decide ties.
     """
     span = (fidelity.azimuths_per_block - 1) * radar.azimuth_step
     beam = min(2.0 * math.pi, 2.0 * fidelity.beam_extent * radar.beamwidth + span)
@@ -163,5 +168,5 @@ def relative_cost(radar: Radar, fidelity: Fidelity) -> float:
 
 
 def all_rests(scene: Scene) -> bool:
-    """Whether everything is laid once: nothing moves relative to the antenna, nothing fluctuates."""
+    """Whether all echoes are gridded once: nothing moves relative to the antenna, and nothing fluctuates."""
     return scene.own_ship.at_rest and all(body.motion.at_rest and body.swerling == 0 for body in scene.bodies)

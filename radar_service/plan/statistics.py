@@ -1,4 +1,4 @@
-"""What an engine computes, and what that costs: the figures that a plan reports."""
+"""Counts and costs of an engine, as a plan reports them."""
 
 import math
 from dataclasses import dataclass, field
@@ -10,15 +10,16 @@ from radar_service.types import Indices
 
 @dataclass(frozen=True)
 class Counts:
-    """What the engine computes.
+    """Counts of what the engine computes.
 
-    resting_echoes: once.
-    moving_echoes, shadowed_echoes: in the first visibility update.
-    scatterers: on the modelled bodies.
-    set_up_rays: cast once.
-    look_rays: cast by the first visibility update.
+    resting_echoes: echoes of bodies at rest, computed once.
+    moving_echoes: echoes of moving bodies in the first visibility update.
+    shadowed_echoes: resting echoes that moving bodies occlude in the first visibility update.
+    scatterers: fixed scatterers of all modelled bodies.
+    set_up_rays: rays cast once, by preparation.
+    look_rays: rays cast by the first visibility update.
     looks_per_scan: visibility updates per scan.
-    transform_samples: of all Fourier transforms of one profile with moving echoes.
+    transform_samples: samples of all Fourier transforms of one profile with moving echoes.
     """
 
     resting_echoes: int
@@ -35,12 +36,12 @@ class Counts:
 class Costs:
     """CPU time of one thread per azimuth [us], on average over a scan.
 
-    looks: of visibility updates.
-    moving: of moving echoes and their gridding.
-    receiver: of transforms and noise.
-    clutter: of sea and rain.
-    interference: of other radars.
-    profiles: of handing profiles over.
+    looks: visibility updates.
+    moving: moving echoes and their gridding.
+    receiver: Fourier transforms and noise.
+    clutter: sea and rain.
+    interference: pulses of other radars.
+    profiles: schedule, resting profiles, detection and hand-over.
     """
 
     looks: float
@@ -52,13 +53,16 @@ class Costs:
 
     @property
     def total(self) -> float:
-        """All of it [us]."""
+        """The sum of all stages [us]."""
         return self.looks + self.moving + self.receiver + self.clutter + self.interference + self.profiles
 
 
 @dataclass(frozen=True)
 class PerBody:
-    """Of each body (B,) of the scene: its scatterers, and its echoes, at rest or all round in the first visibility step."""
+    """Scatterers and echoes of each body (B,) of the scene.
+
+    Echoes of moving bodies are those in all directions in the first visibility step.
+    """
 
     scatterers: Indices
     echoes: Indices
@@ -66,8 +70,11 @@ class PerBody:
 
 @dataclass(frozen=True)
 class EngineStatistics:
-    """What is known of a scene. culling: what is left out; counts, bodies, costs: of the engine, None before it is prepared,
-    and for `documented`."""
+    """What is known of a scene.
+
+    culling: bodies and effects that are not modelled.
+    counts, bodies, costs: of the engine; None before it is prepared, and for `documented`.
+    """
 
     culling: Culling = field(default_factory=Culling)
     counts: Counts | None = None

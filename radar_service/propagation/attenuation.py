@@ -8,7 +8,7 @@ from radar_service.types import Floats
 
 
 def printed_atmosphere(range: Floats | float, db_per_km: float = 0.01) -> Floats:
-    """Two-way POWER loss exactly as printed, which the specification multiplies onto the amplitude (DESIGN row 3).
+    """Two-way POWER loss exactly as printed, by which the specification multiplies the amplitude (DESIGN row 3).
 
     range: slant range, any shape [m]; db_per_km: one way. Source: seed eq. 10.
     """
@@ -19,7 +19,7 @@ def printed_atmosphere(range: Floats | float, db_per_km: float = 0.01) -> Floats
 def attenuation_amplitude(range: Floats | float, db_per_km: float) -> Floats:
     """Two-way AMPLITUDE factor 10^(-gamma 2R / 20 000) of a uniform attenuation, gas or rain (DESIGN row 3).
 
-    range: slant range, any shape [m]; db_per_km: one way; the sum where several act.
+    range: slant range, any shape [m]; db_per_km: one way; the sum of several attenuations.
     """
     factor: Floats = 10.0 ** (-db_per_km * 2.0 * np.asarray(range, dtype=np.float64) / 20_000.0)
     return factor

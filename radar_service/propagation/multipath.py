@@ -1,25 +1,22 @@
-"""What the path does to an echo: attenuation by gas and rain, and the sea-reflected ray beside the direct one.
+"""Multipath: the ray that the sea reflects, beside the direct one.
 
-Places are as in `frames`: a distance along the earth and a height above the sea, with the surface falling away as
-z = -d^2 / (2 ae). Phases follow exp(+j w t): a path of length R turns the field by exp(-j k R).
+Positions are as in `frames`: a distance along the earth and a height above the sea, whose surface is z = -d^2 / (2 ae).
+Phases follow exp(+j w t): a path of length R multiplies the field by exp(-j k R).
 """
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.propagation.sea_surface import ament, fresnel, miller_brown, sea_water_permittivity
+from radar_service.types import Complexes, Floats, Gain
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Gain = Callable[[Floats], Floats]  # one-way power gain at an elevation from horizontal [rad]
 Roughness = Callable[[Floats, float, float], Floats]  # grazing angle, rms wave height, wavelength -> factor
 
-_TINY = 1e-300  # m^2: lets a target on the very foot of the antenna pass without 0 / 0
-LOWEST_GAIN = 1e-12  # -120 dB: below it the direct gain no longer divides, so a null of the beam stays finite
+_TINY = 1e-300  # m^2: avoids 0 / 0 for a target at the foot of the antenna
+MIN_GAIN = 1e-12  # -120 dB: a lower direct gain counts as this one, so that the ratio stays finite in a null of the beam
 
 
 def wavelength(frequency: float) -> float:
@@ -28,17 +25,24 @@ def wavelength(frequency: float) -> float:
 
 
 class SpecularGeometry(NamedTuple):
-    """The ray by way of the sea, arrays of one shape; lengths [m], angles [rad], elevations from horizontal.
+    """Direct and reflected ray, arrays of one shape; elevations are from horizontal, at the antenna.
 
-    excess is R1 + R2 - R; grazing is negative, and the rest without meaning, where the target lies below the horizon.
+    direct: R, length of the direct ray [m].
+    first: R1, from antenna to sea [m].
+    second: R2, from sea to target [m].
+    excess: R1 + R2 - R [m].
+    grazing: angle at the sea [rad]; negative below the horizon, where the other fields have no meaning.
+    divergence: factor D of the curved surface, 1 on a flat one.
+    elevation_direct: of the direct ray [rad].
+    elevation_reflected: of the reflected ray [rad].
     """
 
-    direct: Floats  # R, length of the direct ray
-    first: Floats  # R1, antenna to sea
-    second: Floats  # R2, sea to target
+    direct: Floats
+    first: Floats
+    second: Floats
     excess: Floats
     grazing: Floats
-    divergence: Floats  # D of the curved surface, 1 on a flat one
+    divergence: Floats
     elevation_direct: Floats
     elevation_reflected: Floats
 
@@ -48,26 +52,26 @@ def specular_geometry(
 ) -> SpecularGeometry:
     """Geometry of the specular reflection between an antenna and targets over a flat sea or over z = -d^2 / (2 ae).
 
-    distance: along the earth, any shape [m]; height: of the target above the sea, below it counts as on it [m];
+    distance: along the earth, any shape [m]; height: of the target above the sea, negative ones count as 0 [m];
     antenna_height: above the sea, positive [m]; earth_radius: effective radius ae [m], inf for flat. The reflection point
     solves the cubic of Kerr (Propagation of Short Radio Waves, 1951, ch. 2); by Fermat its error enters in second order.
     """
     d, h = np.broadcast_arrays(np.asarray(distance, np.float64), np.maximum(np.asarray(height, np.float64), 0.0))
     x = _reflection_point(d, h, antenna_height, earth_radius)
-    far = d - x
+    beyond = d - x
     rise_1 = antenna_height + x**2 / (2.0 * earth_radius)
     drop = d**2 / (2.0 * earth_radius)
     rise_2 = h - drop + x**2 / (2.0 * earth_radius)
     z = h - drop - antenna_height
-    direct, first, second = np.hypot(d, z), np.hypot(x, rise_1), np.hypot(far, rise_2)
+    direct, first, second = np.hypot(d, z), np.hypot(x, rise_1), np.hypot(beyond, rise_2)
     above_tangent = antenna_height - x**2 / (2.0 * earth_radius)
     grazing = np.arctan2(above_tangent, x)
-    # R1 + R2 - R without subtracting kilometres from kilometres: it is millimetres, and k of it must be good to 1e-6 rad
-    cross = (x * rise_2) ** 2 + (far * rise_1) ** 2 + (rise_1 * rise_2) ** 2
-    gap = 2.0 * (rise_1 * rise_2 + cross / (first * second + x * far + _TINY))
+    # R1 + R2 - R without the difference of large lengths: it is millimetres, and k times it must be accurate to 1e-6 rad
+    cross = (x * rise_2) ** 2 + (beyond * rise_1) ** 2 + (rise_1 * rise_2) ** 2
+    gap = 2.0 * (rise_1 * rise_2 + cross / (first * second + x * beyond + _TINY))
     excess = gap / (first + second + direct)
     return SpecularGeometry(
-        direct, first, second, excess, grazing, divergence(x, far, grazing, earth_radius),
+        direct, first, second, excess, grazing, divergence(x, beyond, grazing, earth_radius),
         np.arctan2(z, d), np.arctan2(-rise_1, x),
     )  # fmt: skip
 
@@ -80,9 +84,9 @@ def divergence(first: Floats, second: Floats, grazing: Floats, earth_radius: flo
     """
     d = first + second
     sine = np.sin(grazing)
-    lit = sine > 0
-    split = np.divide(first * second, d * sine, out=np.zeros_like(d), where=lit & (d > 0))
-    factor: Floats = np.where(lit, 1.0 / np.sqrt(1.0 + 2.0 * split / earth_radius), 0.0)
+    above = sine > 0
+    split = np.divide(first * second, d * sine, out=np.zeros_like(d), where=above & (d > 0))
+    factor: Floats = np.where(above, 1.0 / np.sqrt(1.0 + 2.0 * split / earth_radius), 0.0)
     return factor
 
 
@@ -98,21 +102,21 @@ def two_ray_factor(
     elevation_gain: Gain | None = None,
     roughness: Roughness = miller_brown,
 ) -> Complexes:
-    """Field at each target over that of the direct ray alone, F; an echo's amplitude is multiplied by F^2, phase included.
+    """Field at each target relative to that of the direct ray alone, F; the amplitude of an echo gets the complex factor F^2.
 
     distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height, wavelength: [m]; earth_radius: ae
     [m]; polarization: "h" or "v"; wave_height: rms of the sea [m]; elevation_gain: one-way power gain at an elevation from
-    horizontal (None: the same everywhere; its root is taken as positive, so sidelobes of opposite sign are not told apart).
+    horizontal; None: isotropic; its root counts as positive, so the sign of sidelobes is lost.
     F = 1 + Gamma rho_s D exp(-jk (R1 + R2 - R)) R / (R1 + R2) sqrt(G(reflected) / G(direct)): Kerr 1951, ch. 2, seed
-    eq. 12 with its sign mended (DESIGN row 5). Beyond the horizon F is 0, the shadow of ray optics: diffraction is not
-    modelled, so F drops from 1 to 0 there.
+    eq. 12 with corrected sign (DESIGN row 5). Beyond the horizon F is 0, the shadow of ray optics: diffraction is not
+    modelled.
     """
     geometry = specular_geometry(distance, height, antenna_height, earth_radius)
-    mirror = reflected_field_ratio(geometry, wavelength, polarization, wave_height, roughness)
+    reflected = reflected_field_ratio(geometry, wavelength, polarization, wave_height, roughness)
     if elevation_gain is not None:
-        direct = np.maximum(elevation_gain(geometry.elevation_direct), LOWEST_GAIN)
-        mirror = mirror * np.sqrt(elevation_gain(geometry.elevation_reflected) / direct)
-    factor: Complexes = np.where(geometry.grazing > 0, 1.0 + mirror, 0.0)
+        direct = np.maximum(elevation_gain(geometry.elevation_direct), MIN_GAIN)
+        reflected = reflected * np.sqrt(elevation_gain(geometry.elevation_reflected) / direct)
+    factor: Complexes = np.where(geometry.grazing > 0, 1.0 + reflected, 0.0)
     return factor
 
 
@@ -126,9 +130,9 @@ def printed_two_ray_factor(
     polarization: str = "h",
     wave_height: float = 0.0,
 ) -> Complexes:
-    """F exactly as printed, on a flat earth and blind to the beam; the specification multiplies |F|^2 onto the amplitude.
+    """F exactly as printed, on a flat earth and without the beam; the specification multiplies the amplitude by |F|^2.
 
-    Arguments as `two_ray_factor`; earth_radius enters D alone. Gamma, rho_s (Ament) and D are computed. Seed eq. 12.
+    Arguments as `two_ray_factor`; earth_radius affects D alone. Gamma, rho_s (Ament) and D are computed. Seed eq. 12.
     """
     geometry = specular_geometry(distance, height, antenna_height)
     first, second = geometry.first * np.cos(geometry.grazing), geometry.second * np.cos(geometry.grazing)
@@ -139,16 +143,17 @@ def printed_two_ray_factor(
 def reflected_field_ratio(
     geometry: SpecularGeometry, wavelength: float, polarization: str, wave_height: float, roughness: Roughness
 ) -> Complexes:
-    """The reflected field over the direct one, antenna aside: Gamma rho_s D exp(-jk dR) R / (R1 + R2)."""
+    """The reflected field over the direct one, without antenna gains: Gamma rho_s D exp(-jk dR) R / (R1 + R2)."""
     permittivity = sea_water_permittivity(SPEED_OF_LIGHT / wavelength)
     surface = fresnel(geometry.grazing, permittivity, polarization) * roughness(geometry.grazing, wave_height, wavelength)
-    spread = geometry.direct / (geometry.first + geometry.second)
-    mirror: Complexes = surface * geometry.divergence * np.exp(-2j * np.pi / wavelength * geometry.excess) * spread
-    return mirror
+    spreading = geometry.direct / (geometry.first + geometry.second)
+    phase = np.exp(-2j * np.pi / wavelength * geometry.excess)
+    ratio: Complexes = surface * geometry.divergence * phase * spreading
+    return ratio
 
 
 def _reflection_point(d: Floats, h: Floats, antenna_height: float, earth_radius: float) -> Floats:
-    """Distance from the antenna to where the ray meets the sea [m]: 2x^3 - 3dx^2 + (d^2 - 2ae(h1 + h2))x + 2ae h1 d = 0."""
+    """Distance from the antenna to the reflection point [m]: 2x^3 - 3dx^2 + (d^2 - 2ae(h1 + h2))x + 2ae h1 d = 0."""
     flat: Floats = d * antenna_height / (antenna_height + h)
     if np.isinf(earth_radius):
         return flat

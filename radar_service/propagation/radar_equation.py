@@ -1,4 +1,4 @@
-"""The radar equation, and all that the path does to the amplitude of an echo."""
+"""The radar equation, and the path factor: elevation gain, gas and rain loss, and multipath."""
 
 from functools import partial
 
@@ -15,7 +15,7 @@ from radar_service.types import Complexes, Floats
 
 
 def received_amplitude(radar: Radar, distance: Floats) -> Floats:
-    """Root of the power received [sqrt(W)] from 1 m^2 at slant ranges `distance` (any shape) [m] on boresight, in free space.
+    """Root of the received power [sqrt(W)] of 1 m^2 at slant ranges `distance` (any shape) [m] on boresight, in free space.
 
     P = Pt G^2 lambda^2 sigma / ((4 pi)^3 R^4 L) (Skolnik 2001, eq. 1.7). Ranges below radar.range_min count as range_min.
     """
@@ -29,8 +29,8 @@ def path_factor(
 ) -> Complexes:
     """Two-way amplitude factor (E,) of the path, complex: elevation gain, gas and rain loss, sea reflection.
 
-    polar: positions of the scatterers relative to the antenna; height: (E,) above the sea [m]; tilt_error: (E,) by how much
-    an antenna that sways observes each one higher in its beam [rad].
+    polar: positions of the scatterers relative to the antenna; height: (E,) above the sea [m]; tilt_error: (E,) added to the
+    elevation in the beam, where the antenna sways [rad].
     """
     rain = rain_db_per_km(environment.rain_mm_h, radar.polarization, radar.frequency)
     gas = attenuation_amplitude(polar.range, environment.gas_db_per_km + rain)

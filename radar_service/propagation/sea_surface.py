@@ -1,14 +1,12 @@
-"""The sea as a mirror: permittivity of sea water, Fresnel coefficients, roughness, wave height by sea state."""
+"""Reflection by the sea: permittivity of sea water, Fresnel coefficients, roughness, wave height by sea state."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import i0e
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from radar_service.types import Complexes, Floats
 
-# Significant wave height H_1/3 [m] by Douglas sea state: the middle of each band of WMO code table 3700; state 9 is open
-# above, so its lower edge.
+# Significant wave height H_1/3 [m] by Douglas sea state: the middle of each band of WMO code table 3700. State 9 has no
+# upper limit, so it has its lower edge.
 SIGNIFICANT_WAVE_HEIGHT = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25, 5.0, 7.5, 11.5, 14.0)
 
 
@@ -50,8 +48,8 @@ def _conductivity(t: float, s: float) -> float:
 def fresnel(grazing: Floats | float, permittivity: complex, polarization: str) -> Complexes:
     """Complex reflection coefficient of a smooth plane, exp(+j w t): near -1 at grazing for both polarizations.
 
-    grazing: any shape, 0 to pi/2 [rad]; permittivity: e' - j e''; polarization: "h" or "v", else ValueError. V refers to
-    the field component across the ray in the plane of incidence (Kerr 1951, ch. 5).
+    grazing: any shape, 0 to pi/2 [rad]; permittivity: e' - j e''; polarization: "h" or "v", else ValueError. V is
+    the field component normal to the ray in the plane of incidence (Kerr 1951, ch. 5).
     """
     sine = np.sin(np.asarray(grazing, dtype=np.float64)).astype(np.complex128)
     refracted = np.sqrt(permittivity - np.cos(grazing) ** 2 + 0j)
@@ -76,7 +74,7 @@ def ament(grazing: Floats | float, wave_height: float, wavelength: float) -> Flo
 def miller_brown(grazing: Floats | float, wave_height: float, wavelength: float) -> Floats:
     """Specular roughness factor exp(-g^2 / 2) I0(g^2 / 2): Ament corrected for real seas (Miller, Brown, Vegh 1984).
 
-    Arguments as `ament`. From 1 (smooth) to 0, never below Ament's.
+    Arguments as `ament`. From 1 (smooth) to 0, always at least Ament's.
     """
     factor: Floats = i0e(0.5 * _rayleigh_roughness(grazing, wave_height, wavelength) ** 2)
     return factor

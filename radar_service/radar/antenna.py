@@ -1,17 +1,16 @@
-"""What an antenna pattern is, its gain by a fast table, and how finely it must be sampled over a scan.
+"""Antenna patterns, their gain by a fast table, and the azimuth sampling that they need.
 
-An echo's amplitude goes as the one-way power gain, its power as the square of it (DESIGN row 2).
+An echo's amplitude is proportional to the one-way power gain, its power to the square of it (DESIGN row 2).
 """
 
 from abc import ABC, abstractmethod
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from radar_service.types import Floats
 
-TABLE_STEPS = 2**17  # to half a turn
+MIN_TABLE_STEPS = 2**17  # over half a circle
 
 
 class AntennaPattern(ABC):
@@ -30,7 +29,7 @@ class AntennaPattern(ABC):
     def aperture_width(self) -> float:
         """Length of the aperture over that of a uniform one of the same half-power width, at least 1 for a line source.
 
-        It says how fast the gain varies, and so how finely a scan must be sampled.
+        It bounds the spatial frequencies of the gain, and so the azimuth sampling of a scan.
         """
 
     @abstractmethod
@@ -42,11 +41,11 @@ class AntennaPattern(ABC):
 
     @property
     def description(self) -> str:
-        """The pattern in a few words."""
+        """The pattern in a few words, for the plan."""
         return self.name
 
     def half_power_width(self, beamwidth: float) -> float:
-        """One-way half-power width [rad] where a scene file asks for `beamwidth` [rad]: most patterns follow it."""
+        """One-way half-power width [rad] where a scene file states `beamwidth` [rad]; most patterns follow it."""
         return beamwidth
 
     def aperture_beamwidth(self, beamwidth: float) -> float:
@@ -55,9 +54,9 @@ class AntennaPattern(ABC):
 
 
 def quick_gain(offset: Floats, beamwidth: float, pattern: AntennaPattern) -> Floats:
-    """The pattern's gain at many offsets, by linear interpolation in a table: several times faster.
+    """The pattern's gain by linear interpolation in a table, several times faster.
 
-    offset: any shape, from boresight [rad]. It errs by at most 3e-6 (h^2 / 8 of the second derivative).
+    offset: any shape, from boresight [rad]. The error is at most 3e-6 (h^2 / 8 of the second derivative).
     """
     gain, rise = _gain_table(beamwidth, pattern)
     position = np.abs(offset)
@@ -71,21 +70,21 @@ def quick_gain(offset: Floats, beamwidth: float, pattern: AntennaPattern) -> Flo
 
 @lru_cache(maxsize=8)
 def _gain_table(beamwidth: float, pattern: AntennaPattern) -> tuple[Floats, Floats]:
-    """Gains at offsets from 0 to pi, at least 500 in the beamwidth of a uniform aperture, and the rise from each to the next."""
-    steps = max(TABLE_STEPS, int(np.ceil(500.0 * np.pi / pattern.aperture_beamwidth(beamwidth))))
+    """Gains at offsets from 0 to pi, at least 500 per beamwidth of a uniform aperture, and their differences."""
+    steps = max(MIN_TABLE_STEPS, int(np.ceil(500.0 * np.pi / pattern.aperture_beamwidth(beamwidth))))
     gain = pattern.gain(np.arange(steps + 2, dtype=np.float64) * (np.pi / steps), beamwidth)
     return gain[:-1], np.diff(gain)
 
 
 def grid_rows(azimuths: int, beamwidth: float) -> int:
-    """Rows of the azimuth grid: a whole multiple of `azimuths` at which the beam fills at most a third of the band.
+    """Rows of the azimuth grid: a whole multiple of `azimuths`, such that the beam fills at most a third of the band.
 
     beamwidth: `aperture_beamwidth` of the pattern [rad]. A sinc^2 beam has spatial frequencies up to 0.886 / beamwidth; at an
-    oversampling of 2.9 a kernel of four rows errs by -78 dB (DESIGN section 4), of six by less than float32.
+    oversampling of 2.9 a kernel of four rows errs by -78 dB (DESIGN section 4), one of six by less than float32.
     """
     return azimuths * max(1, int(np.ceil(2.9 / azimuth_oversampling(beamwidth, azimuths))))
 
 
 def azimuth_oversampling(beamwidth: float, rows: int) -> float:
-    """The band of a grid of `rows` to the turn over that of the beam: 0.564 beamwidth / step for a sinc^2 beam."""
+    """The band of a grid of `rows` per circle over that of the beam: 0.564 beamwidth / step for a sinc^2 beam."""
     return beamwidth * rows / (2.0 * np.pi) / (2.0 * 0.8859)

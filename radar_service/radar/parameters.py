@@ -1,49 +1,77 @@
-"""The parameters of a radar in SI and radians, and what follows from them alone: ranges, angles, the schedule of spokes."""
+"""The parameters of a radar in SI and radians, and quantities derived from them: ranges, angles, the schedule of spokes."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, quick_gain
+from radar_service.types import Flags, Floats, Indices
 
-Floats = NDArray[np.float64]
-TURN = 2.0 * np.pi
-EDGE = 1e-9  # rad; the ends of a blind sector belong to it whatever the rounding of degrees
+FULL_CIRCLE = 2.0 * np.pi
+EDGE = 1e-9  # rad; so that rounded degrees do not exclude the ends of a blind sector
 
 
 @dataclass(frozen=True)
 class Radar:
-    """The radar of a scene; see RadarModel for meanings and allowed ranges."""
+    """The radar of a scene; RadarModel has the allowed ranges.
+
+    frequency: of the carrier [Hz].
+    modulation: "lfm", a chirp, or "none", a plain pulse.
+    bandwidth: of the chirp, or of the receiver of a plain pulse [Hz].
+    pulse: its length [s].
+    sample_rate: of complex samples [Hz].
+    window: on the reference of the matched filter.
+    prf: pulses per second [Hz]; None where it has no effect.
+    second_time_around: whether echoes beyond the unambiguous range fold.
+    azimuths: spokes per scan.
+    rotation_period: time of a scan [s].
+    bins: samples of a profile.
+    range_max: far end of the profile [m].
+    range_min: levels at shorter ranges are those at this one [m].
+    beamwidth: horizontal, one-way half power [rad].
+    beamwidth_el: vertical, one-way half power [rad].
+    tilt: elevation of boresight [rad].
+    pattern: horizontal antenna pattern.
+    pattern_el: vertical antenna pattern.
+    height: of the antenna above the sea [m].
+    power: transmitted peak power [W].
+    gain: of the antenna, power ratio.
+    loss: power ratio, 1 or more.
+    noise_factor: power ratio, 1 or more.
+    polarization: "h" or "v".
+    eclipsing: whether one antenna serves to transmit and to receive.
+    rays: per azimuth, for sampling by rays.
+    blind_sectors: start and end clockwise from the bow [rad].
+    """
 
     frequency: float
     modulation: str
-    bandwidth: float  # of the chirp; of the receiver where the pulse has no modulation
+    bandwidth: float
     pulse: float
     sample_rate: float
     window: str
-    prf: float | None  # pulses per second, None where it does not matter
+    prf: float | None
     second_time_around: bool
     azimuths: int
-    rotation_period: float  # s per scan
+    rotation_period: float
     bins: int
     range_max: float
     range_min: float
-    beamwidth: float  # rad, one-way half power, horizontal
+    beamwidth: float
     beamwidth_el: float
     tilt: float
-    pattern: AntennaPattern  # horizontal
+    pattern: AntennaPattern
     pattern_el: AntennaPattern
     height: float
     power: float
-    gain: float  # power ratio
-    loss: float  # power ratio >= 1
-    noise_factor: float  # power ratio >= 1
+    gain: float
+    loss: float
+    noise_factor: float
     polarization: str
     eclipsing: bool
     rays: int
-    blind_sectors: tuple[tuple[float, float], ...]  # rad, clockwise from the bow
+    blind_sectors: tuple[tuple[float, float], ...]
 
     @property
     def wavelength(self) -> float:
@@ -57,7 +85,7 @@ class Radar:
 
     @property
     def range_resolution(self) -> float:
-        """Least distance [m] at which two echoes of a chirp are told apart, before its window widens it: c / 2B."""
+        """Minimum distance [m] between two resolved echoes of an unweighted chirp: c / 2B."""
         return SPEED_OF_LIGHT / (2.0 * self.bandwidth)
 
     @property
@@ -67,7 +95,7 @@ class Radar:
 
     @property
     def unambiguous_range(self) -> float:
-        """Range [m] whose echo arrives with the next pulse: c / (2 prf); inf without a pulse repetition frequency."""
+        """Range [m] of an echo that arrives with the next pulse: c / (2 prf); inf without a pulse repetition frequency."""
         return np.inf if self.prf is None else SPEED_OF_LIGHT / (2.0 * self.prf)
 
     @property
@@ -84,26 +112,26 @@ class Radar:
         """One-way power gain relative to boresight at offsets in azimuth [rad] of any shape, by a table."""
         return quick_gain(offset, self.beamwidth, self.pattern)
 
-    def schedule(self, number: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    def schedule(self, number: Indices) -> tuple[Floats, Floats]:
         """Boresight [rad from north, 0 to 2 pi] and time [s] of spokes (K,) numbered from the start of the simulation."""
         index = np.asarray(number % self.azimuths, dtype=np.float64)
         return index * self.azimuth_step, np.asarray(number, dtype=np.float64) * self.spoke_period
 
-    def is_blind(self, from_bow: Floats) -> NDArray[np.bool_]:
-        """Whether the radar is silent (K,): boresights (K,) [rad clockwise from the bow] in a blind sector.
+    def is_blind(self, from_bow: Floats) -> Flags:
+        """Which boresights (K,) [rad clockwise from the bow] lie in a blind sector.
 
-        A sector runs clockwise and holds both its ends. Ends that differ by whole turns make a full circle.
+        A sector runs clockwise and includes both its ends. Ends that differ by full circles make a full circle.
         """
-        silent = np.zeros(from_bow.shape, dtype=np.bool_)
+        blind = np.zeros(from_bow.shape, dtype=np.bool_)
         for start, stop in self.blind_sectors:
-            silent |= (from_bow - start + EDGE) % TURN <= _sector_width(start, stop) + 2.0 * EDGE
-        return silent
+            blind |= (from_bow - start + EDGE) % FULL_CIRCLE <= _sector_width(start, stop) + 2.0 * EDGE
+        return blind
 
 
 def horizon(height: Floats | float, antenna_height: float, earth_radius: float) -> Floats:
-    """Ground distance [m] beyond which the sea hides a target: sqrt(2 ae h1) + sqrt(2 ae h2), inf on a flat earth.
+    """Ground distance [m] beyond which the curved sea occludes a target: sqrt(2 ae h1) + sqrt(2 ae h2), inf on a flat earth.
 
-    height: of the target above the sea, any shape, below 0 as 0 [m]; antenna_height [m]; earth_radius: effective [m].
+    height: of the target above the sea, any shape, negative ones count as 0 [m]; antenna_height [m]; earth_radius: effective [m].
     Source: Skolnik 2001, geometry of the refracted horizon.
     """
     raised = np.maximum(height, 0.0)
@@ -113,6 +141,6 @@ def horizon(height: Floats | float, antenna_height: float, earth_radius: float) 
 
 
 def _sector_width(start: float, stop: float) -> float:
-    """Width [rad] of a sector from `start` clockwise to `stop` [rad], above 0 and at most a full turn."""
-    width = (stop - start) % TURN
-    return TURN if width < EDGE or TURN - width < EDGE else width
+    """Width [rad] of a sector from `start` clockwise to `stop` [rad], above 0 and at most a full circle."""
+    width = (stop - start) % FULL_CIRCLE
+    return FULL_CIRCLE if width < EDGE or FULL_CIRCLE - width < EDGE else width

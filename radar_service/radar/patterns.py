@@ -1,6 +1,6 @@
-"""The antenna patterns that a scene can name, as printed in the specification and as they should be.
+"""The antenna patterns that a scene can name: that of the specification and those of real apertures.
 
-To add one: write its class here and enter it in PATTERNS. Loader, grid, plan and engine read all they need from the object.
+To add one: write its class here and enter it in PATTERNS. Loader, grid, plan and engine use only the object.
 """
 
 from abc import abstractmethod
@@ -11,14 +11,12 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.radar.antenna import AntennaPattern
-
-Floats = NDArray[np.float64]
+from radar_service.types import Floats
 
 HALF_POWER_U = 0.442946470689452  # root of sinc(u)^2 = 1/2; twice it is the 0.8859 of the half-power width
-LOWEST_GAIN = 1e-30  # -300 dB: keeps the logarithm of a table's zeros finite
+MIN_GAIN = 1e-30  # -300 dB: keeps the logarithm of a table's zeros finite
 
 
 class LineSource(NamedTuple):
@@ -40,7 +38,7 @@ def printed_gain(offset: Floats | float, beamwidth: float) -> Floats:
 
 
 def printed_two_way(azimuth: Floats | float, elevation: Floats | float, beamwidth: float, beamwidth_el: float) -> Floats:
-    """Two-way pattern exactly as printed, which the specification multiplies onto the AMPLITUDE (DESIGN row 2).
+    """Two-way pattern exactly as printed, by which the specification multiplies the AMPLITUDE (DESIGN row 2).
 
     azimuth, elevation: offsets from boresight, broadcastable [rad]; the beamwidths one-way [rad]. Source: seed eqs. 3, 9.
     """
@@ -75,7 +73,7 @@ class Printed(AntennaPattern):
 
 @dataclass(frozen=True)
 class Gaussian(AntennaPattern):
-    """Gaussian beam: no sidelobes at all."""
+    """Gaussian beam, without sidelobes."""
 
     name = "gaussian"
     aperture_width = 1.0
@@ -132,10 +130,13 @@ class Cosine2(CosineSum):
 
 @dataclass(frozen=True)
 class Taylor(CosineSum):
-    """Taylor line source (T. T. Taylor, 1955): sidelobes below the peak [dB], and one more than how many of them are equal."""
+    """Taylor line source (T. T. Taylor, 1955).
+
+    sidelobe_db: level of the sidelobes below the peak [dB]; nbar: one more than the number of equal sidelobes.
+    """
 
     sidelobe_db: float = 30.0
-    nbar: int = 4  # the least that holds 30 dB
+    nbar: int = 4  # the minimum for 30 dB
     name = "taylor"
 
     @property
@@ -161,15 +162,15 @@ class Taylor(CosineSum):
 
 @dataclass(frozen=True)
 class Table(AntennaPattern):
-    """A measured pattern: rows of (offset [rad], one-way power gain) rising from 0, the last one holding beyond.
+    """A measured pattern: rows of (offset [rad], one-way power gain), rising from 0; the last gain applies beyond.
 
-    Between rows the level in dB follows a monotone cubic (Fritsch and Carlson 1980), level at boresight: straight lines leave
-    corners, whose spectrum the beam's filter over the turn cuts off at -50 dB, and a beam 12 dB further from the true one.
+    Between rows the level in dB is a monotone cubic (Fritsch and Carlson 1980), flat at boresight. Straight lines would leave
+    corners: the band of the beam filter cuts their spectrum at -50 dB, and the error of the beam would be 12 dB larger.
     """
 
     rows: tuple[tuple[float, float], ...]
     name = "table"
-    aperture_width = 1.7  # somewhat more than a cosine-squared taper
+    aperture_width = 1.7  # slightly more than a cosine-squared taper
 
     @property
     def description(self) -> str:
@@ -177,13 +178,13 @@ class Table(AntennaPattern):
         return f"a table of {len(self.rows)} rows"
 
     def gain(self, offset: Floats | float, beamwidth: float = np.nan) -> Floats:
-        """As AntennaPattern.gain; a table brings its own beamwidth."""
+        """As AntennaPattern.gain; a table has its own beamwidth."""
         inside = np.minimum(np.abs(offset), self.rows[-1][0])
         gain: Floats = 10.0 ** self._curve(inside)
         return gain
 
     def half_power_width(self, beamwidth: float) -> float:
-        """The table's own [rad], read to 2 x 31 microradians; of a pattern that never falls so far, a whole turn."""
+        """The table's own [rad], to 2 x 31 microradians; a full circle where the gain never falls to one half."""
         return self._half_power_width
 
     @cached_property
@@ -195,10 +196,10 @@ class Table(AntennaPattern):
     @cached_property
     def _curve(self) -> Callable[[Floats], Floats]:
         """log10 of the gain over the offset [rad], symmetric about 0 and flat at its end."""
-        from scipy.interpolate import PchipInterpolator  # here: it would take a sixth of every start
+        from scipy.interpolate import PchipInterpolator  # here: it would slow every start by a sixth
 
         offset, gain = np.asarray(self.rows, dtype=np.float64).T
-        level = np.log10(np.maximum(gain, LOWEST_GAIN))
+        level = np.log10(np.maximum(gain, MIN_GAIN))
         beyond = 2.0 * offset[-1] - offset[-2]
         return PchipInterpolator(
             np.concatenate([-offset[:0:-1], offset, [beyond]]), np.concatenate([level[:0:-1], level, level[-1:]])
@@ -211,8 +212,8 @@ PATTERNS: Mapping[str, AntennaPattern] = MappingProxyType(
 
 
 def _line_source(positions: tuple[float, ...], weights: tuple[float, ...]) -> LineSource:
-    low, high = 0.1, 1.5  # the main lobe falls through half power once in between
-    for _ in range(4):  # to 1e-12; scipy.optimize would take a tenth of a second to load
+    low, high = 0.1, 1.5  # the main lobe passes half power once in between
+    for _ in range(4):  # to 1e-12; scipy.optimize takes a tenth of a second to load
         u = np.linspace(low, high, 1025)
         above = int(np.flatnonzero(_sinc_sum(u, positions, weights) > np.sqrt(0.5))[-1])
         low, high = float(u[above]), float(u[above + 1])
@@ -220,7 +221,7 @@ def _line_source(positions: tuple[float, ...], weights: tuple[float, ...]) -> Li
 
 
 def _sinc_sum(u: Floats, positions: tuple[float, ...], weights: tuple[float, ...]) -> Floats:
-    """Voltage pattern of a cosine-sum aperture as shifted sincs, which have no removable singularities to step around."""
+    """Voltage pattern of a cosine-sum aperture as shifted sincs, which have no removable singularities."""
     field = np.zeros(np.shape(u))
     for position, weight in zip(positions, weights, strict=True):
         field += weight * np.sinc(u - position)

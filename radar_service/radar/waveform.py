@@ -1,15 +1,14 @@
-"""The transmitted pulse and what compression makes of it, as spectra: no sampling, so delays are exact.
+"""Spectra of the transmitted pulse and of the compressed one, without sampling, so that delays are exact.
 
 Convention (DESIGN section 2): chirp on t in [-T/2, T/2], window on the reference, unit echo compresses to a unit peak.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import fresnel
 
 from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
+from radar_service.types import Complexes, Floats
 
-Floats = NDArray[np.float64]
 COSINE_SUMS = {
     "none": (1.0,),
     "hamming": (0.54, 0.46),
@@ -43,13 +42,13 @@ def taylor_coefficients(sidelobe_db: float, nbar: int) -> Floats:
     m = np.arange(1, nbar)
     terms = []
     for k in m:
-        top = (-1.0) ** (k + 1) * np.prod(1.0 - k**2 / (scale * (a**2 + (m - 0.5) ** 2)))
-        below = 2.0 * np.prod(1.0 - k**2 / m[m != k] ** 2)
-        terms.append(2.0 * top / below)
+        numerator = (-1.0) ** (k + 1) * np.prod(1.0 - k**2 / (scale * (a**2 + (m - 0.5) ** 2)))
+        denominator = 2.0 * np.prod(1.0 - k**2 / m[m != k] ** 2)
+        terms.append(2.0 * numerator / denominator)
     return np.array([1.0, *terms])
 
 
-def chirp_spectrum(frequency: Floats, bandwidth: float, pulse: float) -> NDArray[np.complex128]:
+def chirp_spectrum(frequency: Floats, bandwidth: float, pulse: float) -> Complexes:
     """Fourier transform [s] of exp(j pi K t^2), |t| <= T/2, K = B/T (seed eq. 7), at `frequency` [Hz] of any shape.
 
     The exact Fresnel-integral form (Klauder, Price, Darlington and Albersheim 1960).
@@ -58,12 +57,12 @@ def chirp_spectrum(frequency: Floats, bandwidth: float, pulse: float) -> NDArray
     root = np.sqrt(2.0 * slope)
     upper_s, upper_c = fresnel(root * (pulse / 2.0 - frequency / slope))
     lower_s, lower_c = fresnel(root * (-pulse / 2.0 - frequency / slope))
-    arc = (upper_c - lower_c) + 1j * (upper_s - lower_s)
-    spectrum: NDArray[np.complex128] = np.exp(-1j * np.pi * frequency**2 / slope) * arc / root
+    integral = (upper_c - lower_c) + 1j * (upper_s - lower_s)
+    spectrum: Complexes = np.exp(-1j * np.pi * frequency**2 / slope) * integral / root
     return spectrum
 
 
-def reference_spectrum(frequency: Floats, bandwidth: float, pulse: float, window: str) -> NDArray[np.complex128]:
+def reference_spectrum(frequency: Floats, bandwidth: float, pulse: float, window: str) -> Complexes:
     """Fourier transform [s] of the windowed chirp: each cosine of the window shifts the chirp by +-m/T."""
     total = np.zeros(np.shape(frequency), dtype=np.complex128)
     for m, a in enumerate(window_coefficients(window)):
@@ -72,17 +71,17 @@ def reference_spectrum(frequency: Floats, bandwidth: float, pulse: float, window
     return total
 
 
-def matched_filter(frequency: Floats, bandwidth: float, pulse: float, window: str) -> NDArray[np.complex128]:
+def matched_filter(frequency: Floats, bandwidth: float, pulse: float, window: str) -> Complexes:
     """Transfer function [1] of the compression filter (seed eq. 15), scaled so that a unit echo has a unit peak."""
     gain = pulse * window_coefficients(window)[0]  # integral of the window over the pulse
-    filtered: NDArray[np.complex128] = np.conj(reference_spectrum(frequency, bandwidth, pulse, window)) / gain
+    filtered: Complexes = np.conj(reference_spectrum(frequency, bandwidth, pulse, window)) / gain
     return filtered
 
 
-def compressed_spectrum(frequency: Floats, bandwidth: float, pulse: float, window: str) -> NDArray[np.complex128]:
+def compressed_spectrum(frequency: Floats, bandwidth: float, pulse: float, window: str) -> Complexes:
     """Fourier transform [s] of the compressed pulse of a unit echo at delay 0."""
     transmitted = chirp_spectrum(frequency, bandwidth, pulse)
-    compressed: NDArray[np.complex128] = transmitted * matched_filter(frequency, bandwidth, pulse, window)
+    compressed: Complexes = transmitted * matched_filter(frequency, bandwidth, pulse, window)
     return compressed
 
 

@@ -1,29 +1,27 @@
-"""The beam along azimuth for echoes at rest: one circular filter over the whole turn, applied to the complex field once."""
+"""The beam along azimuth for resting echoes: one circular filter over the full circle, applied once to the complex field."""
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
 from radar_service.radar.antenna import azimuth_oversampling
 from radar_service.receive.gridding import Kernel
-from radar_service.types import Gain
+from radar_service.types import Floats, Gain, Profiles
 
-Floats = NDArray[np.float64]
-FINE = 16  # samples of the pattern per grid row: what lies beyond the band of the finest beam is below -100 dB
+PATTERN_SAMPLES = 16  # per grid row: aliases of the narrowest beam are below -100 dB
 COLUMNS = 256  # grid columns transformed at a time, so that a tile stays in cache
 
 
 def azimuth_kernel(beamwidth: float, rows: int, width: int) -> Kernel:
-    """The kernel of `width` rows with which echoes are laid along azimuth on such a grid."""
+    """The kernel of `width` rows for gridding along azimuth; beamwidth: `aperture_beamwidth` of the pattern [rad]."""
     return Kernel(width, azimuth_oversampling(beamwidth, rows))
 
 
 def beam_spectrum(gain: Gain, rows: int) -> Floats:
-    """Multipliers (rows,) that turn the transform of points along azimuth into that of the beam sweeping over them.
+    """Multipliers (rows,) that filter the transform of points along azimuth with the beam.
 
     They are `rows` times the Fourier coefficients of the pattern around the full circle, in FFT order.
     """
-    count = rows * FINE
+    count = rows * PATTERN_SAMPLES
     angle = 2.0 * np.pi * np.arange(count) / count
     offset = (angle + np.pi) % (2.0 * np.pi) - np.pi
     coefficients = scipy.fft.fft(gain(offset)).real / count
@@ -31,7 +29,7 @@ def beam_spectrum(gain: Gain, rows: int) -> Floats:
     return coefficients[order % count] * rows
 
 
-def beam_filter(grid: NDArray[np.complex64], gain: Gain, kernel: Kernel, azimuths: int) -> NDArray[np.complex64]:
+def beam_filter(grid: Profiles, gain: Gain, kernel: Kernel, azimuths: int) -> Profiles:
     """The field (azimuths, columns) in the beam at each azimuth, of points spread on `grid` (rows, columns).
 
     Rows divide the full circle evenly; their number is a multiple of `azimuths`. Row 0 points along azimuth 0.

@@ -1,27 +1,24 @@
 """The documented receiver: every echo is a whole chirp added at its delay, and a matched filter compresses the sum.
 
-Sampled at the complex rate fs; sample n of the received signal, and of the compressed one, stands at the range n c / (2 fs).
+Signals are sampled at the complex rate fs. Sample n, received or compressed, has the range n c / (2 fs).
 A unit echo compresses to a unit peak.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import fft, ifft, next_fast_len
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.radar.waveform import window_coefficients
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from radar_service.types import Complexes, Floats, Indices
 
 
 def chirp(time: Floats, bandwidth: float, pulse: float) -> Complexes:
-    """LFM chirp exp(j pi K t^2) with K = B/T, 0 outside -T/2 <= t <= T/2, so it sweeps -B/2 to B/2. Source: seed eq. 7.
+    """LFM chirp exp(j pi K t^2) with K = B/T, 0 outside -T/2 <= t <= T/2, from -B/2 to B/2 in frequency. Source: seed eq. 7.
 
     time: any shape [s]; bandwidth: [Hz]; pulse: [s].
     """
     slope = bandwidth / pulse
-    inside = np.abs(time) <= pulse / 2.0 * (1.0 + 1e-12)  # rounding must not cost the samples on the edge
+    inside = np.abs(time) <= pulse / 2.0 * (1.0 + 1e-12)  # rounding must not drop the samples on the edge
     wave: Complexes = np.where(inside, np.exp(1j * np.pi * slope * time**2), 0.0)  # eq. 7
     return wave
 
@@ -39,19 +36,19 @@ def printed_phase(range: Floats | float, wavelength: float) -> Floats:
 
 def echo(amplitude: float, phase: float, transmitted: Complexes) -> Complexes:
     """One echo (N,) before its delay: A exp(j phi) s_TX(t). Source: seed eq. 13."""
-    one: Complexes = amplitude * np.exp(1j * phase) * transmitted  # eq. 13
-    return one
+    delayed: Complexes = amplitude * np.exp(1j * phase) * transmitted  # eq. 13
+    return delayed
 
 
-def sample_delay(range: Floats, sample_rate: float) -> NDArray[np.int64]:
+def sample_delay(range: Floats, sample_rate: float) -> Indices:
     """Two-way delay of each range [m] in whole samples, rounded (DESIGN row 6)."""
     return np.rint(2.0 * np.asarray(range) / SPEED_OF_LIGHT * sample_rate).astype(np.int64)
 
 
-def chirp_sum(delay: NDArray[np.int64], amplitude: Floats, phase: Floats, transmitted: Complexes, bins: int) -> Complexes:
+def chirp_sum(delay: Indices, amplitude: Floats, phase: Floats, transmitted: Complexes, bins: int) -> Complexes:
     """Received signal (bins + N - 1,): chirp after chirp added at its delay. Source: seed eq. 14.
 
-    delay (H,) in samples, those outside 0 to bins - 1 are not heard; amplitude (H,); phase (H,) [rad]; transmitted (N,).
+    delay (H,) in samples, those outside 0 to bins - 1 are not received; amplitude (H,); phase (H,) [rad]; transmitted (N,).
     """
     received = np.zeros(bins + transmitted.size - 1, dtype=np.complex128)
     for k in np.flatnonzero((delay >= 0) & (delay < bins)):
@@ -60,11 +57,11 @@ def chirp_sum(delay: NDArray[np.int64], amplitude: Floats, phase: Floats, transm
     return received
 
 
-def impulse_sum(delay: NDArray[np.int64], amplitude: Floats, phase: Floats, transmitted: Complexes, bins: int) -> Complexes:
+def impulse_sum(delay: Indices, amplitude: Floats, phase: Floats, transmitted: Complexes, bins: int) -> Complexes:
     """`chirp_sum` by the convolution theorem: impulses at the delays, then one chirp over all of them. Same arguments."""
-    heard = (delay >= 0) & (delay < bins)
+    received = (delay >= 0) & (delay < bins)
     impulses = np.zeros(bins, dtype=np.complex128)
-    np.add.at(impulses, delay[heard], amplitude[heard] * np.exp(1j * phase[heard]))
+    np.add.at(impulses, delay[received], amplitude[received] * np.exp(1j * phase[received]))
     size = next_fast_len(bins + transmitted.size - 1)
     convolved: Complexes = ifft(fft(impulses, size) * fft(transmitted, size))
     return convolved[: bins + transmitted.size - 1]
@@ -75,7 +72,7 @@ def exact_chirp_sum(
 ) -> Complexes:
     """`chirp_sum` with every delay exact: the chirp is evaluated at t - 2R/c for each echo (corrects DESIGN row 6).
 
-    range (H,) [m], amplitude (H,), phase (H,) [rad]. The slow twin of the corrected engine.
+    range (H,) [m], amplitude (H,), phase (H,) [rad]. The slow reference of the corrected engine.
     """
     first = pulse_times(pulse, sample_rate)
     time = first[0] + np.arange(bins + first.size - 1) / sample_rate
@@ -95,10 +92,10 @@ def window(name: str, count: int) -> Floats:
     """Window (count,) of that name over the reference, in the n / (N - 1) form of eq. 17; ValueError lists them."""
     if name == "hamming":
         return printed_hamming(count)
-    turn = np.arange(count) / max(count - 1, 1) - 0.5
+    time = np.arange(count) / max(count - 1, 1) - 0.5
     total = np.zeros(count)
     for m, coefficient in enumerate(window_coefficients(name)):
-        total += coefficient * np.cos(2.0 * np.pi * m * turn)
+        total += coefficient * np.cos(2.0 * np.pi * m * time)
     return total
 
 

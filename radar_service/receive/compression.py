@@ -1,4 +1,4 @@
-"""From laid echoes to compressed profiles: one spectrum along range does filter, window and kernel correction."""
+"""From gridded echoes to compressed profiles: one spectrum along range applies filter, window and kernel correction."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
 from radar_service.radar.parameters import Radar
 from radar_service.radar.waveform import chirp_spectrum, matched_filter, noise_power
@@ -18,31 +17,33 @@ from radar_service.receive.plain_pulse import (
     plain_filter,
     plain_filter_power,
     plain_noise_power,
-    plain_sent,
+    plain_spectrum,
     pulse_kernel,
 )
+from radar_service.types import Complexes, Floats, Profiles, Singles
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Profiles = NDArray[np.complex64]
 Spectrum = Callable[[Floats], Complexes]  # of the frequency [Hz]
-LONGEST_LAID = 64  # samples of a plain pulse that is laid as itself; longer ones leave the band empty enough for a kernel
+MAX_PULSE_KERNEL = 64  # samples of a plain pulse that is its own kernel; longer pulses fill little of the band
 
 
 @dataclass(frozen=True)
 class Compression:
-    """Everything along range that a radar fixes, made once.
+    """The processing along range of one radar.
 
-    size: length of the transforms; room is left for the sidelobes (cT/2 each side) of every echo that reaches a bin, so
-    that nothing wraps round. echo_multiplier: (size,) for laid echoes; noise: the receiver's, behind the filter; blanking:
-    what a one-antenna radar does not hear of a chirp.
+    bins: of a profile.
+    size: length of the transforms, with room for the sidelobes (cT/2 each side) of all echoes, so that nothing wraps.
+    kernel: with which echoes are spread along range.
+    tables: of the kernel.
+    echo_multiplier: (size,) spectrum of the compressed pulse over that of the kernel.
+    noise: receiver noise behind the filter.
+    eclipsing_filter: removes what a one-antenna radar does not receive of a chirp; None without eclipsing.
     """
 
     bins: int
     size: int
     kernel: Kernel
     tables: Tables
-    echo_multiplier: NDArray[np.complex64]
+    echo_multiplier: Profiles
     noise: GaussianSpectrum
     eclipsing_filter: Eclipsing | None = None
 
@@ -52,30 +53,28 @@ class Compression:
         return self.size * np.dtype(np.complex64).itemsize
 
     def profiles(self, gridded: Profiles) -> Profiles:
-        """Compressed profiles (K, bins) of echoes laid on rows (K, size)."""
+        """Compressed profiles (K, bins) of echoes spread on rows (K, size)."""
         return self.from_spectrum(self.spectrum(gridded))
 
     def spectrum(self, gridded: Profiles) -> Profiles:
-        """Spectra (K, size) of the compressed echoes laid on rows (K, size)."""
-        heard = np.asarray(scipy.fft.fft(gridded, axis=1) * self.echo_multiplier)
+        """Spectra (K, size) of the compressed echoes spread on rows (K, size)."""
+        received = np.asarray(scipy.fft.fft(gridded, axis=1) * self.echo_multiplier)
         if self.eclipsing_filter is not None:
-            heard -= scipy.fft.fft(self.eclipsing_filter.lost(gridded), self.size, axis=1)
-        return heard
+            received -= scipy.fft.fft(self.eclipsing_filter.lost(gridded), self.size, axis=1)
+        return received
 
     def transformed(self, gridded: bool, noise: bool) -> int:
-        """Samples of all Fourier transforms for one profile with echoes laid on its row, with noise."""
-        one_way = (
-            0
-            if not gridded
-            else self.size
-            if self.eclipsing_filter is None
-            else 2 * self.size + self.eclipsing_filter.transformed
-        )
-        return one_way + (self.size if gridded or noise else 0)
+        """Samples of all Fourier transforms of one profile; gridded: whether its row has echoes; noise: whether it has noise."""
+        forward = self.size if gridded else 0
+        if gridded and self.eclipsing_filter is not None:
+            forward += self.size + self.eclipsing_filter.transformed
+        return forward + (self.size if gridded or noise else 0)
 
-    def spread(self, rows: Profiles, column: Floats, range_migration: NDArray[np.float32], amplitude: Profiles) -> None:
-        """Lays echoes at places `column` (E,) [samples] that drift (E, K) from row to row, of amplitude (E, K), on rows
-        (K, size), contiguous, which hold 0 before."""
+    def spread(self, rows: Profiles, column: Floats, range_migration: Singles, amplitude: Profiles) -> None:
+        """Spreads echoes on rows (K, size), contiguous, which are 0 before.
+
+        column: (E,) positions [samples]; range_migration: (E, K) from there [samples]; amplitude: (E, K).
+        """
         clipped = np.zeros(len(column), dtype=np.bool_)
         if isinstance(self.kernel, PulseKernel):
             clipped = self.kernel.clips(column + range_migration.min(axis=1, initial=0.0))
@@ -83,8 +82,8 @@ class Compression:
             spread_moving(rows, column, range_migration, amplitude, self.tables)
             return
         spread_moving(rows, column[~clipped], range_migration[~clipped], amplitude[~clipped], self.tables)
-        place, number = column[clipped, None] + range_migration[clipped], np.arange(len(rows))
-        first, weight = self.kernel.weights(place.ravel())
+        position, number = column[clipped, None] + range_migration[clipped], np.arange(len(rows))
+        first, weight = self.kernel.weights(position.ravel())
         cells = (first[:, None] + np.arange(self.kernel.width)) % self.size
         row = np.tile(number, clipped.sum())[:, None]
         np.add.at(rows, (row, cells), amplitude[clipped].reshape(-1, 1) * weight)
@@ -95,7 +94,7 @@ class Compression:
 
 
 def receiver_noise_power(radar: Radar) -> float:
-    """Power [W] of the receiver's noise in a sample of the profile, where an echo of unit amplitude peaks at 1."""
+    """Power [W] of receiver noise in a sample of the profile, where an echo of unit amplitude peaks at 1."""
     if radar.modulation == "none":
         return plain_noise_power(radar.pulse, radar.bandwidth, radar.noise_factor)
     return noise_power(radar.pulse, radar.window, radar.noise_factor)
@@ -105,38 +104,42 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     """The compression of a radar, with a range kernel of `kernel_width` bins (a short plain pulse is its own kernel)."""
     fs = radar.sample_rate
     kernel = range_kernel(radar, kernel_width)
-    reach = int(np.ceil(radar.pulse * fs))
-    size = int(scipy.fft.next_fast_len(radar.bins + 2 * reach + kernel.width))
+    pulse_length = int(np.ceil(radar.pulse * fs))
+    size = int(scipy.fft.next_fast_len(radar.bins + 2 * pulse_length + kernel.width))
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
     noise = GaussianSpectrum(_noise_shape(radar, frequency), receiver_noise_power(radar))
-    sent, passed = waveform_spectra(radar)
-    itself = isinstance(kernel, PulseKernel)
-    pulse = np.ones(size) if itself else fs * sent(frequency) * passed(frequency)
+    transmitted, filtered = waveform_spectra(radar)
+    own_kernel = isinstance(kernel, PulseKernel)
+    pulse = np.ones(size) if own_kernel else fs * transmitted(frequency) * filtered(frequency)
     echo = pulse / kernel.transform(frequency / fs)
-    eclipsing_filter = eclipsing_for(radar.pulse, fs, kernel, sent, passed) if radar.eclipsing and not itself else None
+    eclipsing_filter = None
+    if radar.eclipsing and not own_kernel:
+        eclipsing_filter = eclipsing_for(radar.pulse, fs, kernel, transmitted, filtered)
     return Compression(radar.bins, size, kernel, kernel.tables(), echo.astype(np.complex64), noise, eclipsing_filter)
 
 
 def range_kernel(radar: Radar, width: int) -> Kernel:
-    """The shape with which echoes are laid along range."""
+    """The kernel with which echoes are spread along range; a short plain pulse is its own kernel."""
     if radar.modulation == "lfm":
         return Kernel(width, radar.sample_rate / radar.bandwidth)
-    itself = pulse_kernel(radar)
-    # A Gaussian filter is down 60 dB at 2.2 bandwidths from the middle: so far the kernel must be right
-    return itself if itself.width <= LONGEST_LAID else Kernel(width, max(1.5, radar.sample_rate / (4.4 * radar.bandwidth)))
+    own_kernel = pulse_kernel(radar)
+    if own_kernel.width <= MAX_PULSE_KERNEL:
+        return own_kernel
+    # A Gaussian filter is down 60 dB at 2.2 bandwidths from the middle: up to there the kernel must be accurate
+    return Kernel(width, max(1.5, radar.sample_rate / (4.4 * radar.bandwidth)))
 
 
 def waveform_spectra(radar: Radar) -> tuple[Spectrum, Spectrum]:
-    """Of the frequency [Hz]: the spectrum of the pulse sent [s], and the filter that compresses it to a unit peak."""
+    """The spectrum of the transmitted pulse [s] and the filter that compresses it to a unit peak, functions of frequency [Hz]."""
     pulse, bandwidth, window = radar.pulse, radar.bandwidth, radar.window
     if radar.modulation == "none":
-        return partial(plain_sent, pulse=pulse), partial(plain_filter, pulse=pulse, bandwidth=bandwidth)
-    sent = partial(chirp_spectrum, bandwidth=bandwidth, pulse=pulse)
-    return sent, partial(matched_filter, bandwidth=bandwidth, pulse=pulse, window=window)
+        return partial(plain_spectrum, pulse=pulse), partial(plain_filter, pulse=pulse, bandwidth=bandwidth)
+    transmitted = partial(chirp_spectrum, bandwidth=bandwidth, pulse=pulse)
+    return transmitted, partial(matched_filter, bandwidth=bandwidth, pulse=pulse, window=window)
 
 
 def _noise_shape(radar: Radar, frequency: Floats) -> Floats:
-    """Power spectrum of the sampled noise, any scale; that of a plain pulse's filter folds, as it is sampled behind it."""
+    """Power spectrum of the sampled noise, any scale. Noise of a plain pulse is sampled behind the filter, so it folds."""
     if radar.modulation == "lfm":
         return np.asarray(np.abs(matched_filter(frequency, radar.bandwidth, radar.pulse, radar.window)) ** 2)
     folds = radar.sample_rate * np.arange(-4, 5)

@@ -1,4 +1,4 @@
-"""The specification's picture of a point: detection, beam spreading, and the point spread that both should add up to."""
+"""Detection and beam spreading of the specification, its predicted point spread, and the square law of the engine."""
 
 from typing import Any
 
@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 
-from radar_service.types import Profiles, Singles
+from radar_service.types import Floats, Profiles, Singles
 
-Floats = NDArray[np.float64]
-KERNEL_REACH = 6.0  # sigmas kept of the Gaussian: exp(-18) = 1.5e-8 of its peak
+KERNEL_EXTENT = 6.0  # sigmas kept of the Gaussian: exp(-18) = 1.5e-8 of its peak
 
 
 def detect(field: NDArray[np.complexfloating[Any, Any]]) -> Floats:
@@ -28,23 +27,23 @@ def spread_sigma(beamwidth: float) -> float:
 
 
 def beam_spread(power: Floats, beamwidth: float, azimuth_step: float) -> Floats:
-    """Power (A, N) convolved along azimuth, round the full circle, with the Gaussian of the beam. Source: seed eq. 19.
+    """Power (A, N) convolved along azimuth, circularly, with the Gaussian of the beam. Source: seed eq. 19.
 
-    beamwidth, azimuth_step: [rad]. The kernel sums to 1, so the energy of a scan is kept; its peak is then below 1. As the
-    rays are weighted by the beam already, this is the beam's second turn (DESIGN row 7).
+    beamwidth, azimuth_step: [rad]. The kernel sums to 1, so it keeps the energy of a scan; its peak is below 1. As the
+    rays are weighted by the beam already, this applies the beam a second time (DESIGN row 7).
     """
     sigma = spread_sigma(beamwidth) / azimuth_step
-    reach = int(np.ceil(KERNEL_REACH * sigma))
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
-    spread: Floats = convolve1d(power, kernel / kernel.sum(), axis=0, mode="wrap")  # eq. 19
-    return spread
+    extent = int(np.ceil(KERNEL_EXTENT * sigma))
+    kernel = np.exp(-0.5 * (np.arange(-extent, extent + 1) / sigma) ** 2)
+    convolved: Floats = convolve1d(power, kernel / kernel.sum(), axis=0, mode="wrap")  # eq. 19
+    return convolved
 
 
 def predicted_psf(range_offset: Floats, azimuth_offset: Floats, range_resolution: float, beamwidth: float) -> Floats:
-    """Predicted power of a point about its place, 1 at the place: sinc^2 in range, Gaussian in azimuth. Source: seed eq. 20.
+    """Predicted power of a point around its position, 1 at the point: sinc^2 in range, Gaussian in azimuth. Source: seed eq. 20.
 
-    range_offset, azimuth_offset: broadcastable [m], [rad]; range_resolution: c / (2B) [m]; beamwidth: [rad]. A prediction to
-    hold the picture against, not a stage. It fits an unweighted chirp; a Hamming reference is 1.47 times as wide (row 11).
+    range_offset, azimuth_offset: broadcastable [m], [rad]; range_resolution: c / (2B) [m]; beamwidth: [rad]. It is a prediction,
+    not a stage. It fits an unweighted chirp; a Hamming reference is 1.47 times as wide (row 11).
     """
     along = np.sinc(np.asarray(range_offset) / range_resolution) ** 2
     across = np.exp(-(np.asarray(azimuth_offset) ** 2) / (2.0 * spread_sigma(beamwidth) ** 2))

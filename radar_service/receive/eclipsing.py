@@ -1,8 +1,8 @@
-"""Eclipsing: what arrives while a one-antenna radar still transmits is not heard.
+"""Eclipsing: a one-antenna radar receives nothing while it transmits.
 
-The echoes nearer than cT/2 are turned into the signal that would be received, and what of it comes before the end of the
-radar's own pulse is compressed and handed back, to be taken away. So the peak falls, widens and moves as it does in a radar,
-at the cost of a few transforms of two pulse lengths, however many echoes there are.
+Echoes nearer than cT/2 are transformed to the received signal. Its part before the end of the own pulse is compressed and
+returned, and the receiver subtracts it. So the peak falls, widens and moves as in a real radar. The cost is a few transforms of
+two pulse lengths, for any number of echoes.
 """
 
 from collections.abc import Callable
@@ -10,22 +10,24 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
 from radar_service.receive.gridding import Kernel
+from radar_service.types import Complexes, Floats, Profiles
 
-Complexes = NDArray[np.complex128]
-Floats = NDArray[np.float64]
-Profiles = NDArray[np.complex64]
-FINER = 3  # the received signal is cut on a grid this much finer: with half the weight on the cut, it errs by -64 dB
+OVERSAMPLING = 3  # of the grid on which the signal is cut: with half the weight on the cut, it errs by -64 dB
 
 
 @dataclass(frozen=True)
 class Eclipsing:
-    """The receiver's silence during transmission; lengths in samples.
+    """The filter of eclipsed echoes; lengths in samples.
 
-    before: columns before the first that kernels reach; near: columns, `before` included, that hold all of the echoes
-    concerned; size: of the transforms; cut: last sample of the finer grid, counted half, that is not heard.
+    before: columns before column 0 that kernels cover.
+    near: columns, with those before, that contain all eclipsed echoes.
+    size: length of the transforms.
+    cut: last eclipsed sample of the oversampled grid; it has half weight.
+    bins: of the result.
+    received: (size,) multiplier from gridded echoes to the received signal.
+    compressed: (size,) multiplier from the eclipsed signal to compressed profiles.
     """
 
     before: int
@@ -33,44 +35,52 @@ class Eclipsing:
     size: int
     cut: int
     bins: int
-    received: NDArray[np.complex64]
-    compressed: NDArray[np.complex64]
+    received: Profiles
+    compressed: Profiles
 
     @property
     def transformed(self) -> int:
         """Samples of all Fourier transforms for one profile."""
-        return 2 * self.size * (1 + FINER)
+        return 2 * self.size * (1 + OVERSAMPLING)
 
     def lost(self, gridded: Profiles) -> Profiles:
-        """Compressed profiles (K, bins) of what is not heard of echoes laid on circular rows (K, whole size)."""
+        """Compressed profiles (K, bins) of the eclipsed part of echoes gridded on circular rows (K, size of the compression)."""
         near = np.concatenate([gridded[:, gridded.shape[1] - self.before :], gridded[:, : self.near - self.before]], axis=1)
         spectrum = scipy.fft.fft(near, self.size, axis=1) * self.received
         half = (self.size + 1) // 2
-        fine = np.zeros((len(gridded), self.size * FINER), dtype=np.complex64)
+        fine = np.zeros((len(gridded), self.size * OVERSAMPLING), dtype=np.complex64)
         fine[:, :half], fine[:, half - self.size :] = spectrum[:, :half], spectrum[:, half:]
         signal = scipy.fft.ifft(fine, axis=1, overwrite_x=True)
-        signal[:, self.cut] *= 0.5  # a jump on a sample, counted half: the first order of its aliases cancels
+        signal[:, self.cut] *= 0.5  # a jump on a sample has half weight: the first order of its aliases cancels
         signal[:, self.cut + 1 :] = 0.0
-        unheard = scipy.fft.fft(signal, axis=1, overwrite_x=True)
-        spectrum[:, :half], spectrum[:, half:] = unheard[:, :half], unheard[:, half - self.size :]
+        eclipsed = scipy.fft.fft(signal, axis=1, overwrite_x=True)
+        spectrum[:, :half], spectrum[:, half:] = eclipsed[:, :half], eclipsed[:, half - self.size :]
         return np.asarray(scipy.fft.ifft(spectrum * self.compressed, axis=1)[:, : self.bins])
 
 
 def eclipsing_for(
-    pulse: float, fs: float, kernel: Kernel, sent: Callable[[Floats], Complexes], passed: Callable[[Floats], Complexes]
+    pulse: float,
+    fs: float,
+    kernel: Kernel,
+    transmitted: Callable[[Floats], Complexes],
+    filtered: Callable[[Floats], Complexes],
 ) -> Eclipsing:
-    """The blanking of a radar sampling at `fs` [Hz] that sends pulses [s] of spectrum `sent` [s] through a filter `passed`,
-    functions of the frequency [Hz] whose product is the spectrum of the compressed pulse; echoes are laid with `kernel`."""
+    """The eclipsing filter of a radar.
+
+    pulse: its length [s]; fs: sample rate [Hz]; kernel: with which echoes are spread along range; transmitted: spectrum of the
+    pulse [s]; filtered: transfer function of the receiver. Both are functions of frequency [Hz]; their product is the spectrum
+    of the compressed pulse.
+    """
     margin = kernel.width
     length = int(np.ceil(pulse * fs))
     size = int(scipy.fft.next_fast_len(2 * length + 4 * margin))
-    cut = FINER * (length + margin)
-    begin = pulse / 2.0 - cut / (FINER * fs)  # time of the first sample, from the middle of the transmitted pulse
+    cut = OVERSAMPLING * (length + margin)
+    begin = pulse / 2.0 - cut / (OVERSAMPLING * fs)  # time of the first sample, from the middle of the transmitted pulse
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
-    gridded = sent(frequency) / kernel.transform(frequency / fs)
-    place = (margin - 0.5) / fs  # column 0 stands half a sample from range 0 (DESIGN section 2)
-    received = FINER * fs * gridded * np.exp(2j * np.pi * frequency * (begin + place))
-    compressed = passed(frequency) / FINER * np.exp(2j * np.pi * frequency * (0.5 / fs - begin))
+    gridded = transmitted(frequency) / kernel.transform(frequency / fs)
+    position = (margin - 0.5) / fs  # column 0 is half a sample from range 0 (DESIGN section 2)
+    received = OVERSAMPLING * fs * gridded * np.exp(2j * np.pi * frequency * (begin + position))
+    compressed = filtered(frequency) / OVERSAMPLING * np.exp(2j * np.pi * frequency * (0.5 / fs - begin))
     return Eclipsing(
         margin, length + 2 * margin, size, cut, length, received.astype(np.complex64), compressed.astype(np.complex64)
     )

@@ -1,9 +1,9 @@
-"""Echoes laid on a regular grid with a short Kaiser-Bessel kernel, so that filters become FFTs.
+"""Gridding: echoes are spread on a regular grid with a short Kaiser-Bessel kernel, so that filters become FFTs.
 
-A point at a fractional place x adds its amplitude, weighted by the kernel, to the `width` samples around x; dividing the
+A point at a fractional position x adds its amplitude, weighted by the kernel, to the `width` samples around x; dividing the
 spectrum by the kernel's transform puts the point back exactly at x, for spectra inside the grid's band (Fessler and
-Sutton 2003; Beatty, Nishimura and Pauly 2005). Accurate because the compressed pulse and the beam fill only part of
-their grids' bands.
+Sutton 2003; Beatty, Nishimura and Pauly 2005). It is accurate because the compressed pulse and the beam
+fill only a part of their grids' bands.
 """
 
 from dataclasses import dataclass
@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-Floats = NDArray[np.float64]
-Tables = tuple[NDArray[np.float32], ...]  # of a kernel, with none, one and two of its derivatives
-TABLE_STEPS = 8192  # kernel places per sample; nearest entry errs by 1/16384 sample, below -80 dB of the pulse
-PART = 4_000  # points laid together: their weights are 0.8 MB, and the band of rows they lie on is not much more
-FEW = 18_000  # weights of all points on all rows; more are laid faster all together (measured, rows of 1600 to 8064 samples)
-REACH = (0.002, 0.05, 0.2)  # samples that series of order 0, 1, 2 may move a point: each errs by about -60 dB
+from radar_service.types import Complexes, Floats, Indices, Profiles, Singles
+
+Tables = tuple[Singles, ...]  # of a kernel, with none, one and two of its derivatives
+TABLE_STEPS = 8192  # kernel positions per sample; the nearest entry errs by 1/16384 sample, below -80 dB of the pulse
+POINTS_PER_PART = 4_000  # spread together: their weights are 0.8 MB, and their band of rows is not much more
+MAX_DIRECT_WEIGHTS = 18_000  # of all points on all rows; more are faster together (measured, rows of 1600 to 8064 samples)
+MAX_SHIFTS = (0.002, 0.05, 0.2)  # samples that series of order 0, 1, 2 may move a point: each errs by about -60 dB
 
 
 @dataclass(frozen=True)
@@ -33,21 +34,21 @@ class Kernel:
         s = max(self.oversampling, 1.1)  # below, the kernel degenerates; the error is then that of the grid itself
         return float(np.pi * np.sqrt(max((self.width / s) ** 2 * (s - 0.5) ** 2 - 0.8, 0.1)))
 
-    def weights(self, x: Floats) -> tuple[NDArray[np.int64], Floats]:
-        """First sample (E,) and weights (E, width) of points at places x (E,) [samples]."""
+    def weights(self, x: Floats) -> tuple[Indices, Floats]:
+        """First sample (E,) and weights (E, width) of points at positions x (E,) [samples]."""
         first = np.floor(x).astype(np.int64) - (self.width // 2 - 1)
         offset = (first - x)[:, None] + np.arange(self.width)
         return first, self._value(offset)
 
     def tables(self) -> Tables:
-        """Weights for fractions 0 to 1 of a sample past floor(x) with their derivatives by the place [per sample] up to the
-        order of each table, (TABLE_STEPS + 1, order + 1, width)."""
+        """Weights for fractions 0 to 1 of a sample past floor(x), with derivatives by the position [per sample] up to the order
+        of each table, (TABLE_STEPS + 1, order + 1, width)."""
         fraction = np.linspace(0.0, 1.0, TABLE_STEPS + 1)
         value = self._value(np.arange(self.width) - (self.width // 2 - 1) - fraction[:, None])
         slope = np.gradient(value, fraction, axis=0, edge_order=2)
         curve = np.gradient(slope, fraction, axis=0, edge_order=2)
-        every = np.stack([value, slope, curve], axis=1).astype(np.float32)
-        return tuple(np.ascontiguousarray(every[:, : order + 1]) for order in range(3))
+        derivatives = np.stack([value, slope, curve], axis=1).astype(np.float32)
+        return tuple(np.ascontiguousarray(derivatives[:, : order + 1]) for order in range(3))
 
     def transform(self, frequency: Floats) -> Floats:
         """The kernel's Fourier transform at `frequency` [cycles per sample]."""
@@ -62,15 +63,15 @@ class Kernel:
 
 
 def spread(
-    shape: tuple[int, int], row: Floats, column: Floats, amplitude: NDArray[np.complex128], rows: Kernel, columns: Kernel
-) -> NDArray[np.complex64]:
-    """A grid of `shape`, both axes circular, holding every point's amplitude spread by both kernels.
+    shape: tuple[int, int], row: Floats, column: Floats, amplitude: Complexes, rows: Kernel, columns: Kernel
+) -> Profiles:
+    """A grid of `shape`, both axes circular, with the amplitudes of points spread by the kernels of rows and of columns.
 
-    row, column: (E,) places [samples]; amplitude: (E,).
+    row, column: (E,) positions [samples]; amplitude: (E,).
     """
     total = np.zeros(shape, dtype=np.complex64)
-    order = np.argsort(row, kind="stable")  # so that each part lies on a band of few rows
-    for part in np.array_split(order, max(1, len(order) // PART)) if len(order) else ():
+    order = np.argsort(row, kind="stable")  # so that each part is in a band of few rows
+    for part in np.array_split(order, max(1, len(order) // POINTS_PER_PART)) if len(order) else ():
         first_row, weight_row = rows.weights(row[part])
         first_column, weight_column = columns.weights(column[part])
         start = int(first_row[0])
@@ -83,27 +84,27 @@ def spread(
             np.bincount(cells, (weight * half[part, None, None]).ravel(), band * shape[1]).reshape(band, shape[1])
             for half in (amplitude.real, amplitude.imag)
         )
-        for k in range(0, band, shape[0]):  # as often as the band goes round
-            turn = slice(k, k + shape[0])
-            total[np.arange(start + k, start + min(k + shape[0], band)) % shape[0]] += real[turn] + 1j * imaginary[turn]
+        for k in range(0, band, shape[0]):  # once for each time that the band covers the circle
+            full = slice(k, k + shape[0])
+            total[np.arange(start + k, start + min(k + shape[0], band)) % shape[0]] += real[full] + 1j * imaginary[full]
     return total
 
 
 def spread_moving(
-    rows: NDArray[np.complex64],
+    rows: Profiles,
     column: Floats,
-    range_migration: NDArray[np.float32],
-    amplitude: NDArray[np.complex64],
+    range_migration: Singles,
+    amplitude: Profiles,
     tables: Tables,
 ) -> None:
-    """Lays points (E,) that drift a little from row to row on rows (K, size), circular, contiguous, which hold 0 before.
+    """Spreads points (E,) that migrate from row to row on rows (K, size), circular and contiguous, which are 0 before.
 
-    column: (E,) places [samples]; drift: (E, K) from there [samples]; amplitude: (E, K). Few points are laid one by one. Of
-    many, a Taylor series of the kernel moves each, of the order that is cheapest for the greatest drift; where that is beyond
-    REACH, rows are laid in groups about their own middles. A group costs one product with a sparse matrix of `width` weights
-    per point, and a pass over all of the rows.
+    column: (E,) positions [samples]; range_migration: (E, K) from there [samples]; amplitude: (E, K). Few points are spread
+    directly. For many, a Taylor series of the kernel shifts each point; its order is the cheapest for the maximum migration.
+    Where the migration exceeds MAX_SHIFTS, rows form groups, each about its middle row. A group costs one product with a
+    sparse matrix of `width` weights per point, and a pass over its rows.
     """
-    if amplitude.size * tables[0].shape[2] <= FEW:
+    if amplitude.size * tables[0].shape[2] <= MAX_DIRECT_WEIGHTS:
         _spread_direct(rows, column[:, None] + range_migration, amplitude, tables[0][:, 0])
         return
     count, size = rows.shape
@@ -112,16 +113,14 @@ def spread_moving(
         k = slice(part[0], part[-1] + 1)
         middle = range_migration[:, (part[0] + part[-1]) // 2]
         about = range_migration[:, k] if groups == 1 else range_migration[:, k] - middle[:, None]
-        place = column if groups == 1 else column + middle
-        rows[k] = _spread_group(size, place, about, amplitude[:, k], tables[order]).T
+        position = column if groups == 1 else column + middle
+        rows[k] = _spread_group(size, position, about, amplitude[:, k], tables[order]).T
 
 
-def _spread_direct(
-    rows: NDArray[np.complex64], place: Floats, amplitude: NDArray[np.complex64], table: NDArray[np.float32]
-) -> None:
-    """Adds points (E, K) at places [samples] on rows (K, size), each by itself."""
+def _spread_direct(rows: Profiles, position: Floats, amplitude: Profiles, table: Singles) -> None:
+    """Adds points (E, K) at positions [samples] to rows (K, size), each by itself."""
     size, width = rows.shape[1], table.shape[1]
-    entry, first = _entries(place, width)
+    entry, first = _entries(position, width)
     cells = first[:, :, None] + np.arange(width, dtype=np.int64)
     if first.min(initial=0) < 0 or first.max(initial=0) + width > size:
         cells %= size
@@ -130,34 +129,39 @@ def _spread_direct(
     np.add.at(rows.reshape(-1, copy=False), cells.ravel(), weighted.ravel())  # flat: a tenth of the time of two indices
 
 
-def _entries(place: Floats, width: int) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
-    """The entry of a kernel's table for places (...) [samples], and the first of its `width` samples."""
-    floor = np.floor(place)
-    entry = ((place - floor) * TABLE_STEPS + 0.5).astype(np.intp)
+def _entries(position: Floats, width: int) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
+    """The entry of a kernel's table for positions (...) [samples], and the first of its `width` samples."""
+    floor = np.floor(position)
+    entry = ((position - floor) * TABLE_STEPS + 0.5).astype(np.intp)
     return entry, floor.astype(np.int32) - (width // 2 - 1)
 
 
 def _series(range_migration: float, rows: int) -> tuple[int, int]:
-    """Order of the series and number of groups of rows that lay a greatest `range_migration` [samples] within REACH at least cost."""
-    choices = [(order, min(rows, int(np.ceil(range_migration / reach)) or 1)) for order, reach in enumerate(REACH)]
+    """Order of the series and number of groups of rows that keep MAX_SHIFTS at minimum cost.
+
+    range_migration: maximum of all points [samples].
+    """
+    choices = [(order, min(rows, int(np.ceil(range_migration / shift)) or 1)) for order, shift in enumerate(MAX_SHIFTS)]
     order, groups = min(choices, key=lambda choice: _cost(choice[0], choice[1], rows))
     return (order, groups) if groups < rows else (0, rows)
 
 
 def _cost(order: int, groups: int, rows: int) -> int:
-    """In products of all points with one row: the places of a group's first matrix cost 16, each further matrix 6 (measured
-    with 13 000 points, 6 wide)."""
+    """Cost of a series in products of all points with one row.
+
+    The first matrix of a group costs 16, each further one 6 (measured with 13 000 points, 6 wide).
+    """
     return rows * (order + 1) + groups * (16 + 6 * order)
 
 
 def _spread_group(
     size: int,
     column: Floats,
-    range_migration: NDArray[np.float32],
-    amplitude: NDArray[np.complex64],
-    table: NDArray[np.float32],
-) -> NDArray[np.complex64]:
-    """A grid (size, K) of points laid with the derivatives of the table: one product for all of them."""
+    range_migration: Singles,
+    amplitude: Profiles,
+    table: Singles,
+) -> Profiles:
+    """A grid (size, K) of points, spread with the derivatives of the table in one product."""
     count, terms, width = len(column), *table.shape[1:]
     entry, first = _entries(column, width)
     cells = np.add.outer(first, np.arange(width, dtype=np.int32))

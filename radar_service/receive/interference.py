@@ -1,14 +1,13 @@
-"""Pulses of other radars that arrive while this one listens: dots and short arcs in spiral rows.
+"""Interference: pulses of other radars that arrive while this one receives; dots and short arcs in spiral rows.
 
-They come straight from antenna to antenna, at their own repetition frequency, and pass the receiver's filter, which is
-not matched to them: one made for a long chirp draws a short pulse out over half its own length each side.
+They travel directly from antenna to antenna, at their own repetition frequency. The receiver's filter is not matched to them:
+the filter of a long chirp widens a short pulse by half the chirp's length each side.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.frames import wrap_angle
@@ -18,79 +17,75 @@ from radar_service.random import INTERFERENCE, generator
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
 from radar_service.scene.environment import Interferer
 from radar_service.scene.world import Scene
+from radar_service.types import Complexes, Floats, Indices, Profiles
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
-Profiles = NDArray[np.complex64]
-
-AUDIBLE = 1e-3  # of the noise: weaker pulses are left out
+MIN_PULSE_TO_NOISE = 1e-3  # weaker pulses are not added
 
 
 @dataclass(frozen=True)
 class Arrivals:
-    """Pulses that arrive while single azimuths listen, (P,): azimuth row, delay after own pulse [s], amplitude [sqrt(W)]."""
+    """Pulses (P,) that arrive while azimuths are received: azimuth row, delay after own pulse [s], amplitude [sqrt(W)]."""
 
-    row: NDArray[np.int64]
+    row: Indices
     delay: Floats
     amplitude: Complexes
 
 
 class Interference:
-    """One other radar, as this one hears it."""
+    """The pulses of one other radar, as this one receives them."""
 
-    def __init__(self, scene: Scene, which: int, seed: int) -> None:
-        """which: index in scene.interference."""
-        self.scene, self.other = scene, scene.interference[which]
-        self._key = (seed, INTERFERENCE, which)
-        lag, turn = generator(*self._key, 0).random(2)
-        self._first = lag / self.other.prf  # s, of its pulse number 0
-        self._start = turn * 2.0 * np.pi  # rad, where it looks at t = 0
+    def __init__(self, scene: Scene, index: int, seed: int) -> None:
+        """index: of the other radar in scene.interference."""
+        self.scene, self.other = scene, scene.interference[index]
+        self._key = (seed, INTERFERENCE, index)
+        lag, circle = generator(*self._key, 0).random(2)
+        self._first = lag / self.other.prf  # s, time of its pulse number 0
+        self._start = circle * 2.0 * np.pi  # rad, its boresight at t = 0
         self._power = self.other.level * receiver_noise_power(scene.radar)
         radar, fs = scene.radar, scene.radar.sample_rate
-        self._reach = 0.5 * (radar.pulse + self.other.pulse)  # s that a pulse is drawn out each side of its middle
-        self._size = int(scipy.fft.next_fast_len(radar.bins + int(np.ceil(4.0 * self._reach * fs))))
-        # A digital filter hears the sampled band alone; behind that of a plain pulse the band is sampled, and folds.
+        self._half_length = 0.5 * (radar.pulse + self.other.pulse)  # s of a filtered pulse, each side of its middle
+        self._size = int(scipy.fft.next_fast_len(radar.bins + int(np.ceil(4.0 * self._half_length * fs))))
+        # The filter of a chirp works on the sampled band. A plain pulse is sampled behind the filter, so the band folds.
         folds = np.arange(-2, 3) if radar.modulation == "none" else np.zeros(1)
         self._frequency = fs * (scipy.fft.fftfreq(self._size) + folds[:, None])
         self._spectrum = fs * unmatched_spectrum(self._frequency, radar, self.other)
 
     def add(self, profiles: Profiles, boresight: Floats, time: Floats) -> None:
-        """Adds what is heard to profiles (K, bins) [sqrt(W)] at boresights [rad] and times [s] (K,)."""
-        heard = self.arrivals(boresight, time)
-        for row in np.unique(heard.row):
-            mine = heard.row == row
-            lag = heard.delay[mine] - 0.5 / self.scene.radar.sample_rate  # sample n stands at (n + 1/2) / fs
+        """Adds the received pulses to profiles (K, bins) [sqrt(W)] at boresights [rad] and times [s] (K,)."""
+        arrivals = self.arrivals(boresight, time)
+        for row in np.unique(arrivals.row):
+            in_row = arrivals.row == row
+            lag = arrivals.delay[in_row] - 0.5 / self.scene.radar.sample_rate  # the delay of sample n is (n + 1/2) / fs
             spectrum = np.zeros(self._size, dtype=np.complex128)
-            for delay, amplitude in zip(lag, heard.amplitude[mine], strict=True):
+            for delay, amplitude in zip(lag, arrivals.amplitude[in_row], strict=True):
                 spectrum += amplitude * np.sum(np.exp(-2j * np.pi * delay * self._frequency) * self._spectrum, axis=0)
-            drawn = scipy.fft.ifft(spectrum)
-            profiles[row] += drawn[: profiles.shape[1]]
+            profiles[row] += scipy.fft.ifft(spectrum)[: profiles.shape[1]]
 
     def arrivals(self, boresight: Floats, time: Floats) -> Arrivals:
-        """Every pulse that is heard at boresights [rad] and times [s] (K,) of own pulses."""
+        """All received pulses at boresights [rad] and times [s] (K,) of own pulses."""
         radar, other = self.scene.radar, self.other
-        sent = time if radar.prf is None else np.rint(time * radar.prf) / radar.prf
+        transmitted = time if radar.prf is None else np.rint(time * radar.prf) / radar.prf
         window = 2.0 * radar.bins * radar.range_step / SPEED_OF_LIGHT
-        begin = np.ceil((sent - self._reach - self._first) * other.prf).astype(np.int64)
-        end = np.floor((sent + window + self._reach - self._first) * other.prf).astype(np.int64)
+        begin = np.ceil((transmitted - self._half_length - self._first) * other.prf).astype(np.int64)
+        end = np.floor((transmitted + window + self._half_length - self._first) * other.prf).astype(np.int64)
         row = np.repeat(np.arange(len(time)), end - begin + 1)
         pulse = np.concatenate([np.arange(a, b + 1) for a, b in zip(begin, end, strict=True)])
         arrived = self._first + pulse / other.prf
         bearing = self._bearing(time)[row]
-        looks = self._start + 2.0 * np.pi * arrived / other.rotation_period
+        other_boresight = self._start + 2.0 * np.pi * arrived / other.rotation_period
         gain = radar.azimuth_gain(wrap_angle(boresight[row] - bearing))
-        gain = gain * PATTERNS["taylor"].gain(wrap_angle(looks - bearing - np.pi), other.beamwidth)
-        loud = np.flatnonzero(gain * other.level > AUDIBLE)
-        phase = np.array([self._phase(int(p)) for p in pulse[loud]])
-        amplitude = np.sqrt(self._power * gain[loud]) * np.exp(1j * phase)
-        return Arrivals(row[loud], arrived[loud] - sent[row[loud]], amplitude)
+        gain = gain * PATTERNS["taylor"].gain(wrap_angle(other_boresight - bearing - np.pi), other.beamwidth)
+        strong = np.flatnonzero(gain * other.level > MIN_PULSE_TO_NOISE)
+        phase = np.array([self._phase(int(p)) for p in pulse[strong]])
+        amplitude = np.sqrt(self._power * gain[strong]) * np.exp(1j * phase)
+        return Arrivals(row[strong], arrived[strong] - transmitted[row[strong]], amplitude)
 
     def _phase(self, pulse: int) -> float:
-        """Phase [rad] of a pulse, every time another: magnetrons start anew."""
+        """Random phase [rad] of a pulse: a magnetron starts each pulse with a new one."""
         return float(generator(*self._key, 1, abs(pulse), int(pulse < 0)).random() * 2.0 * np.pi)
 
     def _bearing(self, time: Floats) -> Floats:
-        """Where the other radar stands (K,) [rad]."""
+        """Bearing of the other radar (K,) [rad]."""
         if self.other.position is None:
             return np.full(len(time), self.other.bearing)
         antenna = self.scene.antenna(time)
@@ -101,5 +96,5 @@ class Interference:
 def unmatched_spectrum(frequency: Floats, radar: Radar, other: Interferer) -> Complexes:
     """Fourier transform [s] of the other radar's plain pulse of unit amplitude, its middle at delay 0, behind the filter of
     `radar`, at frequencies of any shape [Hz] from own carrier."""
-    _, passed = waveform_spectra(radar)
-    return np.asarray(other.pulse * np.sinc((frequency - other.frequency_offset) * other.pulse) * passed(frequency))
+    _, filtered = waveform_spectra(radar)
+    return np.asarray(other.pulse * np.sinc((frequency - other.frequency_offset) * other.pulse) * filtered(frequency))

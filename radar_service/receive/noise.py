@@ -1,13 +1,11 @@
-"""Stationary complex Gaussian noise of a given power spectrum, drawn as spectra: white numbers that have passed a filter."""
+"""Stationary complex Gaussian noise of a given power spectrum, drawn as spectra: filtered white numbers."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radar_service.random import normals
+from radar_service.types import Floats, Profiles
 
-Floats = NDArray[np.float64]
-Profiles = NDArray[np.complex64]
-FAINT = 1e-5  # frequencies whose power is 50 dB below the strongest are not drawn: a third of the draws, 1e-4 of the power
+MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn: a third of the draws, 1e-4 of the power
 
 
 class GaussianSpectrum:
@@ -16,8 +14,8 @@ class GaussianSpectrum:
     def __init__(self, shape: Floats, power: float) -> None:
         """shape: (size,) power spectrum in FFT order, any scale; power: mean square of a sample of the rows."""
         size = len(shape)
-        kept = np.where(shape > FAINT * shape.max(), shape, 0.0)
-        weight = np.sqrt(power * size**2 * kept / kept.sum() / 2.0)  # two draws a sample, each half the power
+        kept = np.where(shape > MIN_POWER * shape.max(), shape, 0.0)
+        weight = np.sqrt(power * size**2 * kept / kept.sum() / 2.0)  # two draws per sample, each with half the power
         signed = np.rint(np.fft.fftfreq(size) * size)[kept > 0.0]
         above, below = int(signed.max(initial=-1.0)) + 1, -int(signed.min(initial=0.0))
         self._size, self._above, self._below = size, 2 * above, 2 * below
@@ -30,7 +28,7 @@ class GaussianSpectrum:
         return spectrum
 
     def add(self, spectrum: Profiles, rng: np.random.Generator) -> None:
-        """Adds spectra to those of (rows, size)."""
+        """Adds noise spectra to `spectrum` (rows, size)."""
         draws = normals(rng, len(spectrum), self._above + self._below)
         draws *= self._weight
         parts = spectrum.view(np.float32)

@@ -1,37 +1,36 @@
-"""A pulse without modulation, as magnetrons send it, behind a Gaussian receiver filter: closed forms in time.
+"""A pulse without modulation, as magnetrons transmit it, behind a Gaussian receiver filter: closed forms in time.
 
-The filter stands for the tuned stages of a receiver; its half-power bandwidth is the radar's. A unit echo has a unit
-peak. The answer of the filter is as short as the pulse, so echoes are laid as what they are, and no transform is needed.
+The filter models the tuned stages of a receiver; its half-power bandwidth is the radar's. A unit echo has a unit peak. The
+response is about as short as the pulse, so the response itself is the gridding kernel, and no transform is needed.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import erf
 
 from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
 from radar_service.radar.parameters import Radar
 from radar_service.receive.gridding import Kernel
+from radar_service.types import Complexes, Flags, Floats, Indices
 
-Floats = NDArray[np.float64]
-TAIL = 5.0  # standard deviations of the filter's answer: what lies beyond is below -120 dB of the peak
+TAIL = 5.0  # standard deviations of the filter's response: beyond them it is below -120 dB of the peak
 
 
-def filter_spread(bandwidth: float) -> float:
+def filter_sigma(bandwidth: float) -> float:
     """Standard deviation [s] of the impulse response of a Gaussian filter of half-power `bandwidth` [Hz]: 0.265 / B."""
     return float(np.sqrt(np.log(2.0)) / (np.pi * bandwidth))
 
 
-def plain_response(delay: Floats, pulse: float, bandwidth: float, heard_from: Floats | float = -np.inf) -> Floats:
-    """Filter output of a unit echo at `delay` [s] from its middle, 1 at 0: differences of two error functions.
+def plain_response(delay: Floats, pulse: float, bandwidth: float, received_from: Floats | float = -np.inf) -> Floats:
+    """Filter output of a unit echo at `delay` [s] from its middle, 1 at 0: the difference of two error functions.
 
-    heard_from: time within the echo, from its middle, before which it is not heard [s]; broadcast against delay.
+    received_from: time within the echo, from its middle, before which it is eclipsed [s]; broadcast against delay.
     """
-    root = np.sqrt(2.0) * filter_spread(bandwidth)
-    begin = np.clip(heard_from, -pulse / 2.0, pulse / 2.0)
-    passed = erf((delay - begin) / root) - erf((delay - pulse / 2.0) / root)
-    return np.asarray(passed / (2.0 * erf(pulse / 2.0 / root)))
+    root = np.sqrt(2.0) * filter_sigma(bandwidth)
+    begin = np.clip(received_from, -pulse / 2.0, pulse / 2.0)
+    response = erf((delay - begin) / root) - erf((delay - pulse / 2.0) / root)
+    return np.asarray(response / (2.0 * erf(pulse / 2.0 / root)))
 
 
 def plain_filter_power(frequency: Floats, bandwidth: float) -> Floats:
@@ -39,51 +38,56 @@ def plain_filter_power(frequency: Floats, bandwidth: float) -> Floats:
     return np.asarray(np.exp(-4.0 * np.log(2.0) * (frequency / bandwidth) ** 2))
 
 
-def plain_sent(frequency: Floats, pulse: float) -> NDArray[np.complex128]:
+def plain_spectrum(frequency: Floats, pulse: float) -> Complexes:
     """Fourier transform [s] of the rectangular pulse at `frequency` [Hz]."""
     return np.asarray(pulse * np.sinc(frequency * pulse), dtype=np.complex128)
 
 
-def plain_filter(frequency: Floats, pulse: float, bandwidth: float) -> NDArray[np.complex128]:
+def plain_filter(frequency: Floats, pulse: float, bandwidth: float) -> Complexes:
     """Transfer function of the filter at `frequency` [Hz], scaled so that a unit echo has a unit peak."""
-    peak = erf(pulse / 2.0 / (np.sqrt(2.0) * filter_spread(bandwidth)))
+    peak = erf(pulse / 2.0 / (np.sqrt(2.0) * filter_sigma(bandwidth)))
     return np.asarray(np.sqrt(plain_filter_power(frequency, bandwidth)) / peak, dtype=np.complex128)
 
 
 def plain_noise_power(pulse: float, bandwidth: float, noise_factor: float) -> float:
     """Power [W] of filtered white receiver noise where a unit echo peaks at 1.
 
-    k T0 F times the noise bandwidth 1.0645 B over the square of the filter's answer to the pulse; the best B T is 0.73, half
-    a decibel short of the matched filter (Skolnik 2001, table of non-matched filters).
+    k T0 F times the noise bandwidth 1.0645 B over the square of the filter's peak response; the best B T is 0.73, half
+    a decibel below the matched filter (Skolnik 2001, table of non-matched filters).
     """
     noise_bandwidth = bandwidth * np.sqrt(np.pi / (4.0 * np.log(2.0)))
-    peak = erf(pulse / 2.0 / (np.sqrt(2.0) * filter_spread(bandwidth)))
+    peak = erf(pulse / 2.0 / (np.sqrt(2.0) * filter_sigma(bandwidth)))
     return float(BOLTZMANN * REFERENCE_TEMPERATURE * noise_factor * noise_bandwidth / peak**2)
 
 
 @dataclass(frozen=True)
 class PulseKernel(Kernel):
-    """The filtered pulse itself as the shape with which echoes are laid, so that its transform needs no correction."""
+    """The filtered pulse itself as gridding kernel, so that its transform needs no correction.
 
-    pulse: float = 0.0  # in samples
-    bandwidth: float = 1.0  # per sample
-    eclipsing: bool = False  # whether what arrives before the radar's own pulse has ended is not heard
+    pulse: its length [samples].
+    bandwidth: of the filter [per sample].
+    eclipsing: whether nothing is received before the end of the own pulse.
+    """
 
-    def weights(self, x: Floats) -> tuple[NDArray[np.int64], Floats]:
-        """First sample (E,) and weights (E, width) of points at places x (E,) [samples], without what is not heard."""
+    pulse: float = 0.0
+    bandwidth: float = 1.0
+    eclipsing: bool = False
+
+    def weights(self, x: Floats) -> tuple[Indices, Floats]:
+        """First sample (E,) and weights (E, width) of points at positions x (E,) [samples], without what is eclipsed."""
         first, weights = super().weights(x)
         near = np.flatnonzero(self.clips(x))
         offset = (first[near] - x[near])[:, None] + np.arange(self.width)
-        heard_from = self.pulse / 2.0 - (x[near] + 0.5)  # column x stands at a delay of x + 1/2 samples
-        weights[near] = plain_response(offset, self.pulse, self.bandwidth, heard_from[:, None])
+        received_from = self.pulse / 2.0 - (x[near] + 0.5)  # column x has a delay of x + 1/2 samples
+        weights[near] = plain_response(offset, self.pulse, self.bandwidth, received_from[:, None])
         return first, weights
 
-    def clips(self, x: Floats) -> NDArray[np.bool_]:
-        """Which echoes at places x [samples] are not heard whole."""
+    def clips(self, x: Floats) -> Flags:
+        """Which echoes at positions x [samples] are partly or fully eclipsed."""
         return np.asarray((x + 0.5 < self.pulse) & self.eclipsing)
 
     def transform(self, frequency: Floats) -> Floats:
-        """1 at every frequency: what is laid is finished."""
+        """1 at every frequency: the gridded response needs no further filter."""
         return np.ones_like(frequency)
 
     def _value(self, offset: Floats) -> Floats:
@@ -92,6 +96,6 @@ class PulseKernel(Kernel):
 
 def pulse_kernel(radar: Radar) -> PulseKernel:
     """The kernel of a radar without modulation, as wide as the pulse and the tails of the filter."""
-    reach = radar.pulse / 2.0 + TAIL * filter_spread(radar.bandwidth)
-    width = 2 * int(np.ceil(reach * radar.sample_rate))
+    half_width = radar.pulse / 2.0 + TAIL * filter_sigma(radar.bandwidth)
+    width = 2 * int(np.ceil(half_width * radar.sample_rate))
     return PulseKernel(width, 1.0, radar.pulse * radar.sample_rate, radar.bandwidth / radar.sample_rate, radar.eclipsing)

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 import radar_service as rs
-from radar_service.clutter.clutter import resolution_cell, sea_power
+from radar_service.clutter.resolution_cell import resolution_cell
 from radar_service.clutter.sea import mean_sigma0, texture_shape, wind_factor
+from radar_service.clutter.sea_clutter import sea_power
 from radar_service.receive.compression import compression_for
 from tests.reference.compressed_pulse import compressed_pulse, sinc2_beam
 from tests.scenes import point, scene

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.clutter.sea import (
-    SHAPES,
+    SHAPE_LIMITS,
     mean_sigma0,
     peak_wave_period,
     texture_length,
@@ -69,7 +69,7 @@ def test_texture_shape_by_hand() -> None:
     assert np.log10(texture_shape(one, area, "h")[0]) == pytest.approx(-0.84, abs=1e-12)
     assert np.log10(texture_shape(one, area, "v")[0]) == pytest.approx(-0.14, abs=1e-12)
     assert np.log10(texture_shape(eight, area, "v")[0]) == pytest.approx(0.462060, abs=1e-6)
-    assert texture_shape(np.array([-0.1, 1.5]), np.array([0.0, 1e9]), "h").tolist() == list(SHAPES)
+    assert texture_shape(np.array([-0.1, 1.5]), np.array([0.0, 1e9]), "h").tolist() == list(SHAPE_LIMITS)
 
 
 def test_texture_length_and_life_by_hand() -> None:

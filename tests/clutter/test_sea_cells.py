@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.clutter.sea_cells import SeaCells, sea_place
+from radar_service.clutter.sea_cells import SeaCells, sea_point
 from radar_service.frames import effective_earth_radius, polar_from_map
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import scene
@@ -16,23 +16,23 @@ WALL = {
 
 
 @pytest.mark.parametrize("factor", [4 / 3, np.inf])
-def test_sea_places_are_where_the_frames_say(factor: float) -> None:
-    """Height 0 at the ground distance has the slant range asked for (1 mm) and the elevation; grazing is the elevation
+def test_sea_points_are_where_the_frames_say(factor: float) -> None:
+    """Height 0 at the ground distance has the requested slant range (1 mm) and the elevation; grazing is the elevation
     from there back up, less the earth's own slope."""
     radius = effective_earth_radius(factor)
-    asked = np.array([16.0, 100.0, 1000.0, 10_000.0])
-    place = sea_place(asked, 15.0, radius)
-    on_map = np.stack([place.distance, np.zeros(4), np.zeros(4)], axis=1)
+    requested = np.array([16.0, 100.0, 1000.0, 10_000.0])
+    point = sea_point(requested, 15.0, radius)
+    on_map = np.stack([point.distance, np.zeros(4), np.zeros(4)], axis=1)
     polar = polar_from_map(on_map, np.array([0.0, 0.0, 15.0]), radius)
-    np.testing.assert_allclose(polar.range, asked, atol=1e-3)
-    np.testing.assert_allclose(polar.elevation, place.elevation, atol=1e-12)
-    np.testing.assert_allclose(place.grazing, -polar.elevation - place.distance / radius, atol=1e-12)
+    np.testing.assert_allclose(polar.range, requested, atol=1e-3)
+    np.testing.assert_allclose(polar.elevation, point.elevation, atol=1e-12)
+    np.testing.assert_allclose(point.grazing, -polar.elevation - point.distance / radius, atol=1e-12)
 
 
 def test_grazing_ends_at_the_horizon_and_nothing_lies_within_the_antennas_height() -> None:
     """15 m: horizon 15.964 km; at 1 km 15/1000 rad less 1000/(2 ae)."""
     radius = effective_earth_radius(4 / 3)
-    grazing = sea_place(np.array([10.0, 1000.0, 15_960.0, 15_970.0]), 15.0, radius).grazing
+    grazing = sea_point(np.array([10.0, 1000.0, 15_960.0, 15_970.0]), 15.0, radius).grazing
     assert grazing[0] == 0.0
     assert grazing[1] == pytest.approx(np.arcsin(0.015) - 1000 / (2 * radius), abs=1e-7)
     assert grazing[2] > 0 > grazing[3]
@@ -40,8 +40,8 @@ def test_grazing_ends_at_the_horizon_and_nothing_lies_within_the_antennas_height
 
 def levels(**changes: object) -> tuple[SeaCells, np.ndarray[tuple[int, int], np.dtype[np.float64]]]:
     made = scene([WALL], **(SEA | changes))
-    occlusion = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
-    cells = SeaCells(made, occlusion, 64, 1500.0)
+    line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
+    cells = SeaCells(made, line_of_sight, 64, 1500.0)
     return cells, np.asarray(cells.rows.span(64, 128), dtype=np.float64)
 
 
@@ -66,7 +66,7 @@ def test_a_moving_antenna_looks_anew_from_where_it_is() -> None:
     assert later[sector, -1] > 0 and later[22, -1] == 0
 
 
-def test_what_was_asked_before_changes_nothing() -> None:
+def test_earlier_requests_change_nothing() -> None:
     """Rows in one go, or one by one, are the same."""
     own = {"course_deg": 0, "speed_kn": 20}
     one, whole = levels(own_ship=own)

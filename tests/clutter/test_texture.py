@@ -24,9 +24,9 @@ def still(row: NDArray[np.int64], since: Any, until: Any) -> Any:
     return np.zeros(len(row))
 
 
-def motion(turn: int = 64, length: float = 10.0, lifetime: float = 4.0, drift: Any = still) -> TextureMotion:
+def motion(rows_per_scan: int = 64, length: float = 10.0, lifetime: float = 4.0, drift: Any = still) -> TextureMotion:
     """Rows 2 m a bin, a revolution each 2 s."""
-    return TextureMotion(turn, 2.0, lifetime, 2.0, np.full(turn, length), drift)
+    return TextureMotion(rows_per_scan, 2.0, lifetime, 2.0, np.full(rows_per_scan, length), drift)
 
 
 def test_speckle_is_complex_gaussian_of_unit_power() -> None:

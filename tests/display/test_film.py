@@ -86,5 +86,5 @@ def test_an_ffmpeg_that_fails_is_quoted(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_no_ffmpeg_is_said_with_the_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(OSError, match=r"install it .* or ask for \.gif"):
+    with pytest.raises(OSError, match=r"install it .* or choose \.gif"):
         ffmpeg()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.display.ppi import Interpolation, Ppi, Up, image_place, scan_convert
+from radar_service.display.ppi import Interpolation, Ppi, Up, image_position, scan_convert
 
 Floats = NDArray[np.float64]
 TARGETS = ((30.0, 1200.0), (120.0, 2400.0), (250.0, 4000.0))  # bearing in degrees, range in metres
@@ -110,7 +110,7 @@ def test_bilinear_is_exact_for_what_is_linear_in_range_and_wraps_in_azimuth() ->
     np.testing.assert_allclose(image[inside], there[inside], rtol=1e-6)  # float32 rounding
     only_last = np.zeros((azimuths, bins))
     only_last[-1] = 1.0  # looks along 356 degrees: its share must reach up to north from the west
-    row, column = image_place(600.0, math.radians(358.0), size, range_max)
+    row, column = image_position(600.0, math.radians(358.0), size, range_max)
     share = scan_convert(only_last, step / 2, step, size, range_max)[round(float(row)), round(float(column))]
     # half way between the last and the first azimuth; the pixel's centre is off by at most 4.2 m of the 42 m in between
     assert share == pytest.approx(0.5, abs=0.1)
@@ -125,19 +125,19 @@ def test_peak_loses_no_cell_where_bilinear_loses_most() -> None:
     polar[rows, columns] = 200
     for mode in ("bilinear", "peak"):
         image = scan_convert(polar, step / 2, step, size, range_max, interpolation=mode)
-        places = image_place((columns + 0.5) * step, rows * 2 * np.pi / azimuths, size, range_max)
+        places = image_position((columns + 0.5) * step, rows * 2 * np.pi / azimuths, size, range_max)
         i, j = (np.clip(np.rint(p).astype(int), 0, size - 1) for p in places)
         found[mode] = int((image[i, j] >= 199.99).sum())
     assert found["peak"] == 50
     assert found["bilinear"] < 10  # a pixel of 50 m looks at 2 m of range
 
 
-def test_image_place_puts_north_in_row_zero_and_east_at_the_right() -> None:
+def test_image_position_puts_north_in_row_zero_and_east_at_the_right() -> None:
     bearings = np.radians([0.0, 90.0, 180.0, 270.0])
-    row, column = image_place(100.0, bearings, 200, 100.0)
+    row, column = image_position(100.0, bearings, 200, 100.0)
     np.testing.assert_allclose(row, [-0.5, 99.5, 199.5, 99.5], atol=1e-12)  # edges lie half a pixel beyond the centres
     np.testing.assert_allclose(column, [99.5, 199.5, 99.5, -0.5], atol=1e-12)
-    row, column = image_place(100.0, bearings, 200, 100.0, up=math.radians(90.0))
+    row, column = image_position(100.0, bearings, 200, 100.0, up=math.radians(90.0))
     np.testing.assert_allclose(row, [99.5, -0.5, 99.5, 199.5], atol=1e-12)
 
 

@@ -6,20 +6,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.fft
 
 import radar_service as rs
 from radar_service.engine import pipeline
-from radar_service.engine.pipeline import CorrectedChain
+from radar_service.engine.pipeline import moving_rows, prepare, receive, tile_azimuths
 from radar_service.fidelity import PRESETS
-from radar_service.frames import effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.cost_model import Counts, per_body
-from radar_service.plan.culling import culled_bodies, negligible_effects, without
+from radar_service.plan.cost_model import counts_per_body
+from radar_service.plan.culling import cull
 from radar_service.plan.multipath_error import multipath_error_db
-from radar_service.plan.settings_search import SPILT, relative_cost, resting_db
+from radar_service.plan.settings_search import ALIASING_MARGIN, relative_cost, resting_db
+from radar_service.plan.statistics import Counts
 from radar_service.receive.compression import Compression
-from radar_service.trace.line_of_sight import OcclusionScene
-from tests.bench.floor import Work, watched
+from radar_service.trace.embree import TriangleScene
 from tests.plan.scenes import SCENES
 
 BUDGET = ErrorBudget()
@@ -35,9 +35,9 @@ def planned(name: str) -> rs.Simulator:
 
 
 def counts(name: str) -> Counts:
-    found = planned(name).plan.counts
-    assert found is not None
-    return found
+    result = planned(name).plan.counts
+    assert result is not None
+    return result
 
 
 def error_db(field: np.ndarray[Any, Any], exact: np.ndarray[Any, Any]) -> float:
@@ -61,52 +61,79 @@ def test_errors_keep_the_budget_and_the_prediction(name: str) -> None:
     assert achieved < (BUDGET.field_db if mirrored else BUDGET.method_db)
     assert achieved < 20.0 * np.log10(sum(10.0 ** (error / 20.0) for error in plan.field_db.values()))  # at worst in phase
     balanced, radar = PRESETS["balanced"], sim.scene.radar
-    if resting_db(radar, balanced) < BUDGET.method_db - SPILT and not mirrored:
+    if resting_db(radar, balanced) < BUDGET.method_db - ALIASING_MARGIN and not mirrored:
         assert relative_cost(radar, chosen) <= relative_cost(radar, balanced)
+
+
+class Work:
+    """What the engine does while `watch` is in force, counted where it enters Embree, scipy.fft and the grids."""
+
+    def __init__(self) -> None:
+        self.rays, self.samples = 0, 0
+        self.gridded = {"rest": 0, "motion": 0}
+
+    def watch(self, patch: pytest.MonkeyPatch) -> None:
+        """Counts rays, samples of Fourier transforms and gridded echoes from now on."""
+        for name in ("first_hit", "hidden"):
+            patch.setattr(TriangleScene, name, self._rays(getattr(TriangleScene, name)))
+        for name in ("fft", "ifft"):
+            patch.setattr(scipy.fft, name, self._transforms(getattr(scipy.fft, name)))
+        patch.setattr(pipeline, "spread", self._spread("rest", pipeline.spread, 3))
+        patch.setattr(Compression, "spread", self._spread("motion", Compression.spread, 4))
+
+    def _rays(self, original: Any) -> Any:
+        def counting(scene: TriangleScene, origin: Any, direction: Any, *given: Any) -> Any:
+            self.rays += len(direction)
+            return original(scene, origin, direction, *given)
+
+        return counting
+
+    def _transforms(self, original: Any) -> Any:
+        def counting(x: Any, n: int | None = None, axis: int = -1, **more: Any) -> Any:
+            self.samples += len(x) * (n or np.shape(x)[-1])
+            return original(x, n, axis, **more)
+
+        return counting
+
+    def _spread(self, kind: str, original: Any, position: int) -> Any:
+        def counting(*given: Any) -> Any:
+            self.gridded[kind] += len(given[position])
+            return original(*given)
+
+        return counting
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The beam reaches over the whole turn and a tile is swept together, so that every echo is met once. The engine is set up
+    """The beam covers the full circle and a tile is one block, so that every echo is gridded once. The engine is prepared
     by itself and watched for one tile."""
     fidelity = replace(planned(name).fidelity, beam_extent=np.inf, azimuths_per_block=WHOLE_TILE)
-    sim, work, gridded = rs.Simulator(SCENES[name](), fidelity), Work(), dict.fromkeys(("rest", "motion"), 0)
-    said = sim.plan.counts
-    assert said is not None
-    gone = culled_bodies(sim.scene, sim.fidelity)
-    unseen = [key for key, omission in gone.items() if not omission.hides]
-
-    def noting(kind: str, original: Any, place: int) -> Any:
-        def note(*given: Any) -> Any:
-            gridded[kind] += len(given[place])
-            return original(*given)
-
-        return note
-
-    monkeypatch.setattr(pipeline, "lay", noting("rest", pipeline.spread, 3))
-    monkeypatch.setattr(Compression, "lay", noting("motion", Compression.spread, 4))
-    with watched(work):
-        occlusion = OcclusionScene(sim.scene.bodies, effective_earth_radius(sim.scene.environment.earth_factor), unseen)
-        scene = without(negligible_effects(sim.scene, fidelity), sim.scene)
-        chain = CorrectedChain(scene, fidelity, sim.seed, occlusion, culled_bodies=gone)
-        assert work.ray_count == said.set_up_rays
-        chain.look(0)
-        assert work.ray_count == said.set_up_rays + said.look_rays
-        work.ffts.clear()
-        at = chain.instants(0, 0)
-        chain._received(at, np.zeros(len(at.time), dtype=np.bool_), 0, 0)
-    assert work.ray_count == said.set_up_rays + said.look_rays  # a first tile needs no other look
-    assert gridded == {"rest": said.resting_echoes, "motion": said.moving_echoes + said.shadowed_echoes}
-    samples = sum(shape[0] * (n or shape[1]) for _, shape, _, n, _ in work.ffts)
-    assert samples == said.transform_samples * len(at.time)
+    sim = rs.Simulator(SCENES[name](), fidelity)
+    predicted, work, culling = sim.plan.counts, Work(), cull(sim.scene, fidelity)
+    assert predicted is not None
+    work.watch(monkeypatch)
+    prepared = prepare(culling.applied_to(sim.scene), fidelity, sim.seed, culling.silent, culling.transparent)
+    assert work.rays == predicted.set_up_rays
+    prepared.shadows.at(0)
+    prepared.moving.snapshot(0)
+    assert work.rays == predicted.set_up_rays + predicted.look_rays
+    work.samples = 0
+    azimuths = tile_azimuths(prepared, 0, 0)
+    receive(prepared, azimuths, moving_rows(prepared, azimuths), np.zeros(len(azimuths.time), dtype=np.bool_))
+    assert work.rays == predicted.set_up_rays + predicted.look_rays  # a first tile needs no other visibility update
+    assert work.gridded == {
+        "rest": predicted.resting_echoes,
+        "motion": predicted.moving_echoes + predicted.shadowed_echoes,
+    }
+    assert work.samples == predicted.transform_samples * len(azimuths.time)
 
 
 def test_scenes_are_varied() -> None:
     """At least twelve (issue), with every kind of omission among them."""
     assert len(SCENES) >= 12
     omitted = " ".join(choice.how for name in SCENES for choice in planned(name).plan.choices if not choice.modelled)
-    for reason in ("out of range for good", "beyond the radar horizon for good", "shadowed for good", "below the noise",
-                   "mirrors too little", "moves nothing within the range", "within a pulse"):  # fmt: skip
+    for reason in ("always out of range", "always beyond the radar horizon", "never visible", "below the noise",
+                   "reflects too little", "changes nothing within the range", "within a pulse"):  # fmt: skip
         assert reason in omitted, reason
 
 
@@ -126,10 +153,9 @@ def test_what_is_left_out_is_not_computed() -> None:
     """Neither scattered over nor laid; with everything in it, both."""
     scene = SCENES["faint beside plain, in noise"]()
     for error_db, points in ((0.5, [1, 0, 0]), (0.0, [1, 1, 1])):
-        sim = rs.Simulator(scene, replace(PRESETS["balanced"], error_db=error_db))
-        assert isinstance(sim._chain, CorrectedChain)
-        found = per_body(sim._chain)
-        assert found.scatterers.tolist() == found.echoes.tolist() == points
+        fidelity = replace(PRESETS["balanced"], error_db=error_db)
+        per_body = counts_per_body(prepare(scene, fidelity, 0, cull(scene, fidelity).silent))
+        assert per_body.scatterers.tolist() == per_body.echoes.tolist() == points
 
 
 def test_bodies_share_the_cost_of_laying_by_their_echoes() -> None:
@@ -138,12 +164,11 @@ def test_bodies_share_the_cost_of_laying_by_their_echoes() -> None:
     assert plan.costs is not None and ship.microseconds == pytest.approx(plan.costs.moving) and buoy.microseconds == 0.0
 
 
-def test_looks_of_a_revolution_are_as_many_as_predicted() -> None:
-    """12 kn for 2.5 s in steps of 5 m: 3.087 looks, so 31 are begun by the end of the tenth scan."""
-    sim, seen = planned("own ship under way"), set()
-    chain = sim._chain
-    assert isinstance(chain, CorrectedChain)
+def test_a_scan_has_as_many_visibility_updates_as_predicted() -> None:
+    """12 kn for 2.5 s in steps of 5 m: 3.087 updates, so 31 are begun by the end of the tenth scan."""
+    sim, steps = planned("own ship under way"), set()
+    prepared = prepare(sim.scene, sim.fidelity, sim.seed)
     for scan in range(10):
-        for start in range(0, sim.scene.radar.azimuths, chain.rows):
-            seen.add(int(chain.instants(scan, start).middle // chain.moving.interval))
-    assert len(seen) == np.ceil(10 * counts("own ship under way").looks_per_scan) == 31
+        for start in range(0, sim.scene.radar.azimuths, prepared.tile):
+            steps.add(int(tile_azimuths(prepared, scan, start).middle // prepared.moving.visibility.interval))
+    assert len(steps) == np.ceil(10 * counts("own ship under way").looks_per_scan) == 31

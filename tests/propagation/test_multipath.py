@@ -6,10 +6,7 @@ import pytest
 from radar_service.propagation import multipath
 from radar_service.propagation.multipath import (
     divergence,
-    gas_amplitude,
-    printed_atmosphere,
     printed_two_ray_factor,
-    rain_db_per_km,
     specular_geometry,
     two_ray_factor,
 )
@@ -24,35 +21,6 @@ NULLS = {np.inf: (9416.5, 4708.3, 3138.8, 2354.1, 1883.3), EARTH: (8037.0, 4487.
 
 def test_wavelength_of_the_table() -> None:
     assert multipath.wavelength(9.41e9) == pytest.approx(0.0319, abs=5e-5)  # eq. 1, half its last digit
-
-
-def test_printed_atmosphere_loses_one_db_both_ways_at_50_km() -> None:
-    assert 10 * np.log10(printed_atmosphere(50_000.0, 0.01)) == pytest.approx(-1.0, rel=1e-12)  # seed figure 9; rounding
-
-
-def test_gas_loses_its_decibels_in_power_both_ways() -> None:
-    # 0.01327 dB/km by ITU-R P.676: 0.53 dB at 20 km two-way, half the last digit
-    assert -20 * np.log10(gas_amplitude(20_000.0, 0.01327)) == pytest.approx(0.53, abs=5e-3)
-
-
-@pytest.mark.parametrize(("mm_h", "horizontal", "vertical"), [(4, 0.0556, 0.0480), (16, 0.332, 0.274), (50, 1.443, 1.147)])
-def test_rain(mm_h: float, horizontal: float, vertical: float) -> None:
-    # half the last printed digit
-    digits = 5e-5 if mm_h == 4 else 5e-4
-    assert rain_db_per_km(mm_h, "h", FREQUENCY) == pytest.approx(horizontal, abs=digits)
-    assert rain_db_per_km(mm_h, "v", FREQUENCY) == pytest.approx(vertical, abs=digits)
-
-
-def test_no_rain_costs_nothing() -> None:
-    assert rain_db_per_km(0, "v", FREQUENCY) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "place"), [((4, "x", 9e9), "polarization"), ((4, "h", 5e8), "frequency"), ((-1, "h", 9e9), "rain_mm_h")]
-)
-def test_rain_outside_its_range_is_refused(arguments: tuple[float, str, float], place: str) -> None:
-    with pytest.raises(ValueError, match=f"^{place}: "):
-        rain_db_per_km(*arguments)
 
 
 @pytest.mark.parametrize("earth_radius", [np.inf, EARTH])

@@ -3,7 +3,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from radar_service.radar.antenna import AntennaPattern, quick_gain
+from radar_service.radar.antenna import AntennaPattern
 from radar_service.radar.patterns import PATTERNS, Table, Taylor, printed_gain, printed_two_way
 
 Floats = NDArray[np.float64]
@@ -115,24 +115,6 @@ def test_a_table_of_an_aperture_is_that_aperture(rows_to_a_beam: int, error_db: 
 
 def test_a_table_may_hold_zeros() -> None:
     assert Table(((0.0, 1.0), (0.1, 0.0))).gain(0.5, BEAM) == pytest.approx(0.0, abs=1e-29)  # the stated floor of -300 dB
-
-
-def test_a_pattern_without_an_aperture_width_cannot_be_made() -> None:
-    class Narrow(AntennaPattern):
-        name = "narrow"
-
-        def gain(self, offset: Floats | float, beamwidth: float) -> Floats:
-            return np.exp(-np.abs(np.asarray(offset) / beamwidth))
-
-    with pytest.raises(TypeError, match="aperture_width"):
-        Narrow()
-
-
-@pytest.mark.parametrize("pattern", [*PATTERNS.values(), Taylor(40.0, 6), TABLE])
-def test_the_table_of_gains_is_the_pattern(pattern: AntennaPattern) -> None:
-    """3e-6, as quick_gain promises, at offsets on neither side of a turn."""
-    offset = np.random.default_rng(1).uniform(-np.pi, np.pi, 5000)
-    np.testing.assert_allclose(quick_gain(offset, BEAM, pattern), pattern.gain(offset, BEAM), atol=3e-6)
 
 
 @pytest.mark.parametrize("pattern", [*PATTERNS.values(), Taylor(40.0, 6), Taylor(15.0, 2), Taylor(60.0, 20)])

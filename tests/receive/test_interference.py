@@ -21,8 +21,7 @@ def made(radar: dict[str, Any] | None = None, **other: Any) -> rs.Scene:
 
 
 def one(of: rs.Scene, seed: int = 0) -> Interference:
-    radar = of.radar
-    return Interference(of, 0, lambda x: radar.pattern.gain(x, radar.beamwidth), seed)
+    return Interference(of, 0, seed)
 
 
 def heard(of: rs.Scene, scans: int, seed: int = 0) -> tuple[Arrivals, NDArray[np.float64]]:

@@ -12,7 +12,7 @@ from radar_service.receive.plain_pulse import (
     plain_filter_power,
     plain_noise_power,
     plain_response,
-    plain_sent,
+    plain_spectrum,
 )
 from tests.scenes import radar
 
@@ -24,7 +24,7 @@ def test_the_answer_is_the_pulse_passed_through_the_filter() -> None:
     """Against the Fourier integral of sinc x filter, by quadrature to 1e-9."""
     for delay in (0.0, 0.4 * T, 0.5 * T, 0.7 * T, -0.6 * T):
         exact, _ = quad(
-            lambda f: float((plain_sent(np.array(f), T) * plain_filter(np.array(f), T, B)).real)
+            lambda f: float((plain_spectrum(np.array(f), T) * plain_filter(np.array(f), T, B)).real)
             * np.cos(2 * np.pi * f * delay),  # noqa: B023 - evaluated at once
             -8 * B, 8 * B, limit=400, epsabs=1e-9,
         )  # fmt: skip
@@ -58,7 +58,7 @@ def test_noise_has_its_power_in_every_bin_and_the_filters_correlation() -> None:
     the transform of the filter's |H|^2, folding included: 5 sigma of as many products."""
     made = radar(**MAGNETRON)
     compression = compression_for(made, 6)
-    noise = compression.from_spectrum(compression.noise.drawn(4000, np.random.default_rng(5))).astype(complex)
+    noise = compression.from_spectrum(compression.noise.draw(4000, np.random.default_rng(5))).astype(complex)
     level = receiver_noise_power(made)
     sigma = 1 / np.sqrt(noise.size / 2)
     assert np.mean(np.abs(noise) ** 2) / level == pytest.approx(1.0, abs=5 * sigma)

@@ -31,7 +31,7 @@ def full_chart(scene: str, out: Path) -> dict[str, Any]:
 
 
 def assert_presets_keep_their_limits(data: dict[str, Any]) -> None:
-    """Field errors keep the limits of tests/test_fidelity.py within 10 dB, which the echoes of a scene change them by.
+    """Field errors keep the limits of tests/test_presets.py within 10 dB, which the echoes of a scene change them by.
 
     The mean powers of the samplers, of at least two draws, are within the spread of one draw and 0.1 dB of the lattice.
     """

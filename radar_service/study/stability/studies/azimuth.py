@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.display.ppi import image_place
+from radar_service.display.ppi import image_position
 from radar_service.frames import wrap_angle
 from radar_service.scene.motion import Motion
 from radar_service.simulator import Simulator
@@ -82,8 +82,8 @@ def headings(fine: int = 1) -> Finding:
     motion = Motion(np.array([0.0, 1.0]), np.zeros((2, 3)), np.deg2rad([350.0, 370.0 % 360.0]), turning=True)
     middle = motion.pose(np.array([0.25, 0.5, 0.75])).heading
     ship = np.abs(np.exp(1j * middle) - np.exp(1j * np.deg2rad([355.0, 0.0, 5.0]))).max()
-    row, column = image_place(np.full(73, 100.0), angles, 400, 200.0, 0.7)
-    same_row, same_column = image_place(100.0, angles % (2.0 * np.pi), 400, 200.0, 0.7 + 2.0 * np.pi)
+    row, column = image_position(np.full(73, 100.0), angles, 400, 200.0, 0.7)
+    same_row, same_column = image_position(100.0, angles % (2.0 * np.pi), 400, 200.0, 0.7 + 2.0 * np.pi)
     moved = np.hypot(row - same_row, column - same_column)
     return Finding(
         name="wrap of headings and bearings",

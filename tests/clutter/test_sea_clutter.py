@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.clutter.clutter import clutter_of
+from radar_service.clutter.clutter import prepare_clutter
 from radar_service.clutter.texture import gamma_from_gaussian
 from radar_service.frames import effective_earth_radius
-from radar_service.radar.patterns import PATTERNS
 from radar_service.receive.compression import compression_for
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import scene
@@ -23,14 +22,11 @@ SPEED, LIFETIME = 11 / 0.877, 2 * np.pi * 11 / 0.877 / 9.80665
 def rows(count: int, seed: int = 1, **own_ship: Any) -> NDArray[np.float64]:
     """Gaussian texture (count revolutions of a second, rows of the turn, bins)."""
     made = scene([], radar=RADAR, environment=SEA, own_ship=own_ship)
-    occlusion = OcclusionScene((), effective_earth_radius(4 / 3))
-    beamwidth = made.radar.beamwidth
-    clutter = clutter_of(
-        made, occlusion, compression_for(made.radar, 6), lambda x: PATTERNS["sinc2"].gain(x, beamwidth), seed
-    )
+    line_of_sight = OcclusionScene((), effective_earth_radius(4 / 3))
+    clutter = prepare_clutter(made, line_of_sight, compression_for(made.radar, 6), seed)
     assert clutter is not None and clutter.sea is not None
-    turn = clutter.sea.texture.turn
-    taken = [np.array(clutter.sea.texture.span(scan * turn, (scan + 1) * turn)) for scan in range(count)]
+    per_scan = clutter.sea.texture.rows_per_scan
+    taken = [np.array(clutter.sea.texture.span(scan * per_scan, (scan + 1) * per_scan)) for scan in range(count)]
     return np.stack(taken).astype(np.float64)
 
 

@@ -1,0 +1,99 @@
+"""The lines of a plan about effects: which are modelled, with errors by hand."""
+
+import math
+from typing import Any
+
+import pytest
+
+import radar_service as rs
+from radar_service.fidelity import PRESETS
+from radar_service.plan.culling import Culling
+from radar_service.plan.effects import effects, missed_area
+from radar_service.plan.items import PlanItem
+from radar_service.plan.statistics import Costs, EngineStatistics
+from tests.scenes import point, scene
+
+COSTS = Costs(1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+
+
+def items(made: rs.Scene, name: str = "balanced", statistics: EngineStatistics | None = None) -> dict[str, PlanItem]:
+    """The items of a scene at a preset, by what they are about."""
+    return {item.what: item for item in effects(made, PRESETS[name], statistics or EngineStatistics())}
+
+
+def everything(**radar: Any) -> rs.Scene:
+    return scene(
+        [point("t", 0, 500, speed_kn=20, course_deg=0)],
+        radar={"eclipsing": True, **radar},
+        environment={"noise": True, "multipath": True, "sea_state": 3, "rain_mm_h": 4, "gas_db_per_km": 0.01},
+        interference=[{"bearing_deg": 40, "prf_hz": 2000.0, "rpm": 30, "level_db": 60, "beamwidth_deg": 2}],
+    )
+
+
+def test_what_is_not_requested_is_not_modelled() -> None:
+    found = items(scene([point("t", 0, 500)]))
+    off = {"eclipsing", "multipath", "gas and rain loss", "noise", "sea clutter", "rain clutter"}
+    assert {what for what, item in found.items() if not item.modelled} == off
+    assert found["multipath"].how == "not requested" and "motion" not in found and "interference" not in found
+
+
+def test_what_is_requested_is_modelled_with_its_cost() -> None:
+    found = items(everything(), statistics=EngineStatistics(costs=COSTS))
+    assert {what for what, item in found.items() if not item.modelled} == {"Doppler within the pulse"}
+    costs = {what: item.microseconds for what, item in found.items() if item.microseconds is not None}
+    assert costs == {"motion": 1.0, "noise": 4.0, "sea clutter": 8.0, "interference": 16.0}
+
+
+def test_the_receiver_is_the_cost_of_range_where_there_is_no_noise() -> None:
+    found = items(scene([point("t", 0, 500)]), statistics=EngineStatistics(costs=COSTS))
+    assert (found["range"].microseconds, found["noise"].microseconds) == (4.0, None)
+
+
+def test_a_flat_earth_raises_targets_by_the_parabola() -> None:
+    """3400^2 / (2 x 4/3 x 6371 km) = 0.680 m."""
+    made = scene([point("t", 0, 3400)], radar={"range_max_m": 5000})
+    assert "a flat earth would raise targets at 3.4 km by 0.68 m" in items(made)["earth"].how
+    assert not items(scene([point("t", 0, 3400)], environment={"earth": "flat"}))["earth"].modelled
+
+
+def test_doppler_within_a_pulse_is_stated_where_a_chirp_meets_motion() -> None:
+    """10 us and 20 kn: 2 x 10.289 m/s x 1e-5 s / 31.859 mm = 0.006459 cells, times 2 pi / (2 sqrt 3) = 1.81: -38.6 dB."""
+    found = items(scene([point("t", 0, 500, speed_kn=20, course_deg=0)]))["Doppler within the pulse"]
+    assert "up to 0.0065 range cells" in found.how
+    assert found.field_db == pytest.approx(20 * math.log10(math.pi / math.sqrt(3) * 0.006459), abs=0.02)
+    assert "Doppler within the pulse" not in items(scene([point("t", 0, 500)]))
+    plain = {"modulation": "none", "pulse_s": 1e-7}
+    moving = scene([point("t", 0, 500, speed_kn=20, course_deg=0)], radar=plain)
+    assert "Doppler within the pulse" not in items(moving)
+
+
+def test_clutter_below_the_noise_is_missing_by_its_own_power() -> None:
+    """Up to 15 dB below the noise: 10 log10(1 + 10^-1.5) = 0.135 dB; exact without noise."""
+    assert items(everything())["sea clutter"].power_db == pytest.approx(0.135, abs=5e-4)
+    assert items(scene(environment={"sea_state": 3}))["sea clutter"].power_db is None
+
+
+def test_culled_effects_have_their_reason_and_error() -> None:
+    made = scene([point("t", 0, 500)], environment={"multipath": True, "gas_db_per_km": 1e-4})
+    found = items(made, statistics=EngineStatistics(Culling(effects={"multipath": -70.0, "gas": -80.0})))
+    assert (found["multipath"].modelled, found["multipath"].field_db) == (False, -70.0)
+    assert (found["gas and rain loss"].modelled, found["gas and rain loss"].field_db) == (False, -80.0)
+
+
+def test_the_documented_engine_has_what_the_specification_has() -> None:
+    found = items(everything(), "documented")
+    assert {what for what, item in found.items() if item.modelled} == {"signal chain", "beam", "multipath"}
+    assert found["sea clutter"].how == "requested, but not in the specification"
+
+
+def test_rays_miss_a_square_metre_beyond_50_m() -> None:
+    """(1 - p)^2000 = 0.05: p = 1.4968e-3; the box is 11.7 x 75 degrees = 0.26730 sr, so R = 1 / sqrt(p box) = 49.99 m."""
+    assert "beyond 50 m" in missed_area(scene())
+
+
+def test_second_time_echoes_fold_at_the_unambiguous_range() -> None:
+    """c / (2 x 10 kHz) = 14 990 m."""
+    folded = items(scene(radar={"prf_hz": 10_000, "second_time_around": True}))["second-time echoes"]
+    assert folded.modelled and "beyond 14990 m" in folded.how
+    assert not items(scene(radar={"prf_hz": 10_000}))["second-time echoes"].modelled
+    assert "second-time echoes" not in items(scene())

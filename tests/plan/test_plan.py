@@ -1,0 +1,85 @@
+"""A plan as text and as plain data, and the requirements that it cannot meet."""
+
+import json
+import math
+from dataclasses import asdict, replace
+
+import pytest
+
+from radar_service.fidelity import PRESETS
+from radar_service.plan.budget import ErrorBudget
+from radar_service.plan.culling import Culling
+from radar_service.plan.plan import plan_for
+from radar_service.plan.settings_search import fidelity_for, moving_db, resting_db
+from radar_service.plan.statistics import Costs, Counts, EngineStatistics
+from tests.scenes import point, scene
+
+COUNTS = Counts(
+    resting_echoes=7, moving_echoes=5, shadowed_echoes=3, scatterers=40, set_up_rays=90, look_rays=11,
+    looks_per_scan=3.6, transform_samples=8064,
+)  # fmt: skip
+COSTS = Costs(looks=0.25, moving=9.96, receiver=24.2, clutter=0.0, interference=0.0, profiles=2.84)
+
+
+def moving_scene(**environment: object) -> object:
+    return scene([point("t", 0, 500, speed_kn=12, course_deg=180)], environment=environment)
+
+
+def test_the_text_has_errors_counts_costs_and_a_line_for_each_choice() -> None:
+    made = moving_scene()
+    plan = plan_for(made, PRESETS["balanced"], EngineStatistics(counts=COUNTS, costs=COSTS))
+    lines = str(plan).splitlines()
+    assert lines[0] == "fidelity balanced"
+    assert lines[1] == (
+        f"predicted field error: {resting_db(made.radar, PRESETS['balanced']):.0f} dB at rest, "
+        f"{moving_db(made.radar, PRESETS['balanced']):.0f} dB moving"
+    )
+    assert lines[2] == (
+        "40 scatterers; once 7 echoes and 90 rays; 3.6 visibility updates per scan, the first 5 echoes and 11 rays, "
+        "3 in shadow; 8064 FFT samples per profile"
+    )
+    factor = made.radar.spoke_period / 37.25e-6
+    assert lines[3] == (
+        f"cost: 37.2 us per azimuth (moving 9.96, receiver 24.2, profiles 2.84), {factor:.3g} x real time on one thread here"
+    )
+    assert len(lines) == 4 + len(plan.choices)
+    assert all(line.startswith("+ " if c.modelled else "- ") for line, c in zip(lines[4:], plan.choices, strict=True))
+
+
+def test_the_budget_is_in_the_head_of_a_planned_fidelity() -> None:
+    made = moving_scene()
+    assert str(plan_for(made, fidelity_for(made, ErrorBudget(1.0)))).startswith(
+        "fidelity auto (error budget 1 dB, field -34 dB)"
+    )
+
+
+def test_plain_data_has_the_public_keys_and_no_infinity() -> None:
+    plan = plan_for(moving_scene(), PRESETS["reference"], EngineStatistics(counts=COUNTS, costs=COSTS))
+    plain = plan.as_dict()
+    assert list(plain) == ["fidelity", "choices", "settings", "field_db", "counts", "costs", "realtime_factor", "caveats"]
+    assert math.isinf(plan.settings["beam_extent"]) and plain["settings"]["beam_extent"] is None
+    assert plain["counts"] == asdict(COUNTS) and json.loads(json.dumps(plain, allow_nan=False)) == plain
+
+
+def test_a_budget_that_no_setting_keeps_is_a_caveat_with_advice() -> None:
+    """At 1 x bandwidth the widest kernel errs by -47 dB, where -54 dB are allowed."""
+    coarse = scene([point("t", 500, 500)], radar={"sample_rate_hz": 50e6}, own_ship={"speed_kn": 10})
+    widest = plan_for(coarse, fidelity_for(coarse, ErrorBudget()))
+    assert any("-54 dB" in caveat and "raise sample_rate_hz" in caveat for caveat in widest.caveats)
+    narrow = replace(PRESETS["balanced"], kernel_width=4, error_db=0.5)
+    assert "allow a larger error" in plan_for(coarse, narrow).caveats[0]
+    assert "sample_rate_hz" not in plan_for(coarse, narrow).caveats[0]
+    assert not plan_for(coarse, PRESETS["fast"]).caveats  # a preset promises no budget
+
+
+def test_errors_of_multipath_and_culled_effects_are_predicted() -> None:
+    made = moving_scene(multipath=True)
+    held = "of multipath phases, nearest moving body"
+    assert list(plan_for(made, PRESETS["balanced"]).field_db) == ["at rest", "moving", held]
+    culled = EngineStatistics(Culling(effects={"multipath": -60.0, "gas": -60.0}))
+    errors = plan_for(made, PRESETS["balanced"], culled).field_db
+    assert held not in errors and errors["of culled effects"] == pytest.approx(-60 + 10 * math.log10(2))
+
+
+def test_the_documented_engine_predicts_no_errors() -> None:
+    assert plan_for(moving_scene(multipath=True), PRESETS["documented"]).field_db == {}
