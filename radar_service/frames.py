@@ -35,7 +35,7 @@ def polar_from_map(position: Floats, antenna: Floats, earth_radius: float) -> Po
     antenna: (3,) or broadcastable (..., 3), in the same coordinates [m].
     earth_radius: effective radius ae [m]; inf for a flat earth.
 
-    d = hypot(east, north), z = up - d^2 / (2 ae) - antenna height, R = hypot(d, z) (DESIGN section 2). The parabola is
+    d = hypot(east, north), z = up - d^2 / (2 ae) - antenna height, R = hypot(d, z) (docs/conventions.md). The parabola is
     the definition, not an approximation of a sphere that could be improved: an exact sphere differs by 30 mm at 12 km.
     """
     offset = position - antenna
@@ -55,7 +55,8 @@ def distances_from_map(position: Floats, antenna: Floats, earth_radius: float) -
 
 
 def direction(azimuth: Floats, elevation: Floats) -> Floats:
-    """Unit vectors (..., 3) east, north, up for a bearing and an elevation [rad] (corrects seed eq. 6, DESIGN row 8)."""
+    """Unit vectors (..., 3) east, north, up for a bearing and an elevation [rad] (corrects docs/specification.md eq. 6,
+    errata row 8)."""
     level = np.cos(elevation)
     return np.stack([np.sin(azimuth) * level, np.cos(azimuth) * level, np.sin(elevation)], axis=-1)
 

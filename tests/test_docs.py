@@ -156,7 +156,6 @@ def unwrapped(source: str) -> str:
     return re.sub(r"\s*\n\s*(?:# )?", " ", source)
 
 
-@pytest.mark.xfail(strict=True, reason="the citations are not rewritten yet")
 def test_no_code_cites_a_document_outside_the_repository() -> None:
     outside = [
         f"{file.relative_to(ROOT)}: {found[0]}"
@@ -167,7 +166,6 @@ def test_no_code_cites_a_document_outside_the_repository() -> None:
     assert not outside, "\n".join(outside)
 
 
-@pytest.mark.xfail(strict=True, reason="the README is not cut yet")
 def test_the_readme_is_short() -> None:
     readme = text("README.md")
     assert len(readme.splitlines()) <= 200 and len(readme.split()) <= 1800

@@ -1,4 +1,4 @@
-"""DESIGN section 3, row by row: what the specification prints and what is right, both computed here."""
+"""The errata of docs/specification.md, row by row: what the specification prints and what is right, both computed here."""
 
 from typing import Any
 

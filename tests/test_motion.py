@@ -30,7 +30,7 @@ def deck(time: np.ndarray[Any, Any], heading: float) -> tuple[np.ndarray[Any, An
 
 
 def test_a_swaying_ship_sees_points_as_the_closed_form_does() -> None:
-    """Mast, tilted beam and lifted elevation at every instant, own rotations: -40 dB (issue); the elevation gain is a
+    """Mast, tilted beam and lifted elevation at every instant, own rotations: -40 dB (required); the elevation gain is a
     parabola over 16 azimuths, the bearing too, and the pattern is taken along the tilted antenna's own axes."""
     rng, bodies = np.random.default_rng(4), []
     for i in range(6):

@@ -72,7 +72,8 @@ def error_db(got: Array, exact: Array) -> float:
 @pytest.mark.parametrize("knots", [0.1, 1.0, 12.0, 40.0])
 @pytest.mark.parametrize("moving", ["own ship", "bodies"])
 def test_moving_meshes_equal_the_reference_at_every_azimuth(knots: float, moving: str) -> None:
-    """-40 dB (issue); ours -51.8 at 40 kn, -58 and better else: moving echoes cover the full circle, so the series alone errs."""
+    """-40 dB (required); ours -51.8 at 40 kn, -58 and better else: moving echoes cover the full circle, so the series alone
+    errs."""
     geometry = {"speed_kn": knots, "course_deg": 60}
     bodies = [hull("a", 150, 160), hull("b", -60, -250), hull("c", -330, 120)]
     bodies = [{**body, **(geometry if moving == "bodies" else {"heading_deg": 60})} for body in bodies]

@@ -39,7 +39,7 @@ def offset(a: Floats, b: Floats | float) -> Floats:
 def test_every_scene_says_where_it_comes_from_and_is_small() -> None:
     assert sorted(path.stem for path in FOLDER.glob("*.toml")) == NAMES
     assert all("# Provenance: " in (FOLDER / f"{name}.toml").read_text() for name in NAMES)
-    assert sum(path.stat().st_size for path in FOLDER.iterdir() if path.is_file()) < 3e6  # bytes; the limit
+    assert sum(path.stat().st_size for path in FOLDER.iterdir() if path.is_file()) < 3e6  # bytes; required
 
 
 def test_made_files_come_out_as_committed() -> None:

@@ -11,7 +11,8 @@ from tests.reference.point_scene import COSINE_SUMS, error_db, scattered
 from tests.scenes import point, scene
 
 WIDE = {"azimuths": 90, "beamwidth_deg": 10}
-CUT_DB = -53  # moving echoes: the beam is cut at 12 beamwidths, -55 dB (DESIGN section 4), and 2 dB for how the points lie
+# moving echoes: the beam is cut at 12 beamwidths, -55 dB (docs/engine.md#errors), and 2 dB for how the points lie
+CUT_DB = -53
 KERNEL_DB = -76  # echoes at rest: -78 dB of the azimuth kernel (receive/beam.py), and 2 dB for how the points lie
 MAGNETRON = {
     "short": {"pulse_s": 0.08e-6, "bandwidth_hz": 25e6, "range_max_m": 2000},

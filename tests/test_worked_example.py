@@ -39,7 +39,7 @@ def test_step_1_delay() -> None:
 
 def test_step_2_phase() -> None:
     right = printed_phase(RANGE, wavelength(FREQUENCY))
-    assert right == pytest.approx(78_888, abs=0.5)  # DESIGN row 10, half the last digit
+    assert right == pytest.approx(78_888, abs=0.5)  # docs/specification.md, errata row 10, half the last digit
     assert right / (2 * np.pi) == pytest.approx(12_555.35, abs=5e-3)
     with_printed_light = printed_phase(RANGE, PRINTED_LIGHT / FREQUENCY)
     assert with_printed_light == pytest.approx(78_833, abs=0.6)  # what the printed formula and numbers give

@@ -108,7 +108,8 @@ def scan_convert(
     up: Up = "north",
     interpolation: Interpolation = "bilinear",
 ) -> Singles:
-    """The (size, size) image of a polar array (A, N) of finite numbers (seed eqs. 21, 22: x = R sin phi, y = R cos phi).
+    """The (size, size) image of a polar array (A, N) of finite numbers (docs/specification.md eqs. 21, 22: x = R sin phi, y
+    = R cos phi).
 
     `bilinear` interpolates between two samples and two azimuths around the pixel's centre. Azimuth wraps. Within half a cell
     of the first or last sample the range is not interpolated.
@@ -130,7 +131,8 @@ def scan_convert(
 
 
 def image_position(distance: Reals, azimuth: Reals, size: int, range_max: float, up: Up = "north") -> tuple[Floats, Floats]:
-    """Row and column, in pixels with whole numbers at pixel centres, of a range [m] and azimuth [rad] (seed eqs. 21, 22)."""
+    """Row and column, in pixels with whole numbers at pixel centres, of a range [m] and azimuth [rad]
+    (docs/specification.md eqs. 21, 22)."""
     angle = np.asarray(azimuth, np.float64) - (0.0 if isinstance(up, str) else up)
     pixels = np.asarray(distance, np.float64) * (size / (2.0 * range_max))
     middle = (size - 1) / 2.0

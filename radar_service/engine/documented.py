@@ -108,7 +108,8 @@ class DocumentedEngine:
         return compress(received, self._transmitted, self._window, radar.bins).astype(np.complex64)
 
     def amplitude(self, hits: Hits) -> Floats:
-        """Amplitude (H,) of each hit, relative; declared cross-sections do not enter. Source: seed eq. 8."""
+        """Amplitude (H,) of each hit, relative; declared cross-sections do not enter. Source:
+        docs/specification.md eq. 8."""
         radar, environment = self._scene.radar, self._scene.environment
         gain = printed_two_way(hits.azimuth, hits.elevation, radar.beamwidth, radar.beamwidth_el)
         loss = printed_atmosphere(hits.range, environment.gas_db_per_km)
@@ -178,7 +179,8 @@ class DocumentedEngine:
 
 
 def ground_plane(reach: float) -> tuple[Floats, Indices]:
-    """The plane z = 0 out to `reach` [m] each way, as vertices (4, 3) and two triangles (2, 3). Source: seed fig. 2."""
+    """The plane z = 0 out to `reach` [m] each way, as vertices (4, 3) and two triangles (2, 3). Source:
+    docs/specification.md#ground-plane."""
     corners = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]) * reach
     return corners, np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int64)
 

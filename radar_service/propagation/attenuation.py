@@ -8,16 +8,18 @@ from radar_service.types import Floats
 
 
 def printed_atmosphere(range: Floats | float, db_per_km: float = 0.01) -> Floats:
-    """Two-way POWER loss exactly as printed, by which the specification multiplies the amplitude (DESIGN row 3).
+    """Two-way POWER loss exactly as printed, by which the specification multiplies the amplitude
+    (docs/specification.md, errata row 3).
 
-    range: slant range, any shape [m]; db_per_km: one way. Source: seed eq. 10.
+    range: slant range, any shape [m]; db_per_km: one way. Source: docs/specification.md eq. 10.
     """
     loss: Floats = 10.0 ** (-db_per_km * 2.0 * np.asarray(range, dtype=np.float64) / (10.0 * 1000.0))  # eq. 10
     return loss
 
 
 def attenuation_amplitude(range: Floats | float, db_per_km: float) -> Floats:
-    """Two-way AMPLITUDE factor 10^(-gamma 2R / 20 000) of a uniform attenuation, gas or rain (DESIGN row 3).
+    """Two-way AMPLITUDE factor 10^(-gamma 2R / 20 000) of a uniform attenuation, gas or rain
+    (docs/specification.md, errata row 3).
 
     range: slant range, any shape [m]; db_per_km: one way; the sum of several attenuations.
     """

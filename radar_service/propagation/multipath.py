@@ -20,7 +20,7 @@ MIN_GAIN = 1e-12  # -120 dB: a lower direct gain counts as this one, so that the
 
 
 def wavelength(frequency: float) -> float:
-    """Free-space wavelength [m] of a frequency [Hz], 0.03186 m at 9.41 GHz. Source: seed eq. 1."""
+    """Free-space wavelength [m] of a frequency [Hz], 0.03186 m at 9.41 GHz. Source: docs/specification.md eq. 1."""
     return SPEED_OF_LIGHT / frequency  # eq. 1
 
 
@@ -107,9 +107,9 @@ def two_ray_factor(
     distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height, wavelength: [m]; earth_radius: ae
     [m]; polarization: "h" or "v"; wave_height: rms of the sea [m]; elevation_gain: one-way power gain at an elevation from
     horizontal; None: isotropic; its root counts as positive, so the sign of sidelobes is lost.
-    F = 1 + Gamma rho_s D exp(-jk (R1 + R2 - R)) R / (R1 + R2) sqrt(G(reflected) / G(direct)): Kerr 1951, ch. 2, seed
-    eq. 12 with corrected sign (DESIGN row 5). Beyond the horizon F is 0, the shadow of ray optics: diffraction is not
-    modelled.
+    F = 1 + Gamma rho_s D exp(-jk (R1 + R2 - R)) R / (R1 + R2) sqrt(G(reflected) / G(direct)): Kerr 1951, ch. 2,
+    docs/specification.md eq. 12 with corrected sign (docs/specification.md, errata row 5). Beyond the horizon F is 0, the
+    shadow of ray optics: diffraction is not modelled.
     """
     geometry = specular_geometry(distance, height, antenna_height, earth_radius)
     reflected = reflected_field_ratio(geometry, wavelength, polarization, wave_height, roughness)
@@ -132,7 +132,8 @@ def printed_two_ray_factor(
 ) -> Complexes:
     """F exactly as printed, on a flat earth and without the beam; the specification multiplies the amplitude by |F|^2.
 
-    Arguments as `two_ray_factor`; earth_radius affects D alone. Gamma, rho_s (Ament) and D are computed. Seed eq. 12.
+    Arguments as `two_ray_factor`; earth_radius affects D alone. Gamma, rho_s (Ament) and D are computed.
+    docs/specification.md eq. 12.
     """
     geometry = specular_geometry(distance, height, antenna_height)
     first, second = geometry.first * np.cos(geometry.grazing), geometry.second * np.cos(geometry.grazing)

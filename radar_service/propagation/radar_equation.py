@@ -58,5 +58,5 @@ def elevation_gain(radar: Radar, elevation: Floats, tilt_error: Floats | float =
 
 
 def two_way_phase(distance: Floats, wavelength: float) -> Complexes:
-    """exp(-4 pi j R / lambda) (DESIGN section 2; corrects the sign of seed eq. 11)."""
+    """exp(-4 pi j R / lambda) (docs/conventions.md; corrects the sign of docs/specification.md eq. 11)."""
     return np.asarray(np.exp(-4j * np.pi / wavelength * distance))

@@ -1,6 +1,7 @@
 """Antenna patterns, their gain by a fast table, and the azimuth sampling that they need.
 
-An echo's amplitude is proportional to the one-way power gain, its power to the square of it (DESIGN row 2).
+An echo's amplitude is proportional to the one-way power gain, its power to the square of it
+(docs/specification.md, errata row 2).
 """
 
 from abc import ABC, abstractmethod
@@ -80,7 +81,7 @@ def grid_rows(azimuths: int, beamwidth: float) -> int:
     """Rows of the azimuth grid: a whole multiple of `azimuths`, such that the beam fills at most a third of the band.
 
     beamwidth: `aperture_beamwidth` of the pattern [rad]. A sinc^2 beam has spatial frequencies up to 0.886 / beamwidth; at an
-    oversampling of 2.9 a kernel of four rows errs by -78 dB (DESIGN section 4), one of six by less than float32.
+    oversampling of 2.9 a kernel of four rows errs by -78 dB (docs/engine.md#errors), one of six by less than float32.
     """
     return azimuths * max(1, int(np.ceil(2.9 / azimuth_oversampling(beamwidth, azimuths))))
 

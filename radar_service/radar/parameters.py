@@ -75,7 +75,7 @@ class Radar:
 
     @property
     def wavelength(self) -> float:
-        """Free-space wavelength [m] (seed eq. 1)."""
+        """Free-space wavelength [m] (docs/specification.md eq. 1)."""
         return SPEED_OF_LIGHT / self.frequency
 
     @property

@@ -30,7 +30,8 @@ class LineSource(NamedTuple):
 def printed_gain(offset: Floats | float, beamwidth: float) -> Floats:
     """One-way gain exactly as printed, u = 2.783 t / t3dB inside sin(pi u) / (pi u); its half-power width is 0.318 t3dB.
 
-    offset: any shape, from boresight [rad]; beamwidth: nominal one-way half-power width [rad]. Source: seed eq. 2.
+    offset: any shape, from boresight [rad]; beamwidth: nominal one-way half-power width [rad]. Source:
+    docs/specification.md eq. 2.
     """
     u = 2.783 * np.asarray(offset, dtype=np.float64) / beamwidth
     gain: Floats = np.sinc(u) ** 2  # eq. 2, with G0 = 1
@@ -38,9 +39,11 @@ def printed_gain(offset: Floats | float, beamwidth: float) -> Floats:
 
 
 def printed_two_way(azimuth: Floats | float, elevation: Floats | float, beamwidth: float, beamwidth_el: float) -> Floats:
-    """Two-way pattern exactly as printed, by which the specification multiplies the AMPLITUDE (DESIGN row 2).
+    """Two-way pattern exactly as printed, by which the specification multiplies the AMPLITUDE
+    (docs/specification.md, errata row 2).
 
-    azimuth, elevation: offsets from boresight, broadcastable [rad]; the beamwidths one-way [rad]. Source: seed eqs. 3, 9.
+    azimuth, elevation: offsets from boresight, broadcastable [rad]; the beamwidths one-way [rad]. Source:
+    docs/specification.md eqs. 3, 9.
     """
     two_way: Floats = (printed_gain(azimuth, beamwidth) * printed_gain(elevation, beamwidth_el)) ** 2  # eqs. 3, 9
     return two_way
@@ -61,7 +64,7 @@ class Sinc2(AntennaPattern):
 
 @dataclass(frozen=True)
 class Printed(AntennaPattern):
-    """The specification's pattern, narrower than its nominal beamwidth (seed eq. 2)."""
+    """The specification's pattern, narrower than its nominal beamwidth (docs/specification.md eq. 2)."""
 
     name = "printed"
     aperture_width = 2.783 / (2.0 * HALF_POWER_U)  # of the uniform aperture that has the nominal beamwidth

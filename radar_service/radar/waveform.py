@@ -1,6 +1,6 @@
 """Spectra of the transmitted pulse and of the compressed one, without sampling, so that delays are exact.
 
-Convention (DESIGN section 2): chirp on t in [-T/2, T/2], window on the reference, unit echo compresses to a unit peak.
+Convention (docs/conventions.md): chirp on t in [-T/2, T/2], window on the reference, unit echo compresses to a unit peak.
 """
 
 import numpy as np
@@ -49,7 +49,8 @@ def taylor_coefficients(sidelobe_db: float, nbar: int) -> Floats:
 
 
 def chirp_spectrum(frequency: Floats, bandwidth: float, pulse: float) -> Complexes:
-    """Fourier transform [s] of exp(j pi K t^2), |t| <= T/2, K = B/T (seed eq. 7), at `frequency` [Hz] of any shape.
+    """Fourier transform [s] of exp(j pi K t^2), |t| <= T/2, K = B/T (docs/specification.md eq. 7), at `frequency` [Hz] of
+    any shape.
 
     The exact Fresnel-integral form (Klauder, Price, Darlington and Albersheim 1960).
     """
@@ -72,7 +73,8 @@ def reference_spectrum(frequency: Floats, bandwidth: float, pulse: float, window
 
 
 def matched_filter(frequency: Floats, bandwidth: float, pulse: float, window: str) -> Complexes:
-    """Transfer function [1] of the compression filter (seed eq. 15), scaled so that a unit echo has a unit peak."""
+    """Transfer function [1] of the compression filter (docs/specification.md eq. 15), scaled so that a unit echo has a unit
+    peak."""
     gain = pulse * window_coefficients(window)[0]  # integral of the window over the pulse
     filtered: Complexes = np.conj(reference_spectrum(frequency, bandwidth, pulse, window)) / gain
     return filtered
@@ -86,7 +88,7 @@ def compressed_spectrum(frequency: Floats, bandwidth: float, pulse: float, windo
 
 
 def noise_power(pulse: float, window: str, noise_factor: float) -> float:
-    """Power [W] of compressed white receiver noise in a sample: k T0 F (mean w^2 / (mean w)^2) / T (DESIGN section 2)."""
+    """Power [W] of compressed white receiver noise in a sample: k T0 F (mean w^2 / (mean w)^2) / T (docs/conventions.md)."""
     a = window_coefficients(window)
     mean_square = a[0] ** 2 + np.sum(a[1:] ** 2) / 2.0
     return float(BOLTZMANN * REFERENCE_TEMPERATURE * noise_factor * mean_square / a[0] ** 2 / pulse)

@@ -13,7 +13,8 @@ from radar_service.types import Complexes, Floats, Indices
 
 
 def chirp(time: Floats, bandwidth: float, pulse: float) -> Complexes:
-    """LFM chirp exp(j pi K t^2) with K = B/T, 0 outside -T/2 <= t <= T/2, from -B/2 to B/2 in frequency. Source: seed eq. 7.
+    """LFM chirp exp(j pi K t^2) with K = B/T, 0 outside -T/2 <= t <= T/2, from -B/2 to B/2 in frequency. Source:
+    docs/specification.md eq. 7.
 
     time: any shape [s]; bandwidth: [Hz]; pulse: [s].
     """
@@ -30,23 +31,24 @@ def pulse_times(pulse: float, sample_rate: float) -> Floats:
 
 
 def printed_phase(range: Floats | float, wavelength: float) -> Floats:
-    """Phase 4 pi R / lambda [rad] of an echo, with the sign as printed (DESIGN row 5). range: any shape [m]. Seed eq. 11."""
+    """Phase 4 pi R / lambda [rad] of an echo, with the sign as printed (docs/specification.md, errata row 5). range: any
+    shape [m]. docs/specification.md eq. 11."""
     return 4.0 * np.pi * np.asarray(range, dtype=np.float64) / wavelength  # eq. 11
 
 
 def echo(amplitude: float, phase: float, transmitted: Complexes) -> Complexes:
-    """One echo (N,) before its delay: A exp(j phi) s_TX(t). Source: seed eq. 13."""
+    """One echo (N,) before its delay: A exp(j phi) s_TX(t). Source: docs/specification.md eq. 13."""
     delayed: Complexes = amplitude * np.exp(1j * phase) * transmitted  # eq. 13
     return delayed
 
 
 def sample_delay(range: Floats, sample_rate: float) -> Indices:
-    """Two-way delay of each range [m] in whole samples, rounded (DESIGN row 6)."""
+    """Two-way delay of each range [m] in whole samples, rounded (docs/specification.md, errata row 6)."""
     return np.rint(2.0 * np.asarray(range) / SPEED_OF_LIGHT * sample_rate).astype(np.int64)
 
 
 def chirp_sum(delay: Indices, amplitude: Floats, phase: Floats, transmitted: Complexes, bins: int) -> Complexes:
-    """Received signal (bins + N - 1,): chirp after chirp added at its delay. Source: seed eq. 14.
+    """Received signal (bins + N - 1,): chirp after chirp added at its delay. Source: docs/specification.md eq. 14.
 
     delay (H,) in samples, those outside 0 to bins - 1 are not received; amplitude (H,); phase (H,) [rad]; transmitted (N,).
     """
@@ -70,7 +72,8 @@ def impulse_sum(delay: Indices, amplitude: Floats, phase: Floats, transmitted: C
 def exact_chirp_sum(
     range: Floats, amplitude: Floats, phase: Floats, bandwidth: float, pulse: float, sample_rate: float, bins: int
 ) -> Complexes:
-    """`chirp_sum` with every delay exact: the chirp is evaluated at t - 2R/c for each echo (corrects DESIGN row 6).
+    """`chirp_sum` with every delay exact: the chirp is evaluated at t - 2R/c for each echo (corrects
+    docs/specification.md, errata row 6).
 
     range (H,) [m], amplitude (H,), phase (H,) [rad]. The slow reference of the corrected engine.
     """
@@ -84,7 +87,7 @@ def exact_chirp_sum(
 
 
 def printed_hamming(count: int) -> Floats:
-    """Hamming window (count,), 0.54 - 0.46 cos(2 pi n / (N - 1)). Source: seed eq. 17."""
+    """Hamming window (count,), 0.54 - 0.46 cos(2 pi n / (N - 1)). Source: docs/specification.md eq. 17."""
     return 0.54 - 0.46 * np.cos(2.0 * np.pi * np.arange(count) / max(count - 1, 1))  # eq. 17
 
 
@@ -100,7 +103,8 @@ def window(name: str, count: int) -> Floats:
 
 
 def compress(received: Complexes, transmitted: Complexes, weights: Floats, bins: int) -> Complexes:
-    """Matched filter (bins,) by FFT: correlation with the windowed chirp, a unit echo to a unit peak. Source: seed eq. 15.
+    """Matched filter (bins,) by FFT: correlation with the windowed chirp, a unit echo to a unit peak. Source:
+    docs/specification.md eq. 15.
 
     received (bins + N - 1,); transmitted (N,); weights (N,), the window on the reference.
     """
@@ -111,5 +115,6 @@ def compress(received: Complexes, transmitted: Complexes, weights: Floats, bins:
 
 
 def printed_response(delay: Floats, bandwidth: float) -> Floats:
-    """Predicted |compressed| of an unweighted chirp, |sinc(B tau)|, 1 at delay 0 [s]; holds for B T >> 1. Seed eq. 16."""
+    """Predicted |compressed| of an unweighted chirp, |sinc(B tau)|, 1 at delay 0 [s]; holds for B T >> 1.
+    docs/specification.md eq. 16."""
     return np.abs(np.sinc(bandwidth * np.asarray(delay)))  # eq. 16

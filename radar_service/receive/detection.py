@@ -12,7 +12,7 @@ KERNEL_EXTENT = 6.0  # sigmas kept of the Gaussian: exp(-18) = 1.5e-8 of its pea
 
 
 def detect(field: NDArray[np.complexfloating[Any, Any]]) -> Floats:
-    """Power of the compressed field, any shape. Source: seed eq. 18."""
+    """Power of the compressed field, any shape. Source: docs/specification.md eq. 18."""
     return field.real.astype(np.float64) ** 2 + field.imag.astype(np.float64) ** 2  # eq. 18
 
 
@@ -22,15 +22,16 @@ def square_law(field: Profiles) -> Singles:
 
 
 def spread_sigma(beamwidth: float) -> float:
-    """Standard deviation [rad] of the Gaussian of half-power width `beamwidth` [rad]. Source: seed eq. 19, text."""
+    """Standard deviation [rad] of the Gaussian of half-power width `beamwidth` [rad]. Source: docs/specification.md eq. 19,
+    text."""
     return beamwidth / 2.355
 
 
 def beam_spread(power: Floats, beamwidth: float, azimuth_step: float) -> Floats:
-    """Power (A, N) convolved along azimuth, circularly, with the Gaussian of the beam. Source: seed eq. 19.
+    """Power (A, N) convolved along azimuth, circularly, with the Gaussian of the beam. Source: docs/specification.md eq. 19.
 
     beamwidth, azimuth_step: [rad]. The kernel sums to 1, so it keeps the energy of a scan; its peak is below 1. As the
-    rays are weighted by the beam already, this applies the beam a second time (DESIGN row 7).
+    rays are weighted by the beam already, this applies the beam a second time (docs/specification.md, errata row 7).
     """
     sigma = spread_sigma(beamwidth) / azimuth_step
     extent = int(np.ceil(KERNEL_EXTENT * sigma))
@@ -40,7 +41,8 @@ def beam_spread(power: Floats, beamwidth: float, azimuth_step: float) -> Floats:
 
 
 def predicted_psf(range_offset: Floats, azimuth_offset: Floats, range_resolution: float, beamwidth: float) -> Floats:
-    """Predicted power of a point around its position, 1 at the point: sinc^2 in range, Gaussian in azimuth. Source: seed eq. 20.
+    """Predicted power of a point around its position, 1 at the point: sinc^2 in range, Gaussian in azimuth. Source:
+    docs/specification.md eq. 20.
 
     range_offset, azimuth_offset: broadcastable [m], [rad]; range_resolution: c / (2B) [m]; beamwidth: [rad]. It is a prediction,
     not a stage. It fits an unweighted chirp; a Hamming reference is 1.47 times as wide (row 11).

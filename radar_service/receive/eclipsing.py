@@ -78,7 +78,7 @@ def eclipsing_for(
     begin = pulse / 2.0 - cut / (OVERSAMPLING * fs)  # time of the first sample, from the middle of the transmitted pulse
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
     gridded = transmitted(frequency) / kernel.transform(frequency / fs)
-    position = (margin - 0.5) / fs  # column 0 is half a sample from range 0 (DESIGN section 2)
+    position = (margin - 0.5) / fs  # column 0 is half a sample from range 0 (docs/conventions.md)
     received = OVERSAMPLING * fs * gridded * np.exp(2j * np.pi * frequency * (begin + position))
     compressed = filtered(frequency) / OVERSAMPLING * np.exp(2j * np.pi * frequency * (0.5 / fs - begin))
     return Eclipsing(

@@ -17,7 +17,7 @@ from radar_service.scene.world import Scene
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
 NO_REMARKS: Mapping[str, Sequence[str]] = MappingProxyType({})
-TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam (DESIGN section 3, row 2)
+TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam (docs/specification.md, errata row 2)
 
 
 def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) -> str:

@@ -1,7 +1,8 @@
 """Built-in shapes as triangle meshes in their own frame: heading 0, x east, y north (ahead), z up; normals face outward.
 
 The origin is the centre of sphere and plate, the apex of the trihedral, the middle of the dihedral's fold, and the foot of
-box, cylinder and hull (DESIGN section 6). A plate faces +y; dihedral and trihedral open toward +y, axis of symmetry level.
+box, cylinder and hull (docs/scenes.md#shapes). A plate faces +y; dihedral and trihedral open toward +y, axis of symmetry
+level.
 """
 
 import math

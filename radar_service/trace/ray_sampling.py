@@ -13,25 +13,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-REACH = 1.5  # beamwidths each side of boresight, seed eqs. 4, 5
+REACH = 1.5  # beamwidths each side of boresight, docs/specification.md eqs. 4, 5
 MOST = 8_000_000  # rays in a turn: some 2 GB while they are thrown
 
 
 def azimuth_offsets(generator: np.random.Generator, count: int, beamwidth: float) -> Floats:
-    """Offsets (count,) of the rays from boresight in azimuth [rad], uniform in +-1.5 beamwidths. Source: seed eq. 4."""
+    """Offsets (count,) of the rays from boresight in azimuth [rad], uniform in +-1.5 beamwidths. Source:
+    docs/specification.md eq. 4."""
     return generator.uniform(-REACH * beamwidth, REACH * beamwidth, count)  # eq. 4
 
 
 def elevation_offsets(generator: np.random.Generator, count: int, beamwidth_el: float) -> Floats:
-    """Offsets (count,) of the rays from the horizontal [rad], uniform in +-1.5 beamwidths. Source: seed eq. 5."""
+    """Offsets (count,) of the rays from the horizontal [rad], uniform in +-1.5 beamwidths. Source:
+    docs/specification.md eq. 5."""
     return generator.uniform(-REACH * beamwidth_el, REACH * beamwidth_el, count)  # eq. 5
 
 
 def printed_direction(azimuth: Floats, elevation: Floats) -> Floats:
-    """Unit vectors (M, 3) exactly as printed: the azimuth [rad] counts from x counter-clockwise. Source: seed eq. 6.
+    """Unit vectors (M, 3) exactly as printed: the azimuth [rad] counts from x counter-clockwise. Source:
+    docs/specification.md eq. 6.
 
-    With eqs. 21 and 22, which count from y clockwise, it mirrors the picture about the line of 45 degrees (DESIGN row 8);
-    so the documented chain itself sends its rays along `frames.direction`.
+    With eqs. 21 and 22, which count from y clockwise, it mirrors the picture about the line of 45 degrees
+    (docs/specification.md, errata row 8); so the documented chain itself sends its rays along `frames.direction`.
     """
     level = np.cos(elevation)
     return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=-1)  # eq. 6
@@ -53,7 +56,7 @@ class Rays:
 
 
 def uniform_square(generator: np.random.Generator, across: int, up: int) -> Floats:
-    """Independent points (across x up, 2) of the unit square: the law of seed eqs. 4 and 5."""
+    """Independent points (across x up, 2) of the unit square: the law of docs/specification.md eqs. 4 and 5."""
     return generator.random((across * up, 2))
 
 

@@ -1,4 +1,5 @@
-"""The README's table of quantities, theory, ours and difference, every figure measured in the run that prints it.
+"""The table of docs/measurements.md#accuracy: quantities, theory, ours and difference, every figure measured in the run that
+prints it.
 
     .venv/bin/python -m tests.bench.accuracy_table
 

@@ -1,4 +1,5 @@
-"""The feed under load, each row of the README's table: pytest -m bench tests/bench/test_feed_load.py -s prints the figures."""
+"""The feed under load, each row of docs/measurements.md#load: pytest -m bench tests/bench/test_feed_load.py -s prints the
+figures."""
 
 import os
 

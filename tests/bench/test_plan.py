@@ -15,7 +15,7 @@ from tests.bench import places as scenes
 from tests.real import places
 
 pytestmark = pytest.mark.bench
-FACTOR = 1.5  # issue
+FACTOR = 1.5  # required
 MAKERS: dict[str, Callable[[Path], rs.Scene]] = {
     "harbour": lambda folder: scenes.shipped("harbour"),
     "open-sea": lambda folder: scenes.shipped("open-sea"),
@@ -41,7 +41,7 @@ def scan_seconds(sim: rs.Simulator, limit: float = 10.0) -> float:
 
 @pytest.mark.parametrize("name", MAKERS)
 def test_scenes_run_as_fast_as_predicted(name: str, tmp_path: Path) -> None:
-    """Within a factor of 1.5 (issue); `auto` takes no longer than `balanced`, to a tenth, but for points that the budget
+    """Within a factor of 1.5 (required); `auto` takes no longer than `balanced`, to a tenth, but for points that the budget
     asks for and `balanced` has not."""
     if "triangles" in name and not (places.REAL / "README.md").is_file():
         pytest.skip(f"the real input is not at {places.REAL}")

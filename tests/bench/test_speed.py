@@ -68,7 +68,7 @@ def row(name: str, folder: Path) -> tuple[str, float, float, float]:
 
 @pytest.mark.parametrize("name", MAKERS)
 def test_speed(name: str, tmp_path: Path) -> None:
-    """A process of its own for each scene, so that the peak is the scene's; faster than real time everywhere (issue)."""
+    """A process of its own for each scene, so that the peak is the scene's; faster than real time everywhere (required)."""
     if "triangles" in name and not (places.REAL / "README.md").is_file():
         pytest.skip(f"the real input is not at {places.REAL}")
     command = [sys.executable, "-m", "tests.bench.test_speed", name, str(tmp_path)]
@@ -80,7 +80,7 @@ def test_speed(name: str, tmp_path: Path) -> None:
 
 def test_chirp_sum_is_forty_times_slower_and_28_db_worse() -> None:
     """The documented sum of whole chirps at rounded delays, on the engine's own echoes of 4000 points: its field and the
-    engine's against the closed form, and the time of an azimuth: 40 times and 28 dB (issue)."""
+    engine's against the closed form, and the time of an azimuth: 40 times and 28 dB (required)."""
     speed, gain = against_chirp_sum()
     print(f"\nagainst the chirp sum: {speed:.0f} times faster, {gain:.1f} dB more accurate")
     assert speed > 40 and gain > 28

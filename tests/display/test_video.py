@@ -23,7 +23,7 @@ from radar_service.display.video import (
     strongest,
 )
 
-NOISE = 1.371e-15  # W, the receiver of DESIGN section 2
+NOISE = 1.371e-15  # W, the receiver of docs/conventions.md
 HALF_STEP = DB_PER_STEP / 2 + 1e-5  # a byte is the nearest step; float32 logarithms of -150 dB err by 1e-5 dB
 
 

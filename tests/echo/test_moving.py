@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 EARTH = 4 / 3 * 6_371_000.0
 RADAR = {"range_max_m": 2500, "azimuths": 720, "beamwidth_deg": 4, "beamwidth_el_deg": 20}
 ALL_ROUND = replace(PRESETS["balanced"], beam_extent=np.inf)
-FIELD = 10 ** (-50 / 20)  # of an amplitude on boresight: moving points err by -55 dB (DESIGN section 4)
+FIELD = 10 ** (-50 / 20)  # of an amplitude on boresight: moving points err by -55 dB (docs/engine.md#errors)
 
 
 def ring(count: int = 9, **motion: Any) -> list[dict[str, Any]]:

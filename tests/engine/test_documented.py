@@ -229,8 +229,9 @@ def test_the_picture_of_a_point_against_the_predicted_point_spread() -> None:
     picture = power / power.max()
     offset = (np.arange(-15, 16)) * 2 * np.pi / azimuths
     across, predicted = picture[row - 15 : row + 16, column], predicted_psf(0.0, offset, 2.998, np.deg2rad(3.9))
-    # eq. 20 forgets the beam that the rays bring along: 3.95 degrees for 3.9 (DESIGN row 7), and a Gaussian that is wider by
-    # a share s stands higher by 2 s / e where the difference is greatest; 0.002 is half the last digit of the 3.95
+    # eq. 20 forgets the beam that the rays bring along: 3.95 degrees for 3.9 (docs/specification.md, errata row 7), and a
+    # Gaussian that is wider by a share s stands higher by 2 s / e where the difference is greatest; 0.002 is half the last
+    # digit of the 3.95
     assert np.abs(across - predicted).max() == pytest.approx(2 * np.exp(-1) * 0.0125, abs=0.002)
     along = picture[row, column - 30 : column + 31]
     range_offset = np.arange(-30, 31) * made.range[1]
@@ -245,4 +246,5 @@ def test_a_hamming_reference_makes_the_picture_wider_than_predicted() -> None:
     along = power[row, column:] / power.max()
     half = float(np.interp(-0.5, -along[:15], np.arange(15))) * made.range[1]
     predicted = 0.442946 * 2.99792458
-    assert half / predicted == pytest.approx(1.47, abs=0.01)  # DESIGN row 11; samples 0.37 m apart, joined by lines
+    # docs/specification.md, errata row 11; samples 0.37 m apart, joined by lines
+    assert half / predicted == pytest.approx(1.47, abs=0.01)

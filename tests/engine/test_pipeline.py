@@ -81,7 +81,7 @@ def test_points_at_rest_meet_the_closed_form_under_the_full_beam(radar: dict[str
 @pytest.mark.parametrize("knots", [0.1, 12.0, 40.0])
 @pytest.mark.parametrize("moving", ["own ship", "bodies"])
 def test_moving_points_meet_the_closed_form_at_every_instant(knots: float, moving: str) -> None:
-    """-50 dB (issue): the beam of moving echoes is cut at 12 beamwidths, which errs by -55 dB (DESIGN section 4)."""
+    """-50 dB (required): the beam of moving echoes is cut at 12 beamwidths, which errs by -55 dB (docs/engine.md#errors)."""
     motion = {"speed_kn": knots, "course_deg": 30}
     bodies = scattered(6, 2800, seed=2, **(motion if moving == "bodies" else {}))
     made = scene(bodies, radar={"range_max_m": 3000}, own_ship=motion if moving == "own ship" else {})

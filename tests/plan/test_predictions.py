@@ -46,8 +46,8 @@ def error_db(field: np.ndarray[Any, Any], exact: np.ndarray[Any, Any]) -> float:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_errors_keep_the_budget_and_the_prediction(name: str) -> None:
-    """Against `reference` with everything in it, on the same scatterers, looked at as often: below -40 dB (issue), below the
-    plan's own prediction, below the -54 dB that `balanced` has at worst but for the mirror's phase, and no slower
+    """Against `reference` with everything in it, on the same scatterers, looked at as often: below -40 dB (required), below
+    the plan's own prediction, below the -54 dB that `balanced` has at worst but for the mirror's phase, and no slower
     than it where it keeps the budget."""
     sim, plan, chosen = planned(name), planned(name).plan, planned(name).fidelity
     sim.skip_to(0)
@@ -129,7 +129,7 @@ def test_echoes_rays_and_transforms_are_counted_exactly(name: str, monkeypatch: 
 
 
 def test_scenes_are_varied() -> None:
-    """At least twelve (issue), with every kind of omission among them."""
+    """At least twelve (required), with every kind of omission among them."""
     assert len(SCENES) >= 12
     omitted = " ".join(choice.how for name in SCENES for choice in planned(name).plan.choices if not choice.modelled)
     for reason in ("always out of range", "always beyond the radar horizon", "never visible", "below the noise",

@@ -32,13 +32,13 @@ def test_kernels_err_as_the_chart_of_the_harbour_says(width: int, measured: floa
 
 @pytest.mark.parametrize(("beamwidth", "azimuths", "measured"), [(3.9, 720, -83.0), (0.9, 2048, -85.0)])
 def test_beam_kernels_err_as_was_measured(beamwidth: float, azimuths: int, measured: float) -> None:
-    """-83 dB at 4.4 grid rows to the beam's band (DESIGN section 4); twice the rows where a beam has 2.9 of them."""
+    """-83 dB at 4.4 grid rows to the beam's band (docs/engine.md#errors); twice the rows where a beam has 2.9 of them."""
     assert beam_kernel_db(radar(beamwidth_deg=beamwidth, azimuths=azimuths), 4) == pytest.approx(measured, abs=1.0)
 
 
 @pytest.mark.parametrize(("extent", "measured"), [(3.0, -38.0), (9.0, -51.0), (12.0, -55.0)])
 def test_a_cut_beam_errs_as_was_measured(extent: float, measured: float) -> None:
-    """The table of DESIGN section 4, whole dB."""
+    """The table of docs/engine.md#errors, whole dB."""
     assert extent_db(radar(), extent) == pytest.approx(measured, abs=0.5)
 
 

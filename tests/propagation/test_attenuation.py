@@ -9,7 +9,8 @@ FREQUENCY = 9.41e9
 
 
 def test_printed_atmosphere_loses_one_db_both_ways_at_50_km() -> None:
-    assert 10 * np.log10(printed_atmosphere(50_000.0, 0.01)) == pytest.approx(-1.0, rel=1e-12)  # seed figure 9; rounding
+    # docs/specification.md eq. 10; rounding
+    assert 10 * np.log10(printed_atmosphere(50_000.0, 0.01)) == pytest.approx(-1.0, rel=1e-12)
 
 
 def test_gas_loses_its_decibels_in_power_both_ways() -> None:

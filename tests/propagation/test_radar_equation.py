@@ -29,7 +29,7 @@ def energy(bodies: list[dict[str, Any]], radar: dict[str, Any], seed: int = 0, *
 
 @pytest.mark.parametrize("distance", [3.0, 20.0, 150.0, 1000.0, 4321.0, 15_000.0, 28_900.0])
 def test_the_radar_equation_from_the_minimum_range_to_the_horizon(distance: float) -> None:
-    """Our field projected on the exact one: 0.1 dB (issue) of the absolute level, from near the foot of the mast to just
+    """Our field projected on the exact one: 0.1 dB (required) of the absolute level, from near the foot of the mast to just
     before the horizon of 28 998 m (15 and 10 m high)."""
     settings = LONG if distance > 5000 else {**WIDE, "range_max_m": 5000}
     made = scene([point("t", 0, distance, 15.0 if distance < 100 else 10.0)], radar=settings)

@@ -102,7 +102,8 @@ def quiet_factor(distance: float, polarization: str, sea_state: int) -> complex:
 
 
 def test_the_first_null() -> None:
-    """At 8037.0 m, and not at the 9416.5 m of a flat sea: F^4 there below -35 dB (issue), the least within a metre of it."""
+    """At 8037.0 m, and not at the 9416.5 m of a flat sea: F^4 there below -35 dB (required), the least within a metre of
+    it."""
     places = 8037.0 + np.array([-200.0, -1.0, 0.0, 1.0, 200.0])
     levels = [db(seen_factor(p)) for p in places]
     assert levels[2] < -35.0

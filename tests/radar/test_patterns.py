@@ -18,13 +18,14 @@ def half_width(gain, level: float, upper: float) -> float:
 
 
 def test_printed_gain_of_the_worked_example() -> None:
-    # seed 8.1 step 3 says 0.67; the printed formula gives 0.122 (DESIGN row 10), half its last digit
+    # docs/specification.md#worked-example step 3 says 0.67; the printed formula gives 0.122
+    # (docs/specification.md, errata row 10), half its last digit
     assert printed_gain(np.deg2rad(1.0), BEAM) == pytest.approx(0.122, abs=5e-4)
 
 
 def test_printed_two_way_is_the_square_of_the_product() -> None:
     two_way = printed_two_way(np.deg2rad(1.0), 0.0, BEAM, np.deg2rad(25))
-    assert two_way == pytest.approx(0.0149, abs=5e-5)  # DESIGN row 10, half its last digit
+    assert two_way == pytest.approx(0.0149, abs=5e-5)  # docs/specification.md, errata row 10, half its last digit
     both = printed_two_way(np.deg2rad(0.5), np.deg2rad(3.0), BEAM, np.deg2rad(25))
     product = printed_gain(np.deg2rad(0.5), BEAM) * printed_gain(np.deg2rad(3.0), np.deg2rad(25))
     assert both == pytest.approx(product**2, rel=1e-14)  # rounding
@@ -77,7 +78,7 @@ def test_gaussian_one_beamwidth_out_is_a_sixteenth() -> None:
 
 
 def test_two_way_three_db_width_of_the_corrected_beam() -> None:
-    # DESIGN row 2: power goes as G^2; 0.7200 t3dB, half the last digit
+    # docs/specification.md, errata row 2: power goes as G^2; 0.7200 t3dB, half the last digit
     assert 2 * half_width(lambda t: SINC2.gain(t, 1.0) ** 2, 0.5, 0.5) == pytest.approx(0.7200, abs=5e-5)
 
 

@@ -73,7 +73,8 @@ def test_chirp_spectrum_under_a_spectral_window_has_the_sidelobes_of_the_tables(
 
 
 def test_sidelobes_with_the_window_on_the_reference() -> None:
-    """BT = 500, Hamming on the reference: peak sidelobe -42.6 dB, the first -43.3 (DESIGN row 11; half the last digit)."""
+    """BT = 500, Hamming on the reference: peak sidelobe -42.6 dB, the first -43.3 (docs/specification.md, errata row 11;
+    half the last digit)."""
     delay = np.linspace(0, T, 200_001)
     profile = np.abs(compressed_pulse(delay, B, T, tuple(window_coefficients("hamming"))))
     minima = np.flatnonzero((profile[1:-1] < profile[:-2]) & (profile[1:-1] < profile[2:])) + 1
@@ -93,7 +94,7 @@ def test_taylor_window_reaches_its_sidelobe_level() -> None:
 
 
 def test_noise_power_is_the_stated_level() -> None:
-    """Hamming, F = 4 dB, 10 us: 1.371e-15 W (DESIGN section 2; half its last digit)."""
+    """Hamming, F = 4 dB, 10 us: 1.371e-15 W (docs/conventions.md; half its last digit)."""
     assert noise_power(10e-6, "hamming", 10**0.4) == pytest.approx(1.371e-15, abs=0.0005e-15)
 
 

@@ -31,7 +31,8 @@ class Extent(NamedTuple):
 
 
 def polar(points: Floats, height: float) -> Floats:
-    """Slant range [m], bearing and elevation [rad] (..., 3) of places, from `height` over the origin (DESIGN section 2)."""
+    """Slant range [m], bearing and elevation [rad] (..., 3) of places, from `height` over the origin
+    (docs/conventions.md)."""
     distance = np.hypot(points[..., 0], points[..., 1])
     z = points[..., 2] - distance**2 / (2.0 * EARTH_RADIUS) - height
     return np.stack([np.hypot(distance, z), np.arctan2(points[..., 0], points[..., 1]), np.arctan2(z, distance)], axis=-1)
@@ -76,7 +77,7 @@ def sight_free(points: Floats, triangles: Floats, height: float) -> NDArray[np.b
 
 
 def bent(points: Floats) -> Floats:
-    """Places (..., 3) lowered by the earth's drop as seen from the origin (DESIGN section 2)."""
+    """Places (..., 3) lowered by the earth's drop as seen from the origin (docs/conventions.md)."""
     lowered = points.copy()
     lowered[..., 2] -= (points[..., 0] ** 2 + points[..., 1] ** 2) / (2.0 * EARTH_RADIUS)
     return lowered

@@ -54,7 +54,7 @@ def test_pulse_is_sampled_symmetrically() -> None:
 
 
 def test_phase_turns_once_in_half_a_wavelength() -> None:
-    # seed 5.2.2: 1.6 cm is half a wavelength; rounding of 4 pi R / lambda near 1e4 rad
+    # docs/specification.md#echo: 1.6 cm is half a wavelength; rounding of 4 pi R / lambda near 1e4 rad
     assert printed_phase(100.0 + 0.03186 / 2, 0.03186) - printed_phase(100.0, 0.03186) == pytest.approx(2 * np.pi, abs=1e-9)
 
 
@@ -63,7 +63,7 @@ def test_one_echo_is_the_scaled_and_turned_chirp() -> None:
 
 
 def test_delay_of_the_worked_example() -> None:
-    assert sample_delay(np.array([200.0]), RATE).tolist() == [267]  # seed 8.1 step 1
+    assert sample_delay(np.array([200.0]), RATE).tolist() == [267]  # docs/specification.md#worked-example step 1
 
 
 def test_a_unit_echo_compresses_to_a_unit_peak_in_its_bin() -> None:
@@ -129,7 +129,8 @@ def test_peak_sidelobe_without_a_window(bandwidth_time: float, sidelobe_db: floa
 def test_peak_sidelobe_of_a_hamming_window_needs_a_long_pulse() -> None:
     levels = [sidelobes_db(response(bt, "hamming")).max() for bt in (20, 100, 500, 1000)]
     assert levels == sorted(levels, reverse=True)
-    assert levels[2:] == pytest.approx([-42.6, -42.68], abs=0.05)  # DESIGN row 11; the window's own -42.68 as BT grows
+    # docs/specification.md, errata row 11; the window's own -42.68 as BT grows
+    assert levels[2:] == pytest.approx([-42.6, -42.68], abs=0.05)
 
 
 def test_exact_delays_agree_with_whole_samples_and_are_smooth_between_them() -> None:

@@ -87,7 +87,7 @@ def test_the_filter_compresses_the_spectrum_to_a_unit_peak() -> None:
 
 
 def test_noise_power_of_both_waveforms() -> None:
-    """Hamming, F = 4 dB, 10 us: 1.371e-15 W (DESIGN section 2). A matched plain pulse would have k T0 F / T; the Gaussian
+    """Hamming, F = 4 dB, 10 us: 1.371e-15 W (docs/conventions.md). A matched plain pulse would have k T0 F / T; the Gaussian
     filter at B T = 1.25 loses 10 log10(1.0645 x 1.25 / erf(1.668)^2) = 1.401 dB."""
     assert receiver_noise_power(radar(pulse_s=10e-6, noise_figure_db=4)) == pytest.approx(1.371e-15, abs=0.0005e-15)
     matched = 1.380649e-23 * 290 * 10**0.4 / 0.25e-6

@@ -8,7 +8,7 @@ from radar_service.receive.gridding import MAX_DIRECT_WEIGHTS, Kernel, spread, s
 
 @pytest.mark.parametrize(("width", "oversampling", "bound_db"), [(4, 1.5, -55), (6, 1.5, -74), (4, 3.0, -74), (6, 2.0, -90)])
 def test_a_laid_point_has_the_spectrum_of_its_exact_place(width: int, oversampling: float, bound_db: float) -> None:
-    """Inside the band the corrected spectrum is a pure exponential. Bounds: DESIGN section 4 has -61 and -80 dB at 1.5
+    """Inside the band the corrected spectrum is a pure exponential. Bounds: docs/engine.md#errors has -61 and -80 dB at 1.5
     for a tapered spectrum; this one is flat to the band's edge, where the kernel is worst (6 dB allowed)."""
     kernel, n = Kernel(width, oversampling), 256
     places = np.random.default_rng(1).uniform(0, n, 40)

@@ -112,7 +112,7 @@ def rest() -> str:
 def presets() -> str:
     """The settings of each preset."""
     names = [name for name in PRESETS if name != "documented"]
-    settings = [key for key in vars(PRESETS["balanced"]) if key not in ("name", "chain", "tracer", "sampler", "error_db")]
+    settings = [key for key in vars(PRESETS["balanced"]) if key not in ("name", "engine", "tracer", "sampler", "error_db")]
     rows = [(f"`{key}`", *(f"{getattr(PRESETS[name], key):g}" for name in names)) for key in settings]
     return table(("setting", *(f"`{name}`" for name in names)), rows)
 

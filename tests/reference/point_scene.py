@@ -1,7 +1,7 @@
 """Slow twin: the field of a scene of points, every azimuth at its own instant, for any pulse, beam and repetition.
 
 Own arithmetic throughout: nothing of the engine but the scene's motions (which have their own tests) is used. Author: this
-project, from the definitions of DESIGN section 2 and the radar equation (Skolnik 2001, eq. 1.7).
+project, from the definitions of docs/conventions.md and the radar equation (Skolnik 2001, eq. 1.7).
 """
 
 from collections.abc import Callable

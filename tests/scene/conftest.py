@@ -11,7 +11,7 @@ from tests.scene.scene_sources import EXAMPLE, TETRAHEDRON
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with the example of the design and its files."""
+    """A folder with the example of docs/scenes.md and its files."""
     home = tmp_path / "home"
     home.mkdir()
     (home / "ferry.obj").write_text(TETRAHEDRON)

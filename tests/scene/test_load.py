@@ -1,4 +1,4 @@
-"""Whole scenes: the example of the design, shared files, units, several problems at once, arbitrary input."""
+"""Whole scenes: the example of docs/scenes.md, shared files, units, several problems at once, arbitrary input."""
 
 import json
 import math
@@ -21,7 +21,7 @@ def test_the_example_of_the_design(folder: Path) -> None:
     scene = load_scene(folder / "scene.toml")
     assert (scene.name, scene.origin) == ("two targets", (50.9, 1.4))
     radar = scene.radar
-    assert radar.range_step == pytest.approx(1.9986, abs=5e-5)  # as printed in the design
+    assert radar.range_step == pytest.approx(1.9986, abs=5e-5)  # docs/conventions.md#range
     assert radar.bins == math.ceil(5000 / (299_792_458 / 150e6)) == 2502
     assert (radar.gain, radar.loss, radar.rotation_period) == (1000.0, 1.0, 2.5)
     assert radar.beamwidth == pytest.approx(math.radians(3.9))

@@ -26,7 +26,7 @@ def hills(seed: int, size: float, posts: int = 12) -> Mesh:
 
 
 def bent(positions: Floats, antenna: Floats) -> Floats:
-    """Positions as the antenna sees them, the definition of DESIGN section 2."""
+    """Positions as the antenna sees them, the definition of docs/conventions.md."""
     offset = positions - antenna
     drop = (offset[..., 0] ** 2 + offset[..., 1] ** 2) / (2 * EARTH)
     return np.stack([offset[..., 0], offset[..., 1], offset[..., 2] - drop], axis=-1)
@@ -104,7 +104,7 @@ def test_horizon_is_the_sum_of_the_two_roots() -> None:
 
 def test_no_ray_slips_through_the_edges_of_a_closed_body() -> None:
     """20,000 sight lines at the vertices and edge middles of a sphere's far side: all blocked but for Embree's known
-    0.09 % at exact edges (reference/embree.md), allowed 0.3 %."""
+    0.09 % at exact edges (docs/reference-values.md#embree), allowed 0.3 %."""
     import trimesh
 
     ball = trimesh.creation.icosphere(subdivisions=5, radius=50.0)

@@ -51,8 +51,8 @@ def test_rays_meet_the_triangles_of_the_reference_at_its_ranges(distance: float,
 
 
 def test_the_point_of_a_hit_lies_along_its_ray() -> None:
-    """A point on a body 20 km off, turned, put back on the map: the definition of DESIGN section 2 finds it in the ray's own
-    direction and range, to rounding (1e-7 m at 20 km; 1e-12 rad)."""
+    """A point on a body 20 km off, turned, put back on the map: the definition of docs/conventions.md finds it in the ray's
+    own direction and range, to rounding (1e-7 m at 20 km; 1e-12 rad)."""
     pose, antenna = BodyPose(np.array([12_000.0, 16_000.0, 5.0]), 0.7), np.array([300.0, -400.0, 60.0])
     mesh, rng = hills(3, 3000.0), np.random.default_rng(4)
     azimuth, elevation = rng.uniform(0.6, 0.7, 200), rng.uniform(-0.01, 0.002, 200)

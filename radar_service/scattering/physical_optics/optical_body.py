@@ -27,7 +27,7 @@ from radar_service.types import Complexes, Flags, Floats
 NEAREST = 16.0  # m; nearer than this the far field of a facet is that of 16 m: no marine antenna observes nearer bodies
 FACET_SETS = 4  # kept: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch that bounces: their ragged edge is then some 1 % of its area
-SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (DESIGN section 4)
+SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,8 @@ from radar_service.types import Complexes, Flags, Floats, Indices
 
 Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) have a line of sight to the antenna
 
-OFFSET = 1e-3  # m; a bounce starts this far off its surface (embree.md: 0.1 mm still hits itself in 7 % of cases)
+# m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
+OFFSET = 1e-3
 OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
 GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
 

@@ -16,7 +16,7 @@ from radar_service.stream.radio.station import Station
 
 INBOUND_LIMIT = 4096  # bytes of a websocket message: the feed ignores what clients send
 SHUTDOWN_SECONDS = 5
-SEND_BUFFER = 128 * 2**10  # bytes: what a stalled client later receives as stale spokes (reference/streaming.md, section 2)
+SEND_BUFFER = 128 * 2**10  # bytes: what a stalled client later receives as stale spokes (docs/reference-values.md#fan-out)
 BACKLOG = 2048  # connections that wait to be taken
 MAX_CONNECTIONS = 600  # all together: the clients of a full radar and some for REST
 MAX_PER_ADDRESS = 40  # from one other machine; this machine has no such limit

@@ -63,8 +63,9 @@ def test_plate_of_the_reference_table(tmp_path: Path, tilt_deg: float, printed: 
 
 @pytest.mark.parametrize("radius, coarse, fine", [(0.3, 20, 28), (1.0, 32, 44), (2.0, 48, 64)])
 def test_sphere(tmp_path: Path, radius: float, coarse: int, fine: int) -> None:
-    """pi r^2 (values-9.41-ghz.md: Mie gives the same to 0.02 dB above 0.5 m), to 0.25 dB: facets that sag by s shift
-    phases by up to 4 pi s / lambda, 0.13 rad here, and the shadow's edge returns some 1 / (2 k r) of the amplitude."""
+    """pi r^2 (docs/reference-values.md#cross-sections: Mie gives the same to 0.02 dB above 0.5 m), to 0.25 dB: facets that
+    sag by s shift phases by up to 4 pi s / lambda, 0.13 rad here, and the shadow's edge returns some 1 / (2 k r) of the
+    amplitude."""
     for n in (coarse, fine):
         assert rcs_dbsm(tmp_path, sphere(radius, n), [0.3, -0.5, 0.4], 2000) == pytest.approx(
             decibels(np.pi * radius**2), abs=0.25
@@ -221,8 +222,9 @@ def test_turning_body_and_antenna_together_changes_nothing(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("tilt_deg, rays", [(30.0, 31), (10.0, 16)])
 def test_a_plain_sum_of_sparse_rays_fails_where_facets_do_not(tmp_path: Path, tilt_deg: float, rays: int) -> None:
-    """embree.md: on a square metre tilted by 30 degrees one ray per wavelength meets a grating lobe and reads 38 dB
-    too much, 16 rays across at 10 degrees read 8 dB too much; the closed form stays within 0.1 dB of theory."""
+    """docs/reference-values.md#coherent-ray-sums: on a square metre tilted by 30 degrees one ray per wavelength meets a
+    grating lobe and reads 38 dB too much, 16 rays across at 10 degrees read 8 dB too much; the closed form stays within 0.1
+    dB of theory."""
     t = np.deg2rad(tilt_deg)
     x = (np.arange(rays) + 0.5) / rays - 0.5
     plain = abs(np.exp(2j * K * np.sin(t) * x).mean()) ** 2
