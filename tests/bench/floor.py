@@ -20,7 +20,7 @@ import pytest
 import scipy.fft
 
 import radar_service as rs
-from radar_service.clutter import clutter, texture
+from radar_service.clutter import clutter, sea_clutter, texture
 from radar_service.clutter.azimuth_rows import weight_rows
 from radar_service.random import normals
 from radar_service.receive import compression, noise
@@ -55,10 +55,11 @@ def watched(work: Work) -> Iterator[None]:
             patch.setattr(scipy.fft, name, _noting_fft(getattr(scipy.fft, name), name, work))
         for module in (noise, texture):
             patch.setattr(module, "normals", _noting_normals(work))
-        patch.setattr(clutter, "weight_rows", _noting_products(work))
+        for module in (clutter, sea_clutter):
+            patch.setattr(module, "weight_rows", _noting_products(work))
         patch.setattr(texture.TextureTable, "roots", _noting_textures(texture.TextureTable.roots, work))
         patch.setattr(compression, "spread_moving", _noting_spread(work))
-        for name in ("first_hit", "hidden"):
+        for name in ("first_hit", "occluded"):
             patch.setattr(TriangleScene, name, _noting_rays(getattr(TriangleScene, name), work))
         yield
 
