@@ -24,7 +24,7 @@ from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.moller_trumbore import TriangleList
-from radar_service.trace.ray_sampling import REACH, azimuth_offsets, elevation_offsets
+from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
 from radar_service.types import Floats, Indices, Profiles, Singles
 
 TRACERS: dict[str, type[TriangleScene] | type[TriangleList]] = {"embree": TriangleScene, "moller_trumbore": TriangleList}
@@ -160,7 +160,7 @@ class DocumentedEngine:
         polar = polar_from_map(centre, antenna, np.inf)
         half = np.arcsin(np.minimum(radius / np.maximum(polar.distance, radius), 1.0))
         off = np.abs(wrap_angle(polar.azimuth - boresight))
-        inside = (polar.distance <= radius) | (off <= REACH * radar.beamwidth + half)
+        inside = (polar.distance <= radius) | (off <= BOX_BEAMWIDTHS * radar.beamwidth + half)
         chosen = np.flatnonzero(inside & (polar.range - radius < radar.range_max))
         return [Solid(triangles[k], position[k], rotations[k]) for k in chosen]
 
@@ -171,7 +171,9 @@ class DocumentedEngine:
         polar = polar_from_map(positions, antenna, np.inf)
         azimuth = wrap_angle(polar.azimuth - boresight)
         elevation = polar.elevation - radar.tilt
-        inside = (np.abs(azimuth) <= REACH * radar.beamwidth) & (np.abs(elevation) <= REACH * radar.beamwidth_el)
+        inside = (np.abs(azimuth) <= BOX_BEAMWIDTHS * radar.beamwidth) & (
+            np.abs(elevation) <= BOX_BEAMWIDTHS * radar.beamwidth_el
+        )
         chosen = np.flatnonzero(inside)
         first_hit = nearest(solids, antenna, direction(polar.azimuth[chosen], polar.elevation[chosen]))
         visible = chosen[first_hit >= polar.range[chosen] * (1.0 - ON_SURFACE)]

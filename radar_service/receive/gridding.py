@@ -1,8 +1,8 @@
 """Gridding: echoes are spread on a regular grid with a short Kaiser-Bessel kernel, so that filters become FFTs.
 
-A point at a fractional position x adds its amplitude, weighted by the kernel, to the `width` samples around x; dividing the
-spectrum by the kernel's transform puts the point back exactly at x, for spectra inside the grid's band (Fessler and
-Sutton 2003; Beatty, Nishimura and Pauly 2005). It is accurate because the compressed pulse and the beam
+A point at a fractional position x adds its amplitude, weighted by the kernel, to the `width` samples around x. Dividing the
+spectrum by the kernel's transform puts the point back exactly at x. This holds for spectra inside the grid's band (Fessler
+and Sutton 2003; Beatty, Nishimura and Pauly 2005). It is accurate because the compressed pulse and the beam
 fill only a part of their grids' bands.
 """
 

@@ -116,7 +116,7 @@ class ScatteringModel(Protocol):
     def echoes(self, launch: Floats, receive: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of waves launched at one point (3,) and received at another (3,), on the map [m].
 
-        The two differ where the sea's image of the antenna takes the place of one. `body` rises.
+        The two differ where the sea's image of the antenna replaces one of them. `body` rises.
         """
         ...
 

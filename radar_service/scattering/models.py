@@ -1,4 +1,4 @@
-"""Which scattering model each body has. This is the only place that decides it."""
+"""Which scattering model each body has. Only this module decides it."""
 
 from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering
 from radar_service.scattering.model import ScatteringModel

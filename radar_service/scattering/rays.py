@@ -21,7 +21,7 @@ from radar_service.scene.body import Body
 from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
-from radar_service.trace.ray_sampling import missed_area_range, rays_round
+from radar_service.trace.ray_sampling import full_circle_rays, missed_area_range
 from radar_service.trace.ray_target import RayTarget, sea_range
 from radar_service.types import Complexes, Floats, Indices
 
@@ -92,7 +92,7 @@ class RayCaster:
         """
         radar = self.radar
         random = generator(self.seed, CAST, int(np.float64(time).view(np.int64)))
-        rays = rays_round(self.sampler, random, radar.rays, radar.beamwidth, radar.beamwidth_el, radar.tilt)
+        rays = full_circle_rays(self.sampler, random, radar.rays, radar.beamwidth, radar.beamwidth_el, radar.tilt)
         self._count.rays += len(rays)
         sight = direction(rays.azimuth, rays.elevation)
         nearest = np.minimum(sea_range(rays.elevation, float(antenna[2]), self.earth_radius), max_range)

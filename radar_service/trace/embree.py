@@ -1,9 +1,8 @@
 """Ray tests by Embree. This is the only module that imports embreex.
 
-Embree works in float32, so a scene is stored about its own centre and only says WHICH triangle a ray meets first or
-WHETHER something stands in between; where exactly is float64 arithmetic on that triangle (`hit_distance`).
-embreex's traps that this file keeps inside: a mesh added after the first ray is ignored, the `dists` array is
-overwritten, float64 input raises, tnear is always 0.
+Embree works in float32, so triangles are stored about their own centre. Embree decides only which triangle a ray meets first,
+or whether a path is blocked; `hit_distance` computes the distance in float64. This file hides the traps of embreex: a mesh
+added after the first ray is ignored, the array `dists` is overwritten, float64 input raises, tnear is always 0.
 """
 
 from functools import cached_property

@@ -63,19 +63,19 @@ def _sheared(moved: Floats, direction: Floats) -> tuple[Floats, Floats, Floats]:
     Written element by element: a dot product may round differently from lane to lane, and then edges would leak.
     """
     depth = np.argmax(np.abs(direction), axis=1)
-    places = np.moveaxis(moved, (2, 3), (0, 1))
+    corners = np.moveaxis(moved, (2, 3), (0, 1))
     rays = np.arange(len(direction))
-    far, far_direction = places[:, depth, rays], direction[rays, depth]
+    far, far_direction = corners[:, depth, rays], direction[rays, depth]
     across = []
     for turn in (1, 2):
         axis = (depth + turn) % 3
         slope = direction[rays, axis] / far_direction
-        across.append(places[:, axis, rays] - far * slope[:, None])
+        across.append(corners[:, axis, rays] - far * slope[:, None])
     return across[0], across[1], far / far_direction[:, None]
 
 
 class TriangleList:
-    """Triangles asked one by one; answers like `trace.embree.TriangleScene`, with any of the two tests above."""
+    """Triangles tested one by one, with the interface of `trace.embree.TriangleScene` and either of the two tests above."""
 
     def __init__(self, vertices: Floats, faces: NDArray[np.int64], crossings: Crossings = printed_crossings) -> None:
         used = vertices[np.unique(faces)]

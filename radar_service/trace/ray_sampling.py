@@ -1,8 +1,8 @@
-"""Rays from the antenna: the documented sampler, and whole turns of rays that carry the solid angle they stand for.
+"""Rays from the antenna: the documented sampler, and full circles of rays with solid angles.
 
-The documented one throws rays at random into a box of 1.5 beamwidths each side of boresight, for each azimuth anew, and
-counts each alike. A whole turn is thrown by the same law, as many rays to a box, but once for all azimuths, so that what
-they meet passes under the beam as anything else does; each ray carries its share of the sphere.
+The documented sampler draws rays in a box of 1.5 beamwidths each side of boresight, anew for each azimuth, and counts each
+alike. A full circle has the same density of rays, drawn once for all azimuths. Its hits pass the beam like any echo, and each
+ray has its share of the sphere.
 """
 
 import math
@@ -13,20 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-REACH = 1.5  # beamwidths each side of boresight, docs/specification.md eqs. 4, 5
-MOST = 8_000_000  # rays in a turn: some 2 GB while they are thrown
+BOX_BEAMWIDTHS = 1.5  # beamwidths each side of boresight, docs/specification.md eqs. 4, 5
+MAX_RAYS = 8_000_000  # in a full circle: some 2 GB of memory
 
 
 def azimuth_offsets(generator: np.random.Generator, count: int, beamwidth: float) -> Floats:
     """Offsets (count,) of the rays from boresight in azimuth [rad], uniform in +-1.5 beamwidths. Source:
     docs/specification.md eq. 4."""
-    return generator.uniform(-REACH * beamwidth, REACH * beamwidth, count)  # eq. 4
+    return generator.uniform(-BOX_BEAMWIDTHS * beamwidth, BOX_BEAMWIDTHS * beamwidth, count)  # eq. 4
 
 
 def elevation_offsets(generator: np.random.Generator, count: int, beamwidth_el: float) -> Floats:
     """Offsets (count,) of the rays from the horizontal [rad], uniform in +-1.5 beamwidths. Source:
     docs/specification.md eq. 5."""
-    return generator.uniform(-REACH * beamwidth_el, REACH * beamwidth_el, count)  # eq. 5
+    return generator.uniform(-BOX_BEAMWIDTHS * beamwidth_el, BOX_BEAMWIDTHS * beamwidth_el, count)  # eq. 5
 
 
 def printed_direction(azimuth: Floats, elevation: Floats) -> Floats:
@@ -81,22 +81,24 @@ SAMPLERS: dict[str, Callable[[np.random.Generator, int, int], Floats]] = {
 }
 
 
-def rays_round(
+def full_circle_rays(
     sampler: str, generator: np.random.Generator, per_box: int, beamwidth: float, beamwidth_el: float, tilt: float
 ) -> Rays:
-    """Rays over the whole turn, within 1.5 beamwidths above and below the tilt, about `per_box` to 3 x 3 beamwidths.
+    """Rays over the full circle, within 1.5 beamwidths above and below the tilt, about `per_box` to 3 x 3 beamwidths.
 
-    beamwidth, beamwidth_el, tilt: [rad]. Raises KeyError for an unknown sampler. Whatever law the places follow, uniform in
-    azimuth and elevation in the mean, a ray stands for cos(elevation) x the angles shared out evenly, so a sum over
-    rays estimates the integral over the box without bias. Raises ValueError for more than MOST rays.
+    beamwidth, beamwidth_el, tilt: [rad]. Raises KeyError for an unknown sampler. Each sampler is uniform in
+    azimuth and elevation in the mean, and a ray stands for cos(elevation) times an equal share of the angles. So a sum over
+    rays estimates the integral over the box without bias. Raises ValueError for more than MAX_RAYS rays.
     """
-    low = max(-np.pi / 2.0, tilt - REACH * beamwidth_el)
-    high = min(np.pi / 2.0, tilt + REACH * beamwidth_el)
+    low = max(-np.pi / 2.0, tilt - BOX_BEAMWIDTHS * beamwidth_el)
+    high = min(np.pi / 2.0, tilt + BOX_BEAMWIDTHS * beamwidth_el)
     up = max(1, round(np.sqrt(per_box)))
-    across = max(1, round(per_box / up * 2.0 * np.pi / (2.0 * REACH * beamwidth)))
-    if across * up > MOST:
+    across = max(1, round(per_box / up * 2.0 * np.pi / (2.0 * BOX_BEAMWIDTHS * beamwidth)))
+    if across * up > MAX_RAYS:
         box = f"a box of 3 x {np.rad2deg(beamwidth):g} degrees"
-        raise ValueError(f"radar.rays: {per_box} to {box} are {across * up} in a turn; at most {MOST}: lower rays")
+        raise ValueError(
+            f"radar.rays: {per_box} to {box} are {across * up} in a full circle; at most {MAX_RAYS}: lower rays"
+        )
     square = SAMPLERS[sampler](generator, across, up)
     azimuth = 2.0 * np.pi * square[:, 0]
     elevation = low + (high - low) * square[:, 1]
@@ -109,4 +111,4 @@ def missed_area_range(rays: int, beamwidth: float, beamwidth_el: float) -> float
     rays: to a box of 3 x 3 beamwidths [rad]. (1 - p)^N = 0.05, p the square metre's share of the box.
     """
     share = -math.expm1(math.log(0.05) / rays)
-    return 1.0 / math.sqrt(share * (2.0 * REACH) ** 2 * beamwidth * beamwidth_el)
+    return 1.0 / math.sqrt(share * (2.0 * BOX_BEAMWIDTHS) ** 2 * beamwidth * beamwidth_el)

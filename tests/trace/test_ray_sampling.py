@@ -5,7 +5,13 @@ from scipy.stats import chisquare
 
 from radar_service.frames import direction
 from radar_service.random import generator
-from radar_service.trace.ray_sampling import SAMPLERS, azimuth_offsets, elevation_offsets, printed_direction, rays_round
+from radar_service.trace.ray_sampling import (
+    SAMPLERS,
+    azimuth_offsets,
+    elevation_offsets,
+    full_circle_rays,
+    printed_direction,
+)
 
 BEAM = np.deg2rad(3.9)
 
@@ -36,7 +42,7 @@ def test_printed_and_project_directions_agree_at_45_degrees_only() -> None:
 def test_a_turn_of_rays_covers_its_part_of_the_sphere(sampler: str, tilt: float) -> None:
     """The solid angles add up to 2 pi (sin high - sin low) within 5 sigma of independent rays: cos varies by less than
     half its mean over the box, so sigma < 0.5 / sqrt(M)."""
-    rays = rays_round(sampler, np.random.default_rng(1), 2000, 0.07, 0.4, tilt)
+    rays = full_circle_rays(sampler, np.random.default_rng(1), 2000, 0.07, 0.4, tilt)
     box = 2 * np.pi * (np.sin(tilt + 0.6) - np.sin(tilt - 0.6))
     assert rays.solid_angle.sum() == pytest.approx(box, rel=2.5 / np.sqrt(len(rays)))
     assert np.all(np.abs(rays.elevation - tilt) <= 0.6) and np.all((rays.azimuth >= 0) & (rays.azimuth < 2 * np.pi))
@@ -44,7 +50,7 @@ def test_a_turn_of_rays_covers_its_part_of_the_sphere(sampler: str, tilt: float)
 
 
 def test_a_box_over_the_zenith_ends_there() -> None:
-    rays = rays_round("stratified", np.random.default_rng(1), 500, 0.1, 1.0, 0.5)
+    rays = full_circle_rays("stratified", np.random.default_rng(1), 500, 0.1, 1.0, 0.5)
     assert rays.elevation.max() <= np.pi / 2 and rays.elevation.min() < -0.95
     assert rays.solid_angle.min() >= 0.0
 
@@ -66,4 +72,4 @@ def test_each_sampler_keeps_its_law() -> None:
 
 def test_too_many_rays_are_refused() -> None:
     with pytest.raises(ValueError, match=r"radar\.rays: 1000000 to a box of 3 x 0.5.* at most 8000000: lower rays"):
-        rays_round("rays", np.random.default_rng(0), 1_000_000, np.deg2rad(0.5), 0.4, 0.0)
+        full_circle_rays("rays", np.random.default_rng(0), 1_000_000, np.deg2rad(0.5), 0.4, 0.0)

@@ -7,7 +7,7 @@ import numpy as np
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement, longest_edge
-from radar_service.scattering.physical_optics.patches import COPLANAR, faces_something, outward_side, shared_edges
+from radar_service.scattering.physical_optics.patches import COPLANAR, concave_sides, outward_side, shared_edges
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.world import Scene
 
@@ -43,7 +43,7 @@ def _concavity(mesh: Mesh, bounces: int) -> str:
 
 def concave(mesh: Mesh) -> int:
     """How many triangles have a part of the body in front of an outer side of theirs."""
-    may_rebounce, outside = faces_something(mesh), outward_side(mesh)
+    may_rebounce, outside = concave_sides(mesh), outward_side(mesh)
     return int(np.count_nonzero((may_rebounce[:, 0] & (outside >= 0)) | (may_rebounce[:, 1] & (outside <= 0))))
 
 

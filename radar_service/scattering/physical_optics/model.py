@@ -14,7 +14,7 @@ from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContex
 from radar_service.scattering.physical_optics.beam_crossing import BeamCrossing
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, facet_enlargement, optical_body
-from radar_service.scattering.physical_optics.patches import faces_something
+from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPose, map_from_bodies, pose_at
@@ -116,7 +116,7 @@ class PhysicalOptics:
         distance = math.dist(body.middle_at(0.0), scene.antenna(0.0)[0]) - body.radius
         times = facet_enlargement(body, scene.radar, distance)
         coarse = "" if times == 1.0 else f"; facets {times:.1f} times longer than they should be, at most {MAX_FACETS}"
-        if not faces_something(body.mesh).any():
+        if not concave_sides(body.mesh).any():
             return f"physical optics, {len(body.mesh.faces)} triangles, none faces another: no bounces, {computed}{coarse}"
         return f"physical optics, up to {fidelity.bounces} bounces, {computed}{coarse}"
 
@@ -124,7 +124,7 @@ class PhysicalOptics:
     def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
         """Measured against closed forms: plates, and corners where parts of the mesh face each other."""
         assert body.mesh is not None
-        return REBOUNCES_DB if faces_something(body.mesh).any() else FACETS_DB
+        return REBOUNCES_DB if concave_sides(body.mesh).any() else FACETS_DB
 
 
 def antenna_in_body_frame(body: Body, pose: BodyPose, antenna: Floats, earth_radius: float) -> Floats:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from radar_service.block_cache import BlockCache
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, Facets, cut_facets, far_field_edge
-from radar_service.scattering.physical_optics.patches import faces_something, outward_side, patch_sizes
+from radar_service.scattering.physical_optics.patches import concave_sides, outward_side, patch_sizes
 from radar_service.scattering.physical_optics.ray_tubes import (
     Planes,
     Visible,
@@ -114,7 +114,7 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         bounces,
         power_reflectivity(body.material.name),
         TriangleScene(mesh.vertices, mesh.faces, rays),
-        faces_something(mesh),
+        concave_sides(mesh),
         patch_sizes(mesh),
         outward_side(mesh),
         BlockCache(FACET_SETS),

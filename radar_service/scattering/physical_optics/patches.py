@@ -1,4 +1,4 @@
-"""What the shape of a mesh says beforehand: its flat patches, where mirrored rays may meet more of it, what is inside."""
+"""Properties of a mesh that are computed once: flat patches, concave sides, outward sides."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,12 @@ Flags = NDArray[np.bool_]
 
 COPLANAR = 1e-6  # rad between normals: over a patch of 100 m a sag of 0.1 mm, a hundredth of a radian of two-way phase
 LEVEL = 1e-4  # of the body's size: what rises less above a plane is the plane's own rounding or the sag of a fine mesh
-DIRECTIONS = 512  # along which the outermost points of a body of more points than that are sought
+DIRECTIONS = 512  # along which the outermost points of a body with more points are searched
 
 
 def patch_sizes(mesh: Mesh) -> Floats:
-    """Size (F,) [m] of the flat patch each triangle belongs to: the diagonal of the box about all triangles that lie in
-    its plane and hang together with it by edges."""
+    """Size (F,) [m] of each triangle's flat patch: the diagonal of the box about all coplanar triangles that are connected to it
+    by edges."""
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
@@ -48,7 +48,7 @@ def shared_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 def _welded_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Ends (3 F, 2) of all edges, coinciding vertices counted as one, and the triangle of each."""
-    _, where = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are one place
+    _, where = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 and 0.0 are one position
     welded = where.reshape(-1)[mesh.faces]
     ends = np.stack([welded, np.roll(welded, -1, axis=1)], axis=2).reshape(-1, 2)
     return ends, np.repeat(np.arange(len(mesh.faces)), 3)
@@ -74,7 +74,7 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     return np.asarray(np.where(is_open, 0.0, np.sign(volume))[part], dtype=np.int8)
 
 
-def faces_something(mesh: Mesh) -> Flags:
+def concave_sides(mesh: Mesh) -> Flags:
     """(F, 2) whether any part of the body rises before the front and before the back of each triangle's plane."""
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -8,7 +8,7 @@ Complexes = NDArray[np.complex128]
 
 
 WIDER = 2.0  # cells across the line of sight, where range does not divide, over those along it
-DROPPED = 10.0 ** (-50.0 / 20.0)  # of the loudest centre's amplitude: all that are left out, whatever their phases
+DROPPED = 10.0 ** (-50.0 / 20.0)  # of the strongest centre's amplitude: all that are left out, whatever their phases
 
 
 def scattering_centres(
@@ -16,9 +16,9 @@ def scattering_centres(
 ) -> tuple[Floats, Complexes]:
     """Points (C, 3) [m] and amplitudes (C,) [m] with the field of points (M, 3), amplitude (M,), between two ends (3,).
 
-    Each stands at the power-weighted middle of a cell, `cell` [m] along the level line of sight and upward and WIDER times
-    that across, with the phases of its points carried there exactly for this antenna; seen from a place so far off that the
-    body turns by d, they err by k WIDER cell d at most. The faintest, together DROPPED, are left out.
+    Each centre is the power-weighted mean of a cell, which is `cell` [m] long along the level line of sight and upward, and
+    WIDER times that across. The phases of its points are exact for these two ends. Where the body has turned by d, they err by
+    at most k WIDER cell d. The faintest centres, together DROPPED, are left out.
     """
     if not len(points):
         return points, amplitude
@@ -27,9 +27,9 @@ def scattering_centres(
     weight = np.bincount(where, power)
     centre = np.stack([np.bincount(where, power * points[:, i]) / weight for i in range(3)], axis=1)
     path = _mean_range(points, launch, receive) - _mean_range(centre, launch, receive)[where]
-    carried = amplitude * np.exp(-2j * wavenumber * path)
-    merged = np.bincount(where, carried.real) + 1j * np.bincount(where, carried.imag)
-    kept = _loudest(np.abs(merged))
+    rotated = amplitude * np.exp(-2j * wavenumber * path)
+    merged = np.bincount(where, rotated.real) + 1j * np.bincount(where, rotated.imag)
+    kept = _strongest(np.abs(merged))
     return centre[kept], merged[kept]
 
 
@@ -45,8 +45,8 @@ def _cells(points: Floats, antenna: Floats, cell: float) -> NDArray[np.int64]:
     return where.reshape(-1)
 
 
-def _loudest(level: Floats) -> NDArray[np.int64]:
-    """Indices of amplitudes (C,), in their order, without the faintest that add up to DROPPED of the loudest."""
+def _strongest(level: Floats) -> NDArray[np.int64]:
+    """Indices of amplitudes (C,), in their order, without the faintest that add up to DROPPED of the strongest."""
     order = np.argsort(level)
     faint = int(np.searchsorted(np.cumsum(level[order]), DROPPED * level.max(), side="right"))
     return np.sort(order[faint:])

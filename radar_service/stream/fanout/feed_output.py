@@ -25,7 +25,7 @@ class FeedOutput:
 
     @property
     def truth_codecs(self) -> tuple[str, ...]:
-        """The protocols with a client that asked for the truth."""
+        """The protocols with a client that requested the truth."""
         return self._hub.truth_codecs
 
     def start(self) -> None:

@@ -29,7 +29,7 @@ LINGER = 30.0  # s that a view without clients is still encoded, so that a clien
 class EncodedBatch:
     """Consecutive spokes of an epoch, encoded for each view.
 
-    truth: pairs of codec and message; they go before the spokes to clients that asked for the truth.
+    truth: pairs of codec and message; they go before the spokes to clients that requested the truth.
     """
 
     epoch: str
@@ -59,7 +59,7 @@ class FeedRefused(Exception):
 class Hub:
     """The clients of one radar.
 
-    clients: those connected; views: what the producer encodes; truth_codecs: protocols with a client that asked for truth;
+    clients: those connected; views: what the producer encodes; truth_codecs: protocols with a client that requested truth;
     epoch: name of the running epoch; next: sequence number of the next spoke.
     """
 

@@ -19,7 +19,7 @@ from radar_service.receive.chirp_sum import (
     window,
 )
 from radar_service.study.chart.method import Method, Run
-from radar_service.trace.ray_sampling import REACH
+from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS
 from radar_service.types import Complexes, Floats, Indices, Profiles
 
 Sum = Callable[[Indices, Floats, Floats, Complexes, int], Complexes]
@@ -39,10 +39,10 @@ def chirp_sums(radar: Radar) -> list[Method]:
     def method(family: str, extent: float, run: Run, slow: bool = True) -> Method:
         return Method(family, f"{extent:g} beamwidths", run, radar, 0.0, extent * radar.beamwidth, slow=slow)
 
-    methods, reach = [], REACH * radar.beamwidth
+    methods, reach = [], BOX_BEAMWIDTHS * radar.beamwidth
     as_printed = chirps(radar, reach, printed, chirp_sum)
     methods.append(Method(INTEGER_DELAY, "printed beam", as_printed, radar, 0.0, reach, "documented", slow=True))
-    for extent in (REACH, 12.0):
+    for extent in (BOX_BEAMWIDTHS, 12.0):
         reach = extent * radar.beamwidth
         methods.append(method(INTEGER_DELAY, extent, chirps(radar, reach, pattern, chirp_sum)))
         methods.append(method("integer delays, FFT", extent, chirps(radar, reach, pattern, impulse_sum), slow=False))

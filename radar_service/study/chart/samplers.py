@@ -22,7 +22,7 @@ from radar_service.study.chart.frozen_scene import all_scatterers, echoes_of
 from radar_service.study.chart.reference_surface import Window
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.trace.ray_sampling import REACH, azimuth_offsets, elevation_offsets
+from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
 from radar_service.types import Floats, Indices
 
 RAYS = {500: 24, 2000: 24, 8000: 16, 32000: 8}  # rays in a box of 3 x 3 beamwidths: number of draws
@@ -125,7 +125,7 @@ class DocumentedRays:
         radius, ground = np.array([s.triangles.radius for s in solids]), np.hypot(centre[:, 0], centre[:, 1])
         half = np.arcsin(np.minimum(radius / np.maximum(ground, radius), 1.0))
         off = wrap_angle(np.arctan2(centre[:, 0], centre[:, 1]) - window.azimuth - window.angle / 2.0)
-        return np.flatnonzero((ground <= radius) | (np.abs(off) <= REACH * self._scene.radar.beamwidth + half))
+        return np.flatnonzero((ground <= radius) | (np.abs(off) <= BOX_BEAMWIDTHS * self._scene.radar.beamwidth + half))
 
     def draw(self, rays: int, seed: int) -> Powers:
         """Returns the powers (T,) [W]; each window has one azimuth with its own rays."""

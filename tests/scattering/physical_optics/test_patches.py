@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.scattering.physical_optics.patches import faces_something, neighbours, outward_side, patch_sizes
+from radar_service.scattering.physical_optics.patches import concave_sides, neighbours, outward_side, patch_sizes
 from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import box, dihedral, plate, sphere
 from tests.scattering.physical_optics.test_facets import longest_edges
@@ -17,11 +17,11 @@ def test_coplanar_neighbours_make_one_patch() -> None:
 
 
 def test_convex_bodies_face_nothing_and_corners_do() -> None:
-    front_back = faces_something(box(2.0, 3.0, 4.0))
+    front_back = concave_sides(box(2.0, 3.0, 4.0))
     assert not front_back[:, 0].any() and front_back[:, 1].all()
-    assert not faces_something(plate(1.0, 1.0)).any()
-    assert (faces_something(dihedral(1.0, 1.0)).sum(axis=1) == 1).all()
-    assert not faces_something(sphere(1.0))[:, 0].any()
+    assert not concave_sides(plate(1.0, 1.0)).any()
+    assert (concave_sides(dihedral(1.0, 1.0)).sum(axis=1) == 1).all()
+    assert not concave_sides(sphere(1.0))[:, 0].any()
 
 
 def test_outside_is_known_of_closed_bodies_however_they_are_wound() -> None:

@@ -7,7 +7,7 @@ from radar_service.random import RAYS, generator
 from radar_service.scattering.physical_optics.facet_integral import triangle_phases
 from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decades, decibels, plain
 from radar_service.trace.embree import TriangleScene
-from radar_service.trace.ray_sampling import REACH, azimuth_offsets, elevation_offsets
+from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
 from radar_service.types import Floats
 
 WAVENUMBER = 2.0 * np.pi * 9.41e9 / 299_792_458.0
@@ -70,7 +70,9 @@ def missed_sizes(fine: int = 1) -> Finding:
 def missed_by_law(distance: Floats, side: Floats) -> Floats:
     """Returns (1 - p)^N, where p is the share of the box of rays that a square of `side` [m] fills at `distance` [m]."""
     half = np.arctan(0.5 * side / distance)
-    return np.asarray((1.0 - (2.0 * half) ** 2 / (2.0 * REACH * BEAM * 2.0 * REACH * BEAM_EL)) ** RAYS_PER_AZIMUTH)
+    return np.asarray(
+        (1.0 - (2.0 * half) ** 2 / (2.0 * BOX_BEAMWIDTHS * BEAM * 2.0 * BOX_BEAMWIDTHS * BEAM_EL)) ** RAYS_PER_AZIMUTH
+    )
 
 
 def _missed_share(distance: float, side: float, azimuths: int, key: int) -> float:
