@@ -7,7 +7,9 @@ import pytest
 
 import radar_service as rs
 from radar_service.display.video import Controls
-from radar_service.stream import messages
+from radar_service.stream.codecs.native import messages
+from radar_service.stream.feed_request import View
+from radar_service.stream.spokes import Epoch, SpokeBatch
 from tests.scenes import radar
 
 DEGREE = math.pi / 180
@@ -45,9 +47,9 @@ def test_engine_and_feed_are_silent_at_the_same_azimuths(sector: list[float], co
     heading = scene.own_ship.pose(scan.time).heading
     silent = scene.blind(scan.time, scan.azimuth)
     marked: list[bool] = []
-    to = messages.engine_layout(engine, None, None)
+    epoch = Epoch("e", engine, None)
     for block in rs.Simulator(scene).blocks(scans=1):
-        message = messages.spokes("e", block.first, block, "f32", to, Controls(), engine)
+        message = messages.spokes(SpokeBatch(epoch, block.first, block, Controls()), View("f32"))
         marked += message.get("blind", [False] * len(block))
     assert marked == silent.tolist()
     assert marked == scene.radar.is_blind(scan.azimuth - heading).tolist()

@@ -38,14 +38,14 @@ def test_first_hits_and_their_distances_are_those_of_float64() -> None:
     np.testing.assert_allclose(distance, crossings[both, 0], rtol=0, atol=1e-9)
 
 
-def test_hidden_counts_only_triangles_within_reach() -> None:
+def test_occluded_counts_only_triangles_within_reach() -> None:
     made = scene()
     hit = made.first_hit(ORIGIN, rays())
     met = np.flatnonzero(hit >= 0)
     distance = made.hit_distance(hit[met], ORIGIN, rays()[met])
-    assert made.hidden(ORIGIN, rays()[met], distance + 0.01).all()
-    assert not made.hidden(ORIGIN, rays()[met], distance - 0.01).any()
-    assert not made.hidden(ORIGIN, rays()[hit < 0], 1e6).any()
+    assert made.occluded(ORIGIN, rays()[met], distance + 0.01).all()
+    assert not made.occluded(ORIGIN, rays()[met], distance - 0.01).any()
+    assert not made.occluded(ORIGIN, rays()[hit < 0], 1e6).any()
 
 
 def test_a_pickled_scene_builds_its_tree_again_and_hits_the_same() -> None:
@@ -67,9 +67,9 @@ def test_rays_are_counted_and_none_give_none() -> None:
     count = RayCount()
     made = scene(count)
     made.first_hit(ORIGIN, rays(30))
-    made.hidden(ORIGIN, rays(12), 5.0)
+    made.occluded(ORIGIN, rays(12), 5.0)
     assert count.rays == 42
-    assert made.first_hit(ORIGIN, np.zeros((0, 3))).shape == made.hidden(ORIGIN, np.zeros((0, 3)), 1.0).shape == (0,)
+    assert made.first_hit(ORIGIN, np.zeros((0, 3))).shape == made.occluded(ORIGIN, np.zeros((0, 3)), 1.0).shape == (0,)
 
 
 def test_a_ray_along_a_plane_never_meets_it() -> None:
