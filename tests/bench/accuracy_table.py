@@ -1,4 +1,4 @@
-"""The table of docs/measurements.md#accuracy: quantities, theory, ours and difference, every figure measured in the run that
+"""The table of docs/measurements.md#accuracy: quantities, theory, measured value and difference, every figure measured in the run that
 prints it.
 
     .venv/bin/python -m tests.bench.accuracy_table
@@ -28,7 +28,7 @@ class Row(NamedTuple):
 
     quantity: str
     theory: str
-    ours: str
+    measured: str
     difference: str
 
 
@@ -36,9 +36,9 @@ def db(power: Any) -> Any:
     return 10 * np.log10(power)
 
 
-def decibels(quantity: str, theory: float, ours: float, digits: int = 2) -> Row:
+def decibels(quantity: str, theory: float, measured: float, digits: int = 2) -> Row:
     """A row of two levels."""
-    return Row(quantity, f"{theory:.{digits}f} dB", f"{ours:.{digits}f} dB", f"{ours - theory:+.{digits}f} dB")
+    return Row(quantity, f"{theory:.{digits}f} dB", f"{measured:.{digits}f} dB", f"{measured - theory:+.{digits}f} dB")
 
 
 def scan_of(bodies: list[dict[str, Any]], radar: dict[str, Any], **sections: Any) -> rs.Scan:
@@ -86,9 +86,9 @@ def setting(what: str, theory: float, radar: dict[str, Any], environment: dict[s
 def noise_level() -> Row:
     made = scene(radar=WIDE | {"range_max_m": 5000}, environment={"noise": True})
     sim = rs.Simulator(made)
-    ours = float(np.mean([sim.scan().power.mean(dtype=float) for _ in range(4)]))  # sampling error 0.006 dB
+    measured = float(np.mean([sim.scan().power.mean(dtype=float) for _ in range(4)]))  # sampling error 0.006 dB
     assert receiver_noise_power(made.radar) > 0
-    return decibels("noise of the default radar (dBW per sample)", float(db(1.371e-15)), float(db(ours)))
+    return decibels("noise of the default radar (dBW per sample)", float(db(1.371e-15)), float(db(measured)))
 
 
 def straddle(rate: float, theory: float) -> Row:
@@ -147,7 +147,7 @@ def multipath(distance: float, theory: float) -> Row:
         for on in (True, False)
     ]
     return decibels(
-        f"F⁴ at {distance / 1000:g} km, 15 and 10 m high (mirror -1; ours the sea's)",
+        f"F⁴ at {distance / 1000:g} km, 15 and 10 m high (theory: coefficient -1; engine: that of the sea)",
         theory,
         float(db(powers[0] / powers[1])),
     )
@@ -182,7 +182,7 @@ ROWS: list[Callable[[], Row]] = [
 
 def table() -> str:
     """The whole table in Markdown."""
-    lines = ["| quantity | theory | ours | difference |", "|---|---|---|---|"]
+    lines = ["| quantity | theory | measured | difference |", "|---|---|---|---|"]
     return "\n".join([*lines, *(f"| {' | '.join(row())} |" for row in ROWS)])
 
 
