@@ -124,5 +124,5 @@ def mirrored(file: Path) -> list[Path]:
 
 @pytest.mark.parametrize("file", [f for f in SOURCES if f.name != "__init__.py"], ids=name_of)
 def test_each_module_has_a_namesake_test(file: Path) -> None:
-    places = mirrored(file)
-    assert any(place.is_file() for place in places), f"{name_of(file)} has no {name_of(places[0])}"
+    positions = mirrored(file)
+    assert any(position.is_file() for position in positions), f"{name_of(file)} has no {name_of(positions[0])}"

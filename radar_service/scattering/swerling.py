@@ -57,8 +57,8 @@ class Fluctuation:
 
     def _block(self, body: int, draw: int) -> tuple[float, ...]:
         """Amplitude factors of a crossing, or of DRAWS_PER_BLOCK azimuths."""
-        return self._draws.get((body, draw), lambda: self._drawn(body, draw))
+        return self._draws.get((body, draw), lambda: self._draw_factors(body, draw))
 
-    def _drawn(self, body: int, draw: int) -> tuple[float, ...]:
+    def _draw_factors(self, body: int, draw: int) -> tuple[float, ...]:
         rng, case = generator(self._seed, FLUCTUATION, int(self._key[body]), draw), int(self._case[body])
         return tuple(float(np.sqrt(swerling_factor(case, rng))) for _ in range(DRAWS_PER_BLOCK if per_azimuth(case) else 1))

@@ -181,8 +181,8 @@ def test_speckle_has_the_beams_and_the_pulses_correlation() -> None:
     whole = field.reshape(-1, field.shape[2])
     for steps in (1, 2, 4, 6, 9):
         expected = overlap(steps * np.deg2rad(1.5)) / overlap(0.0)
-        found = np.mean(whole[steps:] * np.conj(whole[:-steps]))
-        assert abs(found - expected) < 5 * sigma
+        result = np.mean(whole[steps:] * np.conj(whole[:-steps]))
+        assert abs(result - expected) < 5 * sigma
     seam = np.mean(field[1:, 0] * np.conj(field[:-1, -1]))
     assert abs(seam - overlap(np.deg2rad(1.5)) / overlap(0.0)) < 5 / np.sqrt(3 * field.shape[2] / 2.5)
     assert abs(np.mean(field[1:] * np.conj(field[:-1]))) < 5 * sigma  # new at every revolution
@@ -292,12 +292,14 @@ def test_clutter_below_the_noise_is_left_out() -> None:
 def test_a_deaf_radar_hears_less_clutter(pulse: dict[str, Any], rain: dict[str, Any]) -> None:
     """One antenna: an echo that begins while the radar still sends loses that part; past c T / 2 nothing is lost."""
     radar = {key: value for key, value in (CLOSE | pulse).items() if value is not None}
-    open_ears, deaf = (rs.Simulator(sea(radar | {"eclipsing": e}, 1000.0, **rain), seed=1).scan() for e in (False, True))
-    past = open_ears.range > 299_792_458 * radar["pulse_s"] / 2 + 60
-    np.testing.assert_allclose(deaf.power[:, past], open_ears.power[:, past], rtol=2e-3)
-    near = (open_ears.range > 16) & (open_ears.range < 299_792_458 * radar["pulse_s"] / 8)
+    not_eclipsed, eclipsed = (
+        rs.Simulator(sea(radar | {"eclipsing": e}, 1000.0, **rain), seed=1).scan() for e in (False, True)
+    )
+    past = not_eclipsed.range > 299_792_458 * radar["pulse_s"] / 2 + 60
+    np.testing.assert_allclose(eclipsed.power[:, past], not_eclipsed.power[:, past], rtol=2e-3)
+    near = (not_eclipsed.range > 16) & (not_eclipsed.range < 299_792_458 * radar["pulse_s"] / 8)
     if near.any():
-        assert deaf.power[:, near].sum() < 0.5 * open_ears.power[:, near].sum()
+        assert eclipsed.power[:, near].sum() < 0.5 * not_eclipsed.power[:, near].sum()
 
 
 @pytest.mark.parametrize("range_max_m", [3000, 3077, 9000])

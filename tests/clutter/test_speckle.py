@@ -44,11 +44,11 @@ def intensities(made: rs.Scene, per_cell: float, seeds: range) -> Floats:
 def excess(made: rs.Scene) -> float:
     """What one scatterer to a cell adds to <I^2>/<I>^2."""
     radar = made.radar
-    place = np.linspace(-150, 150, 20_001)
-    heard = np.abs(compressed_pulse(2 * place / 299_792_458.0, radar.bandwidth, radar.pulse, (0.54, 0.46))) ** 2
+    position = np.linspace(-150, 150, 20_001)
+    received = np.abs(compressed_pulse(2 * position / 299_792_458.0, radar.bandwidth, radar.pulse, (0.54, 0.46))) ** 2
     angle = np.linspace(-np.pi, np.pi, 200_001)
     beam = sinc2_beam(angle, radar.beamwidth) ** 2
-    along = np.sum(heard**2) / np.sum(heard) ** 2 / (place[1] - place[0]) * radar.range_step
+    along = np.sum(received**2) / np.sum(received) ** 2 / (position[1] - position[0]) * radar.range_step
     across = np.sum(beam**2) / np.sum(beam) ** 2 / (angle[1] - angle[0]) * radar.beamwidth
     return float(along * across)
 

@@ -95,9 +95,9 @@ def test_scan_conversion_agrees_with_its_slow_twin(
 ) -> None:
     polar = np.random.default_rng(5).uniform(0.0, 100.0, (azimuths, bins)).astype(np.float32)
     image = scan_convert(polar, first, step, size, range_max, top, mode)
-    twin = slow_picture(polar.astype(np.float64), first, step, size, range_max, top, mode)
+    reference = slow_picture(polar.astype(np.float64), first, step, size, range_max, top, mode)
     # float32 rounding of four weights and their sum: a few units in the last place of 100, 6e-8 relative each
-    np.testing.assert_allclose(image, twin, rtol=0, atol=100 * 8 * 6e-8)
+    np.testing.assert_allclose(image, reference, rtol=0, atol=100 * 8 * 6e-8)
 
 
 def test_bilinear_is_exact_for_what_is_linear_in_range_and_wraps_in_azimuth() -> None:
@@ -120,16 +120,16 @@ def test_peak_loses_no_cell_where_bilinear_loses_most() -> None:
     azimuths, bins, step, size, range_max = 720, 2500, 2.0, 200, 5000.0
     random = np.random.default_rng(11)
     rows, columns = random.integers(0, azimuths, 50), random.integers(5, bins, 50)
-    found = {"bilinear": 0, "peak": 0}
+    result = {"bilinear": 0, "peak": 0}
     polar = np.zeros((azimuths, bins), dtype=np.uint8)
     polar[rows, columns] = 200
     for mode in ("bilinear", "peak"):
         image = scan_convert(polar, step / 2, step, size, range_max, interpolation=mode)
-        places = image_position((columns + 0.5) * step, rows * 2 * np.pi / azimuths, size, range_max)
-        i, j = (np.clip(np.rint(p).astype(int), 0, size - 1) for p in places)
-        found[mode] = int((image[i, j] >= 199.99).sum())
-    assert found["peak"] == 50
-    assert found["bilinear"] < 10  # a pixel of 50 m looks at 2 m of range
+        positions = image_position((columns + 0.5) * step, rows * 2 * np.pi / azimuths, size, range_max)
+        i, j = (np.clip(np.rint(p).astype(int), 0, size - 1) for p in positions)
+        result[mode] = int((image[i, j] >= 199.99).sum())
+    assert result["peak"] == 50
+    assert result["bilinear"] < 10  # a pixel of 50 m looks at 2 m of range
 
 
 def test_image_position_puts_north_in_row_zero_and_east_at_the_right() -> None:

@@ -68,10 +68,10 @@ def test_bodies_under_the_noise_are_left_out_together_only_as_far_as_the_budget_
     """Each of 40 adds 0.05 dB: no more than 0.5 dB of them may be missing, and only where there is noise at all."""
     made = scene([point(f"p{k}", 100 * k - 2000, 12_000, 15, -35) for k in range(40)], radar=LOW | {"range_max_m": 14_000},
                  environment={"noise": True})  # fmt: skip
-    found = culled_bodies(made, fidelity_for(made, ErrorBudget()))
-    worst = [culled.error_db for culled in found.values()]
-    assert 1 < len(found) < 40 and worst == sorted(worst) and 0.4 < worst[-1] <= 0.5
-    assert len(reasons(made, 0.2)) < len(found) < len(reasons(made, 2.0))
+    result = culled_bodies(made, fidelity_for(made, ErrorBudget()))
+    worst = [culled.error_db for culled in result.values()]
+    assert 1 < len(result) < 40 and worst == sorted(worst) and 0.4 < worst[-1] <= 0.5
+    assert len(reasons(made, 0.2)) < len(result) < len(reasons(made, 2.0))
     assert not reasons(scene([point("p", 0, 12_000, 15, -60)], radar=LOW | {"range_max_m": 14_000}))
 
 

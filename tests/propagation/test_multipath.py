@@ -27,9 +27,9 @@ def test_wavelength_of_the_table() -> None:
 def test_nulls_of_a_perfect_mirror(earth_radius: float) -> None:
     distance = np.linspace(1500.0, 12_000.0, 200_001)
     waves = specular_geometry(distance, TARGET, ANTENNA, earth_radius).excess / WAVELENGTH
-    found = [np.interp(-n, -waves, distance) for n in range(1, 6)]
+    result = [np.interp(-n, -waves, distance) for n in range(1, 6)]
     # half the last digit; the tables' 2 h1 h2 / d leaves out (h1^2 + h2^2) / d^2, 6e-5 at the fifth null: 0.1 m
-    assert found == pytest.approx(NULLS[earth_radius], abs=0.15)
+    assert result == pytest.approx(NULLS[earth_radius], abs=0.15)
 
 
 @pytest.mark.parametrize(
@@ -86,9 +86,9 @@ def test_the_path_difference_is_the_least_path_to_a_millionth_of_a_radian(
     for _ in range(150):
         a, b = low + (high - low) / 3, high - (high - low) / 3
         low, high = (low, b) if path(a) < path(b) else (a, high)
-    least = path(low) - (d * d + (end - top) ** 2).sqrt()
-    found = specular_geometry(distance, target, antenna, EARTH).excess
-    assert float(found) == pytest.approx(float(least), abs=1e-6 * WAVELENGTH / (2 * np.pi))
+    minimum = path(low) - (d * d + (end - top) ** 2).sqrt()
+    result = specular_geometry(distance, target, antenna, EARTH).excess
+    assert float(result) == pytest.approx(float(minimum), abs=1e-6 * WAVELENGTH / (2 * np.pi))
 
 
 def test_the_factor_is_the_sum_of_two_rays_over_one() -> None:

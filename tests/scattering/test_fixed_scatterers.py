@@ -149,6 +149,6 @@ def test_more_scatterers_err_less() -> None:
         for n in (1, 4, 16)
     ]
     assert errors[0] == pytest.approx(2 * errors[1]) == pytest.approx(4 * errors[2])  # type: ignore[operator]
-    few = DiffuseScattering.error_db(body, made, PRESETS["reference"], 48)
-    assert few is not None and few > errors[2]  # type: ignore[operator]
+    sparse = DiffuseScattering.error_db(body, made, PRESETS["reference"], 48)
+    assert sparse is not None and sparse > errors[2]  # type: ignore[operator]
     assert DeclaredScattering.error_db(body, made, PRESETS["balanced"], 1) == 0.0

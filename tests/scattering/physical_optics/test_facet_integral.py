@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.facet_integral import (
     NEARLY_FLAT,
-    mirrored,
     polarization_of,
     scattering_amplitude,
+    specular_reflection,
     triangle_phases,
 )
 
@@ -95,7 +95,7 @@ def test_mirror_keeps_fields_across_and_turns_the_tangential_one() -> None:
     e = np.cross(d, rng.normal(size=(50, 3)))
     n = rng.normal(size=(50, 3))
     n /= np.linalg.norm(n, axis=1)[:, None]
-    turned, field = mirrored(d, e, n)
+    turned, field = specular_reflection(d, e, n)
     np.testing.assert_allclose(np.cross(n, e + field), 0.0, atol=1e-12)
     np.testing.assert_allclose(np.einsum("ij,ij->i", turned, field), 0.0, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(field, axis=1), np.linalg.norm(e, axis=1), rtol=1e-12)

@@ -44,8 +44,8 @@ def test_five_metres_of_plate_from_100_to_1000_m(tmp_path: Path, distance: float
     assert decibels(fresnel_section(distance, aside, up) / exact) == pytest.approx(0.0, abs=0.05)
     for n in (1, 4):
         body = optical(loaded(tmp_path, plate(SIDE, SIDE, n)))
-        ours = cross_section(body, np.array([aside, distance, up]))
-        assert decibels(ours / exact) == pytest.approx(0.0, abs=0.5)
+        computed = cross_section(body, np.array([aside, distance, up]))
+        assert decibels(computed / exact) == pytest.approx(0.0, abs=0.5)
 
 
 def test_near_limit_is_the_mirror_image(tmp_path: Path) -> None:

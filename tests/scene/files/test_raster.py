@@ -38,8 +38,8 @@ def test_geotiff_places_itself(tmp_path: Path, raster_type: int, shift: float) -
     (body,) = load(tmp_path, "h.tif", content, range_max_m=200_000).bodies
     result = world_vertices(body)
     first = result[np.isclose(result[:, 2], 1.0)][0]
-    want = map_from_geographic(51.0 - shift * 0.02, 1.0 + shift * 0.01, (50.9, 1.4))
-    np.testing.assert_allclose(first[:2], want, atol=1e-6)
+    expected = map_from_geographic(51.0 - shift * 0.02, 1.0 + shift * 0.01, (50.9, 1.4))
+    np.testing.assert_allclose(first[:2], expected, atol=1e-6)
     last = result[np.isclose(result[:, 2], 6.0)][0]
     np.testing.assert_allclose(
         last[:2], map_from_geographic(51.0 - (1 + shift) * 0.02, 1.0 + (2 + shift) * 0.01, (50.9, 1.4)), atol=1e-6

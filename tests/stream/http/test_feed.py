@@ -54,8 +54,8 @@ def test_hello_says_what_is_coming() -> None:
         assert radar["rpm"] == pytest.approx(24.0) and radar["range_step_m"] == pytest.approx(STEP)
         encoding = hello["encoding"]
         assert (encoding["name"], encoding["bins"], encoding["dtype"]) == ("u8", 5, "|u1")
-        places = [encoding[key] for key in ("range_step_m", "range_first_m", "range_m")]
-        assert places == pytest.approx([40.0, 20.0, 200.0]) and encoding["db_per_step"] > 0
+        positions = [encoding[key] for key in ("range_step_m", "range_first_m", "range_m")]
+        assert positions == pytest.approx([40.0, 20.0, 200.0]) and encoding["db_per_step"] > 0
         assert hello["clocks"]["pace"] == {"state": "pause", "factor": 1.0} and hello["mode"] == "live"
         assert hello["controls"]["range_m"] == 200.0 and hello["truth"] is False and hello["plan"] == {"modelled": []}
 
