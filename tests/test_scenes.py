@@ -168,7 +168,7 @@ def test_video_is_as_sparse_as_the_readme_says() -> None:
     assert shares == pytest.approx((0.60, 0.83, 0.85), abs=0.015)
 
 
-def test_harbour_hill_hides_what_is_behind() -> None:
+def test_the_hill_of_the_harbour_occludes_bodies_behind_it() -> None:
     _, scan = first_scan("harbour")
     level = np.median(scan.power)
     headland = offset(scan.azimuth, np.deg2rad(275.0)) < np.deg2rad(10.0)

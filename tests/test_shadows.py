@@ -60,7 +60,7 @@ def ship() -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("obstacle", "distance", "up"), [("ridge", 1000.0, 60.0), ("quay", 994.0, 25.0), ("ship", 990.0, 18.0)]
 )
-def test_terrain_quays_and_ships_occlude_points_below_the_sight_line(
+def test_terrain_quays_and_ships_occlude_points_below_the_line_of_sight(
     obstacle: str, distance: float, up: float, tmp_path: Path
 ) -> None:
     """A point 2 km off, 0.3 m above the line that grazes the obstacle and 0.3 m below it: received as if alone to 0.01 dB

@@ -27,7 +27,7 @@ def test_what_is_known_is_the_same_in_every_turn(turn: int) -> None:
             np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count) % turn)
 
 
-def test_blocks_are_made_once_while_they_are_in_use_and_never_cross_north() -> None:
+def test_blocks_are_computed_once_while_they_are_in_use_and_never_cross_north() -> None:
     requested = []
 
     def make(scan: int, start: int, stop: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:

@@ -220,14 +220,14 @@ def test_clutter_is_the_same_for_any_block_size_start_and_threads() -> None:
     assert not np.array_equal(next(rs.Simulator(made, seed=5).blocks(scans=1)).field, whole[0])
 
 
-def test_nothing_unless_asked_for_and_nothing_beyond_the_horizon_or_under_the_antenna() -> None:
+def test_no_clutter_unless_requested_nor_beyond_the_horizon_nor_under_the_antenna() -> None:
     assert rs.Simulator(scene([], radar=CLOSE)).scan().power.max() == 0.0
     far = rs.Simulator(sea({"range_max_m": 20_000, "bandwidth_hz": 1e6, "azimuths": 16, "beamwidth_deg": 40})).scan()
     assert (far.power[:, far.range > 15_964] == 0).all() and (far.power[:, far.range < 15] == 0).all()
     assert np.isfinite(far.power).all() and far.power.max() > 0
 
 
-def test_blind_sectors_hear_no_clutter() -> None:
+def test_blind_sectors_have_no_clutter() -> None:
     power = rs.Simulator(sea(CLOSE | {"blind_sectors_deg": [[90, 180]]})).scan().power.max(axis=1)
     assert (power[60:121] == 0).all() and (power[:60] > 0).all()
 
@@ -289,7 +289,7 @@ def test_clutter_below_the_noise_is_left_out() -> None:
 
 @pytest.mark.parametrize("pulse", [{"pulse_s": 4e-6}, {"modulation": "none", "pulse_s": 0.25e-6, "bandwidth_hz": None}])
 @pytest.mark.parametrize("rain", [{}, {"sea_state": 0, "rain_mm_h": 20}], ids=["sea", "rain"])
-def test_a_deaf_radar_hears_less_clutter(pulse: dict[str, Any], rain: dict[str, Any]) -> None:
+def test_an_eclipsed_radar_receives_less_clutter(pulse: dict[str, Any], rain: dict[str, Any]) -> None:
     """One antenna: an echo that begins while the radar still sends loses that part; past c T / 2 nothing is lost."""
     radar = {key: value for key, value in (CLOSE | pulse).items() if value is not None}
     not_eclipsed, eclipsed = (

@@ -106,7 +106,7 @@ def test_drift_beyond_the_whole_range_stays_texture() -> None:
     assert np.var(rows) == pytest.approx(1.0, abs=5 * np.sqrt(2 / (64 * 50)))
 
 
-def test_blocks_of_rows_do_not_depend_on_what_was_asked_before() -> None:
+def test_blocks_of_rows_do_not_depend_on_earlier_requests() -> None:
     whole = TextureRows(motion(), 300, seed=6)
     for scan in range(4):
         whole.make(scan, 0, 16)

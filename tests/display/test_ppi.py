@@ -90,7 +90,7 @@ def test_targets_stand_where_theory_puts_them(mode: Interpolation, heading_deg: 
         (1, 1, 10.0, 20.0, 8, 20.0, 0.0),  # one cell
     ],
 )
-def test_scan_conversion_agrees_with_its_slow_twin(
+def test_scan_conversion_agrees_with_a_slow_reference(
     mode: Interpolation, azimuths: int, bins: int, first: float, step: float, size: int, range_max: float, top: float
 ) -> None:
     polar = np.random.default_rng(5).uniform(0.0, 100.0, (azimuths, bins)).astype(np.float32)

@@ -24,7 +24,7 @@ def test_wavelength_of_the_table() -> None:
 
 
 @pytest.mark.parametrize("earth_radius", [np.inf, EARTH])
-def test_nulls_of_a_perfect_mirror(earth_radius: float) -> None:
+def test_nulls_of_a_perfect_reflection(earth_radius: float) -> None:
     distance = np.linspace(1500.0, 12_000.0, 200_001)
     waves = specular_geometry(distance, TARGET, ANTENNA, earth_radius).excess / WAVELENGTH
     result = [np.interp(-n, -waves, distance) for n in range(1, 6)]
@@ -126,7 +126,7 @@ def test_beyond_the_horizon_there_is_nothing() -> None:
 
 
 @pytest.mark.parametrize("earth_radius", [np.inf, EARTH, 1e6 * EARTH])
-def test_odd_places_stay_finite(earth_radius: float) -> None:
+def test_unusual_positions_stay_finite(earth_radius: float) -> None:
     d, h = np.meshgrid([0.0, 1e-3, 1.0, 100.0, 3e4], [-5.0, 0.0, 1e-3, 15.0, 500.0])
     factor = two_ray_factor(d, h, ANTENNA, WAVELENGTH, earth_radius=earth_radius, wave_height=0.3)
     assert factor.shape == d.shape and np.all(np.isfinite(factor)) and np.abs(factor).max() <= 2.0

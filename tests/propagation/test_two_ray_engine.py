@@ -61,7 +61,7 @@ def db(factor: complex) -> float:
     ("distance", "table_db"),
     [(2000, 9.59), (4000, 6.71), (6000, 11.37), (9416.5, 1.86), (12_000, 10.50), (15_000, 7.57), (20_000, -5.35)],
 )
-def test_the_table_of_a_perfect_mirror(distance: float, table_db: float) -> None:
+def test_the_table_of_a_perfect_reflection(distance: float, table_db: float) -> None:
     """F^4 of 15 and 10 m on the 4/3 earth (reference values, rho = -1): the twin with that mirror to the last digit; ours,
     which has the sea's own coefficient, within what that changes: (1 - |Gamma|) < 1 %, up to 0.3 dB near a null."""
     assert db(reference_factor(distance, reflection=-1.0)) == pytest.approx(table_db, abs=0.02)
@@ -118,7 +118,7 @@ def test_flat_and_curved_seas_part_by_17_db_at_20_km() -> None:
     assert flat - db(measured_factor(20_000.0)) == pytest.approx(17.3, abs=0.3)
 
 
-def test_a_narrow_beam_looking_up_hears_less_of_the_mirror() -> None:
+def test_a_narrow_beam_tilted_up_receives_less_of_the_reflected_ray() -> None:
     """A vertical beam of 2 degrees tilted up by 1.5: at 1 km the direct ray leaves 0.29 degrees down, the mirrored one 1.43,
     and |F - 1| is the root of the ratio of their one-way power gains."""
     radar = {"beamwidth_el_deg": 2.0, "tilt_deg": 1.5, "pattern": "gaussian"}

@@ -50,7 +50,7 @@ def test_a_sinc2_beam_has_its_band_in_grid_rows() -> None:
 @pytest.mark.parametrize(
     ("azimuths", "beamwidth_deg", "multiple"), [(720, 3.9, 1), (720, 1.0, 3), (2048, 0.9, 2), (360, 0.4, 13)]
 )
-def test_grid_rows_are_the_fewest_that_leave_two_thirds_of_the_band(
+def test_grid_rows_are_the_minimum_that_leaves_two_thirds_of_the_band(
     azimuths: int, beamwidth_deg: float, multiple: int
 ) -> None:
     beamwidth = np.deg2rad(beamwidth_deg)

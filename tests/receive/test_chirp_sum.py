@@ -82,7 +82,7 @@ def test_the_literal_sum_is_the_convolution_with_impulses() -> None:
     assert np.abs(impulse_sum(delay, amplitude, phase, SENT, 1000) - literal).max() < 1e-11  # FFT rounding of sums of 300
 
 
-def test_echoes_outside_the_window_are_not_heard() -> None:
+def test_echoes_outside_the_window_are_not_received() -> None:
     received = chirp_sum(np.array([-1, 1000, 5000]), np.ones(3), np.zeros(3), SENT, 1000)
     assert not received.any() and received.size == 1000 + SENT.size - 1
 

@@ -43,7 +43,7 @@ def test_a_truncated_echo_meets_its_closed_form(settings: dict[str, Any], bound_
         assert 10 * np.log10(error) < bound_db, share
 
 
-def test_an_echo_that_ends_with_the_own_pulse_is_not_heard_and_one_behind_it_is_whole() -> None:
+def test_an_echo_that_ends_with_the_own_pulse_is_eclipsed_and_one_behind_it_is_whole() -> None:
     """Where the edge of the chirp, known up to fs / 2, rings into the cut: -45 dB on it, -50 near it, -80 far off."""
     for share, bound_db in ((1.0, -45), (1.01, -50), (1.5, -80)):
         computed, exact, whole = received({"range_max_m": 3000}, share)

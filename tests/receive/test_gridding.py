@@ -7,7 +7,7 @@ from radar_service.receive.gridding import MAX_DIRECT_WEIGHTS, Kernel, spread, s
 
 
 @pytest.mark.parametrize(("width", "oversampling", "bound_db"), [(4, 1.5, -55), (6, 1.5, -74), (4, 3.0, -74), (6, 2.0, -90)])
-def test_a_laid_point_has_the_spectrum_of_its_exact_place(width: int, oversampling: float, bound_db: float) -> None:
+def test_a_gridded_point_has_the_spectrum_of_its_exact_position(width: int, oversampling: float, bound_db: float) -> None:
     """Inside the band the corrected spectrum is a pure exponential. Bounds: docs/engine.md#errors has -61 and -80 dB at 1.5
     for a tapered spectrum; this one is flat to the band's edge, where the kernel is worst (6 dB allowed)."""
     kernel, n = Kernel(width, oversampling), 256
@@ -26,7 +26,7 @@ def test_a_laid_point_has_the_spectrum_of_its_exact_place(width: int, oversampli
 
 @pytest.mark.parametrize("count", [40, 400])
 @pytest.mark.parametrize("range_migration", [0.0, 0.0015, 0.03, 0.15, 0.9, 7.0])
-def test_points_that_drift_are_laid_where_they_have_gone(range_migration: float, count: int) -> None:
+def test_points_that_migrate_are_spread_at_their_new_positions(range_migration: float, count: int) -> None:
     """Each row's spectrum is that of its own place: -54 dB to the band's edge from the series (REACH), whatever the drift;
     9 rows, so that groups come out uneven; MAX_DIRECT_WEIGHTS lies between the counts."""
     kernel, n = Kernel(6, 1.5), 256

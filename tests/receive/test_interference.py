@@ -60,7 +60,7 @@ def test_rows_of_dots_are_the_drift_of_one_clock_against_the_other() -> None:
     np.testing.assert_allclose(np.diff(result.delay)[next_to], intervals * (1 / 2000.5 - 1 / 2000.0), atol=1e-12)
 
 
-def test_level_is_what_was_asked_for_when_both_beams_meet() -> None:
+def test_the_level_is_as_declared_when_both_beams_meet() -> None:
     """Heard all round, the other's turning beam brings 60 dB over the noise once a turn, and half of it (3.01 dB) half its
     beamwidth (7.5 degrees) to either side; 0.05 dB: it turns 0.1 degrees from spoke to spoke."""
     of = made({"pattern": EVERYWHERE}, prf_hz=20_000.0, rpm=12, beamwidth_deg=15)
@@ -129,7 +129,7 @@ def test_a_like_pulse_passes_a_plain_receiver_whole() -> None:
         assert int(np.argmax(np.abs(profile))) == pytest.approx(result.delay[which] * 40e6 - 0.5, abs=1.01)
 
 
-def test_a_moving_own_ship_finds_the_other_where_it_stands() -> None:
+def test_bearings_of_another_radar_follow_a_moving_own_ship() -> None:
     """1000 m east, own ship going north at 20 m/s: bearing 090 at first, 135 after 50 s (past the other's beam)."""
     own = {"position_m": [-500, 0], "course_deg": 0, "speed_kn": 20 / 0.514444}
     other = OTHER | {"position_m": [500, 0], "prf_hz": 20_000.0, "beamwidth_deg": 90, "rpm": 0.01}
@@ -167,7 +167,7 @@ def test_in_the_profiles_it_is_added_and_reproducible() -> None:
         ({"eirp": 3}, "eirp"),
     ],
 )
-def test_what_cannot_be_is_refused_with_its_place(wrong: dict[str, Any], text: str) -> None:
+def test_impossible_settings_are_refused_with_their_key(wrong: dict[str, Any], text: str) -> None:
     section = {key: value for key, value in (OTHER | wrong).items() if value is not None}
     with pytest.raises(rs.SceneError, match=r"interference\[0\]") as refused:
         scene([], interference=[section])

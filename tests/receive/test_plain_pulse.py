@@ -68,7 +68,7 @@ def test_noise_has_its_power_in_every_bin_and_the_filters_correlation() -> None:
         assert measured == pytest.approx(expected, abs=5 * sigma)
 
 
-def test_pulse_kernel_is_as_wide_as_what_it_lays() -> None:
+def test_the_pulse_kernel_is_as_wide_as_the_filtered_pulse() -> None:
     """What lies beyond the kernel's width is below -100 dB of the peak, and its tables hold the answer itself."""
     compression = compression_for(radar(**MAGNETRON), 6)
     kernel = compression.kernel

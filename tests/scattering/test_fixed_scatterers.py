@@ -52,7 +52,7 @@ def test_a_diffuse_plate_has_the_geometric_mean_of_both_directions() -> None:
         assert total(model.echoes(launch, receive, instant(made))) == pytest.approx(expected, rel=2e-3)
 
 
-def test_two_ends_at_one_place_are_one_antenna() -> None:
+def test_two_ends_at_one_position_are_one_antenna() -> None:
     """A copy of the position, which is computed as two ends, gives the same echoes: rounding of sqrt(c c)."""
     box = {"name": "b", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [60, 500, 0],
            "heading_deg": 30, "material": "wood"}  # fmt: skip

@@ -24,7 +24,9 @@ def test_constant_course_runs_clockwise_from_north() -> None:
     assert pose.heading[0] == pytest.approx(math.pi / 2) and pose.course[0] == pytest.approx(math.pi / 2)
 
 
-@pytest.mark.parametrize("heading, course, want", [(30.0, None, (30, 30)), (None, 40.0, (40, 40)), (30.0, 40.0, (30, 40))])
+@pytest.mark.parametrize(
+    "heading, course, expected", [(30.0, None, (30, 30)), (None, 40.0, (40, 40)), (30.0, 40.0, (30, 40))]
+)
 def test_heading_and_course_default_to_each_other(
     heading: float | None, course: float | None, expected: tuple[float, float]
 ) -> None:

@@ -160,7 +160,7 @@ def spoil_scenes(address: str, cases: int) -> dict[int, int]:
     return seen
 
 
-def test_odd_scenes_are_taken_or_refused_with_the_place(address: str) -> None:
+def test_spoilt_scenes_are_accepted_or_refused_with_the_location(address: str) -> None:
     seen = spoil_scenes(address, SPOILT)
     assert seen.get(200, 0) and seen.get(422, 0) > SPOILT / 4, seen
 

@@ -77,7 +77,7 @@ def test_own_surface_is_seen_where_it_faces_and_occluded_behind() -> None:
     np.testing.assert_array_equal(occluded[steep], (facing < 0)[steep])
 
 
-def test_sight_line_over_the_bulge_of_the_earth() -> None:
+def test_line_of_sight_over_the_curved_earth() -> None:
     """A wall 40 m high at 15 km, seen from 60 m: at 30 km, the earth between, the line of sight passes the wall at
     (60 + h) / 2 - 15^2 / (2 ae) x ... = (60 + h) / 2 - 13.25 m, so h = 46.5 m is the edge; flat it would be 20 m."""
     wall = Mesh(np.array([[-500.0, 0, 0], [500, 0, 0], [500, 0, 40], [-500, 0, 40]]), np.array([[0, 1, 2], [0, 2, 3]]))

@@ -87,7 +87,7 @@ def test_plate_at_normal_incidence(polarization: str) -> None:
     assert a / abs(a) == pytest.approx(-1j, abs=1e-12)
 
 
-def test_mirror_keeps_fields_across_and_turns_the_tangential_one() -> None:
+def test_specular_reflection_keeps_normal_fields_and_inverts_tangential_ones() -> None:
     """On a conductor the tangential field vanishes: incident plus reflected is along the normal; and waves stay across."""
     rng = np.random.default_rng(2)
     d = rng.normal(size=(50, 3))

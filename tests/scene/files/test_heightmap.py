@@ -29,7 +29,7 @@ def test_row_0_is_north_and_corners_are_outer_samples(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name, content, want",
+    "name, content, expected",
     [
         ("h.png", picture(np.array([[0, 51], [102, 255]], dtype=np.uint8)), [[-100, 0], [100, 400]]),
         ("h.png", picture(np.array([[0, 13107], [26214, 65535]], dtype=np.uint16)), [[-100, 0], [100, 400]]),

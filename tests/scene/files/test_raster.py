@@ -30,7 +30,7 @@ GEOGRAPHIC = [1, 1, 0, 3, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326]
 
 
 @pytest.mark.parametrize("raster_type, shift", [(1, 0.5), (2, 0.0)])
-def test_geotiff_places_itself(tmp_path: Path, raster_type: int, shift: float) -> None:
+def test_a_geotiff_has_its_own_position(tmp_path: Path, raster_type: int, shift: float) -> None:
     """PixelIsArea ties the corner of a pixel, PixelIsPoint its centre (OGC 19-008r4, section 7.1.1)."""
     keys = [*GEOGRAPHIC]
     keys[11] = raster_type

@@ -167,7 +167,7 @@ def test_truth_is_given_only_where_it_is_allowed() -> None:
     play(forbidden)
 
 
-def test_the_picture_shows_what_has_been_swept() -> None:
+def test_the_picture_shows_the_azimuths_received_so_far() -> None:
     async def test(server: Server) -> None:
         feed = await server.feed()
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": AZIMUTHS // 2}})
