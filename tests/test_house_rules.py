@@ -24,7 +24,8 @@ RETIRED = {
         KnownRows BeamRows under_beam swept_by_interval BeamPassing Tubes hollow Pieces lay laid lay_swept Blanking
         blanking fewest fineness swept_together TruthTeller CorrectedChain DocumentedChain knobs ledger Ledger
         leaving_out left_out idle_effects nearest_approach Ahead bearable Outlet Guard Door SceneShelf Yes twin FEW
-        FINER said wanted told doubts odd_places
+        FINER said wanted told asked found heard hears ours doubts odd_places sight quick_gain echo_multiplier
+        pace_to_keep WITNESSES witnesses mirrored shelf glances
     """,
     "radar_service/receive": "drawn deaf",
     "radar_service/stream": "say again coming follow_with shaped journal mailbox",

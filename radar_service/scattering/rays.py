@@ -1,8 +1,8 @@
 """Rays as a second estimator of diffuse surfaces, independent of fixed scatterers.
 
-Rays spread evenly about the antenna find the surfaces, and each hit stands for the area that its ray covers. There are no
+Rays leave the antenna evenly in all directions. Each hit on a surface stands for the area that its ray covers. There are no
 points on surfaces, no densities and no visibility tests. Bodies with a declared cross-section, points and physical optics have
-no such integral: they keep their own models, and only stop rays.
+no such integral: they keep their own models and only occlude.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ SAMPLER_NAMES = {"rays": "uniform random", "stratified": "stratified", "sobol": 
 
 @dataclass(frozen=True)
 class RayHits:
-    """Where rays met bodies (H,).
+    """Hits of rays on bodies (H,).
 
     body: (H,) index in the scene.
     position: (H, 3) in the body's own frame [m].

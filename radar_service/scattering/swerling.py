@@ -9,7 +9,7 @@ from radar_service.random import FLUCTUATION, generator
 from radar_service.scene.body import Body
 from radar_service.types import Floats, Indices, Singles
 
-DRAWS_PER_BLOCK = 16  # azimuths drawn together: setting up a generator costs as much as some 30 draws
+DRAWS_PER_BLOCK = 16  # azimuths whose factors are drawn together: setting up a generator costs as much as some 30 draws
 
 
 def swerling_factor(case: int, rng: np.random.Generator) -> float:

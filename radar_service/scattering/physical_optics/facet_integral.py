@@ -23,7 +23,7 @@ def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumbe
     """
     x, y, z = (-wavenumber * _dot(corners[:, i] - centre, gradient) for i in range(3))
     lower, upper = np.minimum(x, y), np.maximum(x, y)
-    # A divided difference does not ask for an order, and the widest step divides best
+    # A divided difference does not depend on the order; the widest step is the most accurate divisor
     low, high, middle = np.minimum(lower, z), np.maximum(upper, z), np.maximum(lower, np.minimum(upper, z))
     result = _flat_mean(x, y, z)
     steep = np.flatnonzero(high - low > NEARLY_FLAT)
@@ -79,7 +79,7 @@ def polarization_of(toward_radar: Floats, polarization: str) -> Floats:
     """Unit electric field (M, 3) of "h" (level) or "v" (upright) waves to or from the radar in unit directions (M, 3)."""
     level = np.stack([-toward_radar[:, 1], toward_radar[:, 0], np.zeros(len(toward_radar))], axis=1)
     length = np.hypot(level[:, 0], level[:, 1])
-    level[length == 0.0, 0] = 1.0  # straight overhead every level direction is as good
+    level[length == 0.0, 0] = 1.0  # straight overhead any level direction is correct
     level /= np.where(length == 0.0, 1.0, length)[:, None]
     return level if polarization == "h" else np.cross(toward_radar, level)
 

@@ -1,6 +1,6 @@
 """Ray tubes from facet to facet of a body: where each one hits, with which field, and what it scatters from there.
 
-A tube is a triangle throughout: a flat mirror maps corners to corners along parallel lines, so its footprint on the next
+A tube is a triangle throughout: a flat reflector maps corners to corners along parallel lines, so its footprint on the next
 surface is integrated in closed form too. Only its middle ray is traced to the next triangle.
 """
 
