@@ -65,7 +65,7 @@ def timed(make: Callable[[], rs.Simulator], azimuths: int | None) -> tuple[float
 
 
 def harbour(**own_ship: Any) -> rs.Scene:
-    """The shipped harbour, own ship as said."""
+    """The shipped harbour, own ship as given."""
     path = Path(scenes.__file__).parent / "harbour.toml"
     table = tomllib.loads(path.read_text())
     table["own_ship"] |= own_ship

@@ -38,7 +38,7 @@ def sea(radar: dict[str, Any], shape: float | None = None, **environment: Any) -
 
 def cell_by_hand(made: rs.Scene, range_step: float) -> tuple[float, float]:
     """Two-way width [rad] of a sinc^2 beam, 2/3 of a beamwidth / 0.8859, and length [m] of the Hamming pulse's power, summed
-    over the closed form at the bins, as the engine hears it."""
+    over the closed form at the bins, as the engine receives it."""
     radar = made.radar
     delay = np.arange(-2000, 2001) / radar.sample_rate
     pulse = np.abs(compressed_pulse(delay, radar.bandwidth, radar.pulse, (0.54, 0.46))) ** 2

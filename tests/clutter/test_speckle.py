@@ -1,7 +1,7 @@
 """Speckle of homogeneous land: exponential intensity, but for what so few scatterers to a cell add to it.
 
 For scatterers strewn at random, lambda to a unit of area, of random phase, the intensity has <I^2>/<I>^2 = 2 + integral w^2
-/ (lambda (integral w)^2), w being the power with which a place is heard (fourth cumulant of a compound Poisson sum; Oliver
+/ (lambda (integral w)^2), w being the power with which a position is received (fourth cumulant of a compound Poisson sum; Oliver
 and Quegan, Understanding Synthetic Aperture Radar Images, 2004, ch. 5): w = pulse^2 G^2. A cell is a range bin by
 a beamwidth. Where triangles are smaller than cells scatterers are spread more evenly than at random, and less is added.
 """

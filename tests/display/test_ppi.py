@@ -1,4 +1,4 @@
-"""Spokes accumulated, and polar turned into an image: against theory, and against a slow twin written out plainly."""
+"""Spokes accumulated, and polar turned into an image: against theory, and against a slow reference written out plainly."""
 
 import math
 
@@ -25,7 +25,7 @@ def polar_with_targets(azimuths: int, bins: int, step: float) -> NDArray[np.floa
 def slow_picture(
     polar: Floats, first: float, step: float, size: int, range_max: float, top: float, mode: Interpolation
 ) -> Floats:
-    """The twin: one pixel at a time, by the definitions."""
+    """The reference: one pixel at a time, by the definitions."""
     azimuths, bins = polar.shape
     pixel = 2 * range_max / size
     image = np.zeros((size, size))

@@ -158,4 +158,4 @@ def test_printed_factor_is_flat_with_a_curved_divergence() -> None:
 def test_printed_and_corrected_part_company_at_sea_ranges() -> None:
     flat = printed_two_ray_factor(20_000.0, TARGET, ANTENNA, WAVELENGTH)
     curved = two_ray_factor(20_000.0, TARGET, ANTENNA, WAVELENGTH, earth_radius=EARTH)
-    assert 40 * np.log10(np.abs(flat) / np.abs(curved)) > 16  # the reference finds 17 dB for a perfect mirror
+    assert 40 * np.log10(np.abs(flat) / np.abs(curved)) > 16  # the reference finds 17 dB for a perfect reflection

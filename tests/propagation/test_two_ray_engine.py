@@ -1,4 +1,4 @@
-"""Two-ray multipath through the whole engine: levels and phase against a twin that looks for the reflection point itself."""
+"""Two-ray multipath through the whole engine: levels and phase against a reference that finds the reflection point by search."""
 
 from typing import Any
 
@@ -62,7 +62,8 @@ def db(factor: complex) -> float:
     [(2000, 9.59), (4000, 6.71), (6000, 11.37), (9416.5, 1.86), (12_000, 10.50), (15_000, 7.57), (20_000, -5.35)],
 )
 def test_the_table_of_a_perfect_reflection(distance: float, table_db: float) -> None:
-    """F^4 of 15 and 10 m on the 4/3 earth (reference values, rho = -1): the twin with that mirror to the last digit; ours,
+    """F^4 of 15 and 10 m on the 4/3 earth (reference values, rho = -1): the reference with that coefficient to the last digit;
+    the engine,
     which has the sea's own coefficient, within what that changes: (1 - |Gamma|) < 1 %, up to 0.3 dB near a null."""
     assert db(reference_factor(distance, reflection=-1.0)) == pytest.approx(table_db, abs=0.02)
     assert db(measured_factor(distance)) == pytest.approx(table_db, abs=0.3)
@@ -79,7 +80,7 @@ def test_the_table_of_a_perfect_reflection(distance: float, table_db: float) -> 
     ],
 )
 def test_both_polarizations_and_every_sea(polarization: str, sea_state: int, distances: tuple[float, ...]) -> None:
-    """Level to 0.1 dB and phase to 1 degree of the twin, away from deep nulls; the permittivity's three digits move F by
+    """Level to 0.1 dB and phase to 1 degree of the reference, away from deep nulls; the permittivity's three digits move F by
     0.2 %. Wave heights: a quarter of 0, 0.875 and 3.25 m (WMO code 3700)."""
     rms = {0: 0.0, 3: 0.875 / 4, 5: 3.25 / 4}[sea_state]
     for distance in distances:
@@ -119,7 +120,7 @@ def test_flat_and_curved_seas_part_by_17_db_at_20_km() -> None:
 
 
 def test_a_narrow_beam_tilted_up_receives_less_of_the_reflected_ray() -> None:
-    """A vertical beam of 2 degrees tilted up by 1.5: at 1 km the direct ray leaves 0.29 degrees down, the mirrored one 1.43,
+    """A vertical beam of 2 degrees tilted up by 1.5: at 1 km the direct ray leaves 0.29 degrees down, the reflected one 1.43,
     and |F - 1| is the root of the ratio of their one-way power gains."""
     radar = {"beamwidth_el_deg": 2.0, "tilt_deg": 1.5, "pattern": "gaussian"}
     factor = measured_factor(1000.0, radar=radar)

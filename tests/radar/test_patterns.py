@@ -69,7 +69,7 @@ def test_taylor_is_its_textbook_product_of_zeros() -> None:
         np.sinc(u[:, 0]) * np.prod(1 - u**2 / (sigma2 * (a2 + (m - 0.5) ** 2)), axis=1) / np.prod(1 - u**2 / m**2, axis=1)
     )
     scale = brentq(lambda x: np.interp(x, u[:, 0], field**2) - 0.5, 0.1, 1.0)
-    # 1e-4: the half-power point of the twin is interpolated on a grid of 0.016
+    # 1e-4: the half-power point of the reference is interpolated on a grid of 0.016
     assert Taylor().gain(u[:, 0] / (2 * scale) * BEAM, BEAM) == pytest.approx(field**2, abs=1e-4)
 
 

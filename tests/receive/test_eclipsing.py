@@ -1,4 +1,4 @@
-"""What a one-antenna radar hears of a near echo, against the closed form of the truncated chirp."""
+"""What a one-antenna radar receives of a near echo, against the closed form of the truncated chirp."""
 
 from typing import Any
 
@@ -53,7 +53,7 @@ def test_an_echo_that_ends_with_the_own_pulse_is_eclipsed_and_one_behind_it_is_w
 
 
 def test_the_peak_is_the_windows_tail() -> None:
-    """The share of the area of the window that is heard, by its integral."""
+    """The share of the area of the window that is received, by its integral."""
     for share in (0.3, 0.5, 0.8):
         computed, _, _ = received({"range_max_m": 3000, "sample_rate_hz": 400e6}, share)
         start = 0.5 - share

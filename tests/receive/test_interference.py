@@ -13,7 +13,7 @@ from tests.scenes import scene
 LIGHT = 299_792_458.0
 RADAR = {"range_max_m": 3000, "azimuths": 720, "beamwidth_deg": 4, "rpm": 24}
 OTHER = {"bearing_deg": 40, "prf_hz": 2000.3, "rpm": 31, "level_db": 60, "beamwidth_deg": 2}
-EVERYWHERE = [[0.0, 0.0], [180.0, 0.0]]  # a pattern that hears all round
+EVERYWHERE = [[0.0, 0.0], [180.0, 0.0]]  # a pattern that receives all round
 
 
 def made(radar: dict[str, Any] | None = None, **other: Any) -> rs.Scene:
@@ -33,7 +33,7 @@ def received(of: rs.Scene, scans: int, seed: int = 0) -> tuple[Arrivals, NDArray
 
 def test_pulses_keep_their_own_time() -> None:
     """Arrival times are a fixed lag plus whole intervals of 1 / 2000.3 s, and every one that falls into a listening time
-    (20 us of range) is there: 720 x 40 azimuths hear 2000.3 x (20.0 + 2 x 5.1) us each, 5 sigma of a Poisson count."""
+    (20 us of range) is there: 720 x 40 azimuths receive during 2000.3 x (20.0 + 2 x 5.1) us each, 5 sigma of a Poisson count."""
     result, time = received(made({"pattern": EVERYWHERE}, beamwidth_deg=90, level_db=140), 40)
     arrived = time[result.row] + result.delay
     whole = (arrived - arrived[0]) * 2000.3
@@ -84,7 +84,7 @@ def test_own_beam_weighs_what_arrives() -> None:
 
 
 def test_shape_is_the_correlation_with_the_chirp() -> None:
-    """Slow twin: the pulse as it arrives, correlated in time with the windowed chirp, every nanosecond; -40 dB of its energy
+    """Slow reference: the pulse as it arrives, correlated in time with the windowed chirp, every nanosecond; -40 dB of its energy
     (edges of 1/250 of the pulse, and what the sampled band cuts off)."""
     of = made({"pattern": EVERYWHERE, "pulse_s": 4e-6}, beamwidth_deg=90, level_db=140, frequency_offset_hz=3e6)
     number = np.arange(720)

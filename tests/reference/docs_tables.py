@@ -118,7 +118,7 @@ def presets() -> str:
 
 
 def materials() -> str:
-    """Every material, how it scatters by default, its gamma and the share of power that it mirrors."""
+    """Every material, how it scatters by default, its gamma and the share of power that it reflects."""
     rows = [
         (f"`{name}`", made.scattering, f"{db(made.gamma)} dB", f"{db(power_reflectivity(name))} dB")
         for name, made in MATERIALS.items()

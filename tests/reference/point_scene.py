@@ -1,4 +1,4 @@
-"""Slow twin: the field of a scene of points, every azimuth at its own instant, for any pulse, beam and repetition.
+"""Slow reference: the field of a scene of points, every azimuth at its own instant, for any pulse, beam and repetition.
 
 Own arithmetic throughout: nothing of the engine but the scene's motions (which have their own tests) is used. Author: this
 project, from the definitions of docs/conventions.md and the radar equation (Skolnik 2001, eq. 1.7).
@@ -41,7 +41,7 @@ COSINE_SUMS = {
 
 
 def chirp_pulse(radar: Any) -> Pulse:
-    """The compressed chirp of a radar; of an eclipsing one, what is heard after its own pulse."""
+    """The compressed chirp of a radar; of an eclipsing one, what it receives after its own pulse."""
 
     def pulse(delay: Floats, late: Floats) -> Complexes:
         received_from = radar.pulse / 2 - late if radar.eclipsing else np.full_like(late, -np.inf)

@@ -87,7 +87,7 @@ def test_cylinder_and_its_lobes(tmp_path: Path, radius: float, height: float, co
 @pytest.mark.parametrize("polarization", ["h", "v"])
 def test_dihedral(tmp_path: Path, side: float, polarization: str) -> None:
     """16 pi a^4 / lambda^2 min(sin, cos)^2 across the fold (8 pi a^4 / lambda^2 in the middle), times cos(2 twist)^2,
-    since two bounces mirror the polarization about the fold. 0.5 dB."""
+    since two bounces reflect the polarization about the fold. 0.5 dB."""
     for n in (1, 4):
         for angle_deg in (45.0, 35.0, 20.0, 62.0):
             across = [np.cos(np.deg2rad(angle_deg)), np.sin(np.deg2rad(angle_deg)), 0.0]
@@ -106,7 +106,7 @@ def dihedral_aperture(side: float, sine: float) -> float:
     """Of a square dihedral seen across its middle and `sine` along its fold, of which the plain sinc is what is left where
     the way between the plates is nought. A tube that falls at x from the fold lands sqrt(2) x sine / cos further along it:
     so much shorter is the strip that returns, whose phase turns by 2 k sine along it and k sqrt(2) x sine^2 / cos from
-    strip to strip (two plane mirrors, this project's own integral)."""
+    strip to strip (two plane reflectors, this project's own integral)."""
     cosine, x = np.sqrt(1 - sine**2), (np.arange(4000) + 0.5) * side / 4000
     strip = np.maximum(side - np.sqrt(2) * x * sine / cosine, 0.0)
     turned = np.exp(1j * K * np.sqrt(2) * x * sine**2 / cosine)
@@ -187,7 +187,7 @@ def test_trihedral_needs_its_third_bounce(tmp_path: Path) -> None:
 
 
 def test_a_path_must_see_the_radar_at_both_ends(tmp_path: Path) -> None:
-    """A slanting screen before one of a dihedral's plates leaves the other lit, but what it mirrors has no way back.
+    """A slanting screen before one of a dihedral's plates leaves the other lit, but its reflection has no path back.
     (Two bounces: a third, off the screen, leads back indeed.)"""
     screen = sheet([1.0, 1.0, -0.6], [0.35, 1.05, 0.0], [0.0, 0.0, 1.2], 2)  # in line with the plate along y alone
     corner = dihedral(0.6, 0.6, 1)
@@ -235,7 +235,7 @@ def test_a_plain_sum_of_sparse_rays_fails_where_facets_do_not(tmp_path: Path, ti
 
 
 def test_other_materials_return_their_share_of_the_power(tmp_path: Path) -> None:
-    """Concrete mirrors -8.1 dB (permittivity 5.24, ITU-R P.2040): a plate of it is 8.1 dB darker, a corner 24.3 dB."""
+    """Concrete reflects -8.1 dB (permittivity 5.24, ITU-R P.2040): a plate of it is 8.1 dB darker, a corner 24.3 dB."""
     for mesh, direction, bounces in ((plate(1, 1, 1), [0, 1, 0], 1), (trihedral(1, 1, True), [1, 1, 1], 3)):
         steel, concrete = (
             cross_section(optical(loaded(tmp_path, mesh, material=m)), toward(direction, 5000))

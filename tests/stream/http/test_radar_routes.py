@@ -179,7 +179,7 @@ def test_the_picture_shows_the_azimuths_received_so_far() -> None:
         picture = np.asarray(Image.open(io.BytesIO(answer.content)).convert("RGB")).astype(int)
         assert picture.shape == (200, 200, 3)
         east, west = picture[105:135, 135:165], picture[105:135, 35:65]  # below the labels of the rings
-        assert np.ptp(west.mean(axis=(0, 1))) < 6  # grey: not swept yet
+        assert np.ptp(west.mean(axis=(0, 1))) < 6  # grey: not received yet
         assert np.ptp(east.mean(axis=(0, 1))) > 30  # echoes in colour
         assert (await server.http.get("/api/radars/0/ppi.png?size=5")).status_code == 422
         assert (await server.http.get("/api/radars/0/ppi.png?range_m=nan")).status_code == 422
