@@ -12,28 +12,28 @@ nox.options.reuse_existing_virtualenvs = True
 
 @nox.session(python=["3.11", "3.12", "3.13", "3.14"])
 def tests(session: nox.Session) -> None:
-    """The suite."""
+    """The tests."""
     session.install("-e", ".[dev]")
     session.run("pytest", *session.posargs)
 
 
 @nox.session
 def format(session: nox.Session) -> None:
-    """How the code is laid out."""
+    """The format of the code."""
     session.install("ruff>=0.15")
     session.run("ruff", "format", "--check", ".")
 
 
 @nox.session
 def lint(session: nox.Session) -> None:
-    """What ruff finds."""
+    """The findings of ruff."""
     session.install("ruff>=0.15")
     session.run("ruff", "check", ".")
 
 
 @nox.session
 def types(session: nox.Session) -> None:
-    """Types, strictly."""
+    """The types, in strict mode."""
     session.install("-e", ".[dev]")
     session.run("mypy")
 

@@ -20,7 +20,7 @@ from radar_service.display.last_scan import last_scan_png
 from radar_service.display.video import Controls, layout
 from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.parallel import BLAS_LIMIT
-from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, pace_to_keep
+from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.realtime import plan_in_time
 from radar_service.plan.settings_search import fidelity_for
@@ -146,7 +146,7 @@ def parser() -> argparse.ArgumentParser:
         command.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
         command.set_defaults(run=run)
     command.add_argument("--json", action="store_true", help="as JSON")
-    command.add_argument("--realtime-factor", type=pace_to_keep, metavar="F", help=PACE_HELP)
+    command.add_argument("--realtime-factor", type=finite_pace, metavar="F", help=PACE_HELP)
     stability = commands.add_parser("stability", help="find where each method fails, and write a report")
     stability.add_argument("-o", "--out", type=Path, required=True, help="folder for stability.html and stability.json")
     stability.add_argument("--fine", default=1, type=partial(whole, minimum=1, maximum=20), help="times as many samples")

@@ -9,7 +9,7 @@ Value = TypeVar("Value")
 
 
 class BlockCache(Generic[Key, Value]):
-    """The `size` results used last, by key.
+    """Keeps the `size` results used last, by key.
 
     Rule: a result depends on its key alone, so it does not matter which thread computes it, nor when. A thread that asks
     for a key while another computes it waits. Pickling leaves the results out; the other process computes its own.

@@ -74,7 +74,7 @@ def loaded_blas() -> list[LoadedLibrary]:
 
     if before is None:
         os.environ.pop(ENVIRONMENT_OF_THREADPOOLCTL, None)
-    return [LoadedLibrary(found) for found in ThreadpoolController().select(user_api="blas").lib_controllers]
+    return [LoadedLibrary(library) for library in ThreadpoolController().select(user_api="blas").lib_controllers]
 
 
 class BlasLimit:
@@ -112,7 +112,7 @@ class BlasLimit:
 
     def _take(self) -> list[tuple[BlasLibrary, int]]:
         """Counts one holder more. Returns the previous numbers that belong to this thread alone."""
-        shared, own = self._found()
+        shared, own = self._by_scope()
         with self._lock:
             if not self._holders:
                 self._previous = _set_to_one(shared)
@@ -127,7 +127,7 @@ class BlasLimit:
             if not self._holders:
                 _restore(self._previous)
 
-    def _found(self) -> tuple[list[BlasLibrary], list[BlasLibrary]]:
+    def _by_scope(self) -> tuple[list[BlasLibrary], list[BlasLibrary]]:
         """The libraries with one number for the process, and those with one for each thread."""
         with self._lock:
             if self.libraries is None:

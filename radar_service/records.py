@@ -1,4 +1,4 @@
-"""The records that leave the engine: spokes, alone and in blocks, and the truth behind them."""
+"""The records that leave the engine: spokes, alone and in blocks, and the ground truth."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -16,7 +16,7 @@ class Spoke:
 
     number: int  # since the start of the simulation; number = scan x azimuths + index
     scan: int
-    index: int  # within the scan, 0 looks north
+    index: int  # within the scan, 0 points north
     time: float
     azimuth: float
     heading: float  # of own ship
@@ -30,7 +30,7 @@ class Spoke:
 
 @dataclass(frozen=True)
 class SpokeBlock:
-    """K consecutive spokes of one scan as arrays, K >= 1: the unit the engine hands over and the stream cuts up."""
+    """K consecutive spokes of one scan as arrays, K >= 1: the engine yields them and the stream divides them."""
 
     first: int  # number of the first spoke
     scan: int
@@ -104,7 +104,7 @@ def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
 
 @dataclass(frozen=True)
 class BodyTruth:
-    """A body's state. position: east, north, up [m]; range, azimuth, elevation as the antenna sees its origin."""
+    """A body's state. position: east, north, up [m]; range, azimuth and elevation are those of its origin from the antenna."""
 
     name: str
     position: tuple[float, float, float]

@@ -27,7 +27,7 @@ PLOT_SIZE = 1000  # pixels of a plot
 class Scan:
     """One revolution of A azimuths and N range cells, all SI and radians.
 
-    In a scan from a file, what belongs to an azimuth that never came is NaN, and so is `field` where the file holds none.
+    In a scan from a file the values of a missing azimuth are NaN; so is `field` where the file has none.
     """
 
     number: int  # since the start of the simulation
@@ -50,7 +50,7 @@ class Scan:
         """Plot the PPI with matplotlib, north up and own ship in the middle, and return its axes.
 
         axes: where to, by default new ones. dynamic_range_db: colours span this much below the strongest cell. range_max:
-        half the width [m], by default all there is. Raises ValueError for a dynamic range not above 0.
+        half the width [m], by default the whole range. Raises ValueError for a dynamic range not above 0.
         """
         import matplotlib.pyplot as plt  # here: it would take a third of every start
         from matplotlib.colors import ListedColormap

@@ -6,7 +6,7 @@ A file holds S scans, one or more, of the same radar: A azimuths and N range cel
 |---|---|---|---|
 | format | () | int | 1, the version of this layout |
 | number | (S,) | int64 | number of each scan |
-| spoke | (S, A) | int64 | number of each spoke, -1 where none came |
+| spoke | (S, A) | int64 | number of each spoke, -1 where it is missing |
 | time | (S, A) | float64 | s of simulation |
 | heading, course | (S, A) | float64 | rad, own ship's |
 | speed | (S, A) | float64 | m/s, own ship's |
@@ -17,13 +17,14 @@ A file holds S scans, one or more, of the same radar: A azimuths and N range cel
 | power, optional | (S, A, N) | float32 | W |
 | field, optional | (S, A, N) | complex64 | sqrt(W) |
 | samples, optional | (S, A, N) | any | as the feed sent them |
-| blind, optional | (S, A) | bool | whether the radar is silent in a blind sector |
+| blind, optional | (S, A) | bool | whether the radar does not transmit (blind sector) |
 | name, fidelity, optional | () | str | of the scene, of the simulator |
 | seed, optional | () | int | of the simulator |
 | hello, optional | () | str | the feed's hello as JSON |
 
-Where no spoke came, floats are NaN and samples are 0. A spoke of scan k has a number from k A to k A + A - 1; a client
-counts from the start of an epoch, and its scan begins with whatever azimuth came first. `numpy.load` reads such a file too.
+For a missing spoke floats are NaN and samples are 0. A spoke of scan k has a number from k A to k A + A - 1; a client
+counts from the start of an epoch, and its scan begins with the first azimuth that it received.
+`numpy.load` reads such a file too.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""The simulator: a scene, a fidelity and a seed in; spokes, scans and the truth out. The only clock is simulated time."""
+"""The simulator computes spokes, scans and the truth from a scene, a fidelity and a seed. Its only clock is simulated time."""
 
 import itertools
 from collections.abc import Iterator
@@ -40,9 +40,9 @@ class AzimuthEngine(Protocol):
 class Simulator:
     """One radar turning in one scene.
 
-    The first scan starts at t = 0 looking north and is whole (the beam wraps). Same scene, fidelity and seed on one
-    machine: the same bytes. Not thread-safe, except `truth`. BLAS libraries are kept to one thread while set-up, `plan` or a
-    block is computed (`parallel.BLAS_LIMIT`), and only then.
+    The first scan starts at t = 0 at north and is complete: the beam wraps. On one machine the
+    same scene, fidelity and seed give the same bytes. Not thread-safe, except `truth`. BLAS libraries
+    are kept to one thread while set-up, `plan` or a block is computed (`parallel.BLAS_LIMIT`), and only then.
     """
 
     @BLAS_LIMIT.held()

@@ -1,4 +1,4 @@
-"""Ground truth: the state of own ship and of every body at an instant, and whether the antenna can see it."""
+"""Ground truth: the state of own ship and of every body at an instant, and whether the antenna has a line of sight to it."""
 
 import numpy as np
 

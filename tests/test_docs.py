@@ -51,8 +51,8 @@ def anchors(name: str) -> set[str]:
 
 def blocks(language: str) -> list[tuple[str, str]]:
     """The fenced blocks of exactly that language tag in docs/, each with its document."""
-    found = re.compile(rf"^```{re.escape(language)}\n(.*?)^```$", flags=re.M | re.S)
-    return [(name, block) for name in NAMES if name.startswith("docs/") for block in found.findall(text(name))]
+    result = re.compile(rf"^```{re.escape(language)}\n(.*?)^```$", flags=re.M | re.S)
+    return [(name, block) for name in NAMES if name.startswith("docs/") for block in result.findall(text(name))]
 
 
 def broken(source: str, target: str) -> str | None:
@@ -143,8 +143,8 @@ def test_every_promise_names_the_test_that_checks_it() -> None:
 @pytest.mark.parametrize("file", CODE, ids=lambda file: file.relative_to(ROOT).as_posix())
 def test_citations_in_code_exist(file: Path) -> None:
     source = unwrapped(file.read_text(encoding="utf-8"))
-    cited = [found for found in CITATION.findall(source) if file.name != "test_docs.py"]
-    faults = [fault for found in cited if (fault := broken("README.md", found))]
+    cited = [result for result in CITATION.findall(source) if file.name != "test_docs.py"]
+    faults = [fault for result in cited if (fault := broken("README.md", result))]
     for kind, numbers in NUMBERED.findall(source):
         known = EQUATIONS if kind.startswith("eq") else ROWS
         faults += [f"{kind} {n}" for n in re.findall(r"\d+", numbers) if int(n) not in known]
@@ -158,10 +158,10 @@ def unwrapped(source: str) -> str:
 
 def test_no_code_cites_a_document_outside_the_repository() -> None:
     outside = [
-        f"{file.relative_to(ROOT)}: {found[0]}"
+        f"{file.relative_to(ROOT)}: {result[0]}"
         for file in CODE
         if file != Path(__file__)
-        for found in OUTSIDE.finditer(unwrapped(file.read_text(encoding="utf-8")))
+        for result in OUTSIDE.finditer(unwrapped(file.read_text(encoding="utf-8")))
     ]
     assert not outside, "\n".join(outside)
 

@@ -206,8 +206,8 @@ from ..scene.world import Scene
 def late():
     import embreex
 """
-    found = list(imports("radar_service.trace.ray_sampling", source, is_package=False))
-    assert found == [
+    result = list(imports("radar_service.trace.ray_sampling", source, is_package=False))
+    assert result == [
         "numpy", "trimesh.util", "radar_service.radar.antenna", "radar_service.frames", "radar_service.trace.embree",
         "radar_service.scene.world", "embreex",
     ]  # fmt: skip

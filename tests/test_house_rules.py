@@ -24,7 +24,8 @@ RETIRED = {
         KnownRows BeamRows under_beam swept_by_interval BeamPassing Tubes hollow Pieces lay laid lay_swept Blanking
         blanking fewest fineness swept_together TruthTeller CorrectedChain DocumentedChain knobs ledger Ledger
         leaving_out left_out idle_effects nearest_approach Ahead bearable Outlet Guard Door SceneShelf Yes twin FEW
-        FINER said wanted told doubts odd_places
+        FINER said wanted told asked found heard hears ours doubts odd_places sight quick_gain echo_multiplier
+        pace_to_keep WITNESSES witnesses mirrored shelf glances
     """,
     "radar_service/receive": "drawn deaf",
     "radar_service/stream": "say again coming follow_with shaped journal mailbox",
@@ -124,5 +125,5 @@ def mirrored(file: Path) -> list[Path]:
 
 @pytest.mark.parametrize("file", [f for f in SOURCES if f.name != "__init__.py"], ids=name_of)
 def test_each_module_has_a_namesake_test(file: Path) -> None:
-    places = mirrored(file)
-    assert any(place.is_file() for place in places), f"{name_of(file)} has no {name_of(places[0])}"
+    positions = mirrored(file)
+    assert any(position.is_file() for position in positions), f"{name_of(file)} has no {name_of(positions[0])}"

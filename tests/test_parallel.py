@@ -27,7 +27,7 @@ Numbers = dict[str, int]
 
 def numbers() -> Numbers:
     """The number of threads of each BLAS library of this process."""
-    return {found["filepath"]: found["num_threads"] for found in threadpool_info() if found["user_api"] == "blas"}
+    return {result["filepath"]: result["num_threads"] for result in threadpool_info() if result["user_api"] == "blas"}
 
 
 @pytest.fixture
@@ -35,13 +35,13 @@ def host() -> Iterator[Numbers]:
     """A host process that gave each library a number of threads of its own: 2, 3, ..."""
     with BLAS_LIMIT.held():
         pass  # loads and finds the libraries
-    found = ThreadpoolController().select(user_api="blas").lib_controllers
+    result = ThreadpoolController().select(user_api="blas").lib_controllers
     with threadpool_limits(user_api="blas"):  # restores what was before, whatever is set within
-        for number, library in enumerate(found, start=2):
+        for number, library in enumerate(result, start=2):
             library.set_num_threads(number)
         OpenBLASController.clear_controlling_thread()
         chosen = numbers()
-        assert sorted(chosen.values()) == list(range(2, 2 + len(found)))
+        assert sorted(chosen.values()) == list(range(2, 2 + len(result)))
         yield chosen
 
 
@@ -61,7 +61,7 @@ def watched(method: Callable[..., Any], seen: list[Numbers]) -> Callable[..., An
 
 
 def in_force(seen: list[Numbers]) -> bool:
-    return bool(seen) and all(set(found.values()) == {1} for found in seen)
+    return bool(seen) and all(set(result.values()) == {1} for result in seen)
 
 
 def fresh(script: str) -> None:
@@ -195,7 +195,7 @@ def test_a_host_that_limits_blas_on_another_thread_keeps_its_numbers(host: Numbe
         thread = threading.Thread(target=simulate)
         thread.start()
         thread.join(PATIENCE)
-    assert [set(found.values()) for found in seen] == [{2}, {1}, {2}]
+    assert [set(result.values()) for result in seen] == [{2}, {1}, {2}]
     assert numbers() == host
 
 

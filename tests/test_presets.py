@@ -40,9 +40,9 @@ def test_mean_power_of_a_surface_is_that_of_its_cross_section_in_every_preset(pr
 
 def test_the_plan_says_how_far_the_beam_reaches() -> None:
     made = scene(scattered(1, 900, 1), own_ship={"speed_kn": 5})
-    said = {name: str(rs.Simulator(made, name).plan) for name in STATED}
-    assert "3 beamwidths each side" in said["fast"] and "12 beamwidths each side" in said["balanced"]
-    assert "the full circle" in said["reference"]
+    text = {name: str(rs.Simulator(made, name).plan) for name in STATED}
+    assert "3 beamwidths each side" in text["fast"] and "12 beamwidths each side" in text["balanced"]
+    assert "the full circle" in text["reference"]
 
 
 def test_the_plan_says_how_motion_is_followed_where_there_is_any() -> None:
@@ -56,5 +56,5 @@ def test_the_command_line_says_what_each_preset_is_for(capsys: pytest.CaptureFix
     assert set(PURPOSE) == set(PRESETS)
     with pytest.raises(SystemExit):
         parser().parse_args(["scan", "--help"])
-    said = " ".join(capsys.readouterr().out.split())
-    assert all(f"{name}: {purpose.split(',')[0]}" in said for name, purpose in PURPOSE.items())
+    text = " ".join(capsys.readouterr().out.split())
+    assert all(f"{name}: {purpose.split(',')[0]}" in text for name, purpose in PURPOSE.items())

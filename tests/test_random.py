@@ -25,7 +25,7 @@ def test_keys_that_differ_in_any_way_give_different_streams() -> None:
 
 
 @pytest.mark.parametrize("key", [(-1,), (2**64,), (0, -5)])
-def test_a_key_out_of_bounds_is_refused_with_its_place(key: tuple[int, ...]) -> None:
+def test_a_key_out_of_bounds_is_refused_with_its_index(key: tuple[int, ...]) -> None:
     with pytest.raises(ValueError, match=rf"key\[{len(key) - 1}\]: {key[-1]} is not allowed; a whole number from 0"):
         generator(0, *key)
 

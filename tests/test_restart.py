@@ -105,7 +105,7 @@ def test_after_kill_9_the_first_spoke_comes_within_two_seconds_of_the_kill(tmp_p
     assert max(took) < 2.0
 
 
-def test_a_radar_that_cannot_go_on_ends_the_service_where_that_is_asked_for(tmp_path: Path) -> None:
+def test_a_failed_radar_ends_the_service_where_that_is_requested(tmp_path: Path) -> None:
     """A scene whose engine dies in the thick of it: the simulator is broken on purpose in the process itself."""
     (tmp_path / "one.json").write_text(json.dumps(SCENE))
     broken = """

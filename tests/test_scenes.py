@@ -153,11 +153,11 @@ def first_scan(name: str) -> tuple[rs.Simulator, rs.Scan]:
     return simulator, simulator.scan()
 
 
-def zeros(name: str, **knobs: float) -> float:
+def zeros(name: str, **controls: float) -> float:
     """Share of a scan's video samples that show nothing."""
     simulator, scan = first_scan(name)
     cells = layout(len(scan.range), float(scan.range[0]), scan.range_step)
-    return float(np.mean(display_video(scan.power, cells, Controls(**knobs), simulator.noise_power) == 0))
+    return float(np.mean(display_video(scan.power, cells, Controls(**controls), simulator.noise_power) == 0))
 
 
 def test_video_is_as_sparse_as_the_readme_says() -> None:
@@ -168,7 +168,7 @@ def test_video_is_as_sparse_as_the_readme_says() -> None:
     assert shares == pytest.approx((0.60, 0.83, 0.85), abs=0.015)
 
 
-def test_harbour_hill_hides_what_is_behind() -> None:
+def test_the_hill_of_the_harbour_occludes_bodies_behind_it() -> None:
     _, scan = first_scan("harbour")
     level = np.median(scan.power)
     headland = offset(scan.azimuth, np.deg2rad(275.0)) < np.deg2rad(10.0)

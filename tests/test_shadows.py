@@ -22,7 +22,7 @@ QUIET = -60.0  # dBsm of bodies that only occlude
 
 
 def line_over(distance: float, up: float, behind: float, antenna_up: float = 15.0) -> float:
-    """Height [m] at ground distance `behind` of the sight line that grazes a position `up` high at `distance`, by hand."""
+    """Height [m] at ground distance `behind` of the line of sight that grazes a position `up` high at `distance`, by hand."""
     rise = (up - antenna_up - distance**2 / (2 * EARTH)) / distance
     return antenna_up + rise * behind + behind**2 / (2 * EARTH)
 
@@ -60,7 +60,7 @@ def ship() -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("obstacle", "distance", "up"), [("ridge", 1000.0, 60.0), ("quay", 994.0, 25.0), ("ship", 990.0, 18.0)]
 )
-def test_terrain_quays_and_ships_occlude_points_below_the_sight_line(
+def test_terrain_quays_and_ships_occlude_points_below_the_line_of_sight(
     obstacle: str, distance: float, up: float, tmp_path: Path
 ) -> None:
     """A point 2 km off, 0.3 m above the line that grazes the obstacle and 0.3 m below it: received as if alone to 0.01 dB
@@ -73,7 +73,7 @@ def test_terrain_quays_and_ships_occlude_points_below_the_sight_line(
 
 
 def test_a_ship_under_way_occludes_like_one_at_rest() -> None:
-    """The same hull under way along the sight line's perpendicular: occluded below its line while it is there, seen above."""
+    """The same hull under way along the line of sight's perpendicular: occluded below its line while it is there, seen above."""
     moving = {**ship(), "course_deg": 90, "speed_kn": 4}
     line = line_over(990, 18, 2000)
     (above,), (below,) = (target_db([moving], 2000, line + up) for up in (0.3, -0.3))
@@ -167,7 +167,7 @@ def test_a_wall_of_many_triangles_leaks_nothing(tmp_path: Path) -> None:
 
 def test_the_visible_set_at_forty_kilometres_is_that_of_float64() -> None:
     """600 positions on hills 40 km off, seen over themselves: wherever float64, every triangle tried, gives one answer for the
-    position 20 cm up and 20 cm down, the engine gives it too. (Embree's float32 is 2.4 mm at 40 km; sight lines grazing at
+    position 20 cm up and 20 cm down, the engine gives it too. (Embree's float32 is 2.4 mm at 40 km; lines of sight grazing at
     10 mrad turn that into decimetres.)"""
     mesh, rng = hills(5, 6000.0), np.random.default_rng(6)
     made = rs.load_scene({"body": [{"name": "t", "shape": "box", "length_m": 1, "width_m": 1, "height_m": 1}]})

@@ -20,13 +20,13 @@ PICTURE_SIZE, FILM_SIZE = 900, 480  # pixels; a revolution in the film size is a
 def options(arguments: list[str] | None) -> argparse.Namespace:
     """Returns the options with their defaults. Exits with status 2 if they contradict each other."""
     p = parser()
-    found = p.parse_args(arguments)
-    if found.live and (found.out or found.npz or found.scans):
+    chosen = p.parse_args(arguments)
+    if chosen.live and (chosen.out or chosen.npz or chosen.scans):
         p.error("--live shows the radar until it is ended and writes nothing; leave out --out, --npz and --scans")
-    found.scans = found.scans or 1
-    found.kind = found.out.suffix.lower() if found.out else ""
-    found.size = found.size or (FILM_SIZE if found.kind in FILMS else PICTURE_SIZE)
-    return found
+    chosen.scans = chosen.scans or 1
+    chosen.kind = chosen.out.suffix.lower() if chosen.out else ""
+    chosen.size = chosen.size or (FILM_SIZE if chosen.kind in FILMS else PICTURE_SIZE)
+    return chosen
 
 
 def parser() -> argparse.ArgumentParser:

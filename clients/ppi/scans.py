@@ -33,9 +33,15 @@ def empty_ppi(hello: dict[str, Any]) -> Ppi:
 class ReceivedScan:
     """One revolution, which may begin at any azimuth. Row k holds azimuth k; row 0 points north.
 
-    hello: of its epoch. first: number of its first spoke. reached: number after the newest spoke, received or lost.
-    ppi: the samples. time [s], heading, course [rad], speed [m/s] (A,), position (A, 2) [m]: NaN without a spoke.
-    blind (A,): whether the radar did not transmit.
+    hello: of its epoch.
+    first: number of its first spoke.
+    reached: number after the newest spoke, received or lost.
+    ppi: the samples.
+    time: (A,) [s], NaN without a spoke, as the next four.
+    heading, course: (A,) of own ship [rad].
+    speed: (A,) of own ship [m/s].
+    position: (A, 2) of own ship [m].
+    blind: (A,) whether the radar did not transmit.
     """
 
     def __init__(self, hello: dict[str, Any], first: int) -> None:
@@ -58,7 +64,7 @@ class ReceivedScan:
 
     @property
     def complete(self) -> bool:
-        """Whether every azimuth of the revolution has arrived or is known to be lost."""
+        """Whether every azimuth of the revolution has arrived or is announced as lost."""
         return self.reached >= self.end
 
     @property

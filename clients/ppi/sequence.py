@@ -4,8 +4,11 @@
 class SequenceTracker:
     """Counts spokes over all epochs. `next` is the number expected next in this epoch; None accepts any number.
 
-    epochs: hellos that opened a new epoch. received: spokes that arrived, each counted once. announced: spokes that a `gap`
-    message reported as lost. missing: spokes that were lost without an announcement. repeated: spokes that arrived again.
+    epochs: hellos that opened a new epoch.
+    received: spokes that arrived, each counted once.
+    announced: spokes that a `gap` message reported as lost.
+    missing: spokes that were lost without an announcement.
+    repeated: spokes that arrived again.
     """
 
     def __init__(self) -> None:

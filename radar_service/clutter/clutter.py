@@ -74,7 +74,7 @@ class Clutter:
 
 
 def prepare_clutter(scene: Scene, line_of_sight: OcclusionScene, compression: Compression, seed: int) -> Clutter | None:
-    """The clutter of a scene; None where neither sea nor rain is strong enough."""
+    """Returns the clutter of a scene; None where neither sea nor rain is strong enough."""
     radar, environment = scene.radar, scene.environment
     distance = (np.arange(radar.bins, dtype=np.float64) + 0.5) * radar.range_step
     cell = resolution_cell(radar.azimuth_gain, compression, radar.range_step)

@@ -31,7 +31,7 @@ def sea_power(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius
 
 @dataclass(frozen=True)
 class Sea:
-    """What the sea contributes to clutter.
+    """The sea's part of the clutter.
 
     mean: (cells, bins per cell) root of the mean power over directions [sqrt(W)].
     cells: direction factors and shadows.

@@ -63,12 +63,12 @@ def interpolated_history(
     apparent: the same as an antenna that sways observes them (`apparent_position`); middle: ranges at the middle (E,) [m].
     """
     first, last = ((slant_range(position, earth_radius) - middle) for position in (nodes[0], nodes[2]))
-    turns, steep = zip(*(_azimuth_change(apparent[1], position) for position in (apparent[0], apparent[2])), strict=True)
-    history = RangeHistory(middle, over.change(first, last), over.change(turns[0], turns[1]))
+    changes, large = zip(*(_azimuth_change(apparent[1], position) for position in (apparent[0], apparent[2])), strict=True)
+    history = RangeHistory(middle, over.change(first, last), over.change(changes[0], changes[1]))
     track = nodes[2] - nodes[0]
     half = np.sqrt(np.einsum("ij,ij->i", track, track)) / 2.0
     near = PARABOLA_ERROR * half * half * half > TOLERANCE * middle * middle
-    return history, near | steep[0] | steep[1]
+    return history, near | large[0] | large[1]
 
 
 def exact_history(
@@ -111,6 +111,6 @@ def _azimuth_change(middle: Floats, position: Floats) -> tuple[Floats, Flags]:
     cross = position[:, 0] * middle[:, 1] - position[:, 1] * middle[:, 0]
     dot = position[:, 0] * middle[:, 0] + position[:, 1] * middle[:, 1]
     ratio = np.divide(cross, dot, out=np.full(len(dot), np.inf), where=dot > 0.0)
-    steep = np.abs(ratio) > MAX_AZIMUTH_CHANGE
-    ratio[steep] = 0.0
-    return ratio * (1.0 - ratio * ratio / 3.0), steep  # a power would cost twenty times the products
+    large = np.abs(ratio) > MAX_AZIMUTH_CHANGE
+    ratio[large] = 0.0
+    return ratio * (1.0 - ratio * ratio / 3.0), large  # a power would cost twenty times the products

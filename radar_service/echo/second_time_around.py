@@ -13,7 +13,7 @@ from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
 from radar_service.radar.parameters import Radar
 from radar_service.types import Floats
 
-MARGIN = 10.0  # m: more than anything moves within a pulse repetition interval
+MARGIN = 10.0  # m: nothing moves farther within a pulse repetition interval
 
 
 def max_echo_range(radar: Radar) -> float:

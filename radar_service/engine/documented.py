@@ -1,8 +1,8 @@
 """The specification exactly as printed: rays, hits, chirps, matched filter, Gaussian. It is the base line of every chart.
 
 Its amplitudes are relative, as eq. 8 has no transmitter, and its errors are kept (docs/specification.md#errata). It adds only
-what the print leaves open. Bearings run as everywhere in the project (row 8). Radar and bodies have their poses at the time of
-each spoke. The ground plane moves with own ship. Bodies may be points.
+what the specification does not define. Bearings run as everywhere in the project (row 8). Radar and bodies have their poses
+at the time of each spoke. The ground plane moves with own ship. Bodies may be points.
 """
 
 from collections.abc import Iterator

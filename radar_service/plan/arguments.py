@@ -17,7 +17,7 @@ def error_budget(text: str) -> ErrorBudget:
     raise argparse.ArgumentTypeError(f'"{text}" is not an error budget; give {MIN_DB:g} to {MAX_DB:g} dB of target power')
 
 
-def pace_to_keep(text: str) -> float:
+def finite_pace(text: str) -> float:
     """Simulated seconds per second, finite. Raises ArgumentTypeError."""
     with contextlib.suppress(ValueError):
         if 0.0 < float(text) < math.inf:

@@ -25,7 +25,7 @@ def plan_in_time(
     Where no budget is fast enough, the largest one is planned, and a caveat says so.
     """
     first = planned(fidelity_for(scene, requested or ErrorBudget()))
-    if requested is not None and _keeps(first, factor):
+    if requested is not None and _is_fast_enough(first, factor):
         return first
     steps = [step for step in STEPS_DB if requested is None or step > requested.target_db]
     tried = [] if requested is None else [first]
@@ -33,7 +33,7 @@ def plan_in_time(
         if step != steps[-1] and estimated_factor(scene, first, step) < WORTH_TRYING * factor:
             continue
         tried.append(planned(fidelity_for(scene, ErrorBudget(step))))
-        if _keeps(tried[-1], factor):
+        if _is_fast_enough(tried[-1], factor):
             break
     return _with_caveats(tried[-1], factor, () if requested is None else tried[:1])
 
@@ -52,7 +52,7 @@ def estimated_factor(scene: Scene, known: Plan, step: float) -> float:
     return scene.radar.spoke_period / (changed.total * 1e-6)
 
 
-def _keeps(plan: Plan, factor: float) -> bool:
+def _is_fast_enough(plan: Plan, factor: float) -> bool:
     assert plan.realtime_factor is not None
     return plan.realtime_factor >= factor
 
@@ -65,7 +65,7 @@ def _with_caveats(plan: Plan, factor: float, refused: Sequence[Plan]) -> Plan:
             f"an error budget of {slow.settings['error_db']:g} dB cannot run at {factor:g} x real time on this machine: "
             f"it would run at {slow.realtime_factor:.3g}"
         )
-    if not _keeps(plan, factor):
+    if not _is_fast_enough(plan, factor):
         caveats.append(
             f"{factor:g} x real time is not possible on this machine: {plan.realtime_factor:.3g} with the coarsest methods; "
             "use fewer azimuths, a shorter range, fewer bodies or less clutter"

@@ -8,7 +8,7 @@ from radar_service.frames import Polar, effective_earth_radius
 from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.sea_surface import rms_wave_height
-from radar_service.radar.antenna import quick_gain
+from radar_service.radar.antenna import interpolated_gain
 from radar_service.radar.parameters import Radar
 from radar_service.scene.environment import Environment
 from radar_service.types import Complexes, Floats
@@ -54,7 +54,7 @@ def path_factor(
 
 def elevation_gain(radar: Radar, elevation: Floats, tilt_error: Floats | float = 0.0) -> Floats:
     """One-way power gain relative to boresight at elevations [rad] from horizontal; tilt_error: as in `path_factor`."""
-    return quick_gain(elevation + tilt_error - radar.tilt, radar.beamwidth_el, radar.pattern_el)
+    return interpolated_gain(elevation + tilt_error - radar.tilt, radar.beamwidth_el, radar.pattern_el)
 
 
 def two_way_phase(distance: Floats, wavelength: float) -> Complexes:

@@ -54,7 +54,7 @@ class AntennaPattern(ABC):
         return self.half_power_width(beamwidth) / self.aperture_width
 
 
-def quick_gain(offset: Floats, beamwidth: float, pattern: AntennaPattern) -> Floats:
+def interpolated_gain(offset: Floats, beamwidth: float, pattern: AntennaPattern) -> Floats:
     """The pattern's gain by linear interpolation in a table, several times faster.
 
     offset: any shape, from boresight [rad]. The error is at most 3e-6 (h^2 / 8 of the second derivative).

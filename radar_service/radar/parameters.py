@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.radar.antenna import AntennaPattern, quick_gain
+from radar_service.radar.antenna import AntennaPattern, interpolated_gain
 from radar_service.types import Flags, Floats, Indices
 
 FULL_CIRCLE = 2.0 * np.pi
@@ -110,7 +110,7 @@ class Radar:
 
     def azimuth_gain(self, offset: Floats) -> Floats:
         """One-way power gain relative to boresight at offsets in azimuth [rad] of any shape, by a table."""
-        return quick_gain(offset, self.beamwidth, self.pattern)
+        return interpolated_gain(offset, self.beamwidth, self.pattern)
 
     def schedule(self, number: Indices) -> tuple[Floats, Floats]:
         """Boresight [rad from north, 0 to 2 pi] and time [s] of spokes (K,) numbered from the start of the simulation."""

@@ -34,7 +34,7 @@ class Compression:
     size: length of the transforms, with room for the sidelobes (cT/2 each side) of all echoes, so that nothing wraps.
     kernel: with which echoes are spread along range.
     tables: of the kernel.
-    echo_multiplier: (size,) spectrum of the compressed pulse over that of the kernel.
+    echo_filter: (size,) spectrum of the compressed pulse over that of the kernel.
     noise: receiver noise behind the filter.
     eclipsing_filter: removes what a one-antenna radar does not receive of a chirp; None without eclipsing.
     """
@@ -43,7 +43,7 @@ class Compression:
     size: int
     kernel: Kernel
     tables: Tables
-    echo_multiplier: Profiles
+    echo_filter: Profiles
     noise: GaussianSpectrum
     eclipsing_filter: Eclipsing | None = None
 
@@ -58,7 +58,7 @@ class Compression:
 
     def spectrum(self, gridded: Profiles) -> Profiles:
         """Spectra (K, size) of the compressed echoes spread on rows (K, size)."""
-        received = np.asarray(scipy.fft.fft(gridded, axis=1) * self.echo_multiplier)
+        received = np.asarray(scipy.fft.fft(gridded, axis=1) * self.echo_filter)
         if self.eclipsing_filter is not None:
             received -= scipy.fft.fft(self.eclipsing_filter.lost(gridded), self.size, axis=1)
         return received

@@ -253,7 +253,7 @@ def _visible_both_ways(points: SurfacePoints, launch: Floats, receive: Floats, i
 
 def _cosine(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:
     """|cos| (A,) of the angle between normals and lines of sight from an end (3,); meshes are wound either way."""
-    sight = end - position
-    sight[:, 2] -= (sight[:, 0] ** 2 + sight[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna
-    length = np.sqrt(np.einsum("ij,ij->i", sight, sight))  # a third of the time of linalg.norm
-    return np.asarray(np.abs(np.einsum("ij,ij->i", sight, normal)) / np.maximum(length, 1e-9))
+    line = end - position
+    line[:, 2] -= (line[:, 0] ** 2 + line[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna
+    length = np.sqrt(np.einsum("ij,ij->i", line, line))  # a third of the time of linalg.norm
+    return np.asarray(np.abs(np.einsum("ij,ij->i", line, normal)) / np.maximum(length, 1e-9))

@@ -1,8 +1,8 @@
 """Rays as a second estimator of diffuse surfaces, independent of fixed scatterers.
 
-Rays spread evenly about the antenna find the surfaces, and each hit stands for the area that its ray covers. There are no
+Rays leave the antenna evenly in all directions. Each hit on a surface stands for the area that its ray covers. There are no
 points on surfaces, no densities and no visibility tests. Bodies with a declared cross-section, points and physical optics have
-no such integral: they keep their own models, and only stop rays.
+no such integral: they keep their own models and only occlude.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ SAMPLER_NAMES = {"rays": "uniform random", "stratified": "stratified", "sobol": 
 
 @dataclass(frozen=True)
 class RayHits:
-    """Where rays met bodies (H,).
+    """Hits of rays on bodies (H,).
 
     body: (H,) index in the scene.
     position: (H, 3) in the body's own frame [m].
@@ -94,18 +94,18 @@ class RayCaster:
         random = generator(self.seed, CAST, int(np.float64(time).view(np.int64)))
         rays = full_circle_rays(self.sampler, random, radar.rays, radar.beamwidth, radar.beamwidth_el, radar.tilt)
         self._count.rays += len(rays)
-        sight = direction(rays.azimuth, rays.elevation)
+        directions = direction(rays.azimuth, rays.elevation)
         nearest = np.minimum(sea_range(rays.elevation, float(antenna[2]), self.earth_radius), max_range)
         body, position = np.full(len(rays), -1, dtype=np.int64), np.zeros((len(rays), 3))
         if self._resting_target is not None:
-            which, triangle = _closer_hits(self._resting_target, MAP_POSE, antenna, sight, nearest)
+            which, triangle = _closer_hits(self._resting_target, MAP_POSE, antenna, directions, nearest)
             body[which] = self._resting[np.searchsorted(self._last_face, triangle, side="right")]
-            position[which] = self._resting_target.point(MAP_POSE, antenna, sight[which], nearest[which])
+            position[which] = self._resting_target.point(MAP_POSE, antenna, directions[which], nearest[which])
         for key, target in self._movers.items() if movers else ():
             pose = pose_at(self.bodies[key], time)
-            which, _ = _closer_hits(target, pose, antenna, sight, nearest)
+            which, _ = _closer_hits(target, pose, antenna, directions, nearest)
             body[which] = key
-            position[which] = target.point(pose, antenna, sight[which], nearest[which])
+            position[which] = target.point(pose, antenna, directions[which], nearest[which])
         phasor = np.exp(2j * np.pi * random.random(len(rays)))
         met = np.flatnonzero(body >= 0)
         own_frame = self._in_own_frames(body[met], position[met])
@@ -171,10 +171,10 @@ class RaySampledSurfaces:
 
 
 def _closer_hits(
-    target: RayTarget, pose: BodyPose, antenna: Floats, sight: Floats, nearest: Floats
+    target: RayTarget, pose: BodyPose, antenna: Floats, directions: Floats, nearest: Floats
 ) -> tuple[Indices, Indices]:
     """Rays that meet this target before `nearest` (M,) [m], and the triangle of each. Lowers `nearest` for them."""
-    triangle, distance = target.first_hit(pose, antenna, sight)
+    triangle, distance = target.first_hit(pose, antenna, directions)
     which = np.flatnonzero(distance < nearest)
     nearest[which] = distance[which]
     return which, triangle[which]

@@ -9,7 +9,7 @@ from radar_service.random import FLUCTUATION, generator
 from radar_service.scene.body import Body
 from radar_service.types import Floats, Indices, Singles
 
-DRAWS_PER_BLOCK = 16  # azimuths drawn together: setting up a generator costs as much as some 30 draws
+DRAWS_PER_BLOCK = 16  # azimuths whose factors are drawn together: setting up a generator costs as much as some 30 draws
 
 
 def swerling_factor(case: int, rng: np.random.Generator) -> float:
@@ -57,8 +57,8 @@ class Fluctuation:
 
     def _block(self, body: int, draw: int) -> tuple[float, ...]:
         """Amplitude factors of a crossing, or of DRAWS_PER_BLOCK azimuths."""
-        return self._draws.get((body, draw), lambda: self._drawn(body, draw))
+        return self._draws.get((body, draw), lambda: self._draw_factors(body, draw))
 
-    def _drawn(self, body: int, draw: int) -> tuple[float, ...]:
+    def _draw_factors(self, body: int, draw: int) -> tuple[float, ...]:
         rng, case = generator(self._seed, FLUCTUATION, int(self._key[body]), draw), int(self._case[body])
         return tuple(float(np.sqrt(swerling_factor(case, rng))) for _ in range(DRAWS_PER_BLOCK if per_azimuth(case) else 1))

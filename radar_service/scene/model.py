@@ -249,11 +249,11 @@ class SceneModel(Section):
 
     @model_validator(mode="after")
     def _check_scene(self) -> Self:
-        seen: set[str] = set()
+        names: set[str] = set()
         for i, body in enumerate(self.body):
-            if body.name in seen:
+            if body.name in names:
                 raise ValueError(f'body[{i}].name: "{body.name}" is taken by an earlier body; names are unique: rename one')
-            seen.add(body.name)
+            names.add(body.name)
             if self.origin is None and (body.latitude_deg is not None or body.south_west_deg is not None):
                 raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
         return self

@@ -2,7 +2,7 @@
 
 `CONTROLS` is the only list: the bodies of `PATCH` and `GET /api/radars/{id}/controls`, the `controls` of a hello, the
 `control_definitions` of a radar and from those the controls of the page (`clients/web`) are derived from it. A new control
-is one entry here, and the code that obeys it.
+is one entry here, and the code that applies it.
 """
 
 import math

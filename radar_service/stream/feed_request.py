@@ -1,4 +1,4 @@
-"""What one client of a feed asks for, whatever its protocol."""
+"""The request of one client of a feed, independent of the protocol."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -10,10 +10,12 @@ Mode = Literal["live", "lossless"]
 class View:
     """What a client receives. Clients with equal views share their bytes, so a view is encoded once.
 
-    encoding: of the samples, one of the codec's; bins: None is one for each range cell;
-    sector: true bearings [degrees] from and to, clockwise, None for all;
-    spokes: at most this many neighbouring azimuths become one row by their peaks;
-    compression: of the samples, "" for none; codec: the protocol's name in `codecs.registry`.
+    encoding: of the samples, one of the codec's.
+    bins: per spoke; None is one for each range cell.
+    sector: true bearings [degrees] from and to, clockwise; None for all.
+    spokes: at most this many neighbouring azimuths become one row by their peaks.
+    compression: of the samples; "" for none.
+    codec: name of the protocol in `codecs.registry`.
     """
 
     encoding: str

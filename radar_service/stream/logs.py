@@ -1,4 +1,4 @@
-"""What happens, one line for each event, on standard error: words for people, or JSON. Secrets are never logged."""
+"""Logs one line for each event on standard error, as text or as JSON. Secrets are never logged."""
 
 import json
 import logging
@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from typing import Any, Literal
 
 Style = Literal["quiet", "text", "json"]
-QUIET_SECONDS = 1.0  # between two lines about one kind of refusal, so that a flood of refusals is no flood of lines
+QUIET_SECONDS = 1.0  # between two lines about one kind of refusal, so that many refusals do not fill the log
 
 _LOGGER = logging.getLogger("radar_service")
 

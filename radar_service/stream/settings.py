@@ -1,4 +1,4 @@
-"""What REST sets on a radar: transmission, display range, display controls, pace."""
+"""The settings of a radar by REST: transmission, display range, display controls, pace."""
 
 import math
 from dataclasses import dataclass, field

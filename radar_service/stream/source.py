@@ -1,4 +1,4 @@
-"""What the stream needs of a simulator, so that tests and recordings can stand in for one."""
+"""What the stream needs of a simulator, so that tests and recordings can replace one."""
 
 from collections.abc import Iterator
 from typing import Any, Protocol
@@ -36,7 +36,7 @@ class SpokeSource(Protocol):
 
     @property
     def plan(self) -> PlanSummary:
-        """What it models and what it leaves out."""
+        """What it models and what it does not."""
 
     @property
     def noise_power(self) -> float:

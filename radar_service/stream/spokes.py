@@ -1,4 +1,4 @@
-"""The seam between a radar and everything that takes its spokes.
+"""The interface between a radar and all receivers of its spokes.
 
 The transmitter hands each `SpokeBatch` to any number of `SpokeSink`s before anything is encoded. The feed is one sink
 (`fanout.feed_encoder`), the memory of the last scan is another (`radio.last_scan`).
@@ -48,7 +48,7 @@ class SpokeBatch:
 
 @dataclass(frozen=True)
 class RadarInfo:
-    """What the first message of an epoch says of the radar.
+    """The description of the radar in the first message of an epoch.
 
     simulated: time of the next spoke [s]; controls: their state, as REST gives it.
     """
@@ -62,7 +62,7 @@ class RadarInfo:
 
 
 class SpokeSink(Protocol):
-    """Takes what one radar sends.
+    """Receives the spokes of one radar.
 
     The transmitter calls a sink from its own thread, one call at a time; the next spokes wait until the call returns.
     """
@@ -74,10 +74,10 @@ class SpokeSink(Protocol):
         """Takes the next spokes of the open epoch."""
 
     def skip(self, epoch: str, count: int, reason: str) -> None:
-        """Learns that the next `count` spokes of this epoch will never come."""
+        """Receives the notice that the next `count` spokes of this epoch will never come."""
 
     def close(self, reason: str) -> None:
-        """Learns that no spokes come until another epoch opens."""
+        """Receives the notice that no spokes come until another epoch opens."""
 
 
 def new_epoch_name() -> str:

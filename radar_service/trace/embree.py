@@ -1,7 +1,7 @@
 """Ray tests by Embree. This is the only module that imports embreex.
 
 Embree works in float32, so triangles are stored about their own centre. Embree decides only which triangle a ray meets first,
-or whether a path is blocked; `hit_distance` computes the distance in float64. This file hides the traps of embreex: a mesh
+or whether a path is blocked; `hit_distance` computes the distance in float64. This file works around defects of embreex: a mesh
 added after the first ray is ignored, the array `dists` is overwritten, float64 input raises, tnear is always 0.
 """
 

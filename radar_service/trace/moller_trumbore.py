@@ -1,6 +1,6 @@
 """Rays against triangles in float64, without a tree: the specification's algorithm 1 as printed, and a scale-free one.
 
-Both answer for every ray and every triangle, so they cost rays x triangles: they are a yardstick for Embree, not a rival.
+Both answer for every ray and every triangle, so they cost rays x triangles: they check Embree and do not replace it.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Crossings = Callable[[Floats, Floats, Floats], Floats]
 
-PRINTED_EPSILON = 1e-6  # the value of Moeller and Trumbore (1997); the specification prints the letter only
+PRINTED_EPSILON = 1e-6  # the value of Moeller and Trumbore (1997); the specification prints only the symbol
 BLOCK = 2**18  # ray-triangle pairs worked on at once: about 50 MB of temporaries
 
 

@@ -1,8 +1,8 @@
 """Occlusion by one rigid body over the curved earth. Nothing is rebuilt when the body or the antenna moves.
 
 Relative to the antenna the earth curves away as z = up - d^2 / (2 ae). Curving a body about its own origin instead differs
-only by a shear. A shear keeps straight lines straight, so a sight line that is straight about the antenna is straight about
-the body too. Each body is therefore curved once, about its own origin, and sight lines are transformed into its frame.
+only by a shear. A shear keeps straight lines straight, so a line of sight that is straight about the antenna is straight about
+the body too. Each body is therefore curved once, about its own origin, and lines of sight are transformed into its frame.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.types import Flags, Floats, Indices
 
 TOLERANCE = 2e-3  # m; float32 places a hit on a body of a few km to about 1 mm (Embree's own rounding)
-RELATIVE_TOLERANCE = 2e-6  # of the sight line's length: float32 rounding of its direction
+RELATIVE_TOLERANCE = 2e-6  # of the line of sight's length: float32 rounding of its direction
 
 
 class Occluder:
@@ -38,7 +38,7 @@ class Occluder:
     def may_occlude(self, pose: BodyPose, antenna: Floats, points: Floats) -> bool:
         """Whether this body may occlude any of `points` (E, 3) of others from `antenna` (3,), on the map [m].
 
-        A quick test in plan: each sight line stays within `width` of the one to the middle of all points.
+        A quick test in plan: each line of sight stays within `width` of the one to the middle of all points.
         """
         if not len(points):
             return False
@@ -52,11 +52,11 @@ class Occluder:
 
     def occludes(self, pose: BodyPose, antenna: Floats, points: Floats) -> Flags:
         """Which of `points` (E, 3) of other bodies this one occludes from `antenna` (3,), both on the map [m]."""
-        origin, sight = self._sight_lines(pose, antenna, points)
-        near = self._close_to_body(origin, sight)
-        occluded = np.zeros(len(sight), dtype=np.bool_)
-        reach = 1.0 - _slack(sight[near])
-        occluded[near] = self._scene.occluded(origin, sight[near], np.maximum(reach, 0.0))
+        origin, line = self._lines_of_sight(pose, antenna, points)
+        near = self._close_to_body(origin, line)
+        occluded = np.zeros(len(line), dtype=np.bool_)
+        reach = 1.0 - _slack(line[near])
+        occluded[near] = self._scene.occluded(origin, line[near], np.maximum(reach, 0.0))
         return occluded
 
     def self_occluded(self, pose: BodyPose, antenna: Floats, points: Floats, own: tuple[Indices, Indices]) -> Flags:
@@ -65,24 +65,24 @@ class Occluder:
         own: first and last (exclusive) triangle (E,) that never occlude each point: the one it lies on, or all of a body
         that counts as a point.
         """
-        origin, sight = self._sight_lines(pose, antenna, points)
-        hit = self._scene.first_hit(origin, sight)
+        origin, line = self._lines_of_sight(pose, antenna, points)
+        hit = self._scene.first_hit(origin, line)
         occluded = (hit >= 0) & ((hit < own[0]) | (hit >= own[1]))
         candidates = np.flatnonzero(occluded)
-        distance = self._scene.hit_distance(hit[candidates], origin, sight[candidates])
-        occluded[candidates] = distance < 1.0 - _slack(sight[candidates])
+        distance = self._scene.hit_distance(hit[candidates], origin, line[candidates])
+        occluded[candidates] = distance < 1.0 - _slack(line[candidates])
         return occluded
 
-    def _sight_lines(self, pose: BodyPose, antenna: Floats, points: Floats) -> tuple[Floats, Floats]:
+    def _lines_of_sight(self, pose: BodyPose, antenna: Floats, points: Floats) -> tuple[Floats, Floats]:
         origin = pose.frame_from_map(antenna, self._earth_radius)
         return origin, pose.frame_from_map(points, self._earth_radius) - origin
 
-    def _close_to_body(self, origin: Floats, sight: Floats) -> Flags:
-        """Which sight lines pass within the body's bounding sphere before they end."""
+    def _close_to_body(self, origin: Floats, line: Floats) -> Flags:
+        """Which lines of sight pass within the body's bounding sphere before they end."""
         toward = self._scene.centre - origin
-        length2 = np.einsum("ij,ij->i", sight, sight)
-        along = np.clip(sight @ toward / np.maximum(length2, 1e-12), 0.0, 1.0)
-        miss = toward - sight * along[:, None]
+        length2 = np.einsum("ij,ij->i", line, line)
+        along = np.clip(line @ toward / np.maximum(length2, 1e-12), 0.0, 1.0)
+        miss = toward - line * along[:, None]
         near: Flags = np.einsum("ij,ij->i", miss, miss) <= (self._scene.radius * 1.001 + TOLERANCE) ** 2
         return near
 
@@ -102,6 +102,6 @@ def beyond_horizon(distance: Floats, height: Floats, antenna_height: float, eart
     return np.asarray((height < 0) | (distance > horizon(height, antenna_height, earth_radius)))
 
 
-def _slack(sight: Floats) -> Floats:
-    length = np.sqrt(np.einsum("ij,ij->i", sight, sight))  # a third of the time of linalg.norm
+def _slack(line: Floats) -> Floats:
+    length = np.sqrt(np.einsum("ij,ij->i", line, line))  # a third of the time of linalg.norm
     return np.asarray(TOLERANCE / np.maximum(length, TOLERANCE) + RELATIVE_TOLERANCE)

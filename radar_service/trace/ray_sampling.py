@@ -33,7 +33,7 @@ def printed_direction(azimuth: Floats, elevation: Floats) -> Floats:
     """Unit vectors (M, 3) exactly as printed: the azimuth [rad] counts from x counter-clockwise. Source:
     docs/specification.md eq. 6.
 
-    With eqs. 21 and 22, which count from y clockwise, it mirrors the picture about the line of 45 degrees
+    With eqs. 21 and 22, which count from y clockwise, it reflects the picture about the line of 45 degrees
     (docs/specification.md, errata row 8); so the documented chain itself sends its rays along `frames.direction`.
     """
     level = np.cos(elevation)

@@ -1,9 +1,10 @@
-"""The table of docs/measurements.md#accuracy: quantities, theory, measured value and difference, every figure measured in the run that
-prints it.
+"""The table of docs/measurements.md#accuracy: quantities, theory, measured value and difference.
+
+The run that prints the table measures every figure.
 
     .venv/bin/python -m tests.bench.accuracy_table
 
-A row is a function that returns Row; add it to ROWS. Theory is a closed form, a published figure or a slow twin.
+A row is a function that returns Row; add it to ROWS. Theory is a closed form, a published figure or a slow reference.
 """
 
 from collections.abc import Callable
@@ -114,8 +115,8 @@ def sidelobe(window: str, product: int, theory: float) -> Row:
     radar = {**WIDE, "bandwidth_hz": bandwidth, "sample_rate_hz": fs, "pulse_s": product / bandwidth, "window": window}
     step = SPEED_OF_LIGHT / (2 * fs)
     reach = SPEED_OF_LIGHT * product / bandwidth / 2
-    place = (np.ceil((reach + 50) / step) + 0.5) * step
-    scan = scan_of([point("t", 0, place)], radar | {"range_max_m": 2 * place}, environment=FLAT)
+    position = (np.ceil((reach + 50) / step) + 0.5) * step
+    scan = scan_of([point("t", 0, position)], radar | {"range_max_m": 2 * position}, environment=FLAT)
     power = scan.power[0].astype(float)
     top = int(power.argmax())
     right = power[top : top + int(reach / step)]

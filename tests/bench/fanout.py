@@ -175,9 +175,9 @@ def compared(size: int, seconds: float) -> Fanout:
     """Both in turns, so many seconds each; the median of each."""
     rates: dict[str, list[tuple[float, float]]] = {"feed": [], "raw": []}
     for _ in range(TURNS):
-        for kind, found in rates.items():
+        for kind, result in rates.items():
             with serving(kind, size) as (host, port, process):
-                found.append(rate((host, port), process, kind, seconds / TURNS))
+                result.append(rate((host, port), process, kind, seconds / TURNS))
     (feed, feed_core), (raw, raw_core) = (
         [median(geometry) / size for geometry in zip(*rates[k], strict=True)] for k in rates
     )
@@ -188,5 +188,5 @@ if __name__ == "__main__":
     if sys.argv[1] in ("raw", "feed"):
         serve(sys.argv[1], int(sys.argv[2]))
     else:
-        found = compared(int(sys.argv[1]), float(sys.argv[2]))
-        print(json.dumps(vars(found) | {"ratio": round(found.ratio, 3), "ratio_core": round(found.ratio_core, 3)}))
+        result = compared(int(sys.argv[1]), float(sys.argv[2]))
+        print(json.dumps(vars(result) | {"ratio": round(result.ratio, 3), "ratio_core": round(result.ratio_core, 3)}))

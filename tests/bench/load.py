@@ -167,7 +167,7 @@ def woken(listeners: list[Listener], now: float) -> list[int]:
 def main(host: str, port: int, clients: int, seconds: float, stalled: int, query: str) -> dict[str, Any]:
     """Listen that long [s] with so many clients, some of which never read."""
     assert host == "127.0.0.1" and clients <= MOST_CLIENTS, "loopback only, and bounded"
-    deaf = [Listener((host, port), query) for _ in range(stalled)]
+    stalled_listeners = [Listener((host, port), query) for _ in range(stalled)]
     listeners = [Listener((host, port), query) for _ in range(clients - stalled)]
     followed(listeners, SETTLING)
     begun = time.process_time()
@@ -181,11 +181,11 @@ def main(host: str, port: int, clients: int, seconds: float, stalled: int, query
         "p99_ms": round(float(np.percentile(late_ms, 99)), 2), "max_ms": round(float(late_ms.max()), 2),
         "own_cores": own_cores,
     }  # fmt: skip
-    if deaf:
-        result["stale_bytes"] = max(woken(deaf, newest))
-        result["stalled_lost"] = min(listener.lost for listener in deaf)
-        result["stalled_holes"] = sum(listener.holes for listener in deaf)
-    for listener in [*listeners, *deaf]:
+    if stalled_listeners:
+        result["stale_bytes"] = max(woken(stalled_listeners, newest))
+        result["stalled_lost"] = min(listener.lost for listener in stalled_listeners)
+        result["stalled_holes"] = sum(listener.holes for listener in stalled_listeners)
+    for listener in [*listeners, *stalled_listeners]:
         listener.socket.close()
     return result
 

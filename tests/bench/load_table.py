@@ -53,7 +53,7 @@ RATIOS = {"large": (65_536, 0.6), "small": (1024, 0.45)}  # bytes of a message, 
 
 
 @contextlib.contextmanager
-def replaying(case: Case, told: dict[str, Any]) -> Iterator[tuple[str, str, int]]:
+def replaying(case: Case, reported: dict[str, Any]) -> Iterator[tuple[str, str, int]]:
     """Host, port and process of the radar of a case; afterwards `told` has what it says of itself."""
     command = [sys.executable, "-m", "tests.bench.replay", str(case.azimuths), str(case.bins), case.scene]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
@@ -64,7 +64,7 @@ def replaying(case: Case, told: dict[str, Any]) -> Iterator[tuple[str, str, int]
         finally:
             process.send_signal(signal.SIGTERM)
             out, _ = process.communicate(timeout=60)
-            told |= json.loads(out.splitlines()[-1])
+            reported |= json.loads(out.splitlines()[-1])
 
 
 def memory(process: int) -> int:
@@ -74,8 +74,8 @@ def memory(process: int) -> int:
 
 def loaded(case: Case, seconds: float) -> dict[str, Any]:
     """A case played for so long [s]: what its clients and its radar say."""
-    told: dict[str, Any] = {}
-    with replaying(case, told) as (host, port, process):
+    reported: dict[str, Any] = {}
+    with replaying(case, reported) as (host, port, process):
         before, began = memory(process), time.monotonic()
         query = f"encoding=u8&bins={case.bins}"
         command = [sys.executable, "-m", "tests.bench.load", host, port, str(case.clients), str(seconds), str(case.stalled)]
@@ -83,7 +83,7 @@ def loaded(case: Case, seconds: float) -> dict[str, Any]:
             subprocess.run([*command, query], capture_output=True, text=True, check=True).stdout
         )
         grown, wall = memory(process) - before, time.monotonic() - began
-    result |= told | {"cores": round(told["processor_s"] / wall, 2), "grown_mib": round(grown / 2**20, 1)}
+    result |= reported | {"cores": round(reported["processor_s"] / wall, 2), "grown_mib": round(grown / 2**20, 1)}
     if case.stalled:
         others = loaded(replace(case, clients=case.clients - case.stalled, stalled=0), seconds)
         result["mib_each"] = round((result["grown_mib"] - others["grown_mib"]) / case.stalled, 2)
@@ -93,24 +93,24 @@ def loaded(case: Case, seconds: float) -> dict[str, Any]:
 
 def broken(result: dict[str, Any], limits: dict[str, float]) -> list[str]:
     """What is beyond its limit."""
-    return [f"{name} {result[name]} > {most:g}" for name, most in limits.items() if result[name] > most]
+    return [f"{name} {result[name]} > {maximum:g}" for name, maximum in limits.items() if result[name] > maximum]
 
 
 def row(name: str, seconds: float) -> tuple[str, list[str]]:
     """A line of the table, and what in it is beyond its limit."""
     if name in RATIOS:
-        size, least = RATIOS[name]
+        size, minimum = RATIOS[name]
         fanout = compared(size, seconds)
         figures = (
             f"{fanout.ratio:.2f} of a bare uvloop server ({fanout.feed:.0f} of {fanout.raw:.0f} messages/s), "
             f"{fanout.ratio_core:.2f} in processor time"
         )
-        faults = [] if fanout.ratio >= least else [f"ratio {fanout.ratio:.2f} < {least}"]
-        return f"| 100 lossless clients, {size // 1024} KiB messages | {figures} | at least {least} |", faults
+        faults = [] if fanout.ratio >= minimum else [f"ratio {fanout.ratio:.2f} < {minimum}"]
+        return f"| 100 lossless clients, {size // 1024} KiB messages | {figures} | at least {minimum} |", faults
     case = CASES[name]
     result = loaded(case, seconds)
     figures = ", ".join(f"{WORDS[key]} {result[key]}" for key in dict.fromkeys([*case.limits, *MORE]) if key in result)
-    limits = ", ".join(f"{WORDS[key]} {most:g}" for key, most in case.limits.items())
+    limits = ", ".join(f"{WORDS[key]} {maximum:g}" for key, maximum in case.limits.items())
     return f"| {case.what} | {figures} | {limits} |", broken(result, case.limits)
 
 
@@ -129,12 +129,12 @@ def main() -> int:
     names = [*CASES, *RATIOS]
     parser.add_argument("--seconds", type=float, default=SECONDS, help=f"of each row (default {SECONDS:g})")
     parser.add_argument("--rows", default=",".join(names), help=f"of {','.join(names)}")
-    asked = parser.parse_args()
-    print(f"{asked.seconds:g} s each, {os.cpu_count()} cores, load average before: {os.getloadavg()[0]:.1f}\n")
+    requested = parser.parse_args()
+    print(f"{requested.seconds:g} s each, {os.cpu_count()} cores, load average before: {os.getloadavg()[0]:.1f}\n")
     print("| load | measured | at most |\n|---|---|---|")
     faults = []
-    for name in asked.rows.split(","):
-        line, wrong = row(name, asked.seconds)
+    for name in requested.rows.split(","):
+        line, wrong = row(name, requested.seconds)
         print(line, flush=True)
         faults += [f"{name}: {text}" for text in wrong]
     print(f"\nload average after: {os.getloadavg()[0]:.1f}", *faults, sep="\n")

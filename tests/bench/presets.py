@@ -65,11 +65,11 @@ def timed(make: Callable[[], rs.Simulator], azimuths: int | None) -> tuple[float
 
 
 def harbour(**own_ship: Any) -> rs.Scene:
-    """The shipped harbour, own ship as said."""
+    """The shipped harbour, own ship as given."""
     path = Path(scenes.__file__).parent / "harbour.toml"
-    said = tomllib.loads(path.read_text())
-    said["own_ship"] |= own_ship
-    return rs.load_scene(said, folder=path.parent)
+    table = tomllib.loads(path.read_text())
+    table["own_ship"] |= own_ship
+    return rs.load_scene(table, folder=path.parent)
 
 
 def timings(made: rs.Scene, under_way: rs.Scene, fidelity: Fidelity) -> tuple[float, float, float]:
@@ -81,11 +81,11 @@ def timings(made: rs.Scene, under_way: rs.Scene, fidelity: Fidelity) -> tuple[fl
 
 def energies(made: rs.Scene, fidelity: Fidelity, seeds: range) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Sum of power x R^4 over a scan, seed by seed: every building counts by its cross-section."""
-    found = []
+    result = []
     for seed in seeds:
         scan = rs.Simulator(made, fidelity, seed).scan()
-        found.append(float(np.sum(scan.power * scan.range**4)))
-    return np.array(found)
+        result.append(float(np.sum(scan.power * scan.range**4)))
+    return np.array(result)
 
 
 def table(fidelities: list[Fidelity]) -> None:
@@ -132,9 +132,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--real", action="store_true", help="the Swinomish table alone")
     parser.add_argument("--rays", action="store_true", help="the ray samplers too")
-    wanted = parser.parse_args()
-    fidelities = [PRESETS[name] for name in NAMES] + (RAYS if wanted.rays else [])
-    if wanted.real:
+    requested = parser.parse_args()
+    fidelities = [PRESETS[name] for name in NAMES] + (RAYS if requested.rays else [])
+    if requested.real:
         real_table(fidelities, range(3))
     else:
         table(fidelities)

@@ -37,12 +37,12 @@ class ReplayEngine(FakeEngine):
 
     def blocks(self, scans: int | None = None, size: int = 32) -> Iterator[SpokeBlock]:
         radar, first = self.scene.radar, 0
-        still, place = np.zeros(32), np.zeros((32, 2))
+        still, position = np.zeros(32), np.zeros((32, 2))
         while scans is None or first < scans * radar.azimuths:
             n, index = first + np.arange(32), first % radar.azimuths
             yield SpokeBlock(
                 first, first // radar.azimuths, index, n * radar.spoke_period, (index + np.arange(32)) * radar.azimuth_step,
-                still, place, still, still, self.range, self.range_step, self._field, self._noise,
+                still, position, still, still, self.range, self.range_step, self._field, self._noise,
             )  # fmt: skip
             first += 32
 
@@ -87,8 +87,8 @@ def main(azimuths: int, bins: int, name: str = "") -> None:
     with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
         runner.run(server.serve(sockets=[listener]))
     late_ms = 1000 * np.array(schedule.late)
-    told = {"processor_s": time.process_time() - started, "slips": schedule.slips - schedule.early_slips}
-    print(json.dumps(told | {"schedule_p99_ms": round(float(np.percentile(late_ms, 99)), 2)}), flush=True)
+    reported = {"processor_s": time.process_time() - started, "slips": schedule.slips - schedule.early_slips}
+    print(json.dumps(reported | {"schedule_p99_ms": round(float(np.percentile(late_ms, 99)), 2)}), flush=True)
 
 
 if __name__ == "__main__":

@@ -32,11 +32,11 @@ def azimuths_per_second(sim: rs.Simulator, libraries: Sequence[BlasLibrary] | No
 def test_harbour_with_and_without_the_limit(fidelity: str) -> None:
     sim = rs.Simulator(shipped("harbour"), fidelity, seed=1, threads=2)
     sim.scan()
-    found = BLAS_LIMIT.libraries
+    result = BLAS_LIMIT.libraries
     try:
-        pairs = [(azimuths_per_second(sim, found), azimuths_per_second(sim, ())) for _ in range(TURNS)]
+        pairs = [(azimuths_per_second(sim, result), azimuths_per_second(sim, ())) for _ in range(TURNS)]
     finally:
-        BLAS_LIMIT.libraries = found
+        BLAS_LIMIT.libraries = result
     limited, free = np.median(pairs, axis=0)
     print(f"\nharbour, {fidelity}, two threads: {limited:.0f} azimuths/s with the limit, {free:.0f} without")
     assert limited > 0.95 * free  # the limit costs nothing; its gain depends on cores and load

@@ -23,7 +23,7 @@ MAKERS: dict[str, Callable[[Path], rs.Scene]] = {
     "orientation": lambda folder: scenes.shipped("orientation"),
     "99,000 building triangles, 12 kn": scenes.buildings,
     "2,000,000 terrain triangles, 12 kn": scenes.coast,
-    "20 mesh ships, 4096 x 4096, 48 rpm": lambda folder: scenes.fleet(),
+    "20 mesh ships, 4096 x 4096, 48 rpm": lambda folder: scenes.many_ships(),
 }
 
 

@@ -34,7 +34,7 @@ MAKERS: dict[str, Callable[[Path], rs.Scene]] = {
     "open-sea": lambda folder: scenes.shipped("open-sea"),
     "99,000 building triangles, 12 kn": scenes.buildings,
     "2,000,000 terrain triangles, 12 kn": scenes.coast,
-    "20 mesh ships, 4096 x 4096, 48 rpm": lambda folder: scenes.fleet(),
+    "20 mesh ships, 4096 x 4096, 48 rpm": lambda folder: scenes.many_ships(),
 }
 
 
@@ -106,7 +106,7 @@ def against_chirp_sum(azimuths: int = 3) -> tuple[float, float]:
         pass
     quick = (time.process_time() - start) / 4 / radar.azimuths
     sent = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
-    weights, slow, wrong, ours, total = window("hamming", len(sent)), 0.0, 0.0, 0.0, 0.0
+    weights, slow, wrong, computed, total = window("hamming", len(sent)), 0.0, 0.0, 0.0, 0.0
     for k in range(azimuths):
         gain = PATTERNS["sinc2"].gain(wrap_angle(own.azimuth[k] - echoes.azimuth), radar.beamwidth)
         amplitude, phase = np.abs(echoes.amplitude) * gain, np.angle(echoes.amplitude)
@@ -121,9 +121,9 @@ def against_chirp_sum(azimuths: int = 3) -> tuple[float, float]:
         pulse = compressed_pulse(delays, radar.bandwidth, radar.pulse, (0.54, 0.46))
         exact = pulse @ (echoes.amplitude * gain)
         wrong += np.sum(np.abs(printed - exact) ** 2)
-        ours += np.sum(np.abs(own.field[k] - exact) ** 2)
+        computed += np.sum(np.abs(own.field[k] - exact) ** 2)
         total += np.sum(np.abs(exact) ** 2)
-    return slow / quick, float(10 * np.log10(wrong / ours))
+    return slow / quick, float(10 * np.log10(wrong / computed))
 
 
 if __name__ == "__main__":

@@ -36,13 +36,14 @@ class Terminal:
     """
 
     def __init__(self, module: str, *arguments: str, columns: int = 60, lines: int = 20, controlling: bool = True) -> None:
-        self._ours, self._theirs = pty.openpty()
+        self._controller_end, self._program_end = pty.openpty()
         self.resize(columns, lines)
-        self.before = termios.tcgetattr(self._theirs)
+        self.before = termios.tcgetattr(self._program_end)
         self.written = b""
         start = ON_TERMINAL if controlling else ON_ANOTHER
         self.process = subprocess.Popen(
-            [sys.executable, "-c", start, module, *arguments], stdin=self._theirs, stdout=self._theirs, stderr=self._theirs,
+            [sys.executable, "-c", start, module, *arguments], stdin=self._program_end,
+            stdout=self._program_end, stderr=self._program_end,
             cwd=Path(__file__).parents[2], start_new_session=True,
             env={key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES")},
         )  # fmt: skip
@@ -50,37 +51,37 @@ class Terminal:
     def resize(self, columns: int, lines: int) -> None:
         """Make the window another size."""
         self.size = (columns, lines)
-        fcntl.ioctl(self._theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
+        fcntl.ioctl(self._program_end, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
 
     def type(self, keys: bytes) -> None:
         """Press keys."""
-        os.write(self._ours, keys)
+        os.write(self._controller_end, keys)
 
     def until(self, seen: Callable[[], bool]) -> None:
         """Let the program write until something is seen."""
         end = time.monotonic() + PATIENCE
         while not seen():
             assert time.monotonic() < end, (self.written[-500:], self.process.poll())
-            if select.select([self._ours], [], [], 0.05)[0]:
-                self.written += os.read(self._ours, 65536)
+            if select.select([self._controller_end], [], [], 0.05)[0]:
+                self.written += os.read(self._controller_end, 65536)
 
     def ended(self) -> int:
         """Let the program end; its exit status."""
         self.until(lambda: self.process.poll() is not None)
-        while select.select([self._ours], [], [], 0)[0]:
-            self.written += os.read(self._ours, 65536)
+        while select.select([self._controller_end], [], [], 0)[0]:
+            self.written += os.read(self._controller_end, 65536)
         return self.process.returncode
 
     def is_as_before(self) -> bool:
         """Whether the terminal echoes and waits for returns as it did at first."""
-        return termios.tcgetattr(self._theirs) == self.before
+        return termios.tcgetattr(self._program_end) == self.before
 
     def vanish(self) -> None:
         """Close the window under the program."""
-        if self._ours >= 0:
-            os.close(self._ours)
-            os.close(self._theirs)
-        self._ours = self._theirs = -1
+        if self._controller_end >= 0:
+            os.close(self._controller_end)
+            os.close(self._program_end)
+        self._controller_end = self._program_end = -1
 
     def close(self) -> None:
         """End what still runs."""

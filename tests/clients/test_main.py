@@ -153,7 +153,7 @@ def test_a_reader_that_has_gone_ends_the_command_without_a_word(tmp_path: Path) 
     assert (ended.returncode, ended.stderr) == (141, b"") and out.is_file()
 
 
-def test_command_writes_only_what_it_is_told_to(
+def test_the_command_writes_only_the_requested_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

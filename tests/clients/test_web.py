@@ -58,8 +58,8 @@ def strong_spots(page: Page) -> NDArray[np.float64]:
     screen, (left, top, side) = seen(page), box(page)
     yellow = screen[..., 0] - screen[..., 2]  # the overlay has none
     labels, count = ndimage.label(yellow > 0.6 * yellow.max())  # the scene's three are equally strong, sidelobes faint
-    places = np.array(ndimage.center_of_mass(labels > 0, labels, range(1, count + 1)))[:, ::-1] + 0.5
-    spots: NDArray[np.float64] = places - (left + side / 2, top + side / 2)
+    positions = np.array(ndimage.center_of_mass(labels > 0, labels, range(1, count + 1)))[:, ::-1] + 0.5
+    spots: NDArray[np.float64] = positions - (left + side / 2, top + side / 2)
     return spots[np.argsort(np.hypot(*spots.T))]
 
 

@@ -70,12 +70,12 @@ def test_targets_are_at_their_positions_zoomed_and_off_centre(radar: FakeRadar, 
 def test_the_wheel_zooms_about_the_pointer(opened: Opened) -> None:
     page = opened(f"{BARE}&unit=m")
     x, y, side = box(page)
-    place = x + 0.6 * side, y + 0.3 * side
-    page.click(*place)
+    position = x + 0.6 * side, y + 0.3 * side
+    page.click(*position)
     before = page.text("#cursor-bearing"), page.text("#cursor-range")
-    wheel(page, *place, -400)
+    wheel(page, *position, -400)
     page.wait("document.getElementById('zoom-text').textContent === '2×'")
-    page.click(*place)
+    page.click(*position)
     assert (page.text("#cursor-bearing"), page.text("#cursor-range")) == before
 
 
@@ -161,8 +161,8 @@ def test_truth_is_drawn_and_listed_if_the_service_sends_it(radar: FakeRadar, ope
         ["ferry", "1024 m", "090.0°", "000° 9.7 kn", "yes"],
     ]
     screen = seen(page)
-    for place in (centre + [radius / 2, 6], centre + [0, radius / 4 + 6]):  # the lowest points of the two circles
-        off = np.abs(reddish(screen, *place) - np.array(TRUTH_COLOUR)).sum(axis=-1)
+    for position in (centre + [radius / 2, 6], centre + [0, radius / 4 + 6]):  # the lowest points of the two circles
+        off = np.abs(reddish(screen, *position) - np.array(TRUTH_COLOUR)).sum(axis=-1)
         assert off.min() < 60
     page.ask(CLICK.format("truth"))
     page.wait("document.getElementById('targets').hidden")

@@ -27,11 +27,11 @@ def test_what_is_known_is_the_same_in_every_turn(turn: int) -> None:
             np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count) % turn)
 
 
-def test_blocks_are_made_once_while_they_are_in_use_and_never_cross_north() -> None:
-    asked = []
+def test_blocks_are_computed_once_while_they_are_in_use_and_never_cross_north() -> None:
+    requested = []
 
     def make(scan: int, start: int, stop: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-        asked.append((scan, start, stop))
+        requested.append((scan, start, stop))
         return np.zeros((stop - start, 1))
 
     half = BLOCK // 2
@@ -39,8 +39,8 @@ def test_blocks_are_made_once_while_they_are_in_use_and_never_cross_north() -> N
     for first in range(0, 50 * half + 1, half):
         rows.span(first, first + 2 * half + half // 2)
     blocks = [(scan, start, min(start + BLOCK, 5 * half)) for scan in range(11) for start in (0, BLOCK, 2 * BLOCK)]
-    assert asked == blocks[: len(asked)]
-    assert len(asked) == 32  # the last row is in the 32nd block
+    assert requested == blocks[: len(requested)]
+    assert len(requested) == 32  # the last row is in the 32nd block
 
 
 def test_weights_are_the_pattern_within_reach() -> None:

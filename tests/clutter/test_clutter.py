@@ -38,7 +38,7 @@ def sea(radar: dict[str, Any], shape: float | None = None, **environment: Any) -
 
 def cell_by_hand(made: rs.Scene, range_step: float) -> tuple[float, float]:
     """Two-way width [rad] of a sinc^2 beam, 2/3 of a beamwidth / 0.8859, and length [m] of the Hamming pulse's power, summed
-    over the closed form at the bins, as the engine hears it."""
+    over the closed form at the bins, as the engine receives it."""
     radar = made.radar
     delay = np.arange(-2000, 2001) / radar.sample_rate
     pulse = np.abs(compressed_pulse(delay, radar.bandwidth, radar.pulse, (0.54, 0.46))) ** 2
@@ -181,8 +181,8 @@ def test_speckle_has_the_beams_and_the_pulses_correlation() -> None:
     whole = field.reshape(-1, field.shape[2])
     for steps in (1, 2, 4, 6, 9):
         expected = overlap(steps * np.deg2rad(1.5)) / overlap(0.0)
-        found = np.mean(whole[steps:] * np.conj(whole[:-steps]))
-        assert abs(found - expected) < 5 * sigma
+        result = np.mean(whole[steps:] * np.conj(whole[:-steps]))
+        assert abs(result - expected) < 5 * sigma
     seam = np.mean(field[1:, 0] * np.conj(field[:-1, -1]))
     assert abs(seam - overlap(np.deg2rad(1.5)) / overlap(0.0)) < 5 / np.sqrt(3 * field.shape[2] / 2.5)
     assert abs(np.mean(field[1:] * np.conj(field[:-1]))) < 5 * sigma  # new at every revolution
@@ -220,14 +220,14 @@ def test_clutter_is_the_same_for_any_block_size_start_and_threads() -> None:
     assert not np.array_equal(next(rs.Simulator(made, seed=5).blocks(scans=1)).field, whole[0])
 
 
-def test_nothing_unless_asked_for_and_nothing_beyond_the_horizon_or_under_the_antenna() -> None:
+def test_no_clutter_unless_requested_nor_beyond_the_horizon_nor_under_the_antenna() -> None:
     assert rs.Simulator(scene([], radar=CLOSE)).scan().power.max() == 0.0
     far = rs.Simulator(sea({"range_max_m": 20_000, "bandwidth_hz": 1e6, "azimuths": 16, "beamwidth_deg": 40})).scan()
     assert (far.power[:, far.range > 15_964] == 0).all() and (far.power[:, far.range < 15] == 0).all()
     assert np.isfinite(far.power).all() and far.power.max() > 0
 
 
-def test_blind_sectors_hear_no_clutter() -> None:
+def test_blind_sectors_have_no_clutter() -> None:
     power = rs.Simulator(sea(CLOSE | {"blind_sectors_deg": [[90, 180]]})).scan().power.max(axis=1)
     assert (power[60:121] == 0).all() and (power[:60] > 0).all()
 
@@ -289,15 +289,17 @@ def test_clutter_below_the_noise_is_left_out() -> None:
 
 @pytest.mark.parametrize("pulse", [{"pulse_s": 4e-6}, {"modulation": "none", "pulse_s": 0.25e-6, "bandwidth_hz": None}])
 @pytest.mark.parametrize("rain", [{}, {"sea_state": 0, "rain_mm_h": 20}], ids=["sea", "rain"])
-def test_a_deaf_radar_hears_less_clutter(pulse: dict[str, Any], rain: dict[str, Any]) -> None:
+def test_an_eclipsed_radar_receives_less_clutter(pulse: dict[str, Any], rain: dict[str, Any]) -> None:
     """One antenna: an echo that begins while the radar still sends loses that part; past c T / 2 nothing is lost."""
     radar = {key: value for key, value in (CLOSE | pulse).items() if value is not None}
-    open_ears, deaf = (rs.Simulator(sea(radar | {"eclipsing": e}, 1000.0, **rain), seed=1).scan() for e in (False, True))
-    past = open_ears.range > 299_792_458 * radar["pulse_s"] / 2 + 60
-    np.testing.assert_allclose(deaf.power[:, past], open_ears.power[:, past], rtol=2e-3)
-    near = (open_ears.range > 16) & (open_ears.range < 299_792_458 * radar["pulse_s"] / 8)
+    not_eclipsed, eclipsed = (
+        rs.Simulator(sea(radar | {"eclipsing": e}, 1000.0, **rain), seed=1).scan() for e in (False, True)
+    )
+    past = not_eclipsed.range > 299_792_458 * radar["pulse_s"] / 2 + 60
+    np.testing.assert_allclose(eclipsed.power[:, past], not_eclipsed.power[:, past], rtol=2e-3)
+    near = (not_eclipsed.range > 16) & (not_eclipsed.range < 299_792_458 * radar["pulse_s"] / 8)
     if near.any():
-        assert deaf.power[:, near].sum() < 0.5 * open_ears.power[:, near].sum()
+        assert eclipsed.power[:, near].sum() < 0.5 * not_eclipsed.power[:, near].sum()
 
 
 @pytest.mark.parametrize("range_max_m", [3000, 3077, 9000])

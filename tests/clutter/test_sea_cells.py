@@ -45,7 +45,7 @@ def levels(**changes: object) -> tuple[SeaCells, np.ndarray[tuple[int, int], np.
     return cells, np.asarray(cells.rows.span(64, 128), dtype=np.float64)
 
 
-def test_a_wall_hides_the_sea_behind_it_and_no_other() -> None:
+def test_a_wall_shadows_the_sea_behind_it_and_no_other() -> None:
     """The box 20 x 400 m stands from 590 to 610 m north, 200 m each side; cells are judged one clear of its edges."""
     cells, level = levels()
     cell = cells.bins * 1.99862
@@ -56,7 +56,7 @@ def test_a_wall_hides_the_sea_behind_it_and_no_other() -> None:
     assert level[16, 50] == level[:, 50].max() and level[16, 50] / level[48, 50] > 3  # upwind, 5.9 dB over downwind
 
 
-def test_a_moving_antenna_looks_anew_from_where_it_is() -> None:
+def test_shadows_on_the_sea_follow_a_moving_antenna() -> None:
     """Going north at 40 kn past x = -1000: at first the wall bears 059, a minute later (1235 m on) 122 degrees (row 22)."""
     own = {"position_m": [-1000, 0], "course_deg": 0, "speed_kn": 40}
     cells, first = levels(own_ship=own)

@@ -30,11 +30,11 @@ def rows(count: int, seed: int = 1, **own_ship: Any) -> NDArray[np.float64]:
     return np.stack(taken).astype(np.float64)
 
 
-def best_lag(before: NDArray[np.float64], after: NDArray[np.float64], most: int = 40) -> int:
+def best_lag(before: NDArray[np.float64], after: NDArray[np.float64], maximum: int = 40) -> int:
     """By how many bins `after` lies farther out than `before` (n,)."""
-    middle = before[most:-most]
-    lags = range(-most, most + 1)
-    return int(np.argmax([middle @ after[most + lag : len(after) - most + lag] for lag in lags])) - most
+    middle = before[maximum:-maximum]
+    lags = range(-maximum, maximum + 1)
+    return int(np.argmax([middle @ after[maximum + lag : len(after) - maximum + lag] for lag in lags])) - maximum
 
 
 def test_length_is_the_published_one_after_the_gamma_law() -> None:
@@ -45,8 +45,8 @@ def test_length_is_the_published_one_after_the_gamma_law() -> None:
     for row, length in ((0, 19.38), (gaussian.shape[1] // 4, 38.76), (gaussian.shape[1] // 2, 19.38)):
         lag = length / STEP
         some = texture[:, row]
-        found = [np.mean(some[:, n:] * some[:, : some.shape[1] - n]) * 2.0 for n in (int(lag), int(lag) + 1)]
-        assert np.interp(lag % 1, (0, 1), found) == pytest.approx(np.exp(-1), abs=0.06)
+        result = [np.mean(some[:, n:] * some[:, : some.shape[1] - n]) * 2.0 for n in (int(lag), int(lag) + 1)]
+        assert np.interp(lag % 1, (0, 1), result) == pytest.approx(np.exp(-1), abs=0.06)
 
 
 def test_waves_run_downwind_and_own_ship_leaves_them_behind() -> None:
@@ -68,9 +68,9 @@ def test_life_is_the_period_of_the_tallest_waves() -> None:
 
     def weights(time: float) -> NDArray[np.float64]:
         share, k = np.pi / 2 * (time / LIFETIME % 1), int(time // LIFETIME)
-        found = np.zeros(4)
-        found[k : k + 2] = np.cos(share), np.sin(share)
-        return found
+        result = np.zeros(4)
+        result[k : k + 2] = np.cos(share), np.sin(share)
+        return result
 
     for later in range(12):
         expected = weights(0.0) @ weights(float(later))

@@ -1,7 +1,7 @@
 """Speckle of homogeneous land: exponential intensity, but for what so few scatterers to a cell add to it.
 
 For scatterers strewn at random, lambda to a unit of area, of random phase, the intensity has <I^2>/<I>^2 = 2 + integral w^2
-/ (lambda (integral w)^2), w being the power with which a place is heard (fourth cumulant of a compound Poisson sum; Oliver
+/ (lambda (integral w)^2), w being the power with which a position is received (fourth cumulant of a compound Poisson sum; Oliver
 and Quegan, Understanding Synthetic Aperture Radar Images, 2004, ch. 5): w = pulse^2 G^2. A cell is a range bin by
 a beamwidth. Where triangles are smaller than cells scatterers are spread more evenly than at random, and less is added.
 """
@@ -44,11 +44,11 @@ def intensities(made: rs.Scene, per_cell: float, seeds: range) -> Floats:
 def excess(made: rs.Scene) -> float:
     """What one scatterer to a cell adds to <I^2>/<I>^2."""
     radar = made.radar
-    place = np.linspace(-150, 150, 20_001)
-    heard = np.abs(compressed_pulse(2 * place / 299_792_458.0, radar.bandwidth, radar.pulse, (0.54, 0.46))) ** 2
+    position = np.linspace(-150, 150, 20_001)
+    received = np.abs(compressed_pulse(2 * position / 299_792_458.0, radar.bandwidth, radar.pulse, (0.54, 0.46))) ** 2
     angle = np.linspace(-np.pi, np.pi, 200_001)
     beam = sinc2_beam(angle, radar.beamwidth) ** 2
-    along = np.sum(heard**2) / np.sum(heard) ** 2 / (place[1] - place[0]) * radar.range_step
+    along = np.sum(received**2) / np.sum(received) ** 2 / (position[1] - position[0]) * radar.range_step
     across = np.sum(beam**2) / np.sum(beam) ** 2 / (angle[1] - angle[0]) * radar.beamwidth
     return float(along * across)
 

@@ -47,8 +47,8 @@ def test_speckle_correlates_along_range_as_its_pulse() -> None:
     rows = SpeckleRows(power, 4000, seed=1).make(2, 16, 48)
     expected = np.fft.ifft(power) / np.mean(power)
     for lag in range(8):
-        found = np.mean(rows[:, lag:] * np.conj(rows[:, : 4000 - lag]))
-        assert abs(found - expected[lag]) < 5 * 2.5 / np.sqrt(32 * 4000)  # 2.5: bins correlate over six
+        result = np.mean(rows[:, lag:] * np.conj(rows[:, : 4000 - lag]))
+        assert abs(result - expected[lag]) < 5 * 2.5 / np.sqrt(32 * 4000)  # 2.5: bins correlate over six
 
 
 def test_rows_are_independent_and_belong_to_their_number() -> None:
@@ -66,8 +66,8 @@ def test_texture_rows_are_normal_and_correlate_exponentially_along_range(scan: i
     rows = TextureRows(motion(), 4000, seed=2).make(scan, 0, 64)
     assert scipy.stats.kstest(rows[:, ::16].ravel(), "norm").pvalue > LEVEL
     for lag in range(0, 30, 3):
-        found = np.mean(rows[:, lag:] * rows[:, : 4000 - lag])
-        assert abs(found - np.exp(-lag * 2.0 / 10.0)) < 5 / np.sqrt(64 * 400)
+        result = np.mean(rows[:, lag:] * rows[:, : 4000 - lag])
+        assert abs(result - np.exp(-lag * 2.0 / 10.0)) < 5 / np.sqrt(64 * 400)
 
 
 def test_texture_lives_for_its_lifetime_and_no_longer() -> None:
@@ -78,15 +78,15 @@ def test_texture_lives_for_its_lifetime_and_no_longer() -> None:
 
     def weights(time: float) -> NDArray[np.float64]:
         share, k = np.pi / 2 * (time / 4 % 1), int(time // 4)
-        found = np.zeros(6)
-        found[k : k + 2] = np.cos(share), np.sin(share)
-        return found
+        result = np.zeros(6)
+        result[k : k + 2] = np.cos(share), np.sin(share)
+        return result
 
     for later in range(6):
         for row in (0, 20, 63):
             expected = weights(row / 32) @ weights(later * 2 + row / 32)
-            found = float(np.mean(seen[0][row] * seen[later][row]))
-            assert abs(found - expected) < 5 / np.sqrt(400)
+            result = float(np.mean(seen[0][row] * seen[later][row]))
+            assert abs(result - expected) < 5 / np.sqrt(400)
     assert abs(np.mean(seen[0] * seen[5])) < 5 / np.sqrt(64 * 400)
 
 
@@ -106,7 +106,7 @@ def test_drift_beyond_the_whole_range_stays_texture() -> None:
     assert np.var(rows) == pytest.approx(1.0, abs=5 * np.sqrt(2 / (64 * 50)))
 
 
-def test_blocks_of_rows_do_not_depend_on_what_was_asked_before() -> None:
+def test_blocks_of_rows_do_not_depend_on_earlier_requests() -> None:
     whole = TextureRows(motion(), 300, seed=6)
     for scan in range(4):
         whole.make(scan, 0, 16)

@@ -72,8 +72,8 @@ def test_an_mp4_is_what_ffmpeg_makes_of_the_pictures(tmp_path: Path, monkeypatch
     program(tmp_path, monkeypatch, 'for last; do :; done\necho "$@" > "$0.said"\nexec cat > "$last"')
     write_mp4(tmp_path / "a.mp4", frames(3), fps=12)
     assert (tmp_path / "a.mp4").read_bytes() == b"".join(frame.tobytes() for frame in frames(3))
-    said = (tmp_path / "ffmpeg.said").read_text()
-    assert "-s 5x263 -r 12 -i -" in said and "yuv420p" in said
+    text = (tmp_path / "ffmpeg.said").read_text()
+    assert "-s 5x263 -r 12 -i -" in text and "yuv420p" in text
 
 
 @pytest.mark.parametrize("script", ["echo no such codec >&2; exit 3", "cat > /dev/null; echo no such codec >&2; exit 3"])
@@ -84,7 +84,7 @@ def test_an_ffmpeg_that_fails_is_quoted(tmp_path: Path, monkeypatch: pytest.Monk
     assert not (tmp_path / "a.mp4").exists()
 
 
-def test_no_ffmpeg_is_said_with_the_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_ffmpeg_is_reported_with_the_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(OSError, match=r"install it .* or choose \.gif"):
         ffmpeg()

@@ -18,8 +18,10 @@ def picture(rows: list[int], echo_row: int | None = None) -> np.ndarray:
     """Levels (200, 200, 3) of a picture of these rows of noise, one of them with a strong echo all along."""
     bins = SCENE.radar.bins
     to = layout(bins, SCENE.radar.range_step / 2, SCENE.radar.range_step)
-    swept = [(np.array([row]), np.full((1, bins), 1e6 * NOISE if row == echo_row else NOISE, np.float32)) for row in rows]
-    png = last_scan_png(SCENE, swept, to, Controls(), NOISE, size=200, range_max=None, time=0.0)
+    last_rows = [
+        (np.array([row]), np.full((1, bins), 1e6 * NOISE if row == echo_row else NOISE, np.float32)) for row in rows
+    ]
+    png = last_scan_png(SCENE, last_rows, to, Controls(), NOISE, size=200, range_max=None, time=0.0)
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
 
 

@@ -1,4 +1,4 @@
-"""Spokes accumulated, and polar turned into an image: against theory, and against a slow twin written out plainly."""
+"""Spokes accumulated, and polar turned into an image: against theory, and against a slow reference written out plainly."""
 
 import math
 
@@ -25,7 +25,7 @@ def polar_with_targets(azimuths: int, bins: int, step: float) -> NDArray[np.floa
 def slow_picture(
     polar: Floats, first: float, step: float, size: int, range_max: float, top: float, mode: Interpolation
 ) -> Floats:
-    """The twin: one pixel at a time, by the definitions."""
+    """The reference: one pixel at a time, by the definitions."""
     azimuths, bins = polar.shape
     pixel = 2 * range_max / size
     image = np.zeros((size, size))
@@ -90,14 +90,14 @@ def test_targets_stand_where_theory_puts_them(mode: Interpolation, heading_deg: 
         (1, 1, 10.0, 20.0, 8, 20.0, 0.0),  # one cell
     ],
 )
-def test_scan_conversion_agrees_with_its_slow_twin(
+def test_scan_conversion_agrees_with_a_slow_reference(
     mode: Interpolation, azimuths: int, bins: int, first: float, step: float, size: int, range_max: float, top: float
 ) -> None:
     polar = np.random.default_rng(5).uniform(0.0, 100.0, (azimuths, bins)).astype(np.float32)
     image = scan_convert(polar, first, step, size, range_max, top, mode)
-    twin = slow_picture(polar.astype(np.float64), first, step, size, range_max, top, mode)
+    reference = slow_picture(polar.astype(np.float64), first, step, size, range_max, top, mode)
     # float32 rounding of four weights and their sum: a few units in the last place of 100, 6e-8 relative each
-    np.testing.assert_allclose(image, twin, rtol=0, atol=100 * 8 * 6e-8)
+    np.testing.assert_allclose(image, reference, rtol=0, atol=100 * 8 * 6e-8)
 
 
 def test_bilinear_is_exact_for_what_is_linear_in_range_and_wraps_in_azimuth() -> None:
@@ -120,16 +120,16 @@ def test_peak_loses_no_cell_where_bilinear_loses_most() -> None:
     azimuths, bins, step, size, range_max = 720, 2500, 2.0, 200, 5000.0
     random = np.random.default_rng(11)
     rows, columns = random.integers(0, azimuths, 50), random.integers(5, bins, 50)
-    found = {"bilinear": 0, "peak": 0}
+    result = {"bilinear": 0, "peak": 0}
     polar = np.zeros((azimuths, bins), dtype=np.uint8)
     polar[rows, columns] = 200
     for mode in ("bilinear", "peak"):
         image = scan_convert(polar, step / 2, step, size, range_max, interpolation=mode)
-        places = image_position((columns + 0.5) * step, rows * 2 * np.pi / azimuths, size, range_max)
-        i, j = (np.clip(np.rint(p).astype(int), 0, size - 1) for p in places)
-        found[mode] = int((image[i, j] >= 199.99).sum())
-    assert found["peak"] == 50
-    assert found["bilinear"] < 10  # a pixel of 50 m looks at 2 m of range
+        positions = image_position((columns + 0.5) * step, rows * 2 * np.pi / azimuths, size, range_max)
+        i, j = (np.clip(np.rint(p).astype(int), 0, size - 1) for p in positions)
+        result[mode] = int((image[i, j] >= 199.99).sum())
+    assert result["peak"] == 50
+    assert result["bilinear"] < 10  # a pixel of 50 m looks at 2 m of range
 
 
 def test_image_position_puts_north_in_row_zero_and_east_at_the_right() -> None:

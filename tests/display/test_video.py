@@ -39,15 +39,15 @@ def shown(power: np.ndarray, **controls: float) -> np.ndarray:
 
 
 @settings(deadline=None, max_examples=60)
-@given(samples=st.integers(1, 400), wanted=st.integers(1, 500))
-def test_every_cell_goes_to_the_bin_of_its_centre(samples: int, wanted: int) -> None:
-    to = layout(samples, 5.0, 10.0, wanted)
+@given(samples=st.integers(1, 400), requested=st.integers(1, 500))
+def test_every_cell_goes_to_the_bin_of_its_centre(samples: int, requested: int) -> None:
+    to = layout(samples, 5.0, 10.0, requested)
     spoke = np.random.default_rng(samples).random((2, samples))
     expected = np.zeros((2, to.bins))
     for n in range(samples):  # in whole numbers: floor((n + 1/2) B / N)
         b = (2 * n + 1) * to.bins // (2 * samples)
         expected[:, b] = np.maximum(expected[:, b], spoke[:, n])
-    assert to.bins == min(samples, wanted)
+    assert to.bins == min(samples, requested)
     np.testing.assert_array_equal(peaks(spoke, to), expected)
 
 
@@ -141,11 +141,11 @@ def test_controls_act_on_u8_only() -> None:
     power = cells(10.0, 20.0, 30.0)
     field = np.sqrt(power).astype(np.complex64)
     to = layout(3, 5.0, 10.0)
-    knobs = Controls(gain=80.0, sea=70.0, rain=60.0)
+    settings = Controls(gain=80.0, sea=70.0, rain=60.0)
     for encoding in ("u8-log", "f16", "f32", "c64"):
         plain = encode(encoding, power, field, to, Controls(), NOISE)
-        np.testing.assert_array_equal(encode(encoding, power, field, to, knobs, NOISE), plain)
-    assert np.any(encode("u8", power, field, to, knobs, NOISE) != encode("u8", power, field, to, Controls(), NOISE))
+        np.testing.assert_array_equal(encode(encoding, power, field, to, settings, NOISE), plain)
+    assert np.any(encode("u8", power, field, to, settings, NOISE) != encode("u8", power, field, to, Controls(), NOISE))
 
 
 def test_encodings_say_what_the_wire_says_they_say() -> None:

@@ -1,4 +1,4 @@
-"""Resting echoes against the radar equation, and the shadows that moving bodies cast on them against every sight line."""
+"""Resting echoes against the radar equation, and the shadows that moving bodies cast on them against every line of sight."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def quay() -> rs.Scene:
 
 
 def test_shadows_are_the_echoes_that_a_moving_body_occludes(quay: rs.Scene) -> None:
-    """At each step those whose sight line the ship crosses, every line tried; with opposite sign, so that the sum is 0."""
+    """At each step those whose line of sight the ship crosses, every line tried; with opposite sign, so that the sum is 0."""
     engine = prepared(quay)
     resting, interval = engine.resting, engine.moving.visibility.interval
     counts = []

@@ -130,7 +130,7 @@ def test_azimuths_do_not_depend_on_order_and_seeds_matter() -> None:
     assert chain(*bodies, rays=200, seed=1).azimuth_field(1, 90).tobytes() != field[90].tobytes()
 
 
-def test_what_stands_behind_is_hidden() -> None:
+def test_bodies_behind_others_are_occluded() -> None:
     front, back = plate(400.0, 45.0, 60.0), point(600.0, 45.0)
     alone = np.abs(chain(back, rays=50).azimuth_field(0, 90))
     both = np.abs(chain(front, back, rays=50).azimuth_field(0, 90))
@@ -181,7 +181,7 @@ def test_the_ground_is_hit_from_where_the_lowest_ray_meets_it() -> None:
     assert not chain(rays=2000).azimuth_field(0, 100).any()
 
 
-def test_the_ground_hides_what_is_under_it() -> None:
+def test_the_ground_occludes_bodies_under_it() -> None:
     sunk = chain(point(300.0, 45.0, up=-5.0), environment={"ground_plane": True}, rays=1, seed=3)
     assert not np.abs(sunk.azimuth_field(0, 90)[145:155]).max() > 1e-7  # a seen point would make 1.1e-5 at 300 m
 

@@ -164,7 +164,7 @@ def test_a_wall_occludes_always_and_a_passing_ship_for_a_while() -> None:
     alone = 43.9794 + 60 - 29.935 + 10 - 32.9763 - 40 * np.log10(900)
     assert max(north) < 10 ** ((alone - 40) / 10)
     occluded = 10 * np.log10(np.array(east)) < alone - 20
-    # bow at east 500 reaches the sight line after (60 - 30) m / 10.3 m/s = 2.9 s, the stern leaves it after 8.7 s
+    # bow at east 500 reaches the line of sight after (60 - 30) m / 10.3 m/s = 2.9 s, the stern leaves it after 8.7 s
     assert not occluded[:2].any() and occluded[4:8].all() and not occluded[10:].any()
 
 

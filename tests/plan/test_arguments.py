@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from radar_service.plan.arguments import ERROR_HELP, error_budget, pace_to_keep
+from radar_service.plan.arguments import ERROR_HELP, error_budget, finite_pace
 from radar_service.plan.budget import ErrorBudget
 
 
@@ -20,13 +20,13 @@ def test_other_error_budgets_are_refused_with_the_limits(text: str) -> None:
 
 
 def test_a_pace_is_any_finite_number_above_0() -> None:
-    assert [pace_to_keep(text) for text in ("1", "0.01", "1e12")] == [1.0, 0.01, 1e12]
+    assert [finite_pace(text) for text in ("1", "0.01", "1e12")] == [1.0, 0.01, 1e12]
 
 
 @pytest.mark.parametrize("text", ["", "fast", "0", "-2", "nan", "inf"])
 def test_other_paces_are_refused(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError, match=f'"{text}" is not a pace; give a number above 0'):
-        pace_to_keep(text)
+        finite_pace(text)
 
 
 def test_the_help_has_the_limits_and_the_default() -> None:

@@ -32,34 +32,34 @@ def items(statistics: EngineStatistics, name: str = "balanced") -> list[PlanItem
 
 def test_moving_bodies_share_the_cost_of_moving_echoes_by_their_echoes() -> None:
     """60 us for 1 + 5 echoes; bodies at rest cost nothing."""
-    found = items(per_body([100, 1, 50, 1], [40, 1, 5, 1]))
-    assert [item.microseconds for item in found] == pytest.approx([0.0, 10.0, 50.0, 0.0])
+    result = items(per_body([100, 1, 50, 1], [40, 1, 5, 1]))
+    assert [item.microseconds for item in result] == pytest.approx([0.0, 10.0, 50.0, 0.0])
 
 
 def test_scatterers_and_echoes_are_stated() -> None:
-    found = items(per_body([100, 1, 50, 1], [40, 0, 5, 1]))
-    assert found[0].how.endswith("; 100 points, 40 echoes") and "computed once" in found[0].how
-    assert found[1].how.endswith("; a point, not visible now") and "computed at each azimuth" in found[1].how
-    assert found[3].how.endswith("; a point")
-    assert [item.what for item in found] == ["body box", "body mover", "body ship", "body buoy"]
+    result = items(per_body([100, 1, 50, 1], [40, 0, 5, 1]))
+    assert result[0].how.endswith("; 100 points, 40 echoes") and "computed once" in result[0].how
+    assert result[1].how.endswith("; a point, not visible now") and "computed at each azimuth" in result[1].how
+    assert result[3].how.endswith("; a point")
+    assert [item.what for item in result] == ["body box", "body mover", "body ship", "body buoy"]
 
 
 def test_a_resting_body_without_echoes_is_never_visible_a_moving_one_may_be_later() -> None:
-    found = items(per_body([100, 1, 50, 1], [0, 1, 0, 1]))
-    assert (found[0].modelled, found[0].how, found[0].power_db) == (False, NEVER_VISIBLE, 0.0)
-    assert found[2].modelled
+    result = items(per_body([100, 1, 50, 1], [0, 1, 0, 1]))
+    assert (result[0].modelled, result[0].how, result[0].power_db) == (False, NEVER_VISIBLE, 0.0)
+    assert result[2].modelled
 
 
 def test_a_culled_body_has_its_reason_its_error_and_its_shadow() -> None:
     culling = Culling({0: CulledBody("too weak", 0.1, occludes=True), 3: CulledBody("too far", 0.0, occludes=False)})
-    found = items(EngineStatistics(culling))
-    assert (found[0].modelled, found[0].how, found[0].power_db) == (
+    result = items(EngineStatistics(culling))
+    assert (result[0].modelled, result[0].how, result[0].power_db) == (
         False,
         "too weak; still occludes what is behind it",
         0.1,
     )
-    assert (found[3].modelled, found[3].how, found[3].power_db) == (False, "too far", 0.0)
-    assert found[1].modelled and found[1].microseconds is None
+    assert (result[3].modelled, result[3].how, result[3].power_db) == (False, "too far", 0.0)
+    assert result[1].modelled and result[1].microseconds is None
 
 
 def test_the_documented_engine_counts_triangles() -> None:

@@ -40,7 +40,7 @@ def test_a_flat_earth_has_no_horizon(environment: dict[str, Any]) -> None:
     assert not reasons(made)
 
 
-def test_out_of_range_unless_earlier_pulses_are_heard() -> None:
+def test_out_of_range_unless_earlier_pulses_are_received() -> None:
     far = point("t", 0, 12_000)
     assert "out of range" in reasons(scene([far], radar=LOW | {"range_max_m": 5000}))["t"]
     folded = LOW | {"range_max_m": 5000, "prf_hz": 20_000, "second_time_around": True}
@@ -68,14 +68,14 @@ def test_bodies_under_the_noise_are_left_out_together_only_as_far_as_the_budget_
     """Each of 40 adds 0.05 dB: no more than 0.5 dB of them may be missing, and only where there is noise at all."""
     made = scene([point(f"p{k}", 100 * k - 2000, 12_000, 15, -35) for k in range(40)], radar=LOW | {"range_max_m": 14_000},
                  environment={"noise": True})  # fmt: skip
-    found = culled_bodies(made, fidelity_for(made, ErrorBudget()))
-    worst = [culled.error_db for culled in found.values()]
-    assert 1 < len(found) < 40 and worst == sorted(worst) and 0.4 < worst[-1] <= 0.5
-    assert len(reasons(made, 0.2)) < len(found) < len(reasons(made, 2.0))
+    result = culled_bodies(made, fidelity_for(made, ErrorBudget()))
+    worst = [culled.error_db for culled in result.values()]
+    assert 1 < len(result) < 40 and worst == sorted(worst) and 0.4 < worst[-1] <= 0.5
+    assert len(reasons(made, 0.2)) < len(result) < len(reasons(made, 2.0))
     assert not reasons(scene([point("p", 0, 12_000, 15, -60)], radar=LOW | {"range_max_m": 14_000}))
 
 
-def test_what_is_left_out_for_noise_still_hides() -> None:
+def test_bodies_culled_below_noise_still_occlude() -> None:
     wall = {"name": "wall", "shape": "plate", "width_m": 60, "height_m": 60, "position_m": [0, 9000, 20], "rcs_dbsm": -60,
             "speed_kn": 0.5, "course_deg": 0}  # fmt: skip
     radar, noise = LOW | {"range_max_m": 12_000}, {"noise": True}

@@ -31,22 +31,22 @@ def everything(**radar: Any) -> rs.Scene:
 
 
 def test_what_is_not_requested_is_not_modelled() -> None:
-    found = items(scene([point("t", 0, 500)]))
+    result = items(scene([point("t", 0, 500)]))
     off = {"eclipsing", "multipath", "gas and rain loss", "noise", "sea clutter", "rain clutter"}
-    assert {what for what, item in found.items() if not item.modelled} == off
-    assert found["multipath"].how == "not requested" and "motion" not in found and "interference" not in found
+    assert {what for what, item in result.items() if not item.modelled} == off
+    assert result["multipath"].how == "not requested" and "motion" not in result and "interference" not in result
 
 
 def test_what_is_requested_is_modelled_with_its_cost() -> None:
-    found = items(everything(), statistics=EngineStatistics(costs=COSTS))
-    assert {what for what, item in found.items() if not item.modelled} == {"Doppler within the pulse"}
-    costs = {what: item.microseconds for what, item in found.items() if item.microseconds is not None}
+    result = items(everything(), statistics=EngineStatistics(costs=COSTS))
+    assert {what for what, item in result.items() if not item.modelled} == {"Doppler within the pulse"}
+    costs = {what: item.microseconds for what, item in result.items() if item.microseconds is not None}
     assert costs == {"motion": 1.0, "noise": 4.0, "sea clutter": 8.0, "interference": 16.0}
 
 
 def test_the_receiver_is_the_cost_of_range_where_there_is_no_noise() -> None:
-    found = items(scene([point("t", 0, 500)]), statistics=EngineStatistics(costs=COSTS))
-    assert (found["range"].microseconds, found["noise"].microseconds) == (4.0, None)
+    result = items(scene([point("t", 0, 500)]), statistics=EngineStatistics(costs=COSTS))
+    assert (result["range"].microseconds, result["noise"].microseconds) == (4.0, None)
 
 
 def test_a_flat_earth_raises_targets_by_the_parabola() -> None:
@@ -58,9 +58,9 @@ def test_a_flat_earth_raises_targets_by_the_parabola() -> None:
 
 def test_doppler_within_a_pulse_is_stated_where_a_chirp_meets_motion() -> None:
     """10 us and 20 kn: 2 x 10.289 m/s x 1e-5 s / 31.859 mm = 0.006459 cells, times 2 pi / (2 sqrt 3) = 1.81: -38.6 dB."""
-    found = items(scene([point("t", 0, 500, speed_kn=20, course_deg=0)]))["Doppler within the pulse"]
-    assert "up to 0.0065 range cells" in found.how
-    assert found.field_db == pytest.approx(20 * math.log10(math.pi / math.sqrt(3) * 0.006459), abs=0.02)
+    result = items(scene([point("t", 0, 500, speed_kn=20, course_deg=0)]))["Doppler within the pulse"]
+    assert "up to 0.0065 range cells" in result.how
+    assert result.field_db == pytest.approx(20 * math.log10(math.pi / math.sqrt(3) * 0.006459), abs=0.02)
     assert "Doppler within the pulse" not in items(scene([point("t", 0, 500)]))
     plain = {"modulation": "none", "pulse_s": 1e-7}
     moving = scene([point("t", 0, 500, speed_kn=20, course_deg=0)], radar=plain)
@@ -75,15 +75,15 @@ def test_clutter_below_the_noise_is_missing_by_its_own_power() -> None:
 
 def test_culled_effects_have_their_reason_and_error() -> None:
     made = scene([point("t", 0, 500)], environment={"multipath": True, "gas_db_per_km": 1e-4})
-    found = items(made, statistics=EngineStatistics(Culling(effects={"multipath": -70.0, "gas": -80.0})))
-    assert (found["multipath"].modelled, found["multipath"].field_db) == (False, -70.0)
-    assert (found["gas and rain loss"].modelled, found["gas and rain loss"].field_db) == (False, -80.0)
+    result = items(made, statistics=EngineStatistics(Culling(effects={"multipath": -70.0, "gas": -80.0})))
+    assert (result["multipath"].modelled, result["multipath"].field_db) == (False, -70.0)
+    assert (result["gas and rain loss"].modelled, result["gas and rain loss"].field_db) == (False, -80.0)
 
 
 def test_the_documented_engine_has_what_the_specification_has() -> None:
-    found = items(everything(), "documented")
-    assert {what for what, item in found.items() if item.modelled} == {"signal chain", "beam", "multipath"}
-    assert found["sea clutter"].how == "requested, but not in the specification"
+    result = items(everything(), "documented")
+    assert {what for what, item in result.items() if item.modelled} == {"signal chain", "beam", "multipath"}
+    assert result["sea clutter"].how == "requested, but not in the specification"
 
 
 def test_rays_miss_a_square_metre_beyond_50_m() -> None:

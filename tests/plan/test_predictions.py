@@ -47,7 +47,7 @@ def error_db(field: np.ndarray[Any, Any], exact: np.ndarray[Any, Any]) -> float:
 @pytest.mark.parametrize("name", SCENES)
 def test_errors_keep_the_budget_and_the_prediction(name: str) -> None:
     """Against `reference` with everything in it, on the same scatterers, looked at as often: below -40 dB (required), below
-    the plan's own prediction, below the -54 dB that `balanced` has at worst but for the mirror's phase, and no slower
+    the plan's own prediction, below the -54 dB that `balanced` has at worst but for the phase of multipath, and no slower
     than it where it keeps the budget."""
     sim, plan, chosen = planned(name), planned(name).plan, planned(name).fidelity
     sim.skip_to(0)
@@ -150,7 +150,7 @@ def test_what_is_never_seen_changes_no_byte(name: str) -> None:
 
 
 def test_what_is_left_out_is_not_computed() -> None:
-    """Neither scattered over nor laid; with everything in it, both."""
+    """Neither sampled nor gridded; with everything in it, both."""
     scene = SCENES["faint beside plain, in noise"]()
     for error_db, points in ((0.5, [1, 0, 0]), (0.0, [1, 1, 1])):
         fidelity = replace(PRESETS["balanced"], error_db=error_db)

@@ -34,7 +34,7 @@ def test_with_all_the_time_in_the_world_the_finest_is_chosen_and_can_be_pinned()
     assert Fidelity(**plan.settings) == pinned
 
 
-def test_a_pace_that_nothing_reaches_is_said_with_what_it_would_be() -> None:
+def test_a_pace_out_of_reach_is_stated_with_the_pace_that_is_possible() -> None:
     plan = plan_in_time(under_way(), 1e9, planned)
     assert plan.settings["error_db"] == STEPS_DB[-1]
     assert f"is not possible on this machine: {plan.realtime_factor:.3g}" in " ".join(plan.caveats)
@@ -47,7 +47,7 @@ def test_estimates_that_promise_too_much_are_not_believed(monkeypatch: pytest.Mo
     assert plan.settings["error_db"] == STEPS_DB[-1]
 
 
-def test_both_budgets_are_kept_or_the_one_that_is_not_is_said() -> None:
+def test_a_budget_that_is_not_kept_is_stated() -> None:
     kept = plan_in_time(under_way(), 1e-6, planned, ErrorBudget(1.0))
     assert kept.settings["error_db"] == 1.0 and not kept.caveats
     both = plan_in_time(under_way(), 1e9, planned, ErrorBudget(1.0))

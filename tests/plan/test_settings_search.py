@@ -77,8 +77,8 @@ def test_a_kernel_is_widened_where_sampling_is_coarse_and_no_more_than_helps() -
     """At 1.0 x bandwidth 8 bins reach -47 dB, 6 -44; each azimuth by itself over the full circle would gain 0.7 dB more."""
     chosen = fidelity_for(under_way(sample_rate_hz=50e6), ErrorBudget())
     assert (chosen.kernel_width, chosen.azimuths_per_block, chosen.beam_extent) == (8, 16, 12.0)
-    said = str(rs.Simulator(under_way(sample_rate_hz=50e6)).plan)
-    assert "! the error budget cannot be kept" in said and "raise sample_rate_hz" in said
+    text = str(rs.Simulator(under_way(sample_rate_hz=50e6)).plan)
+    assert "! the error budget cannot be kept" in text and "raise sample_rate_hz" in text
 
 
 def test_the_choice_is_the_same_every_time() -> None:

@@ -31,8 +31,8 @@ def test_no_rain_costs_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "place"), [((4, "x", 9e9), "polarization"), ((4, "h", 5e8), "frequency"), ((-1, "h", 9e9), "rain_mm_h")]
+    ("arguments", "position"), [((4, "x", 9e9), "polarization"), ((4, "h", 5e8), "frequency"), ((-1, "h", 9e9), "rain_mm_h")]
 )
-def test_rain_outside_its_range_is_refused(arguments: tuple[float, str, float], place: str) -> None:
-    with pytest.raises(ValueError, match=f"^{place}: "):
+def test_rain_outside_its_range_is_refused(arguments: tuple[float, str, float], position: str) -> None:
+    with pytest.raises(ValueError, match=f"^{position}: "):
         rain_db_per_km(*arguments)

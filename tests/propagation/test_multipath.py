@@ -24,12 +24,12 @@ def test_wavelength_of_the_table() -> None:
 
 
 @pytest.mark.parametrize("earth_radius", [np.inf, EARTH])
-def test_nulls_of_a_perfect_mirror(earth_radius: float) -> None:
+def test_nulls_of_a_perfect_reflection(earth_radius: float) -> None:
     distance = np.linspace(1500.0, 12_000.0, 200_001)
     waves = specular_geometry(distance, TARGET, ANTENNA, earth_radius).excess / WAVELENGTH
-    found = [np.interp(-n, -waves, distance) for n in range(1, 6)]
+    result = [np.interp(-n, -waves, distance) for n in range(1, 6)]
     # half the last digit; the tables' 2 h1 h2 / d leaves out (h1^2 + h2^2) / d^2, 6e-5 at the fifth null: 0.1 m
-    assert found == pytest.approx(NULLS[earth_radius], abs=0.15)
+    assert result == pytest.approx(NULLS[earth_radius], abs=0.15)
 
 
 @pytest.mark.parametrize(
@@ -86,9 +86,9 @@ def test_the_path_difference_is_the_least_path_to_a_millionth_of_a_radian(
     for _ in range(150):
         a, b = low + (high - low) / 3, high - (high - low) / 3
         low, high = (low, b) if path(a) < path(b) else (a, high)
-    least = path(low) - (d * d + (end - top) ** 2).sqrt()
-    found = specular_geometry(distance, target, antenna, EARTH).excess
-    assert float(found) == pytest.approx(float(least), abs=1e-6 * WAVELENGTH / (2 * np.pi))
+    minimum = path(low) - (d * d + (end - top) ** 2).sqrt()
+    result = specular_geometry(distance, target, antenna, EARTH).excess
+    assert float(result) == pytest.approx(float(minimum), abs=1e-6 * WAVELENGTH / (2 * np.pi))
 
 
 def test_the_factor_is_the_sum_of_two_rays_over_one() -> None:
@@ -126,7 +126,7 @@ def test_beyond_the_horizon_there_is_nothing() -> None:
 
 
 @pytest.mark.parametrize("earth_radius", [np.inf, EARTH, 1e6 * EARTH])
-def test_odd_places_stay_finite(earth_radius: float) -> None:
+def test_unusual_positions_stay_finite(earth_radius: float) -> None:
     d, h = np.meshgrid([0.0, 1e-3, 1.0, 100.0, 3e4], [-5.0, 0.0, 1e-3, 15.0, 500.0])
     factor = two_ray_factor(d, h, ANTENNA, WAVELENGTH, earth_radius=earth_radius, wave_height=0.3)
     assert factor.shape == d.shape and np.all(np.isfinite(factor)) and np.abs(factor).max() <= 2.0
@@ -158,4 +158,4 @@ def test_printed_factor_is_flat_with_a_curved_divergence() -> None:
 def test_printed_and_corrected_part_company_at_sea_ranges() -> None:
     flat = printed_two_ray_factor(20_000.0, TARGET, ANTENNA, WAVELENGTH)
     curved = two_ray_factor(20_000.0, TARGET, ANTENNA, WAVELENGTH, earth_radius=EARTH)
-    assert 40 * np.log10(np.abs(flat) / np.abs(curved)) > 16  # the reference finds 17 dB for a perfect mirror
+    assert 40 * np.log10(np.abs(flat) / np.abs(curved)) > 16  # the reference finds 17 dB for a perfect reflection

@@ -185,7 +185,7 @@ def test_a_table_is_the_vertical_pattern_where_it_is_given() -> None:
 
 
 def test_a_mast_behind_a_hull() -> None:
-    """The deck of a hull 20 m high lies 9 m up; over its far edge at 507 m the sight line from 15 m meets the mast at 600 m
+    """The deck of a hull 20 m high lies 9 m up; over its far edge at 507 m the line of sight from 15 m meets the mast at 600 m
     7.9 m up: what stands under is hidden, what rises above is seen with its full level."""
     hull = {"name": "h", "shape": "hull", "length_m": 80, "beam_m": 14, "height_m": 20, "position_m": [0, 500, 0],
             "heading_deg": 90, "rcs_dbsm": -90}  # fmt: skip

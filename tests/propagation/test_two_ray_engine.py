@@ -1,4 +1,4 @@
-"""Two-ray multipath through the whole engine: levels and phase against a twin that looks for the reflection point itself."""
+"""Two-ray multipath through the whole engine: levels and phase against a reference that finds the reflection point by search."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ WAVELENGTH = 299_792_458.0 / 9.41e9
 RADAR = {"azimuths": 8, "beamwidth_deg": 60, "beamwidth_el_deg": 180, "bandwidth_hz": 5e6, "height_m": 15.0}
 
 
-def seen_factor(distance: float, **changes: Any) -> complex:
+def measured_factor(distance: float, **changes: Any) -> complex:
     """F^2 of a point 10 m high: the engine's field with the sea over that without, at the loudest sample."""
     radar = {**RADAR, "range_max_m": distance + 400, **changes.pop("radar", {})}
     fields = []
@@ -26,8 +26,8 @@ def seen_factor(distance: float, **changes: Any) -> complex:
     return complex(fields[0][loudest] / fields[1][loudest])
 
 
-def twin_factor(
-    distance: float, polarization: str = "h", wave_height: float = 0.0, mirror: complex | None = None
+def reference_factor(
+    distance: float, polarization: str = "h", wave_height: float = 0.0, reflection: complex | None = None
 ) -> complex:
     """F^2 by Fermat: the shortest way over the sea z = -d^2 / (2 ae), Fresnel with the permittivity of sea water at 15 C
     (55.3 - j38.2, reference values), divergence (Kerr 1951), Miller-Brown roughness."""
@@ -46,7 +46,7 @@ def twin_factor(
     grazing = np.arctan2(15.0 - bent(x), x) - x / EARTH
     sine, refracted = np.sin(grazing), np.sqrt(55.3 - 38.2j - np.cos(grazing) ** 2)
     weight = 1.0 if polarization == "h" else 55.3 - 38.2j
-    surface = (weight * sine - refracted) / (weight * sine + refracted) if mirror is None else mirror
+    surface = (weight * sine - refracted) / (weight * sine + refracted) if reflection is None else reflection
     g = 4 * np.pi * wave_height * sine / WAVELENGTH
     spread = 1 / np.sqrt(1 + 2 * x * (distance - x) / (EARTH * distance * sine))
     phase = np.exp(-2j * np.pi / WAVELENGTH * (first + second - direct))
@@ -61,11 +61,12 @@ def db(factor: complex) -> float:
     ("distance", "table_db"),
     [(2000, 9.59), (4000, 6.71), (6000, 11.37), (9416.5, 1.86), (12_000, 10.50), (15_000, 7.57), (20_000, -5.35)],
 )
-def test_the_table_of_a_perfect_mirror(distance: float, table_db: float) -> None:
-    """F^4 of 15 and 10 m on the 4/3 earth (reference values, rho = -1): the twin with that mirror to the last digit; ours,
+def test_the_table_of_a_perfect_reflection(distance: float, table_db: float) -> None:
+    """F^4 of 15 and 10 m on the 4/3 earth (reference values, rho = -1): the reference with that coefficient to the last digit;
+    the engine,
     which has the sea's own coefficient, within what that changes: (1 - |Gamma|) < 1 %, up to 0.3 dB near a null."""
-    assert db(twin_factor(distance, mirror=-1.0)) == pytest.approx(table_db, abs=0.02)
-    assert db(seen_factor(distance)) == pytest.approx(table_db, abs=0.3)
+    assert db(reference_factor(distance, reflection=-1.0)) == pytest.approx(table_db, abs=0.02)
+    assert db(measured_factor(distance)) == pytest.approx(table_db, abs=0.3)
 
 
 @pytest.mark.parametrize(
@@ -79,14 +80,14 @@ def test_the_table_of_a_perfect_mirror(distance: float, table_db: float) -> None
     ],
 )
 def test_both_polarizations_and_every_sea(polarization: str, sea_state: int, distances: tuple[float, ...]) -> None:
-    """Level to 0.1 dB and phase to 1 degree of the twin, away from deep nulls; the permittivity's three digits move F by
+    """Level to 0.1 dB and phase to 1 degree of the reference, away from deep nulls; the permittivity's three digits move F by
     0.2 %. Wave heights: a quarter of 0, 0.875 and 3.25 m (WMO code 3700)."""
     rms = {0: 0.0, 3: 0.875 / 4, 5: 3.25 / 4}[sea_state]
     for distance in distances:
-        ours = quiet_factor(distance, polarization, sea_state)
-        exact = twin_factor(distance, polarization, rms)
-        assert db(ours) == pytest.approx(db(exact), abs=0.1), distance
-        assert abs(np.rad2deg(np.angle(ours / exact))) < 1.0, distance
+        computed = quiet_factor(distance, polarization, sea_state)
+        exact = reference_factor(distance, polarization, rms)
+        assert db(computed) == pytest.approx(db(exact), abs=0.1), distance
+        assert abs(np.rad2deg(np.angle(computed / exact))) < 1.0, distance
 
 
 def quiet_factor(distance: float, polarization: str, sea_state: int) -> complex:
@@ -104,25 +105,25 @@ def quiet_factor(distance: float, polarization: str, sea_state: int) -> complex:
 def test_the_first_null() -> None:
     """At 8037.0 m, and not at the 9416.5 m of a flat sea: F^4 there below -35 dB (required), the least within a metre of
     it."""
-    places = 8037.0 + np.array([-200.0, -1.0, 0.0, 1.0, 200.0])
-    levels = [db(seen_factor(p)) for p in places]
+    positions = 8037.0 + np.array([-200.0, -1.0, 0.0, 1.0, 200.0])
+    levels = [db(measured_factor(p)) for p in positions]
     assert levels[2] < -35.0
     assert levels[0] > levels[2] + 3 and levels[4] > levels[2] + 3
-    assert db(seen_factor(9416.5)) > 0.0
+    assert db(measured_factor(9416.5)) > 0.0
 
 
 def test_flat_and_curved_seas_part_by_17_db_at_20_km() -> None:
     """F^4 at 20 km: 11.97 dB flat, -5.35 dB on the 4/3 earth (reference values)."""
-    flat = db(seen_factor(20_000.0, earth="flat"))
+    flat = db(measured_factor(20_000.0, earth="flat"))
     assert flat == pytest.approx(11.97, abs=0.1)
-    assert flat - db(seen_factor(20_000.0)) == pytest.approx(17.3, abs=0.3)
+    assert flat - db(measured_factor(20_000.0)) == pytest.approx(17.3, abs=0.3)
 
 
-def test_a_narrow_beam_looking_up_hears_less_of_the_mirror() -> None:
-    """A vertical beam of 2 degrees tilted up by 1.5: at 1 km the direct ray leaves 0.29 degrees down, the mirrored one 1.43,
+def test_a_narrow_beam_tilted_up_receives_less_of_the_reflected_ray() -> None:
+    """A vertical beam of 2 degrees tilted up by 1.5: at 1 km the direct ray leaves 0.29 degrees down, the reflected one 1.43,
     and |F - 1| is the root of the ratio of their one-way power gains."""
     radar = {"beamwidth_el_deg": 2.0, "tilt_deg": 1.5, "pattern": "gaussian"}
-    factor = seen_factor(1000.0, radar=radar)
+    factor = measured_factor(1000.0, radar=radar)
     down = np.rad2deg(np.arctan2(25.0, 1000.0))
     level = np.rad2deg(np.arctan2(5.0 + 1000.0**2 / (2 * EARTH), 1000.0))
     share = 2.0 ** (-2 * ((down + 1.5) ** 2 - (level + 1.5) ** 2) / 4.0)  # root of ratios of 16^(-(t / 2)^2)

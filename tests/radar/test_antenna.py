@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.radar.antenna import AntennaPattern, azimuth_oversampling, grid_rows, quick_gain
+from radar_service.radar.antenna import AntennaPattern, azimuth_oversampling, grid_rows, interpolated_gain
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.types import Floats
 
@@ -24,9 +24,9 @@ def test_a_pattern_without_an_aperture_width_cannot_be_made() -> None:
 
 @pytest.mark.parametrize("pattern", [*PATTERNS.values(), Taylor(40.0, 6), TABLE])
 def test_the_table_of_gains_is_the_pattern(pattern: AntennaPattern) -> None:
-    """3e-6, as quick_gain promises, at offsets on both sides of boresight."""
+    """3e-6, as interpolated_gain promises, at offsets on both sides of boresight."""
     offset = np.random.default_rng(1).uniform(-np.pi, np.pi, 5000)
-    np.testing.assert_allclose(quick_gain(offset, BEAM, pattern), pattern.gain(offset, BEAM), atol=3e-6)
+    np.testing.assert_allclose(interpolated_gain(offset, BEAM, pattern), pattern.gain(offset, BEAM), atol=3e-6)
 
 
 def test_a_longer_aperture_has_a_narrower_uniform_beam() -> None:
@@ -50,7 +50,7 @@ def test_a_sinc2_beam_has_its_band_in_grid_rows() -> None:
 @pytest.mark.parametrize(
     ("azimuths", "beamwidth_deg", "multiple"), [(720, 3.9, 1), (720, 1.0, 3), (2048, 0.9, 2), (360, 0.4, 13)]
 )
-def test_grid_rows_are_the_fewest_that_leave_two_thirds_of_the_band(
+def test_grid_rows_are_the_minimum_that_leaves_two_thirds_of_the_band(
     azimuths: int, beamwidth_deg: float, multiple: int
 ) -> None:
     beamwidth = np.deg2rad(beamwidth_deg)

@@ -17,7 +17,7 @@ def test_range_resolution_and_blind_range() -> None:
     assert made.blind_range == pytest.approx(150.0, rel=1e-3)
 
 
-def test_the_horizon_is_where_the_sea_bulges_into_the_way() -> None:
+def test_the_horizon_is_where_the_curved_sea_blocks_the_path() -> None:
     """4.12 km x (sqrt(15) + sqrt(h)) with h in metres (Skolnik 2001: 4.12 is sqrt(2 ae) in three digits); under the sea as on
     it, and without end on a flat earth."""
     height = np.array([0.0, 10.0, 100.0, -3.0])

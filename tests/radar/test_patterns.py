@@ -69,7 +69,7 @@ def test_taylor_is_its_textbook_product_of_zeros() -> None:
         np.sinc(u[:, 0]) * np.prod(1 - u**2 / (sigma2 * (a2 + (m - 0.5) ** 2)), axis=1) / np.prod(1 - u**2 / m**2, axis=1)
     )
     scale = brentq(lambda x: np.interp(x, u[:, 0], field**2) - 0.5, 0.1, 1.0)
-    # 1e-4: the half-power point of the twin is interpolated on a grid of 0.016
+    # 1e-4: the half-power point of the reference is interpolated on a grid of 0.016
     assert Taylor().gain(u[:, 0] / (2 * scale) * BEAM, BEAM) == pytest.approx(field**2, abs=1e-4)
 
 
@@ -157,13 +157,13 @@ def test_taylor_widths_of_the_table(sidelobe_db: float, nbar: int, width: float)
 )
 def test_two_way_widths(pattern: str, share: float) -> None:
     """Where the aperture's transform falls to 2^(-1/4) of its middle, by a sum over 4001 points of the aperture itself."""
-    place = np.linspace(-0.5, 0.5, 4001)
-    tapers = {"sinc2": np.ones(4001), "cosine": np.cos(np.pi * place), "cosine2": np.cos(np.pi * place) ** 2}
+    position = np.linspace(-0.5, 0.5, 4001)
+    tapers = {"sinc2": np.ones(4001), "cosine": np.cos(np.pi * position), "cosine2": np.cos(np.pi * position) ** 2}
     if pattern in tapers:
-        taper = tapers[pattern] * np.where(np.abs(place) == 0.5, 0.5, 1.0)
+        taper = tapers[pattern] * np.where(np.abs(position) == 0.5, 0.5, 1.0)
 
         def field(u: float) -> float:
-            return float(np.sum(taper * np.cos(2 * np.pi * u * place)) / taper.sum())
+            return float(np.sum(taper * np.cos(2 * np.pi * u * position)) / taper.sum())
 
         widths = [brentq(lambda u, level=level: field(u) - level, 1e-6, 0.95) for level in (0.5**0.25, 0.5**0.5)]
         assert widths[0] / widths[1] == pytest.approx(share, abs=2e-4)  # the share itself, four digits

@@ -25,11 +25,11 @@ NORTH_EAST = (SOUTH_WEST[0] + SIZE, SOUTH_WEST[1] + SIZE)
 
 def entries(name: str) -> list[dict[str, str]]:
     """The numbered entries of an .ini file of the Swinomish area, in order: key without number to value."""
-    found: dict[int, dict[str, str]] = defaultdict(dict)
+    result: dict[int, dict[str, str]] = defaultdict(dict)
     text = (REAL / "swinomish" / name).read_text()
     for key, number, part, value in re.findall(r"^(\w+)\((\d+)(,\d+)?\) *= *(\S+)", text, re.MULTILINE):
-        found[int(number)][key + part] = value
-    return [found[number] for number in sorted(found)]
+        result[int(number)][key + part] = value
+    return [result[number] for number in sorted(result)]
 
 
 def tiles() -> list[tuple[str, float, float]]:
@@ -63,7 +63,7 @@ def east_north(latitude: Floats, longitude: Floats, origin: tuple[float, float])
 @cache
 def buildings(origin: tuple[float, float]) -> list[Floats]:
     """Every building (an object of the files) as triangles (n, 3, 3): east, north from `origin`, up [m]."""
-    found: list[Floats] = []
+    result: list[Floats] = []
     for name, latitude, longitude in tiles():
         corners, faces = [], defaultdict(list)
         label = ""
@@ -76,10 +76,10 @@ def buildings(origin: tuple[float, float]) -> list[Floats]:
                 corners.append((x, -z, y))
             elif words[:1] == ["f"]:
                 faces[label].append([int(word.split("/")[0]) - 1 for word in words[1:4]])
-        place = east_north(np.array([latitude]), np.array([longitude]), origin)[0]
-        points = np.array(corners) + (*place, 0.0)
-        found += [points[np.array(triangles)] for triangles in faces.values()]
-    return found
+        position = east_north(np.array([latitude]), np.array([longitude]), origin)[0]
+        points = np.array(corners) + (*position, 0.0)
+        result += [points[np.array(triangles)] for triangles in faces.values()]
+    return result
 
 
 def swinomish(folder: Path, **changes: dict[str, Any]) -> dict[str, Any]:
@@ -88,12 +88,12 @@ def swinomish(folder: Path, **changes: dict[str, Any]) -> dict[str, Any]:
     body: list[dict[str, Any]] = []
     for name, latitude, longitude in tiles():
         shutil.copy(REAL / "swinomish" / f"{name}.obj", folder)
-        place = {"latitude_deg": latitude, "longitude_deg": longitude}
-        body.append({"name": name, "mesh": f"{name}.obj", "up": "y", "material": "building", **place})
+        position = {"latitude_deg": latitude, "longitude_deg": longitude}
+        body.append({"name": name, "mesh": f"{name}.obj", "up": "y", "material": "building", **position})
     shutil.copy(REAL / "light_buoy.stl", folder)
     for k, (latitude, longitude) in enumerate(buoys()):
-        place = {"latitude_deg": latitude, "longitude_deg": longitude}
-        body.append({"name": f"mark {k + 1}", "mesh": "light_buoy.stl", "rcs_dbsm": 10.0, **place})
+        position = {"latitude_deg": latitude, "longitude_deg": longitude}
+        body.append({"name": f"mark {k + 1}", "mesh": "light_buoy.stl", "rcs_dbsm": 10.0, **position})
     for k, line in enumerate(pontoons()):
         body += [_pontoon(f"pontoon {k + 1}.{j + 1}", a, b) for j, (a, b) in enumerate(zip(line, line[1:], strict=False))]
     scene: dict[str, Any] = {
@@ -117,9 +117,9 @@ def swinomish(folder: Path, **changes: dict[str, Any]) -> dict[str, Any]:
 def _pontoon(name: str, start: Floats, end: Floats) -> dict[str, Any]:
     bearing_deg, _, length = EARTH.inv(start[1], start[0], end[1], end[0])
     middle = (start + end) / 2.0
-    place = {"latitude_deg": float(middle[0]), "longitude_deg": float(middle[1]), "heading_deg": bearing_deg}
+    position = {"latitude_deg": float(middle[0]), "longitude_deg": float(middle[1]), "heading_deg": bearing_deg}
     size = {"length_m": max(length, 0.5), "width_m": 2.5, "height_m": 0.6}
-    return {"name": name, "shape": "box", "material": "wood", **place, **size}
+    return {"name": name, "shape": "box", "material": "wood", **position, **size}
 
 
 def catalina(folder: Path, origin: tuple[float, float], **changes: dict[str, Any]) -> dict[str, Any]:

@@ -121,7 +121,7 @@ def test_loaded_buildings_stand_where_the_files_put_them(tmp_path: Path) -> None
 
 
 # 0.9 degrees is the finest beam that marine radars have (an antenna of 2.4 m): it leaves more buildings alone in their cells
-# than a wider one, and 2048 azimuths step by a fifth of it. Under way every azimuth is laid anew, so there are fewer.
+# than a wider one, and 2048 azimuths step by a fifth of it. Under way every azimuth is gridded anew, so there are fewer.
 @pytest.mark.parametrize(
     ("speed_kn", "beamwidth_deg", "azimuths"), [(0.0, 0.9, 2048), (15.0, 1.2, 1024)], ids=["at rest", "under way"]
 )
@@ -129,20 +129,20 @@ def test_isolated_buildings_show_where_they_are(
     tmp_path: Path, speed_kn: float, beamwidth_deg: float, azimuths: int
 ) -> None:
     scene, scan = scanned(tmp_path, speed_kn, beamwidth_deg, azimuths)
-    found, faults = 0, []
+    result, faults = 0, []
     geometry = float(np.hypot(*scan.position[-1]))
     for building, around in alone_within(REACH - 100.0, scene.radar, geometry):
         own = position_when_passed(building, scan)
-        seen = visible_points(building - own, around - own, scene.radar.height, np.random.default_rng(found))
+        seen = visible_points(building - own, around - own, scene.radar.height, np.random.default_rng(result))
         if len(seen) < SAMPLES // 10:
             continue
-        found += 1
+        result += 1
         distance, bearing = strongest_cell(scan, extent([building - own], scene.radar.height), scene.radar.beamwidth)
         off_range = np.abs(seen[:, 0] - distance) / scan.range_step
         off_bearing = turn_between(seen[:, 1], bearing) / scene.radar.beamwidth
         if not np.any((off_range <= 1.0) & (off_bearing <= 0.25)):
             faults.append((distance, np.rad2deg(bearing), off_range.min(), off_bearing.min()))
-    assert found >= 10
+    assert result >= 10
     assert not faults, "range, bearing [degrees] of the strongest cell; how far from anything seen in bins, in beamwidths"
 
 
@@ -162,13 +162,13 @@ def alone_within(reach: float, radar: Radar, sailed: float) -> list[tuple[Floats
     )
     chosen = Extent(*(column[near] for column in everything))
     alone = near[isolated(chosen, everything, GUARD_BINS * radar.range_step, GUARD_BEAMS * radar.beamwidth)]
-    found = []
+    result = []
     for k in alone:
         turn = sailed / everything.near[k]
         left, right = everything.left[k] - turn, everything.right[k] + turn
         before = (everything.left <= right) & (everything.right >= left) & (everything.near <= everything.far[k])
-        found.append((buildings[k], np.concatenate([buildings[i] for i in np.flatnonzero(before[: len(buildings)])])))
-    return found
+        result.append((buildings[k], np.concatenate([buildings[i] for i in np.flatnonzero(before[: len(buildings)])])))
+    return result
 
 
 def position_when_passed(building: Floats, scan: rs.Scan) -> Floats:

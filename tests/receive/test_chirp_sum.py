@@ -82,7 +82,7 @@ def test_the_literal_sum_is_the_convolution_with_impulses() -> None:
     assert np.abs(impulse_sum(delay, amplitude, phase, SENT, 1000) - literal).max() < 1e-11  # FFT rounding of sums of 300
 
 
-def test_echoes_outside_the_window_are_not_heard() -> None:
+def test_echoes_outside_the_window_are_not_received() -> None:
     received = chirp_sum(np.array([-1, 1000, 5000]), np.ones(3), np.zeros(3), SENT, 1000)
     assert not received.any() and received.size == 1000 + SENT.size - 1
 
@@ -109,9 +109,9 @@ def test_hamming_as_printed() -> None:
     assert weights == pytest.approx(np.hamming(2001), abs=1e-12)
 
 
-@pytest.mark.parametrize(("name", "twin"), [("hamming", "hamming"), ("hann", "hann"), ("blackman", "blackman")])
-def test_windows_are_the_textbook_ones(name: str, twin: str) -> None:
-    assert window(name, 751) == pytest.approx(scipy_windows.get_window(twin, 751, fftbins=False), abs=1e-12)  # rounding
+@pytest.mark.parametrize(("name", "reference"), [("hamming", "hamming"), ("hann", "hann"), ("blackman", "blackman")])
+def test_windows_are_the_textbook_ones(name: str, reference: str) -> None:
+    assert window(name, 751) == pytest.approx(scipy_windows.get_window(reference, 751, fftbins=False), abs=1e-12)  # rounding
 
 
 def test_no_window_is_flat_and_an_unknown_one_refused() -> None:
@@ -137,8 +137,8 @@ def test_exact_delays_agree_with_whole_samples_and_are_smooth_between_them() -> 
     step = SPEED_OF_LIGHT / (2 * RATE)
     weights = window("hamming", SENT.size)
 
-    def profile(place: float) -> np.ndarray:
-        args = np.array([place]), np.ones(1), np.zeros(1), BANDWIDTH, PULSE, RATE, 300
+    def profile(position: float) -> np.ndarray:
+        args = np.array([position]), np.ones(1), np.zeros(1), BANDWIDTH, PULSE, RATE, 300
         return compress(exact_chirp_sum(*args), SENT, weights, 300)
 
     whole = compress(chirp_sum(np.array([100]), np.ones(1), np.zeros(1), SENT, 300), SENT, weights, 300)

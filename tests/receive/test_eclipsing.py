@@ -1,4 +1,4 @@
-"""What a one-antenna radar hears of a near echo, against the closed form of the truncated chirp."""
+"""What a one-antenna radar receives of a near echo, against the closed form of the truncated chirp."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from tests.scenes import radar
 HAMMING = (0.54, 0.46)
 
 
-def heard(settings: dict[str, Any], share: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def received(settings: dict[str, Any], share: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Profile of a unit echo whose delay is this share of the pulse: ours, the closed form, and that of the whole echo."""
     made = radar(eclipsing=True, **settings)
     compression, fs = compression_for(made, 6), made.sample_rate
@@ -38,26 +38,26 @@ def test_a_truncated_echo_meets_its_closed_form(settings: dict[str, Any], bound_
     """Error over the energy of the whole echo. A cut on a grid of 3 fs, counted half, leaves (pi / 6)^2 B^3 / (12 (3 fs)^4)
     of the chirp's T: -68 dB of BT = 500 at 1.5 B, as (BT)^-1 fs^-4. 7 dB are for the chirp, known up to fs / 2 only."""
     for share in (0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98):
-        ours, exact, whole = heard(settings, share)
-        error = np.sum(np.abs(ours - exact) ** 2) / np.sum(np.abs(whole) ** 2)
+        computed, exact, whole = received(settings, share)
+        error = np.sum(np.abs(computed - exact) ** 2) / np.sum(np.abs(whole) ** 2)
         assert 10 * np.log10(error) < bound_db, share
 
 
-def test_an_echo_that_ends_with_the_own_pulse_is_not_heard_and_one_behind_it_is_whole() -> None:
+def test_an_echo_that_ends_with_the_own_pulse_is_eclipsed_and_one_behind_it_is_whole() -> None:
     """Where the edge of the chirp, known up to fs / 2, rings into the cut: -45 dB on it, -50 near it, -80 far off."""
     for share, bound_db in ((1.0, -45), (1.01, -50), (1.5, -80)):
-        ours, exact, whole = heard({"range_max_m": 3000}, share)
-        assert 10 * np.log10(np.sum(np.abs(ours - whole) ** 2) / np.sum(np.abs(whole) ** 2)) < bound_db
-    ours, _, whole = heard({"range_max_m": 3000}, 1e-4)
-    assert 10 * np.log10(np.sum(np.abs(ours) ** 2) / np.sum(np.abs(whole) ** 2)) < -40
+        computed, exact, whole = received({"range_max_m": 3000}, share)
+        assert 10 * np.log10(np.sum(np.abs(computed - whole) ** 2) / np.sum(np.abs(whole) ** 2)) < bound_db
+    computed, _, whole = received({"range_max_m": 3000}, 1e-4)
+    assert 10 * np.log10(np.sum(np.abs(computed) ** 2) / np.sum(np.abs(whole) ** 2)) < -40
 
 
 def test_the_peak_is_the_windows_tail() -> None:
-    """The share of the area of the window that is heard, by its integral."""
+    """The share of the area of the window that is received, by its integral."""
     for share in (0.3, 0.5, 0.8):
-        ours, _, _ = heard({"range_max_m": 3000, "sample_rate_hz": 400e6}, share)
+        computed, _, _ = received({"range_max_m": 3000, "sample_rate_hz": 400e6}, share)
         start = 0.5 - share
         area = 0.54 * (0.5 - start) + 0.46 * (np.sin(np.pi) - np.sin(2 * np.pi * start)) / (2 * np.pi)
-        place = share * 10e-6 * 400e6 - 0.5
-        at_peak = np.interp(place, np.arange(len(ours)), np.abs(ours))
+        position = share * 10e-6 * 400e6 - 0.5
+        at_peak = np.interp(position, np.arange(len(computed)), np.abs(computed))
         assert at_peak == pytest.approx(area / 0.54, rel=0.02)  # between samples of 0.125 resolution cells: 2 %

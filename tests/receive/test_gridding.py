@@ -7,15 +7,15 @@ from radar_service.receive.gridding import MAX_DIRECT_WEIGHTS, Kernel, spread, s
 
 
 @pytest.mark.parametrize(("width", "oversampling", "bound_db"), [(4, 1.5, -55), (6, 1.5, -74), (4, 3.0, -74), (6, 2.0, -90)])
-def test_a_laid_point_has_the_spectrum_of_its_exact_place(width: int, oversampling: float, bound_db: float) -> None:
+def test_a_gridded_point_has_the_spectrum_of_its_exact_position(width: int, oversampling: float, bound_db: float) -> None:
     """Inside the band the corrected spectrum is a pure exponential. Bounds: docs/engine.md#errors has -61 and -80 dB at 1.5
     for a tapered spectrum; this one is flat to the band's edge, where the kernel is worst (6 dB allowed)."""
     kernel, n = Kernel(width, oversampling), 256
-    places = np.random.default_rng(1).uniform(0, n, 40)
+    positions = np.random.default_rng(1).uniform(0, n, 40)
     frequency = np.fft.fftfreq(n)
     band = np.abs(frequency) < 0.5 / oversampling
     errors = []
-    for x in places:
+    for x in positions:
         gridded = np.zeros((1, n), np.complex64)
         spread_moving(gridded, np.array([x]), np.zeros((1, 1), np.float32), np.ones((1, 1), np.complex64), kernel.tables())
         exact = np.exp(-2j * np.pi * frequency * x)
@@ -26,20 +26,20 @@ def test_a_laid_point_has_the_spectrum_of_its_exact_place(width: int, oversampli
 
 @pytest.mark.parametrize("count", [40, 400])
 @pytest.mark.parametrize("range_migration", [0.0, 0.0015, 0.03, 0.15, 0.9, 7.0])
-def test_points_that_drift_are_laid_where_they_have_gone(range_migration: float, count: int) -> None:
+def test_points_that_migrate_are_spread_at_their_new_positions(range_migration: float, count: int) -> None:
     """Each row's spectrum is that of its own place: -54 dB to the band's edge from the series (REACH), whatever the drift;
     9 rows, so that groups come out uneven; MAX_DIRECT_WEIGHTS lies between the counts."""
     kernel, n = Kernel(6, 1.5), 256
     rng = np.random.default_rng(3)
-    places, amplitude = rng.uniform(0, n, count), rng.normal(size=(count, 9)) + 1j * rng.normal(size=(count, 9))
+    positions, amplitude = rng.uniform(0, n, count), rng.normal(size=(count, 9)) + 1j * rng.normal(size=(count, 9))
     drifts = rng.uniform(-range_migration, range_migration, (count, 1)) * np.linspace(-1, 1, 9) ** 2
     frequency = np.fft.fftfreq(n)
     band = np.abs(frequency) < 0.5 / 1.5
     assert 40 * 9 * 6 < MAX_DIRECT_WEIGHTS < 400 * 9 * 6
     gridded = np.zeros((9, n), np.complex64)
-    spread_moving(gridded, places, drifts.astype(np.float32), amplitude.astype(np.complex64), kernel.tables())
+    spread_moving(gridded, positions, drifts.astype(np.float32), amplitude.astype(np.complex64), kernel.tables())
     got = np.fft.fft(gridded.astype(complex), axis=1) / kernel.transform(frequency)
-    turns = np.exp(-2j * np.pi * frequency[:, None, None] * (places[:, None] + drifts))
+    turns = np.exp(-2j * np.pi * frequency[:, None, None] * (positions[:, None] + drifts))
     exact = np.einsum("fek,ek->kf", turns, amplitude)
     error = np.sum(np.abs(got - exact)[:, band] ** 2) / np.sum(np.abs(exact)[:, band] ** 2)
     assert 10 * np.log10(error) < -54

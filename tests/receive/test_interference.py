@@ -13,7 +13,7 @@ from tests.scenes import scene
 LIGHT = 299_792_458.0
 RADAR = {"range_max_m": 3000, "azimuths": 720, "beamwidth_deg": 4, "rpm": 24}
 OTHER = {"bearing_deg": 40, "prf_hz": 2000.3, "rpm": 31, "level_db": 60, "beamwidth_deg": 2}
-EVERYWHERE = [[0.0, 0.0], [180.0, 0.0]]  # a pattern that hears all round
+EVERYWHERE = [[0.0, 0.0], [180.0, 0.0]]  # a pattern that receives all round
 
 
 def made(radar: dict[str, Any] | None = None, **other: Any) -> rs.Scene:
@@ -24,7 +24,7 @@ def one(of: rs.Scene, seed: int = 0) -> Interference:
     return Interference(of, 0, seed)
 
 
-def heard(of: rs.Scene, scans: int, seed: int = 0) -> tuple[Arrivals, NDArray[np.float64]]:
+def received(of: rs.Scene, scans: int, seed: int = 0) -> tuple[Arrivals, NDArray[np.float64]]:
     """All arrivals of some scans, rows counted from the start, and the time of each row."""
     number = np.arange(scans * of.radar.azimuths)
     boresight, time = of.radar.schedule(number)
@@ -33,14 +33,14 @@ def heard(of: rs.Scene, scans: int, seed: int = 0) -> tuple[Arrivals, NDArray[np
 
 def test_pulses_keep_their_own_time() -> None:
     """Arrival times are a fixed lag plus whole intervals of 1 / 2000.3 s, and every one that falls into a listening time
-    (20 us of range) is there: 720 x 40 azimuths hear 2000.3 x (20.0 + 2 x 5.1) us each, 5 sigma of a Poisson count."""
-    found, time = heard(made({"pattern": EVERYWHERE}, beamwidth_deg=90, level_db=140), 40)
-    arrived = time[found.row] + found.delay
+    (20 us of range) is there: 720 x 40 azimuths receive during 2000.3 x (20.0 + 2 x 5.1) us each, 5 sigma of a Poisson count."""
+    result, time = received(made({"pattern": EVERYWHERE}, beamwidth_deg=90, level_db=140), 40)
+    arrived = time[result.row] + result.delay
     whole = (arrived - arrived[0]) * 2000.3
     np.testing.assert_allclose(whole, np.rint(whole), atol=1e-6)
     window = 2 * np.ceil(3000 / 1.99862) * 1.99862 / LIGHT + 10.25e-6
     expected = 40 * 720 * 2000.3 * window
-    assert len(found.row) == pytest.approx(expected, abs=5 * np.sqrt(expected))
+    assert len(result.row) == pytest.approx(expected, abs=5 * np.sqrt(expected))
 
 
 def test_rows_of_dots_are_the_drift_of_one_clock_against_the_other() -> None:
@@ -48,26 +48,26 @@ def test_rows_of_dots_are_the_drift_of_one_clock_against_the_other() -> None:
     just 2000 Hz arrives at one delay for ever; at 2000.5 Hz each own interval moves it by the difference of the two."""
     locked = made({"pattern": EVERYWHERE, "prf_hz": 2000.0}, prf_hz=2000.0, beamwidth_deg=90, level_db=140)
     for seed in range(200):
-        found, _ = heard(locked, 1, seed)
-        if len(found.row):
+        result, _ = received(locked, 1, seed)
+        if len(result.row):
             break
-    assert len(found.row) == 720
-    np.testing.assert_allclose(found.delay, found.delay[0], atol=1e-12)
+    assert len(result.row) == 720
+    np.testing.assert_allclose(result.delay, result.delay[0], atol=1e-12)
     drifting = made({"pattern": EVERYWHERE, "prf_hz": 2000.0}, prf_hz=2000.5, beamwidth_deg=90, level_db=140)
-    found, time = heard(drifting, 2, 3)
-    next_to = np.flatnonzero(np.diff(found.row) == 1)
-    intervals = np.diff(np.rint(time * 2000.0))[found.row[next_to]]
-    np.testing.assert_allclose(np.diff(found.delay)[next_to], intervals * (1 / 2000.5 - 1 / 2000.0), atol=1e-12)
+    result, time = received(drifting, 2, 3)
+    next_to = np.flatnonzero(np.diff(result.row) == 1)
+    intervals = np.diff(np.rint(time * 2000.0))[result.row[next_to]]
+    np.testing.assert_allclose(np.diff(result.delay)[next_to], intervals * (1 / 2000.5 - 1 / 2000.0), atol=1e-12)
 
 
-def test_level_is_what_was_asked_for_when_both_beams_meet() -> None:
+def test_the_level_is_as_declared_when_both_beams_meet() -> None:
     """Heard all round, the other's turning beam brings 60 dB over the noise once a turn, and half of it (3.01 dB) half its
     beamwidth (7.5 degrees) to either side; 0.05 dB: it turns 0.1 degrees from spoke to spoke."""
     of = made({"pattern": EVERYWHERE}, prf_hz=20_000.0, rpm=12, beamwidth_deg=15)
-    found, time = heard(of, 2)
-    level = 10 * np.log10(np.abs(found.amplitude) ** 2 / rs.Simulator(of).noise_power)
+    result, time = received(of, 2)
+    level = 10 * np.log10(np.abs(result.amplitude) ** 2 / rs.Simulator(of).noise_power)
     assert level.max() == pytest.approx(60.0, abs=0.05) and level.max() <= 60.0
-    arrived = time[found.row] + found.delay
+    arrived = time[result.row] + result.delay
     above = arrived[level > 60 - 3.0103]
     assert np.ptp(above) == pytest.approx(15 / 360 * 5.0, abs=2 * 2.5 / 720)
 
@@ -75,23 +75,23 @@ def test_level_is_what_was_asked_for_when_both_beams_meet() -> None:
 def test_own_beam_weighs_what_arrives() -> None:
     """The other's beam hardly moves while own one sweeps over it: levels follow the sinc^2 of own 4-degree beam, one way."""
     of = made(prf_hz=20_000.0, rpm=0.01, beamwidth_deg=90, level_db=100)
-    found, _ = heard(of, 1, seed=4)
-    offset = of.radar.schedule(found.row)[0] - np.deg2rad(40)
+    result, _ = received(of, 1, seed=4)
+    offset = of.radar.schedule(result.row)[0] - np.deg2rad(40)
     gain = np.sinc(0.885893 / np.deg2rad(4) * ((offset + np.pi) % (2 * np.pi) - np.pi)) ** 2
     sure = gain > 1e-4
-    level_db = 10 * np.log10(np.abs(found.amplitude[sure]) ** 2 / gain[sure])
+    level_db = 10 * np.log10(np.abs(result.amplitude[sure]) ** 2 / gain[sure])
     assert sure.sum() > 20 and np.ptp(level_db) < 0.05  # the other's beam turns by 0.15 degrees of its 90 meanwhile
 
 
 def test_shape_is_the_correlation_with_the_chirp() -> None:
-    """Slow twin: the pulse as it arrives, correlated in time with the windowed chirp, every nanosecond; -40 dB of its energy
+    """Slow reference: the pulse as it arrives, correlated in time with the windowed chirp, every nanosecond; -40 dB of its energy
     (edges of 1/250 of the pulse, and what the sampled band cuts off)."""
     of = made({"pattern": EVERYWHERE, "pulse_s": 4e-6}, beamwidth_deg=90, level_db=140, frequency_offset_hz=3e6)
     number = np.arange(720)
     boresight, time = of.radar.schedule(number)
     other = one(of)
-    found = other.arrivals(boresight, time)
-    only = [w for w in range(len(found.row)) if np.sum(found.row == found.row[w]) == 1 and 5e-6 < found.delay[w] < 14e-6]
+    result = other.arrivals(boresight, time)
+    only = [w for w in range(len(result.row)) if np.sum(result.row == result.row[w]) == 1 and 5e-6 < result.delay[w] < 14e-6]
     profiles = np.zeros((720, of.radar.bins), dtype=np.complex64)
     other.add(profiles, boresight, time)
     which = only[0]
@@ -101,11 +101,11 @@ def test_shape_is_the_correlation_with_the_chirp() -> None:
     delays = (np.arange(of.radar.bins) + 0.5) / 75e6
     expected = np.empty(of.radar.bins, dtype=np.complex128)
     for n, delay in enumerate(delays):
-        since = t + delay - found.delay[which]
+        since = t + delay - result.delay[which]
         pulse = np.where(np.abs(since) <= 0.125e-6, np.exp(2j * np.pi * 3e6 * since), 0)
         expected[n] = np.sum(pulse * np.conj(reference)) / (0.54 * t.size)
-    error = profiles[found.row[which]] - found.amplitude[which] * expected
-    assert np.sum(np.abs(error) ** 2) < 1e-4 * np.sum(np.abs(found.amplitude[which] * expected) ** 2)
+    error = profiles[result.row[which]] - result.amplitude[which] * expected
+    assert np.sum(np.abs(error) ** 2) < 1e-4 * np.sum(np.abs(result.amplitude[which] * expected) ** 2)
 
 
 def test_a_like_pulse_passes_a_plain_receiver_whole() -> None:
@@ -116,27 +116,29 @@ def test_a_like_pulse_passes_a_plain_receiver_whole() -> None:
     number = np.arange(720)
     boresight, time = of.radar.schedule(number)
     other = one(of)
-    found = other.arrivals(boresight, time)
+    result = other.arrivals(boresight, time)
     profiles = np.zeros((720, of.radar.bins), dtype=np.complex64)
     other.add(profiles, boresight, time)
-    inside = [w for w in range(len(found.row)) if 1e-6 < found.delay[w] < 18e-6 and np.sum(found.row == found.row[w]) == 1]
+    inside = [
+        w for w in range(len(result.row)) if 1e-6 < result.delay[w] < 18e-6 and np.sum(result.row == result.row[w]) == 1
+    ]
     assert len(inside) > 5
     for which in inside:
-        profile = profiles[found.row[which]]
-        assert 20 * np.log10(np.abs(profile).max() / np.abs(found.amplitude[which])) == pytest.approx(0.0, abs=0.4)
-        assert int(np.argmax(np.abs(profile))) == pytest.approx(found.delay[which] * 40e6 - 0.5, abs=1.01)
+        profile = profiles[result.row[which]]
+        assert 20 * np.log10(np.abs(profile).max() / np.abs(result.amplitude[which])) == pytest.approx(0.0, abs=0.4)
+        assert int(np.argmax(np.abs(profile))) == pytest.approx(result.delay[which] * 40e6 - 0.5, abs=1.01)
 
 
-def test_a_moving_own_ship_finds_the_other_where_it_stands() -> None:
+def test_bearings_of_another_radar_follow_a_moving_own_ship() -> None:
     """1000 m east, own ship going north at 20 m/s: bearing 090 at first, 135 after 50 s (past the other's beam)."""
     own = {"position_m": [-500, 0], "course_deg": 0, "speed_kn": 20 / 0.514444}
     other = OTHER | {"position_m": [500, 0], "prf_hz": 20_000.0, "beamwidth_deg": 90, "rpm": 0.01}
     del other["bearing_deg"]
     of = scene([], radar=RADAR, own_ship=own, interference=[other])
-    found, time = heard(of, 21, seed=4)
-    boresight = of.radar.schedule(found.row)[0]
-    loud = np.abs(found.amplitude) > 0.5 * np.abs(found.amplitude).max()
-    bearing = np.pi / 2 + np.arctan(20 * time[found.row] / 1000)
+    result, time = received(of, 21, seed=4)
+    boresight = of.radar.schedule(result.row)[0]
+    loud = np.abs(result.amplitude) > 0.5 * np.abs(result.amplitude).max()
+    bearing = np.pi / 2 + np.arctan(20 * time[result.row] / 1000)
     assert np.rad2deg(np.abs(boresight - bearing)[loud]).max() < 4.0
     assert np.ptp(np.rad2deg(boresight[loud])) > 15
 
@@ -156,7 +158,7 @@ def test_in_the_profiles_it_is_added_and_reproducible() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "text"),
     [
         ({"bearing_deg": None}, "exactly one of bearing_deg and position_m"),
         ({"position_m": [100, 100]}, "exactly one of bearing_deg and position_m"),
@@ -165,8 +167,8 @@ def test_in_the_profiles_it_is_added_and_reproducible() -> None:
         ({"eirp": 3}, "eirp"),
     ],
 )
-def test_what_cannot_be_is_refused_with_its_place(wrong: dict[str, Any], said: str) -> None:
+def test_impossible_settings_are_refused_with_their_key(wrong: dict[str, Any], text: str) -> None:
     section = {key: value for key, value in (OTHER | wrong).items() if value is not None}
     with pytest.raises(rs.SceneError, match=r"interference\[0\]") as refused:
         scene([], interference=[section])
-    assert said in str(refused.value)
+    assert text in str(refused.value)

@@ -1,4 +1,4 @@
-"""The unmodulated pulse behind its receiver: closed form, noise, and the kernel that lays it."""
+"""The unmodulated pulse behind its receiver: closed form, noise, and the kernel that grids it."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ def test_noise_has_its_power_in_every_bin_and_the_filters_correlation() -> None:
         assert measured == pytest.approx(expected, abs=5 * sigma)
 
 
-def test_pulse_kernel_is_as_wide_as_what_it_lays() -> None:
+def test_the_pulse_kernel_is_as_wide_as_the_filtered_pulse() -> None:
     """What lies beyond the kernel's width is below -100 dB of the peak, and its tables hold the answer itself."""
     compression = compression_for(radar(**MAGNETRON), 6)
     kernel = compression.kernel
@@ -86,7 +86,7 @@ def test_pulse_kernel_is_as_wide_as_what_it_lays() -> None:
 
 
 def test_a_long_pulse_finely_sampled_goes_by_way_of_the_band() -> None:
-    """1.2 us at 75 MSPS are 90 samples: laid with a short kernel, filtered by a transform, and the same to -60 dB."""
+    """1.2 us at 75 MSPS are 90 samples: spread with a short kernel, filtered by a transform, and the same to -60 dB."""
     made = radar(modulation="none", pulse_s=1.2e-6, bandwidth_hz=3e6, sample_rate_hz=75e6, range_max_m=1500.0)
     compression = compression_for(made, 6)
     assert compression.kernel.width == 6

@@ -1,4 +1,4 @@
-"""Slow twin: the field of point targets by closed form, sharing no code with the engine.
+"""Slow reference: the field of point targets by closed form, sharing no code with the engine.
 
 The matched-filter output of an LFM chirp with a cosine-sum window is an integral of exponentials over the overlap of the
 pulse with its shifted reference, so it has a closed form (sums of sinc terms); no sampling and no FFT. Author: this project,
@@ -16,14 +16,14 @@ def compressed_pulse(
     bandwidth: float,
     pulse: float,
     window: tuple[float, ...],
-    heard_from: NDArray[np.float64] | float = -np.inf,
+    received_from: NDArray[np.float64] | float = -np.inf,
 ) -> NDArray[np.complex128]:
     """The compressed unit echo at `delay` [s] from its peak; window: cosine coefficients a_m about the centre.
 
-    heard_from: time within the echo, from its middle, before which it is not heard [s]: then the overlap begins there.
+    received_from: time within the echo, from its middle, before which it is not received [s]: then the overlap begins there.
     """
     slope = bandwidth / pulse
-    low = np.maximum(np.maximum(-pulse / 2, -pulse / 2 - delay), heard_from - delay)
+    low = np.maximum(np.maximum(-pulse / 2, -pulse / 2 - delay), received_from - delay)
     high = np.minimum(pulse / 2, pulse / 2 - delay)
     length = np.maximum(high - low, 0.0)
     total = np.zeros(delay.shape, dtype=np.complex128)

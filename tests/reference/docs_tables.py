@@ -54,8 +54,8 @@ def _text(schema: Schema) -> str:
 def _array(schema: Schema) -> str:
     if "prefixItems" in schema:
         return f"({'; '.join(allowed(each) for each in schema['prefixItems'])})"
-    most = f", at most {schema['maxItems']}" if "maxItems" in schema else ""
-    return f"list of {allowed(schema['items'])}{most}"
+    maximum = f", at most {schema['maxItems']}" if "maxItems" in schema else ""
+    return f"list of {allowed(schema['items'])}{maximum}"
 
 
 def _number(schema: Schema) -> str:
@@ -70,7 +70,7 @@ def plain(value: float) -> str:
     """A number as a person writes it: 5000, 0.05, 2e9."""
     short, exact = f"{value:g}", f"{value:.10g}"
     text = short if abs(value) >= 1e6 and float(short) == value else exact
-    return re.sub(r"e([+-])0*", lambda found: "e" + found[1].replace("+", ""), text)
+    return re.sub(r"e([+-])0*", lambda result: "e" + result[1].replace("+", ""), text)
 
 
 def default(key: str, schema: Schema, required: list[str]) -> str:
@@ -118,7 +118,7 @@ def presets() -> str:
 
 
 def materials() -> str:
-    """Every material, how it scatters by default, its gamma and the share of power that it mirrors."""
+    """Every material, how it scatters by default, its gamma and the share of power that it reflects."""
     rows = [
         (f"`{name}`", made.scattering, f"{db(made.gamma)} dB", f"{db(power_reflectivity(name))} dB")
         for name, made in MATERIALS.items()
@@ -148,7 +148,7 @@ TABLES: dict[str, Callable[[], str]] = {
 
 def renewed(text: str) -> str:
     """A document with each of its tables as the code has them now. Raises KeyError for a table of another name."""
-    return BLOCK.sub(lambda found: found[1] + TABLES[found[2]]() + found[3], text)
+    return BLOCK.sub(lambda result: result[1] + TABLES[result[2]]() + result[3], text)
 
 
 if __name__ == "__main__":

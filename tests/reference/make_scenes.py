@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 from PIL import Image
 
 Floats = NDArray[np.float64]
-Places = Sequence[tuple[float, float]]
+Positions = Sequence[tuple[float, float]]
 
 FOLDER = Path(__file__).parents[2] / "scenes"
 SEED = 1904  # of the noise: the year of Huelsmeyer's telemobiloscope
 SIDE, EXTENT = 385, 12_288.0  # posts and metres a side: a post every 32 m
 LOW, HIGH = -40.0, 280.0  # m, black and white of the height map
 
-COAST: Places = [(-6200, -500), (-5000, -900), (-4100, -1500), (-3500, -1250), (-3150, -300), (-2700, 500), (-1900, 950),
+COAST: Positions = [(-6200, -500), (-5000, -900), (-4100, -1500), (-3500, -1250), (-3150, -300), (-2700, 500), (-1900, 950),
                  (-1150, 1150), (-700, 1650), (-300, 1800), (1900, 1800), (2150, 1250), (2700, 700), (3300, 950),
                  (3900, 450), (4700, 300), (5400, -400), (6200, -700)]  # fmt: skip
-RIVER: Places = [(1150, 1500), (1150, 2000), (900, 2600), (1350, 3300), (1000, 4100), (1500, 5000), (1300, 6200)]
-RIVER_WIDTH: Places = [(1500, 330), (1900, 230), (2600, 170), (4000, 110), (6200, 50)]  # north, half of the width
+RIVER: Positions = [(1150, 1500), (1150, 2000), (900, 2600), (1350, 3300), (1000, 4100), (1500, 5000), (1300, 6200)]
+RIVER_WIDTH: Positions = [(1500, 330), (1900, 230), (2600, 170), (4000, 110), (6200, 50)]  # north, half of the width
 # middle east, north, half axes, height of the hill
 ISLES = [
     ((2350, -2050), (780, 430), 75.0),
@@ -42,8 +42,8 @@ HILLS = [
     ((200, 5600), (2500, 900), 160.0),
 ]
 
-WEST_MOLE: Places = [(-420, 1780), (-330, 1300), (-60, 1010), (330, 930)]
-EAST_MOLE: Places = [(2080, 1500), (1800, 1060), (1300, 880), (760, 850)]
+WEST_MOLE: Positions = [(-420, 1780), (-330, 1300), (-60, 1010), (330, 930)]
+EAST_MOLE: Positions = [(2080, 1500), (1800, 1060), (1300, 880), (760, 850)]
 # middle east, north, size east, north: tops 4 m above the sea
 QUAYS = [(800, 1815, 2300, 90), (-60, 1640, 50, 300), (340, 1640, 60, 320), (700, 1660, 40, 260), (1640, 1560, 340, 480)]
 SHEDS = [(-62, 1600, 24, 150, 9), (340, 1700, 36, 110, 12), (340, 1570, 36, 90, 10), (1700, 1600, 90, 60, 14),
@@ -174,7 +174,7 @@ def polygon(east: float, north: float, radius: float) -> Floats:
     return np.concatenate(turns) * radius + (east, north)
 
 
-def mole(geometry: Places, seed: int) -> tuple[Floats, list[list[int]]]:
+def mole(geometry: Positions, seed: int) -> tuple[Floats, list[list[int]]]:
     """A breakwater of armour stone along a polyline: crest 5 m above the sea, foot 2 m below, stones of half a metre."""
     stations = np.concatenate(
         [_steps(np.array(a, float), np.array(b, float)) for a, b in zip(geometry, geometry[1:], strict=False)]
@@ -225,12 +225,12 @@ def town() -> str:
         meshes.add(*gable(east, north, across, along, 4.0, 4.0 + height), f"shed{k}")
     for k, (east, north, radius, height) in enumerate(TANKS):
         meshes.add(*prism(polygon(east, north, radius), 4.0, 4.0 + height), f"tank{k}")
-    for k, (east, north, across, along, ground, height) in enumerate(house_places()):
+    for k, (east, north, across, along, ground, height) in enumerate(house_positions()):
         meshes.add(*gable(east, north, across, along, ground - 3.0, ground + height), f"house{k}")
     return meshes.text()
 
 
-def house_places() -> list[Floats]:
+def house_positions() -> list[Floats]:
     """East, north, sizes, ground and eaves height [m] of the houses of the town: dense at the quay, thin on the hills."""
     u = np.random.default_rng([SEED, 200]).random((6000, 5)).T
     east, north = -1000.0 + 3400.0 * u[0], 1880.0 + 1500.0 * u[1] * u[1]

@@ -1,4 +1,4 @@
-"""Slow twin: the field of a scene of points, every azimuth at its own instant, for any pulse, beam and repetition.
+"""Slow reference: the field of a scene of points, every azimuth at its own instant, for any pulse, beam and repetition.
 
 Own arithmetic throughout: nothing of the engine but the scene's motions (which have their own tests) is used. Author: this
 project, from the definitions of docs/conventions.md and the radar equation (Skolnik 2001, eq. 1.7).
@@ -23,9 +23,9 @@ Pulse = Callable[[Floats, Floats], Complexes]  # delay from the peak (A, N) [s],
 def taylor_sum(sidelobe_db: float, nbar: int) -> tuple[float, ...]:
     """Cosine coefficients of scipy's Taylor window, by least squares over its samples."""
     count = 64
-    place = 2.0 * np.pi * (np.arange(count) - (count - 1) / 2.0) / count
+    location = 2.0 * np.pi * (np.arange(count) - (count - 1) / 2.0) / count
     window = scipy.signal.windows.taylor(count, nbar, -sidelobe_db, norm=False)
-    fitted = np.linalg.lstsq(np.cos(np.outer(place, np.arange(nbar))), window, rcond=None)[0]
+    fitted = np.linalg.lstsq(np.cos(np.outer(location, np.arange(nbar))), window, rcond=None)[0]
     return tuple(fitted.tolist())
 
 
@@ -41,11 +41,11 @@ COSINE_SUMS = {
 
 
 def chirp_pulse(radar: Any) -> Pulse:
-    """The compressed chirp of a radar; of an eclipsing one, what is heard after its own pulse."""
+    """The compressed chirp of a radar; of an eclipsing one, what it receives after its own pulse."""
 
     def pulse(delay: Floats, late: Floats) -> Complexes:
-        heard_from = radar.pulse / 2 - late if radar.eclipsing else np.full_like(late, -np.inf)
-        return compressed_pulse(delay, radar.bandwidth, radar.pulse, COSINE_SUMS[radar.window], heard_from)
+        received_from = radar.pulse / 2 - late if radar.eclipsing else np.full_like(late, -np.inf)
+        return compressed_pulse(delay, radar.bandwidth, radar.pulse, COSINE_SUMS[radar.window], received_from)
 
     return pulse
 
@@ -119,6 +119,8 @@ def scattered(count: int, nearest: float, farthest: float, seed: int, **motion: 
     bodies = []
     for i in range(count):
         r, azimuth, up = rng.uniform(nearest, farthest), rng.uniform(0, 2 * np.pi), rng.uniform(5, 30)
-        place = [r * np.sin(azimuth), r * np.cos(azimuth), up]
-        bodies.append({"name": f"p{i}", "shape": "point", "position_m": place, "rcs_dbsm": 40 * np.log10(r / 100), **motion})
+        location = [r * np.sin(azimuth), r * np.cos(azimuth), up]
+        bodies.append(
+            {"name": f"p{i}", "shape": "point", "position_m": location, "rcs_dbsm": 40 * np.log10(r / 100), **motion}
+        )
     return bodies

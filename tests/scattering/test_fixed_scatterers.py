@@ -52,7 +52,7 @@ def test_a_diffuse_plate_has_the_geometric_mean_of_both_directions() -> None:
         assert total(model.echoes(launch, receive, instant(made))) == pytest.approx(expected, rel=2e-3)
 
 
-def test_two_ends_at_one_place_are_one_antenna() -> None:
+def test_two_ends_at_one_position_are_one_antenna() -> None:
     """A copy of the position, which is computed as two ends, gives the same echoes: rounding of sqrt(c c)."""
     box = {"name": "b", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [60, 500, 0],
            "heading_deg": 30, "material": "wood"}  # fmt: skip
@@ -149,6 +149,6 @@ def test_more_scatterers_err_less() -> None:
         for n in (1, 4, 16)
     ]
     assert errors[0] == pytest.approx(2 * errors[1]) == pytest.approx(4 * errors[2])  # type: ignore[operator]
-    few = DiffuseScattering.error_db(body, made, PRESETS["reference"], 48)
-    assert few is not None and few > errors[2]  # type: ignore[operator]
+    sparse = DiffuseScattering.error_db(body, made, PRESETS["reference"], 48)
+    assert sparse is not None and sparse > errors[2]  # type: ignore[operator]
     assert DeclaredScattering.error_db(body, made, PRESETS["balanced"], 1) == 0.0

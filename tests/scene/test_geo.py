@@ -31,19 +31,19 @@ def test_short_distances_follow_the_radii_of_curvature() -> None:
     e2 = f * (2 - f)
     w = math.sqrt(1 - e2 * math.sin(latitude) ** 2)
     second = 1.0 / 3600.0
-    places = map_from_geographic(np.array([50.9 + second, 50.9]), np.array([1.4, 1.4 + second]), (50.9, 1.4))
+    positions = map_from_geographic(np.array([50.9 + second, 50.9]), np.array([1.4, 1.4 + second]), (50.9, 1.4))
     north = a * (1 - e2) / w**3 * math.radians(second)
     east = a / w * math.cos(latitude) * math.radians(second)
     # the next term of the series is tan(latitude)/(2 N) s^2 = 5e-5 m north for the place in the east
-    np.testing.assert_allclose(places, [[0.0, north], [east, 0.0]], atol=1e-4)
+    np.testing.assert_allclose(positions, [[0.0, north], [east, 0.0]], atol=1e-4)
 
 
 def test_both_conversions_cancel() -> None:
     rng = np.random.default_rng(1)
-    places = rng.uniform(-2e5, 2e5, (50, 4, 2))
-    back = geographic_from_map(places, (48.3, -122.5))
+    positions = rng.uniform(-2e5, 2e5, (50, 4, 2))
+    back = geographic_from_map(positions, (48.3, -122.5))
     again = map_from_geographic(back[..., 0], back[..., 1], (48.3, -122.5))
-    np.testing.assert_allclose(again, places, atol=1e-6)  # m: nanometres of the solver, 1e-14 of a longitude in degrees
+    np.testing.assert_allclose(again, positions, atol=1e-6)  # m: nanometres of the solver, 1e-14 of a longitude in degrees
 
 
 def test_heights_are_ignored_and_the_origin_is_itself() -> None:

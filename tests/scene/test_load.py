@@ -51,10 +51,10 @@ def test_json_mapping_and_model_agree(folder: Path) -> None:
 
     data = tomllib.loads(EXAMPLE)
     (folder / "scene.json").write_text(json.dumps(data))
-    want = repr(load_scene(folder / "scene.toml"))
-    assert repr(load_scene(str(folder / "scene.json"))) == want
-    assert repr(load_scene(data, folder=folder)) == want
-    assert repr(scene_from_model(model_from(folder / "scene.toml"), folder)) == want
+    expected = repr(load_scene(folder / "scene.toml"))
+    assert repr(load_scene(str(folder / "scene.json"))) == expected
+    assert repr(load_scene(data, folder=folder)) == expected
+    assert repr(scene_from_model(model_from(folder / "scene.toml"), folder)) == expected
     as_numpy = {**data, "body": [{**data["body"][0], "position_m": np.array([500.0, 866.0, 4.0])}]}
     assert load_scene(as_numpy).bodies[0].motion.position[0, 1] == np.float64(866)
 
@@ -67,9 +67,11 @@ def test_bodies_share_one_file(folder: Path) -> None:
 
 def test_bodies_by_latitude_and_longitude() -> None:
     body = point(latitude_deg=50.9, longitude_deg=1.5, up_m=7)
-    place = load_scene({"origin": {"latitude_deg": 50.9, "longitude_deg": 1.4}, "body": [body]}).bodies[0].motion.position[0]
-    assert place[0] == pytest.approx(7034.85, abs=0.02)  # m: pi/1800 x N cos(latitude) on WGS 84, and its last digit
-    assert place[2] == 7.0
+    location = (
+        load_scene({"origin": {"latitude_deg": 50.9, "longitude_deg": 1.4}, "body": [body]}).bodies[0].motion.position[0]
+    )
+    assert location[0] == pytest.approx(7034.85, abs=0.02)  # m: pi/1800 x N cos(latitude) on WGS 84, and its last digit
+    assert location[2] == 7.0
 
 
 def test_several_problems_come_together(folder: Path) -> None:

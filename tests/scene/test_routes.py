@@ -24,12 +24,14 @@ def test_constant_course_runs_clockwise_from_north() -> None:
     assert pose.heading[0] == pytest.approx(math.pi / 2) and pose.course[0] == pytest.approx(math.pi / 2)
 
 
-@pytest.mark.parametrize("heading, course, want", [(30.0, None, (30, 30)), (None, 40.0, (40, 40)), (30.0, 40.0, (30, 40))])
+@pytest.mark.parametrize(
+    "heading, course, expected", [(30.0, None, (30, 30)), (None, 40.0, (40, 40)), (30.0, 40.0, (30, 40))]
+)
 def test_heading_and_course_default_to_each_other(
-    heading: float | None, course: float | None, want: tuple[float, float]
+    heading: float | None, course: float | None, expected: tuple[float, float]
 ) -> None:
     pose = constant_motion(START, heading, course, 1.0).pose(0.0)
-    np.testing.assert_allclose(np.rad2deg([pose.heading[0], pose.course[0]]), want, rtol=1e-12)
+    np.testing.assert_allclose(np.rad2deg([pose.heading[0], pose.course[0]]), expected, rtol=1e-12)
 
 
 def test_waypoints_use_the_speed_of_the_leg_that_leads_there() -> None:

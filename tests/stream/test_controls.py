@@ -48,7 +48,7 @@ def test_a_number_with_a_step_has_limits_and_does_not_restart_the_engine_while_a
         assert control.acts_on != "engine"
 
 
-def test_every_knob_of_the_display_is_a_control() -> None:
+def test_every_setting_of_the_display_is_a_control() -> None:
     assert {c.name for c in CONTROLS if c.acts_on == "display"} == set(vars(Controls()))
 
 

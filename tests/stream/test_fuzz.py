@@ -24,7 +24,7 @@ from tests.scene.files.mesh_files import exported
 from tests.stream.fake import FakeEngine, factory, scene
 from tests.stream.serving import served
 
-FEW, SPOILT, MANY = 100, 50, 10_000
+SHORT_RUN, SPOILT, MANY = 100, 50, 10_000
 HANG = 60.0  # s; a picture of 2048 pixels takes 1.4 s of processor time, and a machine may have much else to do
 THERE = {"radar": "0", "name": "harbour"}  # a radar and a scene that the server has
 QUICK = settings(
@@ -69,8 +69,8 @@ def fuzz(address: str, cases: int) -> dict[str, int]:
 
 
 def test_a_hundred_requests_made_from_the_openapi(address: str) -> None:
-    seen = fuzz(address, FEW)
-    assert sum(seen.values()) > FEW / 2 and seen.get("200", 0) > 2 and seen.get("422", 0) > 2, seen
+    seen = fuzz(address, SHORT_RUN)
+    assert sum(seen.values()) > SHORT_RUN / 2 and seen.get("200", 0) > 2 and seen.get("422", 0) > 2, seen
     assert httpx.get(f"{address}/api/health/ready", timeout=HANG).status_code == 200
 
 
@@ -92,7 +92,7 @@ def nothing_left_behind() -> Iterator[None]:
 
 @pytest.mark.study
 def test_ten_thousand_requests_made_from_the_openapi(address: str) -> None:
-    fuzz(address, FEW)
+    fuzz(address, SHORT_RUN)
     with nothing_left_behind():
         seen = fuzz(address, MANY)
     print(f"{sum(seen.values())} answers: {seen}")
@@ -160,14 +160,14 @@ def spoil_scenes(address: str, cases: int) -> dict[int, int]:
     return seen
 
 
-def test_odd_scenes_are_taken_or_refused_with_the_place(address: str) -> None:
+def test_spoilt_scenes_are_accepted_or_refused_with_the_location(address: str) -> None:
     seen = spoil_scenes(address, SPOILT)
     assert seen.get(200, 0) and seen.get(422, 0) > SPOILT / 4, seen
 
 
 @pytest.mark.study
 def test_ten_thousand_odd_scenes(address: str) -> None:
-    spoil_scenes(address, FEW)
+    spoil_scenes(address, SHORT_RUN)
     with nothing_left_behind():
         seen = spoil_scenes(address, MANY)
     print(seen)
@@ -214,7 +214,7 @@ def test_spoilt_mesh_files_are_taken_or_refused(sandbox: Sandbox) -> None:
 
 @pytest.mark.study
 def test_ten_thousand_spoilt_mesh_files(sandbox: Sandbox) -> None:
-    spoil_meshes(sandbox, FEW)
+    spoil_meshes(sandbox, SHORT_RUN)
     with nothing_left_behind():
         seen = spoil_meshes(sandbox, MANY)
     print("taken and refused:", seen)

@@ -40,7 +40,7 @@ def scene(tmp_path: Path) -> Path:
         (["--token-file", "empty"], ["empty: token: 0 characters"]),
     ],
 )
-def test_a_server_that_others_reach_is_guarded_or_does_not_start(
+def test_a_server_that_others_reach_is_protected_or_does_not_start(
     arguments: list[str], words: list[str], scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip

@@ -17,7 +17,7 @@ def test_a_batch_is_as_long_as_its_block_and_cannot_be_changed() -> None:
         batch.first = 8  # type: ignore[misc]
 
 
-def test_an_epoch_lays_its_cells_out_to_its_range() -> None:
+def test_the_cells_of_an_epoch_end_at_its_range() -> None:
     assert Epoch("e", FakeEngine(scene()), 100.0).layout(None).bins == 10
 
 

@@ -33,7 +33,7 @@ def bent(positions: Floats, antenna: Floats) -> Floats:
 
 
 def depths(mesh: Mesh, pose: BodyPose, antenna: Floats, positions: Floats) -> Floats:
-    """How far along each sight line (1: at the position) the nearest triangle stands; inf where none."""
+    """How far along each line of sight (1: at the position) the nearest triangle stands; inf where none."""
     vertices = bent(map_from_body(mesh.vertices, pose.position, pose.heading), antenna)
     a, b, c = (vertices[mesh.faces[:, i]] for i in range(3))
     nearest = np.full(len(positions), np.inf)
@@ -77,8 +77,8 @@ def test_own_surface_is_seen_where_it_faces_and_occluded_behind() -> None:
     np.testing.assert_array_equal(occluded[steep], (facing < 0)[steep])
 
 
-def test_sight_line_over_the_bulge_of_the_earth() -> None:
-    """A wall 40 m high at 15 km, seen from 60 m: at 30 km, the earth between, the sight line passes the wall at
+def test_line_of_sight_over_the_curved_earth() -> None:
+    """A wall 40 m high at 15 km, seen from 60 m: at 30 km, the earth between, the line of sight passes the wall at
     (60 + h) / 2 - 15^2 / (2 ae) x ... = (60 + h) / 2 - 13.25 m, so h = 46.5 m is the edge; flat it would be 20 m."""
     wall = Mesh(np.array([[-500.0, 0, 0], [500, 0, 0], [500, 0, 40], [-500, 0, 40]]), np.array([[0, 1, 2], [0, 2, 3]]))
     pose, antenna = BodyPose(np.array([0.0, 15_000.0, 0.0]), 0.0), np.array([0.0, 0.0, 60.0])
@@ -103,7 +103,7 @@ def test_horizon_is_the_sum_of_the_two_roots() -> None:
 
 
 def test_no_ray_slips_through_the_edges_of_a_closed_body() -> None:
-    """20,000 sight lines at the vertices and edge middles of a sphere's far side: all blocked but for Embree's known
+    """20,000 lines of sight at the vertices and edge middles of a sphere's far side: all blocked but for Embree's known
     0.09 % at exact edges (docs/reference-values.md#embree), allowed 0.3 %."""
     import trimesh
 

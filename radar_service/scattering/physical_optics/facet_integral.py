@@ -22,9 +22,9 @@ def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumbe
     (Hermite-Genocchi; de Boor 2005, Divided differences), which is Gordon's (1975) line integral without its poles.
     """
     x, y, z = (-wavenumber * _dot(corners[:, i] - centre, gradient) for i in range(3))
-    least, most = np.minimum(x, y), np.maximum(x, y)
-    # A divided difference does not ask for an order, and the widest step divides best
-    low, high, middle = np.minimum(least, z), np.maximum(most, z), np.maximum(least, np.minimum(most, z))
+    lower, upper = np.minimum(x, y), np.maximum(x, y)
+    # A divided difference does not depend on the order; the widest step is the most accurate divisor
+    low, high, middle = np.minimum(lower, z), np.maximum(upper, z), np.maximum(lower, np.minimum(upper, z))
     result = _flat_mean(x, y, z)
     steep = np.flatnonzero(high - low > NEARLY_FLAT)
     a, b, c = low[steep], middle[steep], high[steep]
@@ -69,7 +69,7 @@ def scattering_amplitude(
     return np.asarray(-2j * np.sqrt(np.pi) / wavelength * current * surface)
 
 
-def mirrored(direction: Floats, field: Floats, normal: Floats) -> tuple[Floats, Floats]:
+def specular_reflection(direction: Floats, field: Floats, normal: Floats) -> tuple[Floats, Floats]:
     """Direction and electric field (M, 3) after specular reflection by a conductor: d - 2(n.d)n and 2(n.E)n - E."""
     turned = direction - 2.0 * _dot(normal, direction)[:, None] * normal
     return turned, 2.0 * _dot(normal, field)[:, None] * normal - field
@@ -79,7 +79,7 @@ def polarization_of(toward_radar: Floats, polarization: str) -> Floats:
     """Unit electric field (M, 3) of "h" (level) or "v" (upright) waves to or from the radar in unit directions (M, 3)."""
     level = np.stack([-toward_radar[:, 1], toward_radar[:, 0], np.zeros(len(toward_radar))], axis=1)
     length = np.hypot(level[:, 0], level[:, 1])
-    level[length == 0.0, 0] = 1.0  # straight overhead every level direction is as good
+    level[length == 0.0, 0] = 1.0  # straight overhead any level direction is correct
     level /= np.where(length == 0.0, 1.0, length)[:, None]
     return level if polarization == "h" else np.cross(toward_radar, level)
 

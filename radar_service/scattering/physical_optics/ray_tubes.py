@@ -1,6 +1,6 @@
 """Ray tubes from facet to facet of a body: where each one hits, with which field, and what it scatters from there.
 
-A tube is a triangle throughout: a flat mirror maps corners to corners along parallel lines, so its footprint on the next
+A tube is a triangle throughout: a flat reflector maps corners to corners along parallel lines, so its footprint on the next
 surface is integrated in closed form too. Only its middle ray is traced to the next triangle.
 """
 
@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.facet_integral import (
-    mirrored,
     polarization_of,
     scattering_amplitude,
+    specular_reflection,
     triangle_phases,
 )
 from radar_service.scattering.physical_optics.facets import Facets
@@ -95,7 +95,7 @@ def illuminated_facets(
     kept = np.flatnonzero(visible(centre, triangle))
     lit, centre, triangle = lit[kept], centre.take(kept, axis=0), triangle[kept]
     facing = facets.normal.take(lit, axis=0) * np.where(above < 0.0, -1.0, 1.0)[triangle, None]
-    toward, _ = _sight(antenna, centre)
+    toward, _ = _direction_and_distance(antenna, centre)
     field = polarization_of(toward, wave.polarization)
     return RayTubes(facets.corners.take(lit, axis=0), centre, facing, triangle, -toward, field, centre, np.zeros(len(lit)))
 
@@ -116,7 +116,7 @@ def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, may_rebounce: Fl
 def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, may_rebounce: Flags) -> RayTubes:
     """The tubes that hit another surface of the body after reflection at this one."""
     tubes = tubes.chosen(_may_hit_more(tubes, planes, may_rebounce))
-    direction, field = mirrored(tubes.direction, tubes.field, tubes.normal)
+    direction, field = specular_reflection(tubes.direction, tubes.field, tubes.normal)
     offset = OFFSET + OFFSET_RELATIVE * scene.radius
     hit = scene.first_hit(tubes.centre + offset * tubes.normal, direction)
     hitting = np.flatnonzero(hit >= 0)
@@ -156,22 +156,22 @@ def scattered_field(tubes: RayTubes, launch: Floats, receive: Floats, wave: Wave
     phase, so that exp(-jk (|launch - point| + |point - receive|)) completes it.
     """
     end = tubes.centre
-    toward, last = _sight(receive, end)
+    toward, last = _direction_and_distance(receive, end)
     gradient = tubes.direction - toward
     surface = _areas(tubes.corners) * triangle_phases(tubes.corners, end, gradient, wave.wavenumber)
     received = polarization_of(toward, wave.polarization)
     amplitude = scattering_amplitude(tubes.direction, tubes.field, toward, received, tubes.normal, surface, wave.wavelength)
     if not tubes.inner.any():  # they have come straight from the antenna
         return end, amplitude
-    _, first = _sight(launch, tubes.begin)
+    _, first = _direction_and_distance(launch, tubes.begin)
     if receive is not launch:
-        _, direct = _sight(launch, end)
+        _, direct = _direction_and_distance(launch, end)
         return end, amplitude * np.exp(-1j * wave.wavenumber * (first + tubes.inner - direct))
-    behind, _ = _sight(launch, (tubes.begin + end) / 2.0)
+    behind, _ = _direction_and_distance(launch, (tubes.begin + end) / 2.0)
     return launch - behind * ((first + tubes.inner + last) / 2.0)[:, None], amplitude
 
 
-def _sight(antenna: Floats, points: Floats) -> tuple[Floats, Floats]:
+def _direction_and_distance(antenna: Floats, points: Floats) -> tuple[Floats, Floats]:
     """Unit vectors (M, 3) and distances (M,) from points to the antenna (3,)."""
     offset = antenna - points
     distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))  # a third of the time of linalg.norm

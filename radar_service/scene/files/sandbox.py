@@ -2,7 +2,7 @@
 
 The child receives bytes and returns arrays. The child (sandbox_child) limits itself before it reads its first file:
 memory, processor time, no new file, socket or process. This module checks each answer, because a parser may be
-compromised. A child that dies, stalls or reaches a limit is replaced.
+compromised. A child that ends, stalls or reaches a limit is replaced.
 """
 
 import contextlib

@@ -1,4 +1,4 @@
-"""The seam for protocols: a codec turns what a radar sends into the messages of one protocol."""
+"""The interface of protocols: a codec encodes what a radar sends as the messages of one protocol."""
 
 from collections.abc import Mapping
 from typing import Protocol
@@ -24,7 +24,7 @@ class Codec(Protocol):
         """Address of the websocket feed; `{radar}` stands for the radar's id."""
 
     def request(self, query: Mapping[str, str], is_local: bool) -> FeedRequest:
-        """Returns what the query string of a feed's address asks for. Raises ValueError that names the parameter.
+        """Returns the request in the query string of a feed's address. Raises ValueError that names the parameter.
 
         is_local: the client runs on this machine.
         """

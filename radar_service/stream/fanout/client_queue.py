@@ -1,4 +1,4 @@
-"""The queue of one client: bounded, with a gap message in the position of what it loses."""
+"""The queue of one client: bounded, with a gap message in place of lost spokes."""
 
 import asyncio
 import itertools
@@ -49,9 +49,13 @@ def gap(codec: Codec, epoch: str, first: int, count: int, reason: str) -> QueueI
 class ClientQueue:
     """The queue between the hub and one client. Belongs to the event loop: no locks, no other threads.
 
-    delivered, lost: spokes; gaps: announced because the client was too slow; bytes: taken by the client;
-    closed: nothing comes after the queued messages; code: websocket close code, once closed;
-    started: the client has received or skipped a sequence number, so that from here on a jump would be a loss;
+    delivered: number of delivered spokes.
+    lost: number of lost spokes.
+    gaps: announced because the client was too slow.
+    bytes: taken by the client.
+    closed: whether nothing comes after the queued messages.
+    code: websocket close code, once closed.
+    started: whether the client has received or skipped a sequence number; after that a jump is a loss.
     write: sends a frame directly, past an empty queue, where the server can do that.
     """
 
@@ -111,7 +115,7 @@ class ClientQueue:
         self._ended.set()
 
     def close(self) -> None:
-        """Takes no more messages; who waits for room goes on."""
+        """Takes no more messages; callers that wait for room continue."""
         self.closed = True
         self._room.set()
 

@@ -29,10 +29,10 @@ class EncodedSink(Protocol):
         """Takes the next batch."""
 
     def skip(self, epoch: str, count: int, reason: str) -> None:
-        """Learns of spokes that will never come."""
+        """Receives the notice of spokes that will never come."""
 
     def close(self, reason: str) -> None:
-        """Learns that no more spokes come."""
+        """Receives the notice that no more spokes come."""
 
 
 class FeedEncoder:

@@ -1,4 +1,4 @@
-"""What the hub keeps of one view, so that a client that reconnects misses nothing."""
+"""The newest messages of one view, so that a client that reconnects misses nothing."""
 
 from collections import deque
 
@@ -46,5 +46,5 @@ class ViewHistory:
         """Returns the part of a message from the number `first` on."""
         count = item.first + item.count - first
         if not item.droppable:
-            return gap(self._codec, epoch, first, count, "the radar did not make them")
+            return gap(self._codec, epoch, first, count, "the radar did not send them")
         return QueueItem(self._codec.trim(item.data, count), epoch, first, count, True)

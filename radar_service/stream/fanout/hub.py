@@ -59,8 +59,11 @@ class FeedRefused(Exception):
 class Hub:
     """The clients of one radar.
 
-    clients: those connected; views: what the producer encodes; truth_codecs: protocols with a client that requested truth;
-    epoch: name of the running epoch; next: sequence number of the next spoke.
+    clients: those connected.
+    views: to be encoded by the producer.
+    truth_codecs: protocols with a client that requested truth.
+    epoch: name of the running epoch.
+    next: sequence number of the next spoke.
     """
 
     def __init__(self, clock: Callable[[], float], patience: float = PATIENCE, max_clients: int = MAX_CLIENTS) -> None:

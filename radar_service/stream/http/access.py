@@ -1,4 +1,4 @@
-"""Who may do what: two tokens, one-use tickets for websockets, and the host names of this server."""
+"""Access: two tokens, one-use tickets for websockets, and the host names of this server."""
 
 import hmac
 import secrets
@@ -39,7 +39,7 @@ class Access:
     """command: the token that is needed to change anything; read: the token to read; None: no token is needed.
 
     hosts: names that requests may call this server by, None for any. Addresses and localhost are always allowed: a page of
-    another site can make its own name point here, but not an address.
+    another site can direct its own name to this server, but not an address.
     """
 
     command: str | None = None
@@ -47,7 +47,7 @@ class Access:
     hosts: frozenset[str] | None = None
 
     def role(self, authorization: str) -> Role | None:
-        """Returns the role that an Authorization header gives; None for no more than everybody has."""
+        """Returns the role that an Authorization header gives; None for the rights of everybody."""
         scheme, _, token = authorization.partition(" ")
         given = token.strip().encode() if scheme.lower() == "bearer" else b""
         tokens: tuple[tuple[str | None, Role], ...] = ((self.read, "read"), (self.command, "command"))
@@ -76,7 +76,7 @@ class Access:
 
 
 class Tickets:
-    """Words that open one websocket each within TICKET_SECONDS, for browsers, which send no headers with a websocket.
+    """One-time texts that open one websocket each within TICKET_SECONDS, for browsers, which send no headers with a websocket.
 
     At most MAX_TICKETS are valid at a time. Belongs to the event loop: no locks.
     """

@@ -29,7 +29,7 @@ def create_app(
     stations: Sequence[Station], *, scene_folders: Iterable[Path] = (), sandbox: Sandbox | None = None,
     sandbox_all: bool = False, access: Access | None = None, refused: Refusals | None = None,
 ) -> FastAPI:  # fmt: skip
-    """Returns the application; it puts the radars on the air when it starts and takes them off when it stops.
+    """Returns the application; it starts the radars when it starts and stops them when it stops.
 
     scene_folders: their scenes are listed beside the packaged ones;
     sandbox: parses the files of uploads, with sandbox_all those of every scene that REST names; the application closes it;

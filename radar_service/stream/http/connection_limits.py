@@ -24,7 +24,7 @@ class LimitedProtocol(H11Protocol):
         self._timer: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Takes the connection, or answers why not."""
+        """Accepts the connection, or answers with the reason of the refusal."""
         super().connection_made(transport)
         reason = self._refusal()
         if reason:
@@ -35,7 +35,7 @@ class LimitedProtocol(H11Protocol):
         self._start_timer()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forgets the connection."""
+        """Removes the connection from the counts."""
         self._stop_timer()
         super().connection_lost(exc)
 

@@ -34,8 +34,8 @@ def health_routes(stations: Mapping[str, Station]) -> APIRouter:
     @router.get("/health/ready", responses={503: {"model": schemas.ReadyState, "description": "not yet, or no more"}})
     async def is_ready(response: Response) -> schemas.ReadyState:
         """Returns whether every radar is on the air and takes clients; needs no token."""
-        yes = all(status.is_ready(station) for station in stations.values())
-        response.status_code = 200 if yes else 503
-        return schemas.ReadyState(yes=yes)
+        ready = all(status.is_ready(station) for station in stations.values())
+        response.status_code = 200 if ready else 503
+        return schemas.ReadyState(yes=ready)
 
     return router

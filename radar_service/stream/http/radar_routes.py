@@ -26,7 +26,7 @@ PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}, 
 def radar_routes(stations: Mapping[str, Station], store: SceneStore) -> APIRouter:
     """Returns the routes under /radars."""
     router = APIRouter(tags=["radars"])
-    _add_reading(router, stations)
+    _add_read_routes(router, stations)
     _add_picture(router, stations)
     _add_changing(router, stations, store)
     return router
@@ -38,7 +38,7 @@ def _station(stations: Mapping[str, Station], radar: str) -> Station:
     return stations[radar]
 
 
-def _add_reading(router: APIRouter, stations: Mapping[str, Station]) -> None:
+def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None:
     @router.get("/radars")
     async def list_radars() -> list[schemas.RadarState]:
         """Returns all radars of this server."""

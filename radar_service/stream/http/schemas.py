@@ -55,7 +55,7 @@ _StateFields: Any = create_model("_StateFields", **{c.name: _state_field(c) for 
 
 
 class ControlsChange(_ChangeFields):  # its fields are those of CONTROLS
-    """Controls that are given change, all others stay. Controls of the display (see `control_definitions`) act on u8 only."""
+    """Changes the given controls and no others. Controls of the display (see `control_definitions`) act on u8 only."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"gain": 60, "sea": 25}, {"range_m": 3000}]})
 
@@ -221,7 +221,7 @@ class TruthState(BaseModel):
 
 
 class Ticket(BaseModel):
-    """A word that opens one websocket (its parameter `ticket`), within `seconds`."""
+    """A one-time text that opens one websocket (its parameter `ticket`), within `seconds`."""
 
     ticket: str
     seconds: float

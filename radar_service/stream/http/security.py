@@ -17,7 +17,7 @@ SECURITY_HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
 }
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
-PROTECTED = ("/api/", "/metrics")  # the page itself holds nothing secret
+PROTECTED = ("/api/", "/metrics")  # the page itself contains no secret
 OPEN = ("/api/health/alive", "/api/health/ready")  # for programs that restart the process
 TICKETS = "/api/tickets"
 BODY_SECONDS = 20.0  # between two pieces of a body

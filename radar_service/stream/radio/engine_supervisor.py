@@ -1,4 +1,4 @@
-"""Which engine runs: the one at work, the one that replaces it, and another one after a failure."""
+"""Selects the engine that runs: the present one, the one that replaces it, and a new one after a failure."""
 
 import threading
 from collections import deque

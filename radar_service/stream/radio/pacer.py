@@ -1,4 +1,4 @@
-"""The orders that a transmitter obeys, and the wait until spokes are due."""
+"""The orders to a transmitter, and the wait until spokes are due."""
 
 import threading
 from collections.abc import Callable
@@ -13,7 +13,7 @@ MAX_WAIT = 3600.0  # s before the schedule is read again: a pace of 1e-300 is du
 
 @dataclass(frozen=True)
 class Orders:
-    """What to do now. version: changes with every order; steps: spokes still to send while paused."""
+    """The present orders. version: changes with every order; steps: spokes still to send while paused."""
 
     version: int
     settings: Settings

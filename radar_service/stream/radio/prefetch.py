@@ -70,7 +70,7 @@ class EngineWorker:
                 if not self._queue_block(block):
                     return
             self._fail("the engine ended its stream of spokes")
-        except Exception as error:  # of any kind: the transmitter must learn of it
+        except Exception as error:  # of any kind: the transmitter must be notified
             self._fail(f"{type(error).__name__}: {error}")
 
     def _queue_block(self, block: SpokeBlock) -> bool:

@@ -1,4 +1,4 @@
-"""One radar on the air: a transmitter in its own threads, a hub on the event loop, and what REST asks of both."""
+"""One radar on the air: a transmitter in its own threads, a hub on the event loop, and the requests of REST to both."""
 
 import asyncio
 import logging
@@ -30,8 +30,12 @@ STOP_TIMEOUT = 3.0  # s to wait for each thread
 class Station:
     """One radar. All methods are for the event loop.
 
-    hub: its clients; feed: encodes for them; last_scan: for pictures; transmitter: sends to all sinks;
-    stopping: no more clients are taken; failed: called, from another thread, when the radar cannot go on.
+    hub: its clients.
+    feed: encodes for them.
+    last_scan: for pictures.
+    transmitter: sends to all sinks.
+    stopping: whether new clients are refused.
+    failed: called, from another thread, when the radar has failed.
     """
 
     def __init__(

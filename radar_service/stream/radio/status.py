@@ -1,4 +1,4 @@
-"""How a radar does: its state, whether it is ready, and its health."""
+"""The status of a radar: its state, whether it is ready, and its health."""
 
 import math
 from typing import Any

@@ -20,7 +20,7 @@ from radar_service.stream.settings import Settings
 from radar_service.stream.source import SpokeSource
 from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink, new_epoch_name
 
-BLOCK_TIMEOUT = 0.25  # s after which the transmitter looks for orders again
+BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the orders again
 
 
 def _ignore(reason: str) -> None:
@@ -32,8 +32,11 @@ class Transmitter:
 
     The transmitter's thread alone writes epoch, fault, sent and simulated; others only read them.
 
-    epoch: the running one; fault: why the radar has failed, None while it runs; sent: spokes since the start;
-    simulated: time of the next spoke [s]; engines: the running engine and its replacements.
+    epoch: the running one.
+    fault: why the radar has failed, None while it runs.
+    sent: spokes since the start.
+    simulated: time of the next spoke [s].
+    engines: the running engine and its replacements.
     """
 
     def __init__(
@@ -81,7 +84,7 @@ class Transmitter:
         while not self.pacer.stopping:
             try:
                 self._transmit()
-            except Exception as error:  # of any kind: the clients must learn of it
+            except Exception as error:  # of any kind: the clients must be notified
                 if not self.pacer.stopping:
                     reason = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {error}"
                     if not self._restart(reason):

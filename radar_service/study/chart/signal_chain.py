@@ -102,7 +102,7 @@ def with_kernel(radar: Radar, compression: Compression, kernel: Kernel) -> Compr
     sent, passed = waveform_spectra(radar)
     pulse = radar.sample_rate * sent(frequency) * passed(frequency)
     multiplier = pulse / kernel.transform(frequency / radar.sample_rate)
-    return replace(compression, kernel=kernel, echo_multiplier=multiplier.astype(np.complex64))
+    return replace(compression, kernel=kernel, echo_filter=multiplier.astype(np.complex64))
 
 
 def gridded(radar: Radar, fidelity: Fidelity) -> Run:

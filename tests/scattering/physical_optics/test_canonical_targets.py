@@ -49,8 +49,8 @@ def test_plate_and_its_lobes(tmp_path: Path, kind: str, n: int, side: float, dis
     for u in LOBES:
         sine = u * WAVELENGTH / (2 * side)
         theory = 4 * np.pi * side**4 / WAVELENGTH**2 * (1 - sine**2) * np.sinc(u) ** 2
-        ours = rcs_dbsm(tmp_path, plate(side, side, n), [sine, np.sqrt(1 - sine**2), 0], distance, kind)
-        assert ours == pytest.approx(decibels(theory), abs=0.05)
+        computed = rcs_dbsm(tmp_path, plate(side, side, n), [sine, np.sqrt(1 - sine**2), 0], distance, kind)
+        assert computed == pytest.approx(decibels(theory), abs=0.05)
 
 
 @pytest.mark.parametrize("tilt_deg, printed", [(0.25, 39.83), (0.5, 36.11), (1.306, 27.66), (2.0, 19.20), (5.0, 16.15),
@@ -78,22 +78,22 @@ def test_cylinder_and_its_lobes(tmp_path: Path, radius: float, height: float, co
     for sides in (coarse, fine):
         for u in LOBES:
             sine = u * WAVELENGTH / (2 * height)
-            ours = rcs_dbsm(tmp_path, cylinder(radius, height, sides), [1, 0.04, sine / np.sqrt(1 - sine**2)], 20_000)
+            computed = rcs_dbsm(tmp_path, cylinder(radius, height, sides), [1, 0.04, sine / np.sqrt(1 - sine**2)], 20_000)
             theory = K * radius * height**2 * np.sinc(u) ** 2 * np.sqrt(1 - sine**2)
-            assert ours == pytest.approx(decibels(theory), abs=0.3)
+            assert computed == pytest.approx(decibels(theory), abs=0.3)
 
 
 @pytest.mark.parametrize("side", [0.3, 0.6, 1.0])
 @pytest.mark.parametrize("polarization", ["h", "v"])
 def test_dihedral(tmp_path: Path, side: float, polarization: str) -> None:
     """16 pi a^4 / lambda^2 min(sin, cos)^2 across the fold (8 pi a^4 / lambda^2 in the middle), times cos(2 twist)^2,
-    since two bounces mirror the polarization about the fold. 0.5 dB."""
+    since two bounces reflect the polarization about the fold. 0.5 dB."""
     for n in (1, 4):
         for angle_deg in (45.0, 35.0, 20.0, 62.0):
             across = [np.cos(np.deg2rad(angle_deg)), np.sin(np.deg2rad(angle_deg)), 0.0]
             aperture = 2 * side**2 * min(across[:2]) * np.cos(2 * twist(ODD @ across, ODD[:, 2]))
-            ours = rcs_dbsm(tmp_path, dihedral(side, side, n), across, 5000, polarization=polarization)
-            assert ours == pytest.approx(decibels(4 * np.pi * aperture**2 / WAVELENGTH**2), abs=0.5)
+            computed = rcs_dbsm(tmp_path, dihedral(side, side, n), across, 5000, polarization=polarization)
+            assert computed == pytest.approx(decibels(4 * np.pi * aperture**2 / WAVELENGTH**2), abs=0.5)
 
 
 def twist(sight: Floats, fold: Floats) -> float:
@@ -106,7 +106,7 @@ def dihedral_aperture(side: float, sine: float) -> float:
     """Of a square dihedral seen across its middle and `sine` along its fold, of which the plain sinc is what is left where
     the way between the plates is nought. A tube that falls at x from the fold lands sqrt(2) x sine / cos further along it:
     so much shorter is the strip that returns, whose phase turns by 2 k sine along it and k sqrt(2) x sine^2 / cos from
-    strip to strip (two plane mirrors, this project's own integral)."""
+    strip to strip (two plane reflectors, this project's own integral)."""
     cosine, x = np.sqrt(1 - sine**2), (np.arange(4000) + 0.5) * side / 4000
     strip = np.maximum(side - np.sqrt(2) * x * sine / cosine, 0.0)
     turned = np.exp(1j * K * np.sqrt(2) * x * sine**2 / cosine)
@@ -122,8 +122,8 @@ def test_lobes_of_a_dihedral_along_its_fold(tmp_path: Path, side: float, distanc
             sine = u * WAVELENGTH / (2 * side)
             direction = np.array([np.sqrt((1 - sine**2) / 2), np.sqrt((1 - sine**2) / 2), sine])
             aperture = dihedral_aperture(side, sine) * np.cos(2 * twist(ODD @ direction, ODD[:, 2]))
-            ours = rcs_dbsm(tmp_path, dihedral(side, side, n), direction, distance)
-            assert ours == pytest.approx(decibels(4 * np.pi * aperture**2 / WAVELENGTH**2), abs=0.5)
+            computed = rcs_dbsm(tmp_path, dihedral(side, side, n), direction, distance)
+            assert computed == pytest.approx(decibels(4 * np.pi * aperture**2 / WAVELENGTH**2), abs=0.5)
 
 
 @pytest.mark.parametrize("distance", [500.0, 20_000.0])
@@ -155,15 +155,15 @@ def test_dihedral_turned_by_an_eighth_of_a_turn_is_dark(tmp_path: Path) -> None:
 
 def triangular_aperture(cosines: Floats) -> float:
     """Of a trihedral with unit legs and triangular faces (Spencer 1944; Doerry 2014, Reflectors for SAR, eqs. 2 and 3)."""
-    least, middle, most = np.sort(cosines)
-    total = least + middle + most
-    return float(4 * least * middle / total if least + middle < most else total - 2 / total)
+    minimum, middle, largest = np.sort(cosines)
+    total = minimum + middle + largest
+    return float(4 * minimum * middle / total if minimum + middle < largest else total - 2 / total)
 
 
 def square_aperture(cosines: Floats) -> float:
     """Of a trihedral with unit legs and square faces (Spencer 1944): on the axis the square root of 3."""
-    least, middle, most = np.sort(cosines)
-    return float(4 * least * middle / most if middle < most / 2 else least * (4 - most / middle))
+    minimum, middle, largest = np.sort(cosines)
+    return float(4 * minimum * middle / largest if middle < largest / 2 else minimum * (4 - largest / middle))
 
 
 @pytest.mark.parametrize("leg", [0.3, 0.6, 1.0])
@@ -175,8 +175,8 @@ def test_trihedral_on_and_off_axis(tmp_path: Path, leg: float, square: bool) -> 
     for n in (1, 4):
         for direction in ([1, 1, 1], [1, 0.8, 0.7], [1, 0.6, 0.5], [0.4, 1, 0.4], [0.3, 0.5, 1]):
             area = aperture(np.array(direction) / np.linalg.norm(direction)) * leg**2
-            ours = rcs_dbsm(tmp_path, trihedral(leg, n, square), direction, 5000)
-            assert ours == pytest.approx(decibels(4 * np.pi * area**2 / WAVELENGTH**2), abs=0.5)
+            computed = rcs_dbsm(tmp_path, trihedral(leg, n, square), direction, 5000)
+            assert computed == pytest.approx(decibels(4 * np.pi * area**2 / WAVELENGTH**2), abs=0.5)
 
 
 def test_trihedral_needs_its_third_bounce(tmp_path: Path) -> None:
@@ -187,7 +187,7 @@ def test_trihedral_needs_its_third_bounce(tmp_path: Path) -> None:
 
 
 def test_a_path_must_see_the_radar_at_both_ends(tmp_path: Path) -> None:
-    """A slanting screen before one of a dihedral's plates leaves the other lit, but what it mirrors has no way back.
+    """A slanting screen before one of a dihedral's plates leaves the other lit, but its reflection has no path back.
     (Two bounces: a third, off the screen, leads back indeed.)"""
     screen = sheet([1.0, 1.0, -0.6], [0.35, 1.05, 0.0], [0.0, 0.0, 1.2], 2)  # in line with the plate along y alone
     corner = dihedral(0.6, 0.6, 1)
@@ -235,7 +235,7 @@ def test_a_plain_sum_of_sparse_rays_fails_where_facets_do_not(tmp_path: Path, ti
 
 
 def test_other_materials_return_their_share_of_the_power(tmp_path: Path) -> None:
-    """Concrete mirrors -8.1 dB (permittivity 5.24, ITU-R P.2040): a plate of it is 8.1 dB darker, a corner 24.3 dB."""
+    """Concrete reflects -8.1 dB (permittivity 5.24, ITU-R P.2040): a plate of it is 8.1 dB darker, a corner 24.3 dB."""
     for mesh, direction, bounces in ((plate(1, 1, 1), [0, 1, 0], 1), (trihedral(1, 1, True), [1, 1, 1], 3)):
         steel, concrete = (
             cross_section(optical(loaded(tmp_path, mesh, material=m)), toward(direction, 5000))

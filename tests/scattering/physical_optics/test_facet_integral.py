@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.facet_integral import (
     NEARLY_FLAT,
-    mirrored,
     polarization_of,
     scattering_amplitude,
+    specular_reflection,
     triangle_phases,
 )
 
@@ -87,7 +87,7 @@ def test_plate_at_normal_incidence(polarization: str) -> None:
     assert a / abs(a) == pytest.approx(-1j, abs=1e-12)
 
 
-def test_mirror_keeps_fields_across_and_turns_the_tangential_one() -> None:
+def test_specular_reflection_keeps_normal_fields_and_inverts_tangential_ones() -> None:
     """On a conductor the tangential field vanishes: incident plus reflected is along the normal; and waves stay across."""
     rng = np.random.default_rng(2)
     d = rng.normal(size=(50, 3))
@@ -95,7 +95,7 @@ def test_mirror_keeps_fields_across_and_turns_the_tangential_one() -> None:
     e = np.cross(d, rng.normal(size=(50, 3)))
     n = rng.normal(size=(50, 3))
     n /= np.linalg.norm(n, axis=1)[:, None]
-    turned, field = mirrored(d, e, n)
+    turned, field = specular_reflection(d, e, n)
     np.testing.assert_allclose(np.cross(n, e + field), 0.0, atol=1e-12)
     np.testing.assert_allclose(np.einsum("ij,ij->i", turned, field), 0.0, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(field, axis=1), np.linalg.norm(e, axis=1), rtol=1e-12)

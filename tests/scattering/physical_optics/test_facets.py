@@ -63,7 +63,7 @@ def test_a_mesh_finer_than_the_bound_is_taken_as_it_is() -> None:
     assert len(cut_facets(mesh, np.full(len(mesh.faces), 5.0), 5.0, max_facets=10)) == len(mesh.faces)
 
 
-def test_the_plan_tells_of_enlarged_facets() -> None:
+def test_the_plan_reports_enlarged_facets() -> None:
     """300 x 50 x 40 m: at 1000 m the facets are as short as requested. At 60 m they would be too many, and the plan says so."""
     giant = {"name": "giant", "shape": "box", "length_m": 300, "width_m": 50, "height_m": 40, "scattering": "optics"}
     description = {}

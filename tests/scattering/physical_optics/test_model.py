@@ -79,7 +79,7 @@ def test_bistatic_echoes_are_reciprocal(angles: tuple[float, float]) -> None:
 
 
 @pytest.mark.parametrize("body", [PLATE, CORNER], ids=["plate", "corner"])
-def test_two_ends_at_one_place_are_one_antenna(body: dict[str, Any]) -> None:
+def test_two_ends_at_one_position_are_one_antenna(body: dict[str, Any]) -> None:
     """A copy of the position is computed as two ends: phase centres of a corner move, the field stays, but for the faintest
     centres, -50 dB."""
     made = scene([{**body, "heading_deg": 180 if body is PLATE else 0}], environment=FLAT)
@@ -89,7 +89,7 @@ def test_two_ends_at_one_place_are_one_antenna(body: dict[str, Any]) -> None:
     assert abs(fields[0]) > 0 and abs(fields[1] / fields[0] - 1) < 2 * 10 ** (-50 / 20)
 
 
-def test_a_corner_returns_little_to_another_place() -> None:
+def test_a_corner_returns_little_to_another_position() -> None:
     """Trihedral echoes go back where they came from: 10 degrees aside they are 15 dB lower."""
     made = scene([CORNER], environment=FLAT)
     launch = made.antenna(0.0)[0]

@@ -39,13 +39,13 @@ def summed_section(distance: float, aside: float, up: float) -> float:
 @pytest.mark.parametrize("aside, up", [(0.0, 0.0), (1.0, 0.3), (2.4, -0.5)])
 def test_five_metres_of_plate_from_100_to_1000_m(tmp_path: Path, distance: float, aside: float, up: float) -> None:
     """Within 0.5 dB of the Fresnel integrals and of brute force, in front of the plate, where it is brightest; its far field
-    begins at 3.1 km only. Both twins agree to 0.05 dB where path differences of fourth order stay below 0.1 rad."""
+    begins at 3.1 km only. Both references agree to 0.05 dB where path differences of fourth order stay below 0.1 rad."""
     exact = summed_section(distance, aside, up)
     assert decibels(fresnel_section(distance, aside, up) / exact) == pytest.approx(0.0, abs=0.05)
     for n in (1, 4):
         body = optical(loaded(tmp_path, plate(SIDE, SIDE, n)))
-        ours = cross_section(body, np.array([aside, distance, up]))
-        assert decibels(ours / exact) == pytest.approx(0.0, abs=0.5)
+        computed = cross_section(body, np.array([aside, distance, up]))
+        assert decibels(computed / exact) == pytest.approx(0.0, abs=0.5)
 
 
 def test_near_limit_is_the_mirror_image(tmp_path: Path) -> None:

@@ -74,11 +74,11 @@ def test_a_plate_under_way_meets_a_recomputation_at_every_azimuth(tmp_path: Path
     scales = []
     sim.scan()  # it begins in the middle of the beam
     for scan in (sim.scan(), sim.scan()):
-        ours, recomputed = under_the_beam(made, scan)
-        assert len(ours) >= 8
-        scale = np.vdot(recomputed, ours) / np.vdot(recomputed, recomputed)
+        computed, recomputed = under_the_beam(made, scan)
+        assert len(computed) >= 8
+        scale = np.vdot(recomputed, computed) / np.vdot(recomputed, recomputed)
         scales.append(scale)
-        assert decibels(float(np.sum(np.abs(ours - scale * recomputed) ** 2) / np.sum(np.abs(ours) ** 2))) < -27.0
+        assert decibels(float(np.sum(np.abs(computed - scale * recomputed) ** 2) / np.sum(np.abs(computed) ** 2))) < -27.0
     # dB that a peak between two samples may lose at 1.5 samples per bandwidth (docs/reference-values.md#straddle-loss)
     straddle = 1.65
     assert decibels(float(abs(scales[1] / scales[0]) ** 2)) == pytest.approx(0.0, abs=straddle)
@@ -92,8 +92,8 @@ def all_visible(points: Any, triangle: Any) -> Any:
 def under_the_beam(made: rs.Scene, scan: rs.Scan) -> tuple[Any, Any]:
     """The field in the strongest column within 3 dB of its peak, and the same by optics afresh for every azimuth, unscaled."""
     column = int(np.argmax(scan.power.max(axis=0)))
-    ours = scan.field[:, column].astype(np.complex128)
-    inside = np.flatnonzero(np.abs(ours) > 0.71 * np.abs(ours).max())
+    computed = scan.field[:, column].astype(np.complex128)
+    inside = np.flatnonzero(np.abs(computed) > 0.71 * np.abs(computed).max())
     body = optical_body(made.bodies[0], made.radar, 3)
     fresh = []
     for k in inside:
@@ -105,13 +105,13 @@ def under_the_beam(made: rs.Scene, scan: rs.Scan) -> tuple[Any, Any]:
         offset = scan.azimuth[k] - np.arctan2(pose.position[0], pose.position[1])
         weight = sinc2_beam(np.array([(offset + np.pi) % (2 * np.pi) - np.pi]), made.radar.beamwidth)[0]
         fresh.append(total * weight)
-    return ours[inside], np.array(fresh)
+    return computed[inside], np.array(fresh)
 
 
 @pytest.mark.parametrize("scattering", ["optics", "diffuse"])
 def test_a_mesh_may_lie_far_from_its_origin(tmp_path: Path, scattering: str) -> None:
     """As tiles of a map do: the same field to -60 dB as from a mesh about its origin, though that lies where the beam never
-    comes meanwhile, on the other side of an own ship at 40 kn. Float32 along the sight lines may see a point or two more of
+    comes meanwhile, on the other side of an own ship at 40 kn. Float32 along the lines of sight may see a point or two more of
     the many that lie on the edge of a shadow (diffuse: -40 dB)."""
     fields = []
     for east, north in ((0.0, 0.0), (1800.0, -1200.0)):

@@ -63,7 +63,7 @@ def test_points_where_paths_end_would_not_do(tmp_path: Path) -> None:
 
 def test_a_corner_reflects_from_its_apex(tmp_path: Path) -> None:
     """However its rays run, the path through a corner is that to its apex and back: there stand the points of all tubes that
-    bounced three times, to a centimetre (the sight lines to two ends 0.6 m apart differ by 0.6 mrad, across 1 m: 0.6 mm)."""
+    bounced three times, to a centimetre (the lines of sight to two ends 0.6 m apart differ by 0.6 mrad, across 1 m: 0.6 mm)."""
     body = optical(loaded(tmp_path, trihedral(0.6, 1, True)))
     here = toward([1, 0.9, 1.1], 1000)
     tubes = illuminated_facets(body.facets_of(3.0), body.planes, body.outside, here, body.wave, own_visibility(body, here))

@@ -20,8 +20,8 @@ def test_row_0_is_north_and_corners_are_outer_samples(tmp_path: Path) -> None:
     heights = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])  # 3 across, 2 down
     (body,) = load(tmp_path, "h.npy", npy(heights), extent_m=[200, 50], position_m=[1000, 2000, 10]).bodies
     np.testing.assert_allclose(body.motion.position, [[1000, 2000, 10]])
-    want = [[900, 2025, 11], [1000, 2025, 12], [1100, 2025, 13], [900, 1975, 14], [1000, 1975, 15], [1100, 1975, 16]]
-    np.testing.assert_allclose(sorted(world_vertices(body).tolist()), sorted(want), rtol=1e-12)
+    expected = [[900, 2025, 11], [1000, 2025, 12], [1100, 2025, 13], [900, 1975, 14], [1000, 1975, 15], [1100, 1975, 16]]
+    np.testing.assert_allclose(sorted(world_vertices(body).tolist()), sorted(expected), rtol=1e-12)
     assert body.mesh is not None and len(body.mesh.faces) == 4
     a, b, c = body.mesh.vertices[body.mesh.faces].transpose(1, 0, 2)
     assert (np.cross(b - a, c - a)[:, 2] > 0).all()  # land looks up
@@ -29,7 +29,7 @@ def test_row_0_is_north_and_corners_are_outer_samples(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name, content, want",
+    "name, content, expected",
     [
         ("h.png", picture(np.array([[0, 51], [102, 255]], dtype=np.uint8)), [[-100, 0], [100, 400]]),
         ("h.png", picture(np.array([[0, 13107], [26214, 65535]], dtype=np.uint16)), [[-100, 0], [100, 400]]),
@@ -37,9 +37,9 @@ def test_row_0_is_north_and_corners_are_outer_samples(tmp_path: Path) -> None:
         ("h.tif", picture(np.array([[0, 13107], [26214, 65535]], dtype=np.uint16), "TIFF"), [[-100, 0], [100, 400]]),
     ],
 )
-def test_greys_span_low_to_high(tmp_path: Path, name: str, content: bytes, want: list[list[float]]) -> None:
+def test_greys_span_low_to_high(tmp_path: Path, name: str, content: bytes, expected: list[list[float]]) -> None:
     (body,) = load(tmp_path, name, content, low_m=-100, high_m=400, extent_m=[100, 100]).bodies
-    assert sorted(world_vertices(body)[:, 2]) == pytest.approx(sorted(np.ravel(want)), abs=1e-9)
+    assert sorted(world_vertices(body)[:, 2]) == pytest.approx(sorted(np.ravel(expected)), abs=1e-9)
 
 
 def test_arrays_and_tiff_are_metres(tmp_path: Path) -> None:
@@ -60,9 +60,9 @@ def test_corners_in_degrees_place_every_sample_on_the_geodesic() -> None:
     terrain = heightmap_terrain(body, raster, np.array([0.0, 0.0, 3.0]), (50.9, 1.4), Coverage(0.0, 0.0, np.inf), "body[0]")
     result = terrain.loaded.mesh.vertices + terrain.position
     latitude, longitude = np.meshgrid(np.linspace(56, 46, side), np.linspace(-4, 6, side), indexing="ij")
-    want = map_from_geographic(latitude, longitude, (50.9, 1.4)).reshape(-1, 2)
+    expected = map_from_geographic(latitude, longitude, (50.9, 1.4)).reshape(-1, 2)
     assert len(result) == side**2
-    np.testing.assert_allclose(result[:, :2], want, atol=1e-3)  # m: the bound that the spline's step was chosen for
+    np.testing.assert_allclose(result[:, :2], expected, atol=1e-3)  # m: the bound that the spline's step was chosen for
     np.testing.assert_allclose(result[:, 2], 8.0)
 
 

@@ -30,7 +30,7 @@ GEOGRAPHIC = [1, 1, 0, 3, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326]
 
 
 @pytest.mark.parametrize("raster_type, shift", [(1, 0.5), (2, 0.0)])
-def test_geotiff_places_itself(tmp_path: Path, raster_type: int, shift: float) -> None:
+def test_a_geotiff_has_its_own_position(tmp_path: Path, raster_type: int, shift: float) -> None:
     """PixelIsArea ties the corner of a pixel, PixelIsPoint its centre (OGC 19-008r4, section 7.1.1)."""
     keys = [*GEOGRAPHIC]
     keys[11] = raster_type
@@ -38,8 +38,8 @@ def test_geotiff_places_itself(tmp_path: Path, raster_type: int, shift: float) -
     (body,) = load(tmp_path, "h.tif", content, range_max_m=200_000).bodies
     result = world_vertices(body)
     first = result[np.isclose(result[:, 2], 1.0)][0]
-    want = map_from_geographic(51.0 - shift * 0.02, 1.0 + shift * 0.01, (50.9, 1.4))
-    np.testing.assert_allclose(first[:2], want, atol=1e-6)
+    expected = map_from_geographic(51.0 - shift * 0.02, 1.0 + shift * 0.01, (50.9, 1.4))
+    np.testing.assert_allclose(first[:2], expected, atol=1e-6)
     last = result[np.isclose(result[:, 2], 6.0)][0]
     np.testing.assert_allclose(
         last[:2], map_from_geographic(51.0 - (1 + shift) * 0.02, 1.0 + (2 + shift) * 0.01, (50.9, 1.4)), atol=1e-6

@@ -55,9 +55,9 @@ def picture(kind: str, **options: Any) -> bytes:
 )  # fmt: skip
 def test_a_height_map_equals_that_read_in_process(sandbox: Sandbox, name: str, content: bytes, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(content)
-    place = {"south_west_deg": [50.0, 1.0], "north_east_deg": [50.1, 1.2], "low_m": -50, "high_m": 500}
+    location = {"south_west_deg": [50.0, 1.0], "north_east_deg": [50.1, 1.2], "low_m": -50, "high_m": 500}
     scene = {"origin": {"latitude_deg": 50.05, "longitude_deg": 1.1},
-             "body": [{"name": "coast", "heightmap": name, "position_m": [0, 0, 1], **place}]}  # fmt: skip
+             "body": [{"name": "coast", "heightmap": name, "position_m": [0, 0, 1], **location}]}  # fmt: skip
     there, here = (load_scene(scene, folder=tmp_path, mesh_reader=who) for who in (sandbox, IN_PROCESS))
     mesh, expected = there.bodies[0].mesh, here.bodies[0].mesh
     assert mesh is not None and expected is not None

@@ -45,7 +45,7 @@ def test_gaps_of_two_epochs_stay_apart_and_on_their_side_of_the_hello() -> None:
     run(test())
 
 
-def test_who_never_reads_is_let_go_before_notices_fill_the_memory() -> None:
+def test_a_client_that_never_reads_is_disconnected_before_notices_fill_the_memory() -> None:
     async def test() -> None:
         hub, client = opened(), ClientQueue(U8)
         hub.join(client)
@@ -56,7 +56,7 @@ def test_who_never_reads_is_let_go_before_notices_fill_the_memory() -> None:
     run(test())
 
 
-def test_who_has_lost_something_keeps_only_the_newest_until_it_has_caught_up() -> None:
+def test_a_client_with_losses_keeps_only_the_newest_batches_until_it_has_caught_up() -> None:
     """Batches of 32 KiB: 64 of them fit; after a loss two do, which are 64 KiB."""
 
     async def whole() -> None:
@@ -79,7 +79,7 @@ def test_who_has_lost_something_keeps_only_the_newest_until_it_has_caught_up() -
     asyncio.run(whole())
 
 
-def test_a_message_goes_straight_to_a_client_that_waits_and_else_keeps_its_place() -> None:
+def test_a_message_goes_straight_to_a_waiting_client_and_else_keeps_its_order() -> None:
     async def whole() -> None:
         client, written, room = ClientQueue(View("u8")), list[bytes](), True
 

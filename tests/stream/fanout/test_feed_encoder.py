@@ -61,7 +61,7 @@ def test_a_batch_is_encoded_once_for_each_view() -> None:
     assert feed.timings == {"f32": (2, 2.0), "u8": (1, 1.0)}  # a tick each
 
 
-def test_truth_is_encoded_so_many_times_a_scan_where_a_client_asks_for_it() -> None:
+def test_truth_is_encoded_so_many_times_a_scan_where_a_client_requests_it() -> None:
     with_truth, without = Output(truth=("native",)), Output()
     for output in (with_truth, without):
         encoder(output).send(batch(0, AZIMUTHS))

@@ -25,7 +25,7 @@ def test_hello_comes_first_and_then_spokes_in_order() -> None:
     run(test())
 
 
-def test_a_slow_client_loses_the_oldest_batches_and_is_told_which() -> None:
+def test_a_slow_client_loses_the_oldest_batches_and_receives_their_numbers() -> None:
     async def test() -> None:
         hub, client = opened(), ClientQueue(U8, messages=3)
         hub.join(client)
@@ -114,7 +114,7 @@ def test_all_clients_of_a_view_share_its_bytes() -> None:
     run(test())
 
 
-def test_truth_goes_ahead_of_its_spokes_to_who_asked() -> None:
+def test_truth_precedes_its_spokes_to_clients_that_requested_it() -> None:
     async def test() -> None:
         hub, with_truth, other = opened(), ClientQueue(U8, truth=True), ClientQueue(U8)
         hub.join(with_truth)
@@ -129,7 +129,7 @@ def test_truth_goes_ahead_of_its_spokes_to_who_asked() -> None:
     run(test())
 
 
-def test_a_view_lingers_for_who_comes_back_and_then_goes() -> None:
+def test_a_view_stays_for_clients_that_reconnect_and_is_then_removed() -> None:
     async def test() -> None:
         now = 0.0
         hub = Hub(lambda: now)

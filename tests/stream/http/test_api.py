@@ -4,7 +4,7 @@ from tests.stream.asgi import Server
 from tests.stream.http.playing import play
 
 
-def test_openapi_tells_every_answer_and_gives_examples() -> None:
+def test_openapi_lists_every_answer_and_gives_examples() -> None:
     async def test(server: Server) -> None:
         schema = (await server.http.get("/api/openapi.json")).json()
         expected = {

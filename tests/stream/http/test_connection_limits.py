@@ -11,7 +11,7 @@ from tests.stream.http.loopback import GET, UPGRADE, Address, radar, works
 from tests.stream.serving import answer, dialled
 
 
-def test_more_connections_than_the_server_takes_are_told_so() -> None:
+def test_too_many_connections_are_refused_with_the_reason() -> None:
     refused: list[str] = []
     with radar(refused, connections=3) as address:
         idle = [dialled(address) for _ in range(3)]
@@ -41,7 +41,7 @@ def test_one_address_cannot_take_all_connections(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.parametrize("asked_before", [False, True])
 @pytest.mark.parametrize("begun", [b"", b"GET / HT", UPGRADE[:-2]])
-def test_who_does_not_finish_asking_is_cut_off(begun: bytes, asked_before: bool) -> None:
+def test_a_request_that_does_not_arrive_is_closed(begun: bytes, asked_before: bool) -> None:
     refused: list[str] = []
     with radar(refused, seconds=0.2) as address, dialled(address) as slow:
         if asked_before:
@@ -55,7 +55,7 @@ def test_who_does_not_finish_asking_is_cut_off(begun: bytes, asked_before: bool)
         assert works(address)
 
 
-def test_who_has_asked_is_not_cut_off() -> None:
+def test_a_complete_request_is_not_closed() -> None:
     async def listen(address: Address) -> int:
         got = 0
         async with connect(f"ws://{address[0]}:{address[1]}/api/radars/0/feed") as feed:

@@ -54,8 +54,8 @@ def test_hello_says_what_is_coming() -> None:
         assert radar["rpm"] == pytest.approx(24.0) and radar["range_step_m"] == pytest.approx(STEP)
         encoding = hello["encoding"]
         assert (encoding["name"], encoding["bins"], encoding["dtype"]) == ("u8", 5, "|u1")
-        places = [encoding[key] for key in ("range_step_m", "range_first_m", "range_m")]
-        assert places == pytest.approx([40.0, 20.0, 200.0]) and encoding["db_per_step"] > 0
+        positions = [encoding[key] for key in ("range_step_m", "range_first_m", "range_m")]
+        assert positions == pytest.approx([40.0, 20.0, 200.0]) and encoding["db_per_step"] > 0
         assert hello["clocks"]["pace"] == {"state": "pause", "factor": 1.0} and hello["mode"] == "live"
         assert hello["controls"]["range_m"] == 200.0 and hello["truth"] is False and hello["plan"] == {"modelled": []}
 
@@ -241,7 +241,7 @@ def test_gain_changes_the_u8_of_the_next_batch_only() -> None:
     play(test, station())
 
 
-def test_truth_is_sent_to_who_asks_where_it_is_allowed() -> None:
+def test_truth_is_sent_on_request_where_it_is_allowed() -> None:
     async def test(server: Server) -> None:
         feed = await server.feed("?truth=1&encoding=f32")
         hello = await feed.receive()
@@ -275,7 +275,7 @@ def test_a_client_that_comes_back_misses_nothing() -> None:
     play(test, station(FLAT_OUT))
 
 
-def test_a_client_that_does_not_read_loses_and_is_told_exactly_what() -> None:
+def test_a_client_that_does_not_read_loses_spokes_and_receives_their_exact_numbers() -> None:
     async def test(server: Server) -> None:
         feed = await server.feed("?mode=live")
         await feed.until("hello")
@@ -354,7 +354,7 @@ def test_a_page_of_another_site_may_not_listen() -> None:
     play(test, station())
 
 
-def test_when_the_engine_dies_clients_and_health_are_told_and_a_new_scene_revives_it() -> None:
+def test_a_failed_engine_is_reported_to_clients_and_health_and_a_new_scene_restarts_it() -> None:
     async def test(server: Server) -> None:
         feed = await server.feed("?mode=lossless")
         bye = await feed.until("bye")

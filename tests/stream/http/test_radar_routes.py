@@ -167,7 +167,7 @@ def test_truth_is_given_only_where_it_is_allowed() -> None:
     play(forbidden)
 
 
-def test_the_picture_shows_what_has_been_swept() -> None:
+def test_the_picture_shows_the_azimuths_received_so_far() -> None:
     async def test(server: Server) -> None:
         feed = await server.feed()
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": AZIMUTHS // 2}})
@@ -179,7 +179,7 @@ def test_the_picture_shows_what_has_been_swept() -> None:
         picture = np.asarray(Image.open(io.BytesIO(answer.content)).convert("RGB")).astype(int)
         assert picture.shape == (200, 200, 3)
         east, west = picture[105:135, 135:165], picture[105:135, 35:65]  # below the labels of the rings
-        assert np.ptp(west.mean(axis=(0, 1))) < 6  # grey: not swept yet
+        assert np.ptp(west.mean(axis=(0, 1))) < 6  # grey: not received yet
         assert np.ptp(east.mean(axis=(0, 1))) > 30  # echoes in colour
         assert (await server.http.get("/api/radars/0/ppi.png?size=5")).status_code == 422
         assert (await server.http.get("/api/radars/0/ppi.png?range_m=nan")).status_code == 422

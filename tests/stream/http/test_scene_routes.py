@@ -27,7 +27,7 @@ def test_a_scene_that_the_engine_refuses_is_refused_with_its_words() -> None:
         assert answer.json() == {"detail": ["body[0].mesh: too fine", "body[1].mesh: too coarse"]}
         answer = await server.http.post("/api/scenes", json={"name": "kept", "scene": {"name": "x"}})
         assert answer.status_code == 422 and len(answer.json()["detail"]) == 2
-        assert "kept" not in {offer["name"] for offer in (await server.http.get("/api/scenes")).json()}
+        assert "kept" not in {entry["name"] for entry in (await server.http.get("/api/scenes")).json()}
 
     play(test, station(make=refuse))
 
@@ -42,7 +42,7 @@ def test_an_upload_that_no_engine_takes_leaves_the_earlier_one_of_its_name() -> 
         for title, status in (("good", 201), ("bad", 422)):
             answer = await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": title}})
             assert answer.status_code == status
-        listed = {offer["name"]: offer for offer in (await server.http.get("/api/scenes")).json()}
+        listed = {entry["name"]: entry for entry in (await server.http.get("/api/scenes")).json()}
         assert listed["mine"]["title"] == "good"
 
     play(test, station(make=picky))
@@ -56,7 +56,7 @@ def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
         answer = await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": "my own"}})
         assert answer.status_code == 201 and answer.json()["name"] == "mine"
         assert answer.json()["plan"] == (await server.http.get("/api/radars/0")).json()["plan"]  # of the same kind of engine
-        listed = {offer["name"]: offer for offer in (await server.http.get("/api/scenes")).json()}
+        listed = {entry["name"]: entry for entry in (await server.http.get("/api/scenes")).json()}
         assert listed["mine"]["title"] == "my own" and listed["mine"]["origin"] == "uploaded"
         assert listed["local"]["title"] == "from a folder" and listed["local"]["origin"] == "folder"
         assert listed["broken"]["problems"]
@@ -65,7 +65,7 @@ def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
         assert (await server.http.delete("/api/scenes/mine")).status_code == 204
         assert (await server.http.delete("/api/scenes/mine")).status_code == 404
         assert (await server.http.delete("/api/scenes/local")).status_code == 409
-        assert "mine" not in {offer["name"] for offer in (await server.http.get("/api/scenes")).json()}
+        assert "mine" not in {entry["name"] for entry in (await server.http.get("/api/scenes")).json()}
 
     play(test, scene_folders=[tmp_path])
 

@@ -51,7 +51,7 @@ def test_what_changes_something_needs_the_token(method: str, path: str, body: ob
             answer = await server.http.request(method, path, json=body, headers=headers)
             assert answer.status_code == 401 and answer.headers["www-authenticate"] == "Bearer"
             assert answer.json()["detail"][0].startswith("token: needed to command")
-        assert all(offer["origin"] != "uploaded" for offer in (await server.http.get("/api/scenes")).json())
+        assert all(entry["origin"] != "uploaded" for entry in (await server.http.get("/api/scenes")).json())
         answer = await server.http.request(method, path, json=body, headers=bearer(COMMAND))
         assert answer.status_code in (200, 201, 404)
 
@@ -140,14 +140,14 @@ def test_no_secret_shows_in_a_representation_or_an_answer() -> None:
 
 def test_a_body_that_stops_coming_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(security, "BODY_SECONDS", 0.01)
-    heard = []
+    received = []
 
     async def app(scope: object, receive: Callable[[], Awaitable[dict[str, object]]], send: object) -> None:
-        heard.append((await receive())["type"])
-        heard.append((await receive())["type"])
+        received.append((await receive())["type"])
+        received.append((await receive())["type"])
 
     async def stalling() -> dict[str, object]:
-        if not heard:
+        if not received:
             return {"type": "http.request", "body": b"{", "more_body": True}
         await asyncio.Event().wait()
         return {}
@@ -156,7 +156,7 @@ def test_a_body_that_stops_coming_is_given_up(monkeypatch: pytest.MonkeyPatch) -
 
     wall = security.SecurityMiddleware(app, Access(), Tickets())  # type: ignore[arg-type]
     asyncio.run(wall({"type": "http", "method": "PUT", "path": "/", "headers": []}, stalling, send))  # type: ignore[arg-type]
-    assert heard == ["http.request", "http.disconnect"]
+    assert received == ["http.request", "http.disconnect"]
 
 
 def test_a_page_of_another_site_may_not_command() -> None:

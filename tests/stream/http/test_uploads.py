@@ -51,6 +51,6 @@ def test_a_bad_upload_is_refused_and_leaves_nothing(name: str, parts: Any, line:
         assert answer.status_code == 422 and answer.json()["detail"][0].startswith(line), answer.text
         assert "radar-scenes" not in answer.text  # the server's folders are nobody's business
         offers = (await server.http.get("/api/scenes")).json()
-        assert all(offer["origin"] != "uploaded" for offer in offers)
+        assert all(entry["origin"] != "uploaded" for entry in offers)
 
     play(test)

@@ -10,7 +10,7 @@ from radar_service.study.chart import provenance
 GIT = ("git", "-c", "user.name=test", "-c", "user.email=test@localhost")
 
 
-def test_the_commit_of_a_checkout_tells_of_local_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_commit_of_a_checkout_marks_local_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     module = tmp_path / "provenance.py"
     module.write_text("one")
     for arguments in (("init", "-q"), ("add", "."), ("commit", "-q", "-m", "first")):

@@ -25,7 +25,7 @@ class NativeCodec:
         return wire.pack(messages.hello(radar, view, mode))
 
     def spokes(self, batch: SpokeBatch, view: View) -> bytes:
-        """Returns the spokes in the view's encoding, filtered, merged and compressed as the view says."""
+        """Returns the spokes in the view's encoding, filtered, merged and compressed as the view requests."""
         return wire.pack(apply_view(messages.spokes(batch, view), view))
 
     def truth(self, epoch: str, state: Truth) -> bytes:

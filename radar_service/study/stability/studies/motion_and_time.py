@@ -46,8 +46,8 @@ def moving_error(speed: float, **radar: Any) -> float:
 def fast_targets(fine: int = 1) -> Finding:
     """Drives the speed of a target at 24 rpm: every spoke against the closed form."""
     knots = np.array([0.1, 1, 3, 10, 40, 100, 200, 400, 700, 1000, 1400, 2000])
-    many = [moving_error(speed * KNOT, azimuths=180) for speed in knots]
-    few = [moving_error(speed * KNOT, azimuths=24) for speed in knots]
+    spokes_180 = [moving_error(speed * KNOT, azimuths=180) for speed in knots]
+    spokes_24 = [moving_error(speed * KNOT, azimuths=24) for speed in knots]
     return Finding(
         name="fast targets",
         method="the engine's moving echoes",
@@ -55,10 +55,10 @@ def fast_targets(fine: int = 1) -> Finding:
         parameter=Axis("speed [kn]", log=True),
         values=plain(knots),
         measured=Axis("field error [dB]"),
-        curves=(curve("180 spokes for each scan", many), curve("24 spokes for each scan", few)),
+        curves=(curve("180 spokes for each scan", spokes_180), curve("24 spokes for each scan", spokes_24)),
         limit=MAX_ERROR_DB,
         limit_reason="the accuracy promised for moving echoes",
-        boundary=crossing(knots, np.maximum(many, few), MAX_ERROR_DB, log=True),
+        boundary=crossing(knots, np.maximum(spokes_180, spokes_24), MAX_ERROR_DB, log=True),
         expected=Expected(None),
         response="no failure",
         instead="the position of the target at each spoke; a refusal above 2000 kn",

@@ -159,7 +159,7 @@ def shared_edges(fine: int = 1) -> Finding:
     )  # fmt: skip
 
 
-def grazing_sight(fine: int = 1) -> Finding:
+def grazing_line_of_sight(fine: int = 1) -> Finding:
     """Drives the grazing angle: share of points on flat ground that their own ground occludes by mistake."""
     east, north = np.meshgrid(np.linspace(-50, 50, 5), np.linspace(100, 2100, 41))
     vertices = np.column_stack([east.ravel(), north.ravel(), np.zeros(east.size)])
@@ -244,4 +244,4 @@ def wide_maps(fine: int = 1) -> Finding:
     )
 
 
-STUDIES = (float32_range, triangle_size, sliver_width, shared_edges, grazing_sight, wide_maps)
+STUDIES = (float32_range, triangle_size, sliver_width, shared_edges, grazing_line_of_sight, wide_maps)

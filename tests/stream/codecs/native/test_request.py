@@ -14,7 +14,7 @@ from radar_service.stream.feed_request import FeedRequest, View
         ({"compress": "none"}, False, View("u8")), ({}, False, View("u8")),
     ],
 )  # fmt: skip
-def test_compression_is_off_on_this_machine_unless_it_is_asked_for(query: dict[str, str], is_near: bool, view: View) -> None:
+def test_compression_is_off_on_this_machine_unless_requested(query: dict[str, str], is_near: bool, view: View) -> None:
     assert request_from_query(query, is_near).view == view
 
 
@@ -22,7 +22,7 @@ def test_compression_is_off_on_this_machine_unless_it_is_asked_for(query: dict[s
     "query", [{"sector": "1"}, {"sector": "1,361"}, {"sector": "-1,5"}, {"sector": "a,b"}, {"spokes": "0"}, {"spokes": "33"},
               {"compress": "lz4"}, {"spokes": "1e1"}]
 )  # fmt: skip
-def test_an_odd_wish_is_refused_with_its_name(query: dict[str, str]) -> None:
+def test_an_invalid_parameter_is_refused_with_its_name(query: dict[str, str]) -> None:
     with pytest.raises(ValueError, match=f"^{next(iter(query))}: "):
         request_from_query(query)
 

@@ -112,7 +112,7 @@ def test_a_sector_may_cross_north_and_may_be_the_whole_circle() -> None:
     assert nothing["row_first"] == [] and wire.samples(nothing).shape == (0, BINS) and nothing["count"] == 32
 
 
-def test_a_shaped_feed_covers_every_number_and_resumes_without_hole_or_double() -> None:
+def test_a_filtered_feed_covers_every_number_and_resumes_without_gap_or_repeat() -> None:
     async def whole() -> None:
         only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("run", math.inf)))
         async with running(create_app([only])) as server:
