@@ -1,5 +1,6 @@
-"""The table of docs/measurements.md#accuracy: quantities, theory, measured value and difference, every figure measured in the run that
-prints it.
+"""The table of docs/measurements.md#accuracy: quantities, theory, measured value and difference.
+
+Every figure is measured in the run that prints it.
 
     .venv/bin/python -m tests.bench.accuracy_table
 
