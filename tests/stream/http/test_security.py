@@ -137,7 +137,7 @@ def test_no_secret_shows_in_a_representation_an_answer_or_a_log(caplog: pytest.L
                 answer = await server.http.get(path, headers=bearer(token))
                 assert COMMAND not in answer.text and READ not in answer.text
 
-    with caplog.at_level(logging.DEBUG):
+    with caplog.at_level(logging.DEBUG), caplog.at_level(logging.DEBUG, "radar_service"):
         play_with(test, Access(COMMAND, READ))
     assert "refused" in caplog.text and COMMAND not in caplog.text and READ not in caplog.text
 
