@@ -91,7 +91,7 @@ def parser() -> argparse.ArgumentParser:
     precision = common.add_mutually_exclusive_group()
     precision.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto: planned")
     precision.add_argument("--error-db", type=error_budget, metavar="DB", help=ERROR_HELP)
-    common.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1))
+    common.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1), help="default 0")
     threaded = argparse.ArgumentParser(add_help=False)
     threaded.add_argument(
         "--threads", default=1, type=thread_count, metavar="N",
@@ -100,8 +100,8 @@ def parser() -> argparse.ArgumentParser:
 
     serve = commands.add_parser("serve", parents=[common, threaded], help="run radars: feed, REST and page")
     serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {scene_help}")
-    serve.add_argument("--host", default="127.0.0.1")
-    serve.add_argument("--port", default=8000, type=partial(whole, minimum=0, maximum=65535), help="0 takes a free port")
+    serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
+    serve.add_argument("--port", default=8000, type=partial(whole, minimum=0, maximum=65535), help="default 8000; 0: any")
     serve.add_argument("--pace", default=1.0, type=pace, help="simulated seconds per second, or max (default 1)")
     serve.add_argument("--truth", action="store_true", help="allow clients to read the truth")
     serve.add_argument("--scene-folder", action="append", default=[], type=Path, help="list the scenes of this folder too")
@@ -135,7 +135,7 @@ def parser() -> argparse.ArgumentParser:
     scan.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
     scan.add_argument("-o", "--out", type=partial(file_ending, suffix=".npz"), required=True, help="file.npz to write")
     scan.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: picture of the last scan")
-    scan.add_argument("--scans", default=1, type=partial(whole, minimum=1, maximum=10_000))
+    scan.add_argument("--scans", default=1, type=partial(whole, minimum=1, maximum=10_000), help="revolutions (default 1)")
     scan.set_defaults(run=run_scan)
 
     for name, run, text in (
@@ -156,7 +156,7 @@ def parser() -> argparse.ArgumentParser:
     study.add_argument(
         "-o", "--out", type=Path, required=True, help="existing folder for chart.svg, .png, .json and summary.txt"
     )
-    study.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1))
+    study.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1), help="default 0")
     study.add_argument("--quick", action="store_true", help="take seconds instead of minutes, with fewer samples")
     study.set_defaults(run=run_chart)
     commands.add_parser("schema", help="print the JSON Schema of a scene").set_defaults(run=run_schema)

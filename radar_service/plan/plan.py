@@ -16,6 +16,7 @@ from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realt
 from radar_service.scene.world import Scene
 
 METHODS = ("at rest", "moving")
+STAGE = {"looks": "visibility"}  # as text; the other costs have the names of their keys
 NOTHING_KNOWN = EngineStatistics()
 
 
@@ -69,7 +70,9 @@ class Plan:
         if self.counts is not None:
             lines.append(_counted(self.counts))
         if self.costs is not None and self.realtime_factor is not None:
-            parts = ", ".join(f"{name} {cost:.3g}" for name, cost in asdict(self.costs).items() if cost >= 0.5)
+            parts = ", ".join(
+                f"{STAGE.get(name, name)} {cost:.3g}" for name, cost in asdict(self.costs).items() if cost >= 0.5
+            )
             factor = f"{self.realtime_factor:.3g} x real time on one thread here"
             lines.append(f"cost: {self.costs.total:.3g} us per azimuth ({parts}), {factor}")
         return lines

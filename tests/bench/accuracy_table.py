@@ -1,6 +1,6 @@
 """The table of docs/measurements.md#accuracy: quantities, theory, measured value and difference.
 
-The run that prints the table measures every figure.
+Every figure is measured in the run that prints it.
 
     .venv/bin/python -m tests.bench.accuracy_table
 

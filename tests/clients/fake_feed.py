@@ -81,12 +81,13 @@ class Script:
 
 @dataclass
 class FakeFeed:
-    """The server as a test sees it. queries: the query of each connection; greeted, left: set when a client has been sent
-    all of a script, and when one has gone."""
+    """The server as a test sees it. queries: the query of each connection; authorizations: the header of each, empty where
+    it has none; greeted, left: set when a client has been sent all of a script, and when one has gone."""
 
     url: str = ""
     scripts: list[Script] = field(default_factory=list)
     queries: list[dict[str, str]] = field(default_factory=list)
+    authorizations: list[str] = field(default_factory=list)
     greeted: threading.Event = field(default_factory=threading.Event)
     left: threading.Event = field(default_factory=threading.Event)
 
@@ -94,6 +95,7 @@ class FakeFeed:
         """Play the next script."""
         assert connection.request is not None
         self.queries.append(dict(parse_qsl(urlsplit(connection.request.path).query)))
+        self.authorizations.append(connection.request.headers.get("Authorization", ""))
         script = self.scripts.pop(0)
         try:
             for message in script.messages:

@@ -52,6 +52,13 @@ def test_command_draws_targets_at_their_bearings_and_ranges(tmp_path: Path, head
     targets_in(out.read_bytes(), heading_deg if head_up else 0.0)
 
 
+def test_command_sends_the_token_of_its_file(tmp_path: Path) -> None:
+    (tmp_path / "token").write_text("a-token-of-the-radar \nanother line\n")
+    with running(Script([GREETING, batch(0, 72)], wait=True), Script([GREETING, batch(0, 72)], wait=True)) as feed:
+        assert main([feed.url, "--token-file", str(tmp_path / "token")]) == main([feed.url]) == 0
+    assert feed.authorizations == ["Bearer a-token-of-the-radar", ""]
+
+
 def test_command_draws_a_shorter_range_and_reconnects_after_a_break(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -18,7 +18,7 @@ COUNTS = Counts(
     resting_echoes=7, moving_echoes=5, shadowed_echoes=3, scatterers=40, set_up_rays=90, look_rays=11,
     looks_per_scan=3.6, transform_samples=8064,
 )  # fmt: skip
-COSTS = Costs(looks=0.25, moving=9.96, receiver=24.2, clutter=0.0, interference=0.0, profiles=2.84)
+COSTS = Costs(looks=1.0, moving=9.96, receiver=24.2, clutter=0.25, interference=0.0, profiles=2.84)
 
 
 def moving_scene(**environment: object) -> object:
@@ -38,9 +38,10 @@ def test_the_text_has_errors_counts_costs_and_a_line_for_each_choice() -> None:
         "40 scatterers; once 7 echoes and 90 rays; 3.6 visibility updates per scan, the first 5 echoes and 11 rays, "
         "3 in shadow; 8064 FFT samples per profile"
     )
-    factor = made.radar.spoke_period / 37.25e-6
+    factor = made.radar.spoke_period / 38.25e-6
     assert lines[3] == (
-        f"cost: 37.2 us per azimuth (moving 9.96, receiver 24.2, profiles 2.84), {factor:.3g} x real time on one thread here"
+        "cost: 38.2 us per azimuth (visibility 1, moving 9.96, receiver 24.2, profiles 2.84), "
+        f"{factor:.3g} x real time on one thread here"
     )
     assert len(lines) == 4 + len(plan.choices)
     assert all(line.startswith("+ " if c.modelled else "- ") for line, c in zip(lines[4:], plan.choices, strict=True))

@@ -95,10 +95,10 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
     monkeypatch.setattr("gc.freeze", lambda: None)
     monkeypatch.setattr("radar_service.stream.logs.configure", lambda style: None)
     chosen = options(str(scene), str(scene), "--pace", "max", "--truth", "--port", "0", "--connections", "7",
-                     "--exit-when-failed")  # fmt: skip
+                     "--exit-when-failed", *(["--sandbox-all"] if gave_up else []))  # fmt: skip
     assert serve(chosen, FakeEngine) == int(gave_up)
     assert [station.identity for station in seen["stations"]] == ["0", "1"]
     assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
     assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
-    assert seen["access"] == access_for(chosen) and seen["sandbox_all"] is False
+    assert seen["access"] == access_for(chosen) and seen["sandbox_all"] is gave_up
     seen["sandbox"].close()

@@ -24,7 +24,7 @@ def api(stations: Mapping[str, Station], store: SceneStore, tickets: Tickets) ->
 
     @router.post("/tickets", status_code=201, tags=["access"])
     async def issue_ticket(request: Request) -> schemas.Ticket:
-        """Returns a one-time text, the parameter `ticket` of one websocket: browsers send no token with a websocket."""
+        """Returns a ticket for one websocket, for its parameter `ticket`: browsers send no token with a websocket."""
         return schemas.Ticket(ticket=tickets.issue(request.scope.get(ROLE)), seconds=TICKET_SECONDS)
 
     return router

@@ -10,7 +10,7 @@ from starlette.datastructures import UploadFile
 from radar_service.scene.error import SceneError
 from radar_service.stream.http import schemas
 from radar_service.stream.http.answers import problem_lines
-from radar_service.stream.http.scene_store import MAX_UPLOAD_FILES, json_bytes
+from radar_service.stream.http.scene_store import json_bytes
 
 UPLOAD_BODY: dict[str, Any] = {
     "required": True,
@@ -62,7 +62,7 @@ async def read_upload(request: Request) -> Upload:
 
 
 async def _read_form(request: Request) -> Upload:
-    async with request.form(max_files=MAX_UPLOAD_FILES + 1, max_fields=8) as form:
+    async with request.form(max_fields=8) as form:
         scene, name = form.get("scene"), form.get("name")
         if not isinstance(scene, UploadFile) or not isinstance(name, str):
             raise SceneError("scene, name: send a scene file (.toml or .json) as `scene` and its name as `name`")

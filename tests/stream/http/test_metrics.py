@@ -41,6 +41,7 @@ def test_metrics_count_what_the_clients_saw() -> None:
         assert now["radar_state,0,paused"] == 1 and now["radar_state,0,running"] == 0
         assert (now["radar_refused_total,origin"], now["radar_refused_total,feed request"]) == (1, 1)
         assert (now["radar_spokes_lost_total,0"], now["radar_gaps_total,0"], now["radar_restarts_total,0"]) == (0, 0, 0)
+        assert (now["radar_factor_asked,0"], now["radar_lag_seconds,0"]) == (1, 0)
         assert now["process_resident_memory_bytes"] > 1e6
 
     async def whole() -> None:

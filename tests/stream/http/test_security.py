@@ -1,6 +1,7 @@
 """Who may do what is decided before anything is read, and no answer holds a secret."""
 
 import asyncio
+import logging
 from collections.abc import Awaitable, Callable
 
 import pytest
@@ -129,13 +130,16 @@ def test_only_names_of_this_server_are_answered(host: str, passes: bool) -> None
     play_with(test, Access(hosts=frozenset({"radar.lan"})))
 
 
-def test_no_secret_shows_in_a_representation_or_an_answer() -> None:
+def test_no_secret_shows_in_a_representation_an_answer_or_a_log(caplog: pytest.LogCaptureFixture) -> None:
     async def test(server: Server) -> None:
         for path in (*VIEWS, "/", "/api/nothing"):
-            answer = await server.http.get(path, headers=bearer(READ))
-            assert COMMAND not in answer.text and READ not in answer.text
+            for token in (READ, READ + "x"):
+                answer = await server.http.get(path, headers=bearer(token))
+                assert COMMAND not in answer.text and READ not in answer.text
 
-    play_with(test, Access(COMMAND, READ))
+    with caplog.at_level(logging.DEBUG), caplog.at_level(logging.DEBUG, "radar_service"):
+        play_with(test, Access(COMMAND, READ))
+    assert "refused" in caplog.text and COMMAND not in caplog.text and READ not in caplog.text
 
 
 def test_a_body_that_stops_coming_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -43,6 +43,11 @@ def test_a_scene_with_its_mesh_comes_as_a_form() -> None:
         ("meshed", [("scene", ("m.toml", MESHED)), ("files", ("scene.toml", TRIANGLE))], "files: 'scene.toml'"),
         ("meshed", [("scene", ("m.toml", MESHED)), *[("files", ("a.obj", TRIANGLE))] * 2], "files: each is a file"),
         ("../meshed", [("scene", ("m.toml", MESHED)), ("files", ("thing.obj", TRIANGLE))], "name: '../meshed'"),
+        (
+            "meshed",
+            [("scene", ("m.toml", MESHED)), *[("files", (f"{n}.obj", TRIANGLE)) for n in range(65)]],
+            "files: 65 files; at most 64",
+        ),
     ],
 )
 def test_a_bad_upload_is_refused_and_leaves_nothing(name: str, parts: Any, line: str) -> None:

@@ -7,7 +7,7 @@ hello   first message, and again whenever the epoch changes:
         protocol 1, epoch, radar {id, name, azimuths, rpm, bins, range_step_m, range_max_m, beamwidth_deg,
         beamwidth_el_deg, frequency_hz, height_m, blind_sectors_deg}, scene {name, origin {latitude_deg, longitude_deg} or
         nil, bodies, warnings}, seed, fidelity, plan, encoding {name, bins, range_step_m, range_first_m, range_m, dtype,
-        db_per_step, offset_db, ...}, view {sector_deg, spokes, compression}, controls {...},
+        noise_dbw; in u8 and u8-log also db_per_step, offset_db}, view {sector_deg, spokes, compression}, controls {...},
         clocks {simulated_s, utc, pace}, mode, truth (whether this server sends it)
 spokes  first (sequence number of the first one), count, scan, index (of the first one within the scan),
         time [s of simulation, one each], azimuth [one each], heading [one each], position [[east, north] m, one each],
