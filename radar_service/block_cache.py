@@ -16,7 +16,7 @@ class BlockCache(Generic[Key, Value]):
     """
 
     def __init__(self, size: int) -> None:
-        """size: results kept, 1 or more; it may be raised later."""
+        """size: results kept, 1 or more."""
         self.size = size
         self._results: dict[Key, Value] = {}  # the one used last is at the end
         self._lock = Lock()
@@ -29,6 +29,11 @@ class BlockCache(Generic[Key, Value]):
             while len(self._results) > self.size:
                 del self._results[next(iter(self._results))]
             return result
+
+    def grow(self, size: int) -> None:
+        """Keeps at least `size` results from now on."""
+        with self._lock:
+            self.size = max(self.size, size)
 
     def clear(self) -> None:
         """Drops all results."""

@@ -116,11 +116,14 @@ def test_reaches_are_found() -> None:
 
 
 def mirrored(file: Path) -> list[Path]:
-    """Where the tests of a module stand: radar_service/echo/moving.py has tests/echo/test_moving.py."""
+    """Where the tests of a module stand: radar_service/echo/moving.py has tests/echo/test_moving.py. A study may also do
+    without a file of its own, as one test runs all of them."""
     parts = list(file.relative_to(ROOT).with_suffix("").parts)
     parts = parts[1:] if parts[0] == "radar_service" else ["clients", *parts[2:]]
     stem = parts[-1].strip("_")
-    return [ROOT / "tests" / Path(*parts[:-1]) / f"test_{stem}.py"]
+    folder = ROOT / "tests" / Path(*parts[:-1])
+    of_all = [folder.parent / "test_stability.py"] if folder.name == "studies" else []
+    return [folder / f"test_{stem}.py", *of_all]
 
 
 @pytest.mark.parametrize("file", [f for f in SOURCES if f.name != "__init__.py"], ids=name_of)

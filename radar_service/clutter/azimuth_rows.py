@@ -60,7 +60,7 @@ class AzimuthRowCache:
     def span(self, first: int, stop: int) -> Rows:
         """Rows first to stop (exclusive), (stop - first, N), read only."""
         numbers = range(self._chunk_of(first), self._chunk_of(stop - 1) + 1)
-        self._chunks.size = max(self._chunks.size, len(numbers) + SPARE)
+        self._chunks.grow(len(numbers) + SPARE)
         parts = [self._part(number, first, stop) for number in numbers]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 

@@ -36,8 +36,7 @@ class Controls:
     rain: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("gain", "sea", "rain"):
-            value = getattr(self, name)
+        for name, value in vars(self).items():
             if not 0.0 <= value <= 100.0:
                 raise ValueError(f"{name}: {value:g} is not from 0 to 100 percent")
 

@@ -1,7 +1,7 @@
 """The interface between the scene and the engine: what a scattering model receives, and what it returns.
 
 To add a model: write a class like `ScatteringModel` in a file of this package, list it in `scattering.models`, and add its name
-to the `scattering` key of scene files (`scene.model`).
+to `scene.body.Scattering`: scene files then know it.
 """
 
 from collections.abc import Sequence

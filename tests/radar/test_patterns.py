@@ -11,6 +11,8 @@ BEAM = np.deg2rad(3.9)
 ROWS = ((0.0, 1.0), (0.02, 0.1), (0.10, 0.001))
 TABLE = Table(ROWS)
 SINC2 = PATTERNS["sinc2"]
+# half-power widths in lambda / a (Balanis 2016, table 12.1; Harris 1978; docs/specification.md eq. 2); Gaussian: the grid's
+WIDTHS = {"sinc2": 0.8859, "gaussian": 0.8859, "printed": 2.783, "taylor": 1.125, "cosine": 1.1889, "cosine2": 1.4406}
 
 
 def half_width(gain, level: float, upper: float) -> float:
@@ -116,6 +118,11 @@ def test_a_table_of_an_aperture_is_that_aperture(rows_to_a_beam: int, error_db: 
 
 def test_a_table_may_hold_zeros() -> None:
     assert Table(((0.0, 1.0), (0.1, 0.0))).gain(0.5, BEAM) == pytest.approx(0.0, abs=1e-29)  # the stated floor of -300 dB
+
+
+@pytest.mark.parametrize("name", PATTERNS)
+def test_every_pattern_has_its_published_width(name: str) -> None:
+    assert 0.8859 * PATTERNS[name].aperture_width == pytest.approx(WIDTHS[name], abs=1e-3)  # the last digit of Taylor's
 
 
 @pytest.mark.parametrize("pattern", [*PATTERNS.values(), Taylor(40.0, 6), Taylor(15.0, 2), Taylor(60.0, 20)])

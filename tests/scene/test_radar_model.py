@@ -59,19 +59,12 @@ def test_settings_at_the_limit_are_accepted(settings: dict[str, Any]) -> None:
     load_scene({"radar": settings})
 
 
-WIDTHS = {"sinc2": 0.8859, "gaussian": 0.8859, "printed": 2.783, "taylor": 1.125, "cosine": 1.1889, "cosine2": 1.4406}
-
-
-def test_every_pattern_has_a_width() -> None:
-    assert set(WIDTHS) == set(PATTERNS)
-
-
 @pytest.mark.parametrize("name", PATTERNS)
 def test_the_bound_on_the_grid_is_that_of_the_engine(name: str) -> None:
-    """The grid has 2.9 x 2 rows for each wavelength over the aperture, whose half-power widths are WIDTHS lambda / a (Balanis
-    2016, table 12.1; Harris 1978). The margin of 1 % covers four digits and whole multiples of 16 azimuths."""
+    """The grid has 2.9 x 2 rows for each wavelength over the aperture, whose half-power width is 0.8859 `aperture_width`
+    lambda / a (tests/radar/test_patterns.py). The margin of 1 % covers four digits and whole multiples of 16 azimuths."""
     settings = {"pattern": name, "azimuths": 16, "coarse_azimuths": True, "range_max_m": 20_000}
-    finest_deg = 2.9 * 2.0 * WIDTHS[name] * 360.0 * 10_007 / 2**27
+    finest_deg = 2.9 * 2.0 * 0.8859 * PATTERNS[name].aperture_width * 360.0 * 10_007 / 2**27
     assert load_scene({"radar": settings | {"beamwidth_deg": finest_deg * 1.01}}).radar.bins == 10_007
     with pytest.raises(SceneError, match="at most 134217728 cells"):
         load_scene({"radar": settings | {"beamwidth_deg": finest_deg * 0.99}})

@@ -51,7 +51,6 @@ def _flat_mean(x: Floats, y: Floats, z: Floats) -> Complexes:
 def scattering_amplitude(
     incident: Floats,
     field: Floats,
-    outgoing: Floats,
     received: Floats,
     normal: Floats,
     surface: Complexes,
@@ -59,8 +58,8 @@ def scattering_amplitude(
 ) -> Complexes:
     """Scattering amplitude [m] (M,) of conducting facets toward the radar, received with a polarization.
 
-    incident, outgoing: unit directions of travel (M, 3); field: electric field there over that at the radar's own
-    first facet (M, 3); received: unit polarization (M, 3); normal: unit, on the lit side (M, 3); surface: area times the
+    incident: unit direction of travel (M, 3); field: electric field there over that at the radar's own first facet
+    (M, 3); received: unit polarization (M, 3); normal: unit, on the lit side (M, 3); surface: area times the
     mean phase [m^2]. J = 2 n x H (Knott, Shaeffer, Tuley 1985, physical optics), so
     a = -j 2 sqrt(pi) / lambda [(p . d)(n . E) - (p . E)(n . d)] S, which at normal incidence is |a|^2 = 4 pi A^2 / lambda^2.
     """

@@ -160,7 +160,7 @@ def scattered_field(tubes: RayTubes, launch: Floats, receive: Floats, wave: Wave
     gradient = tubes.direction - toward
     surface = _areas(tubes.corners) * triangle_phases(tubes.corners, end, gradient, wave.wavenumber)
     received = polarization_of(toward, wave.polarization)
-    amplitude = scattering_amplitude(tubes.direction, tubes.field, toward, received, tubes.normal, surface, wave.wavelength)
+    amplitude = scattering_amplitude(tubes.direction, tubes.field, received, tubes.normal, surface, wave.wavelength)
     if not tubes.inner.any():  # they have come straight from the antenna
         return end, amplitude
     _, first = _direction_and_distance(launch, tubes.begin)

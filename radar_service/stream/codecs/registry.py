@@ -3,6 +3,6 @@
 from radar_service.stream.codecs.codec import Codec
 from radar_service.stream.codecs.native.codec import NativeCodec
 
-CODECS: dict[str, Codec] = {
-    "native": NativeCodec(),
-}
+_CODECS: tuple[Codec, ...] = (NativeCodec(),)
+
+CODECS: dict[str, Codec] = {codec.name: codec for codec in _CODECS}

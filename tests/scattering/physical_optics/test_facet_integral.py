@@ -82,7 +82,7 @@ def test_plate_at_normal_incidence(polarization: str) -> None:
     j of the first Fresnel zone: -j."""
     toward = np.array([[0.6, 0.64, 0.48]])
     p = polarization_of(toward, polarization)
-    a = scattering_amplitude(-toward, p, toward, p, toward, np.array([2.0 + 0j]), 0.03)[0]
+    a = scattering_amplitude(-toward, p, p, toward, np.array([2.0 + 0j]), 0.03)[0]
     assert abs(a) ** 2 == pytest.approx(4 * np.pi * 4 / 0.03**2, rel=1e-12)
     assert a / abs(a) == pytest.approx(-1j, abs=1e-12)
 
