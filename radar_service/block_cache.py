@@ -11,8 +11,9 @@ Value = TypeVar("Value")
 class BlockCache(Generic[Key, Value]):
     """Keeps the `size` results used last, by key.
 
-    Rule: a result depends on its key alone, so it does not matter which thread computes it, nor when. A thread that asks
-    for a key while another computes it waits. Pickling leaves the results out; the other process computes its own.
+    Rule: a result depends on its key alone, so it does not matter which thread computes it, nor when. Results are
+    computed one at a time, whatever their keys, and other threads wait; `compute` must not use the same cache. Pickling leaves
+    the results out: the other process computes its own.
     """
 
     def __init__(self, size: int) -> None:

@@ -31,8 +31,8 @@ from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.detection import square_law
 from radar_service.receive.gridding import spread
 from radar_service.receive.interference import Interference
+from radar_service.scattering.beam_crossing import BeamCrossing
 from radar_service.scattering.model import ScatteringContext
-from radar_service.scattering.physical_optics.beam_crossing import BeamCrossing
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene

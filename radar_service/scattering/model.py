@@ -12,7 +12,7 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.physical_optics.beam_crossing import BeamCrossing
+from radar_service.scattering.beam_crossing import BeamCrossing
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount

@@ -10,8 +10,8 @@ from radar_service.block_cache import BlockCache
 from radar_service.fidelity import Fidelity
 from radar_service.frames import map_from_body
 from radar_service.radar.parameters import Radar
+from radar_service.scattering.beam_crossing import BeamCrossing
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
-from radar_service.scattering.physical_optics.beam_crossing import BeamCrossing
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, facet_enlargement, optical_body
 from radar_service.scattering.physical_optics.patches import concave_sides

@@ -9,8 +9,8 @@ import pytest
 import radar_service as rs
 from radar_service.fidelity import PRESETS
 from radar_service.frames import map_from_body
+from radar_service.scattering.beam_crossing import BeamCrossing
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
-from radar_service.scattering.physical_optics.beam_crossing import BeamCrossing
 from radar_service.scattering.physical_optics.model import PhysicalOptics, antenna_in_body_frame
 from radar_service.scene.poses import pose_at
 from radar_service.trace.embree import RayCount

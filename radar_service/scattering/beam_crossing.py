@@ -1,4 +1,4 @@
-"""When the beam crosses a body: physical optics is evaluated for that instant, once a scan."""
+"""When the beam crosses a body: a model whose echoes depend on aspect evaluates them for that instant, once a scan."""
 
 from dataclasses import dataclass
 

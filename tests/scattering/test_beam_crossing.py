@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.scattering.physical_optics.beam_crossing import BeamCrossing
+from radar_service.scattering.beam_crossing import BeamCrossing
 from tests.scenes import point, scene
 
 
