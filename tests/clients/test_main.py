@@ -22,6 +22,14 @@ from tests.clients import fake_feed
 from tests.clients.fake_feed import DATA, GREETING, TARGETS, Script, batch, gap, hello, running
 
 
+# The command with the handler of an interactive shell: a shell without job control has its background jobs ignore SIGINT
+INTERRUPTIBLE = """
+import runpy, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+runpy.run_module("clients.ppi", run_name="__main__", alter_sys=True)
+"""
+
+
 def targets_in(png: bytes, up_deg: float, range_max: float = 2000.0) -> None:
     """Each target where theory puts it in a picture of the command, and nothing else as bright."""
     image = np.asarray(Image.open(BytesIO(png))).astype(int)
@@ -127,7 +135,7 @@ def test_command_fails_with_a_sentence(
 
 def test_interrupting_the_command_is_clean(tmp_path: Path) -> None:
     with running(Script([GREETING, batch(0, 5)], wait=True)) as feed:
-        command = [sys.executable, "-m", "clients.ppi", feed.url, "--out", str(tmp_path / "a.png")]
+        command = [sys.executable, "-c", INTERRUPTIBLE, feed.url, "--out", str(tmp_path / "a.png")]
         process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=Path(__file__).parents[2])
         assert feed.greeted.wait(20)
         os.kill(process.pid, signal.SIGINT)

@@ -40,20 +40,20 @@ def test_a_stalled_client_is_left_little_stale_data() -> None:
 
 
 def test_stopping_says_bye_to_all_and_takes_nobody_any_more() -> None:
-    async def listen(address: Address, stop: asyncio.Event) -> tuple[str, int | None]:
+    async def listen(address: Address, listening: asyncio.Event) -> tuple[str, int | None]:
         reason = ""
         async with connect(f"ws://{address[0]}:{address[1]}/api/radars/0/feed") as feed:
             with contextlib.suppress(ConnectionClosed):
                 async for data in feed:
                     message = wire.unpack(bytes(data))
-                    stop.set()
+                    listening.set()
                     reason = message.get("reason", "")
         return reason, feed.close_code
 
     async def all_of(address: Address, end: contextlib.ExitStack) -> list[tuple[str, int | None]]:
-        stop = asyncio.Event()
-        clients = [asyncio.create_task(listen(address, stop)) for _ in range(20)]
-        await stop.wait()
+        listening = [asyncio.Event() for _ in range(20)]  # one that still connects is refused, and gets no bye
+        clients = [asyncio.create_task(listen(address, event)) for event in listening]
+        await asyncio.gather(*(event.wait() for event in listening))
         await asyncio.to_thread(end.close)
         return await asyncio.gather(*clients)
 
