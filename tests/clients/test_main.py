@@ -21,7 +21,6 @@ from radar_service.stream.codecs.native import wire
 from tests.clients import fake_feed
 from tests.clients.fake_feed import DATA, GREETING, TARGETS, Script, batch, gap, hello, running
 
-
 # The command with the handler of an interactive shell: a shell without job control has its background jobs ignore SIGINT
 INTERRUPTIBLE = """
 import runpy, signal
