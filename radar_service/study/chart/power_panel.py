@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.constants import EARTH_RADIUS, SPEED_OF_LIGHT
 from radar_service.echo.echoes import Echoes
 from radar_service.frames import polar_from_map, wrap_angle
 from radar_service.scene.body import Body
@@ -47,7 +47,7 @@ def _body_window(scene: Scene, body: Body) -> Window | None:
     if not is_diffuse(body) or body.mesh is None:
         return None
     radar, pose = scene.radar, body.motion.pose(0.0)
-    polar = polar_from_map(pose.position[0], scene.antenna(0.0)[0], scene.environment.earth_factor * 6_371_000.0)
+    polar = polar_from_map(pose.position[0], scene.antenna(0.0)[0], scene.environment.earth_factor * EARTH_RADIUS)
     size = float(np.linalg.norm(body.mesh.vertices, axis=1).max()) + SPEED_OF_LIGHT * 1e-9
     if 2.0 * size > min(radar.beamwidth * float(polar.range), DEPTH * radar.range_step):
         return None

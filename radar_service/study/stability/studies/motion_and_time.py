@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import KNOT
+from radar_service.constants import KNOT, SPEED_OF_LIGHT
 from radar_service.display.ppi import Ppi
 from radar_service.engine.pipeline import Engine, Prepared, prepare, profiles, tile_azimuths
 from radar_service.fidelity import PRESETS
@@ -14,7 +14,7 @@ from radar_service.scene.checks.validity import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp
-from radar_service.study.stability.closed_form import error_db, point, point_fields, scene_of
+from radar_service.study.stability.closed_form import WAVELENGTH, error_db, point, point_fields, scene_of
 from radar_service.study.stability.finding import (
     Axis,
     Expected,
@@ -30,7 +30,6 @@ MAX_ERROR_DB = -50.0  # the accuracy that the engine promises for moving points
 DAY = 86_400.0
 SPOKES_IN_BLOCK = 16  # of the driven method
 SPOKES_PER_DAY = 288 * DAY  # 720 azimuths at 24 rpm
-WAVELENGTH = 299_792_458.0 / 9.41e9
 
 
 def moving_error(speed: float, **radar: Any) -> float:
@@ -171,7 +170,7 @@ def months(fine: int = 1) -> Finding:
 
 def _phase_beside_peak(distance: float, sample: float, bandwidth: float, pulse: float) -> complex:
     """Returns the phase factor of the compressed pulse at a sample beside its peak."""
-    value = complex(compressed_chirp(np.array(2.0 * (sample - distance) / 299_792_458.0), bandwidth, pulse, "hamming"))
+    value = complex(compressed_chirp(np.array(2.0 * (sample - distance) / SPEED_OF_LIGHT), bandwidth, pulse, "hamming"))
     return value / abs(value)
 
 

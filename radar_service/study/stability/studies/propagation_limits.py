@@ -4,15 +4,15 @@ from collections.abc import Callable
 
 import numpy as np
 
+from radar_service.constants import EARTH_RADIUS
 from radar_service.propagation.multipath import specular_geometry, two_ray_factor
 from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.propagation.sea_surface import ament, miller_brown
-from radar_service.study.stability.closed_form import echo_amplitude, scene_of
+from radar_service.study.stability.closed_form import WAVELENGTH, echo_amplitude, scene_of
 from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decades, decibels, plain
 from radar_service.types import Floats
 
-WAVELENGTH = 299_792_458.0 / 9.41e9
-EARTH = 4.0 / 3.0 * 6_371_000.0
+EARTH = 4.0 / 3.0 * EARTH_RADIUS
 ANTENNA, TARGET = 15.0, 10.0  # m above the sea
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.receive.compression import compression_for
 from radar_service.scene.checks.validity import MIN_UNWINDOWED_PRODUCT
 from radar_service.scene.radar_model import MIN_CHIRP_PRODUCT
@@ -114,12 +115,12 @@ def far_end(fine: int = 1) -> Finding:
 
 def _pulse_power(distance: Floats, bandwidth: float, pulse: float, window: str) -> Floats:
     """Returns the power of the compressed pulse at distances [m] from its peak."""
-    return np.asarray(np.abs(compressed_chirp(2.0 * distance / 299_792_458.0, bandwidth, pulse, window)) ** 2)
+    return np.asarray(np.abs(compressed_chirp(2.0 * distance / SPEED_OF_LIGHT, bandwidth, pulse, window)) ** 2)
 
 
 def range_ends(fine: int = 1) -> Finding:
     """Drives the distance of a target from either end of range, in bins: field against the closed form."""
-    step = 299_792_458.0 / 150e6
+    step = SPEED_OF_LIGHT / 150e6
     offsets = np.array([0.01, 0.1, 0.25, 0.49, 0.5, 0.75, 0.99, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0])
     ends: list[list[float]] = [[], []]
     for offset in offsets:

@@ -8,6 +8,7 @@ from radar_service.scene.materials import material_from_name
 from radar_service.scene.motion import Motion
 from radar_service.scene.poses import BodyPose
 from radar_service.scene.shapes import SHAPES
+from radar_service.study.stability.closed_form import WAVELENGTH
 from radar_service.study.stability.finding import Axis, Expected, Finding, bisect, crossing, curve, decades, plain
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
@@ -15,7 +16,6 @@ from radar_service.trace.moller_trumbore import printed_crossings, watertight_cr
 from radar_service.trace.occluder import Occluder
 from radar_service.types import Floats
 
-WAVELENGTH = 299_792_458.0 / 9.41e9
 DISTANCE = 1000.0  # m from the origins of the rays to the small triangles
 TOWARD = np.array([0.27, -0.94, 0.21])  # direction from the sphere to the origins of the rays
 DEGREES_PER_METRE = np.longdouble(720.0) / np.longdouble(WAVELENGTH)  # of two-way phase
