@@ -63,7 +63,7 @@ class PassingShadows:
 def resting_echoes(scene: Scene, scatterers: ScattererSet, line_of_sight: OcclusionScene, max_range: float) -> RestingEchoes:
     """Echoes of a set at rest for an antenna at rest, out to `max_range` [m]."""
     antenna = scene.antenna(0.0)[0]
-    visible = scatterers.echoes(antenna, antenna, Instant(0.0, line_of_sight, max_range, movers=False))
+    visible = scatterers.echoes(antenna, Instant(0.0, line_of_sight, max_range, movers=False))
     position = map_from_ordered_bodies(visible.position, visible.body, BodyPoses(scatterers.bodies).each_at(0.0))
     order = np.argsort(np.arctan2(*(position[:, :2] - antenna[:2]).T), kind="stable")
     position, scattering, body = position[order], visible.amplitude[order], visible.body[order]

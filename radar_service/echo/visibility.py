@@ -68,7 +68,7 @@ class Visibility:
         """All visible echoes in the middle of the step of that number, wherever the beam points."""
         time = self._middle(number)
         antenna = self._scene.antenna(time)[0]
-        return self.scatterers.echoes(antenna, antenna, Instant(time, self.line_of_sight, self.max_range))
+        return self.scatterers.echoes(antenna, Instant(time, self.line_of_sight, self.max_range))
 
     def _middle(self, number: int) -> float:
         return (number + 0.5) * self.interval
@@ -79,7 +79,7 @@ class Visibility:
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
         sector = Sector(antenna, rate * time % (2.0 * np.pi), width, self._step / MAX_BEARING_DRIFT)
-        echoes = self.scatterers.echoes(antenna, antenna, Instant(time, self.line_of_sight, self.max_range, sector=sector))
+        echoes = self.scatterers.echoes(antenna, Instant(time, self.line_of_sight, self.max_range, sector=sector))
         poses = self._poses.at(np.array([time]))
         position = map_from_bodies(echoes.position, echoes.body, poses.position[0], poses.heading[0])
         east, north, _ = (position - antenna).T

@@ -31,7 +31,6 @@ from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.detection import square_law
 from radar_service.receive.gridding import spread
 from radar_service.receive.interference import Interference
-from radar_service.scattering.beam_crossing import BeamCrossing
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.scene.body import Body
@@ -228,9 +227,9 @@ def _scatterers(
             fidelity,
             seed,
             scene.antenna(0.0)[0],
+            scene.environment,
             scene.bodies,
             effective_earth_radius(scene.environment.earth_factor),
-            None if rests else BeamCrossing(scene),
             rays,
         )
         return build_scatterers([scene.bodies[i] for i in keys], keys, context)

@@ -81,19 +81,21 @@ class FixedScatterers(ABC):
     def cross_sections(self, projected: Floats, body: Indices) -> Floats:
         """Cross-sections (A,) [m^2] of visible scatterers of projected area (A,) [m^2] on bodies (A,)."""
 
-    def echoes(self, launch: Floats, receive: Floats, instant: Instant) -> BodyEchoes:
+    def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
         poses = self._poses.at(np.array([instant.time]))
         which, position = self._in_sector(poses, instant.sector)
         points = SurfacePoints(self.key[self._body[which]], self._triangle[which], position)
-        visible = np.flatnonzero(_visible_both_ways(points, launch, receive, instant))
+        visible = np.flatnonzero(
+            instant.line_of_sight.visible(points, antenna, instant.time, instant.max_range, instant.movers)
+        )
         which, position = which[visible], position[visible]
         earth_radius = instant.line_of_sight.earth_radius
-        projected = self._projected_area(which, position, self._normals(poses, which), launch, receive, earth_radius)
+        projected = self._projected_area(which, position, self._normals(poses, which), antenna, earth_radius)
         amplitude = np.sqrt(self.cross_sections(projected, self._body[which])) * self._phasor[which]
         nonzero = np.flatnonzero(amplitude)
         which = which[nonzero]
-        return BodyEchoes(self._position[which], amplitude[nonzero], self._body[which])
+        return BodyEchoes.of_points(self._position[which], amplitude[nonzero], self._body[which])
 
     def clear(self) -> None:
         """Nothing is cached that depends on an instant."""
@@ -155,12 +157,10 @@ class FixedScatterers(ABC):
                 yield b, slice(first, last)
 
     def _projected_area(
-        self, which: Indices, position: Floats, normal: Floats, launch: Floats, receive: Floats, earth_radius: float
+        self, which: Indices, position: Floats, normal: Floats, antenna: Floats, earth_radius: float
     ) -> Floats:
-        """Area (A,) of each scatterer projected across the line of sight [m^2]: the geometric mean of both directions."""
-        cosine = _cosine(position, normal, launch, earth_radius)
-        if receive is not launch:
-            cosine = np.sqrt(cosine * _cosine(position, normal, receive, earth_radius))
+        """Area (A,) of each scatterer projected across the line of sight [m^2]."""
+        cosine = _cosine(position, normal, antenna, earth_radius)
         cosine[self._triangle[which] < 0] = 1.0
         return np.asarray(cosine * self._area[which])
 
@@ -240,15 +240,6 @@ class DeclaredScattering(FixedScatterers):
         if scatterers is None or scatterers <= 1 or not scene.environment.multipath:
             return 0.0
         return surface_db(scatterers, multipath=True)
-
-
-def _visible_both_ways(points: SurfacePoints, launch: Floats, receive: Floats, instant: Instant) -> Flags:
-    """Which points (E,) have a line of sight to both ends (3,)."""
-
-    def visible(end: Floats) -> Flags:
-        return instant.line_of_sight.visible(points, end, instant.time, instant.max_range, instant.movers)
-
-    return visible(launch) if receive is launch else visible(launch) & visible(receive)
 
 
 def _cosine(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:

@@ -12,12 +12,14 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.beam_crossing import BeamCrossing
 from radar_service.scene.body import Body
+from radar_service.scene.environment import Environment
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Complexes, Flags, Floats, Indices
+
+ALL_PATHS, DIRECT, ONE_WAY, BOTH_WAYS = -1, 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -27,14 +29,36 @@ class BodyEchoes:
     position: (M, 3) of the phase centre in the body's own frame [m].
     amplitude: (M,) root of the radar cross-section [m], with the phase at that point.
     body: (M,) index of the body among the model's (or the set's) bodies.
+    path: (M,) how many of the two ways go by the sea: DIRECT, ONE_WAY or BOTH_WAYS; ALL_PATHS for points that stand for all
+        of them at once, by the two-ray factor F^2.
+    height_span: (M,) vertical extent of what the echo stands for [m], over which |F|^4 is averaged; 0 for a point.
     """
 
     position: Floats
     amplitude: Complexes
     body: Indices
+    path: Indices
+    height_span: Floats
 
     def __post_init__(self) -> None:
         assert self.position.shape == (len(self.body), 3) and self.amplitude.shape == self.body.shape
+        assert self.path.shape == self.height_span.shape == self.body.shape
+
+    @classmethod
+    def of_points(cls, position: Floats, amplitude: Complexes, body: Indices) -> "BodyEchoes":
+        """Echoes of points (M,), each standing for all paths."""
+        return cls(position, amplitude, body, np.full(len(body), ALL_PATHS, dtype=np.int64), np.zeros(len(body)))
+
+    @classmethod
+    def joined(cls, parts: "Sequence[BodyEchoes]") -> "BodyEchoes":
+        """All echoes of several parts, in their order."""
+        none = cls.of_points(np.zeros((0, 3)), np.zeros(0, dtype=np.complex128), np.zeros(0, dtype=np.int64))
+        names = cls.__dataclass_fields__
+        return cls(*(np.concatenate([getattr(part, name) for part in (none, *parts)]) for name in names))
+
+    def chosen(self, which: Indices) -> "BodyEchoes":
+        """The echoes `which` (N,)."""
+        return BodyEchoes(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
     def __len__(self) -> int:
         return len(self.body)
@@ -86,9 +110,9 @@ class ScatteringContext:
 
     radar, fidelity, seed: of the simulation.
     antenna: (3,) at time 0 on the map [m]: the density of scatterers follows the resolution cell at its distance.
+    environment: of the scene: whether the sea reflects.
     scene_bodies: all bodies of the scene: rays meet them all.
     earth_radius: effective, inf for flat [m].
-    crossing: when the beam crosses bodies, for sets that move; None where everything rests.
     rays: counts the rays cast, where given.
     """
 
@@ -96,9 +120,9 @@ class ScatteringContext:
     fidelity: Fidelity
     seed: int
     antenna: Floats
+    environment: Environment
     scene_bodies: Sequence[Body]
     earth_radius: float
-    crossing: BeamCrossing | None = None
     rays: RayCount | None = None
 
 
@@ -113,11 +137,8 @@ class ScatteringModel(Protocol):
     key: Indices  # (B,) index of each body in the scene
     scatterers: Indices  # (B,) how many fixed scatterers each body has; 0 for models without
 
-    def echoes(self, launch: Floats, receive: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of waves launched at one point (3,) and received at another (3,), on the map [m].
-
-        The two differ where the sea's image of the antenna replaces one of them. `body` rises.
-        """
+    def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
+        """Echoes as the antenna (3,) on the map [m] observes them, by all paths that the environment has. `body` rises."""
         ...
 
     def clear(self) -> None:

@@ -136,15 +136,13 @@ class RaySampledSurfaces:
         caster = RayCaster(context.scene_bodies, context.radar, context.earth_radius, sampler, context.seed, context.rays)
         return cls(key, caster)
 
-    def echoes(self, launch: Floats, receive: Floats, instant: Instant) -> BodyEchoes:
-        """As `ScatteringModel.echoes`. Raises ValueError where launch and receive differ: one ray serves both ways."""
-        if receive is not launch:
-            raise ValueError("rays: launch and receive must be the same point; use fixed scatterers for the sea's image")
-        hits = self._caster.hits(launch, instant.time, instant.max_range, instant.movers)
+    def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
+        """As `ScatteringModel.echoes`."""
+        hits = self._caster.hits(antenna, instant.time, instant.max_range, instant.movers)
         own = np.flatnonzero(self._index[hits.body] >= 0)
         body, amplitude = self._index[hits.body[own]], hit_amplitude(hits, self._caster.gamma)[own]
         order = np.argsort(body, kind="stable")
-        return BodyEchoes(hits.position[own][order], amplitude[order], body[order])
+        return BodyEchoes.of_points(hits.position[own][order], amplitude[order], body[order])
 
     def clear(self) -> None:
         """Nothing is cached."""

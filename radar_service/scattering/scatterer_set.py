@@ -1,7 +1,7 @@
 """The scattering models of a set of bodies, and the echoes of all of them at an instant."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,14 +30,13 @@ class ScattererSet:
             counts[np.searchsorted(self.key, model.key)] = model.scatterers
         return counts
 
-    def echoes(self, launch: Floats, receive: Floats, instant: Instant) -> BodyEchoes:
+    def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of all bodies, by rising body; arguments as in `ScatteringModel.echoes`."""
-        parts = [(model.key, model.echoes(launch, receive, instant)) for model in self.models]
-        position = np.concatenate([np.zeros((0, 3)), *(part.position for _, part in parts)])
-        amplitude = np.concatenate([np.zeros(0, dtype=np.complex128), *(part.amplitude for _, part in parts)])
+        parts = [(model.key, model.echoes(antenna, instant)) for model in self.models]
+        joined = BodyEchoes.joined([part for _, part in parts])
         key = np.concatenate([np.zeros(0, dtype=np.int64), *(key[part.body] for key, part in parts)])
         order = np.argsort(key, kind="stable")
-        return BodyEchoes(position[order], amplitude[order], np.searchsorted(self.key, key[order]))
+        return replace(joined.chosen(order), body=np.searchsorted(self.key, key[order]))
 
     def clear(self) -> None:
         """Drops cached results, so that the next call can be timed."""

@@ -92,8 +92,8 @@ def test_visible_scatterers_share_a_declared_cross_section() -> None:
         echoes = model.echoes(antenna, receive, instant(made))
         shares = np.bincount(echoes.body, np.abs(echoes.amplitude) ** 2, minlength=2)
         assert shares == pytest.approx([100.0, 1.0], rel=1e-12)
-    whole = build(DeclaredScattering, free).echoes(antenna, antenna, instant(free))
-    assert 0 < np.count_nonzero(model.echoes(antenna, antenna, instant(made)).body == 0) < len(whole)
+    whole = build(DeclaredScattering, free).echoes(antenna, instant(free))
+    assert 0 < np.count_nonzero(model.echoes(antenna, instant(made)).body == 0) < len(whole)
 
 
 def test_echoes_of_moving_bodies_turn_with_them() -> None:
@@ -116,13 +116,13 @@ def test_a_sector_leaves_out_what_lies_beside_it_and_keeps_declared_bodies_whole
     for model, more in ((DiffuseScattering, {"material": "concrete"}), (DeclaredScattering, {"rcs_dbsm": 10})):
         made = scene([{**quay, **more}], environment=FLAT)
         source = build(model, made)
-        whole = source.echoes(antenna, antenna, instant(made))
-        part = source.echoes(antenna, antenna, instant(made, sector=sector))
+        whole = source.echoes(antenna, instant(made))
+        part = source.echoes(antenna, instant(made, sector=sector))
         inside = sector.contains(whole.position + [0, 500, 0])
         kept = inside if model is DiffuseScattering else np.ones(len(whole), dtype=np.bool_)
         assert 10 < inside.sum() < len(whole) - 10
         np.testing.assert_array_equal(part.position, whole.position[kept])
-        assert len(source.echoes(antenna, antenna, instant(made, sector=Sector(antenna, np.pi, 0.3, 1.0)))) == 0
+        assert len(source.echoes(antenna, instant(made, sector=Sector(antenna, np.pi, 0.3, 1.0)))) == 0
 
 
 def test_stated_maxima_are_hardly_ever_exceeded() -> None:
@@ -132,7 +132,7 @@ def test_stated_maxima_are_hardly_ever_exceeded() -> None:
     antenna, powers = made.antenna(0.0)[0], []
     for seed in range(300):
         settings = replace(context(made), seed=seed)
-        echoes = DiffuseScattering.build(made.bodies, np.array([0]), settings).echoes(antenna, antenna, instant(made))
+        echoes = DiffuseScattering.build(made.bodies, np.array([0]), settings).echoes(antenna, instant(made))
         powers.append(abs(echoes.amplitude.sum()) ** 2)
     limit = DiffuseScattering.max_rcs(made.bodies[0], made.radar, PRESETS["balanced"])
     assert limit / 4 < max(powers) < limit

@@ -57,7 +57,7 @@ def echoes_at_start(made: rs.Scene, source: ScattererSet, max_range: float = 1e5
     """Echoes of them at t = 0."""
     line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
     antenna = made.antenna(0.0)[0]
-    return source.echoes(antenna, antenna, Instant(0.0, line_of_sight, max_range))
+    return source.echoes(antenna, Instant(0.0, line_of_sight, max_range))
 
 
 def level_land(folder: Path, up: float, near: float, far: float, half: float) -> dict[str, Any]:

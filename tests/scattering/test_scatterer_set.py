@@ -29,7 +29,7 @@ def built(made: rs.Scene, keys: list[int], sampler: str = "scatterers") -> Scatt
 
 def echoes(made: rs.Scene, scatterers: ScattererSet):  # type: ignore[no-untyped-def]
     antenna = made.antenna(0.0)[0]
-    return scatterers.echoes(antenna, antenna, Instant(0.0, OcclusionScene(made.bodies, np.inf), 1e5))
+    return scatterers.echoes(antenna, Instant(0.0, OcclusionScene(made.bodies, np.inf), 1e5))
 
 
 def test_echoes_are_those_of_each_body_alone_in_order() -> None:

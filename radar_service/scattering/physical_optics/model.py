@@ -6,11 +6,9 @@ from typing import Self
 
 import numpy as np
 
-from radar_service.block_cache import BlockCache
 from radar_service.fidelity import Fidelity
 from radar_service.frames import map_from_body
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.beam_crossing import BeamCrossing
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, facet_enlargement, optical_body
@@ -28,35 +26,30 @@ FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas 
 class PhysicalOptics:
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
 
-    def __init__(
-        self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], crossing: BeamCrossing | None
-    ) -> None:
-        """key: (B,) index of each body in the scene; crossing: when the beam crosses bodies; then echoes are those of the
-        crossing nearest to the requested instant, else those of the instant itself."""
+    def __init__(self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody]) -> None:
+        """key: (B,) index of each body in the scene."""
         self.bodies, self.key = tuple(bodies), key
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
-        self._optical, self._crossing = tuple(optical), crossing
-        # Two per body: the one in use, and the next one; by body, instant and whether movers may occlude
-        self._results: BlockCache[tuple[int, float, bool], BodyEchoes] = BlockCache(2 * max(1, len(key)))
+        self._optical = tuple(optical)
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """As `ScatteringModel.build`."""
         optical = [optical_body(body, context.radar, context.fidelity.bounces, context.rays) for body in bodies]
-        return cls(bodies, key, optical, context.crossing)
+        return cls(bodies, key, optical)
 
-    def echoes(self, launch: Floats, receive: Floats, instant: Instant) -> BodyEchoes:
+    def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
-        parts = [self._body_echoes(b, launch, receive, instant) for b in self._in_sector(instant)]
-        return BodyEchoes(
-            np.concatenate([np.zeros((0, 3)), *(part.position for part in parts)]),
-            np.concatenate([np.zeros(0, dtype=np.complex128), *(part.amplitude for part in parts)]),
-            np.concatenate([np.zeros(0, dtype=np.int64), *(part.body for part in parts)]),
-        )
+        return BodyEchoes.joined([self.body_echoes(b, antenna, instant) for b in self._in_sector(instant)])
+
+    def coherence(self, b: int, distance: float) -> float:
+        """Size [m] over which phases are summed into one echo of body b at `distance` [m]: echoes hold while its aspect
+        turns by much less than a wavelength over this."""
+        return self._optical[b].coherence(distance)
 
     def clear(self) -> None:
-        """Drops the results of all bodies."""
-        self._results.clear()
+        """Nothing is cached that depends on an instant."""
+        return
 
     def _in_sector(self, instant: Instant) -> list[int]:
         """The bodies that have a part in the sector of an instant."""
@@ -70,37 +63,19 @@ class PhysicalOptics:
         near = instant.sector.contains(centre, np.array([body.radius for body in self.bodies]))
         return [int(b) for b in np.flatnonzero(near)]
 
-    def _body_echoes(self, b: int, launch: Floats, receive: Floats, instant: Instant) -> BodyEchoes:
-        """Echoes of body b; kept between calls where the beam's crossing decides the instant and one antenna serves both."""
-        body, time = self.bodies[b], instant.time
-        if self._crossing is None:
-            return self._evaluate(b, launch, receive, time, instant)
-        time = self._crossing.instant(body, time)
-        moved = self._crossing.antenna_moved(instant.time, time)
-        if receive is not launch:
-            return self._evaluate(b, launch + moved, receive + moved, time, instant)
-        antenna = launch + moved
-        return self._results.get((b, time, instant.movers), lambda: self._evaluate(b, antenna, antenna, time, instant))
-
-    def _evaluate(self, b: int, launch: Floats, receive: Floats, time: float, instant: Instant) -> BodyEchoes:
-        """Echoes of body b at `time` [s]."""
-        body, line_of_sight = self.bodies[b], instant.line_of_sight
+    def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
+        """Echoes of body b alone, as it is at the instant."""
+        body, line_of_sight, time = self.bodies[b], instant.line_of_sight, instant.time
         pose = pose_at(body, time)
 
-        def visible_from(end: Floats, points: Floats, triangle: Indices) -> Flags:
+        def visible(points: Floats, triangle: Indices) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
             surface = SurfacePoints(np.full(len(points), self.key[b]), triangle, position)
-            return line_of_sight.visible(surface, end, time, instant.max_range, instant.movers)
+            return line_of_sight.visible(surface, antenna, time, instant.max_range, instant.movers)
 
-        launched = antenna_in_body_frame(body, pose, launch, line_of_sight.earth_radius)
-        received = launched if receive is launch else antenna_in_body_frame(body, pose, receive, line_of_sight.earth_radius)
-        position, amplitude = self._optical[b].echoes(
-            launched,
-            received,
-            lambda points, triangle: visible_from(launch, points, triangle),
-            lambda points, triangle: visible_from(receive, points, triangle),
-        )
-        return BodyEchoes(position, amplitude, np.full(len(position), b))
+        local = antenna_in_body_frame(body, pose, antenna, line_of_sight.earth_radius)
+        position, amplitude = self._optical[b].echoes(local, local, visible, visible)
+        return BodyEchoes.of_points(position, amplitude, np.full(len(position), b))
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:

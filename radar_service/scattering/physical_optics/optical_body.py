@@ -17,7 +17,7 @@ from radar_service.scattering.physical_optics.ray_tubes import (
     illuminated_facets,
     scattered_field,
 )
-from radar_service.scattering.physical_optics.scattering_centres import scattering_centres
+from radar_service.scattering.physical_optics.scattering_centres import WIDER, scattering_centres
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import power_reflectivity
@@ -75,6 +75,11 @@ class OpticalBody:
             amplitudes.append(amplitude * self.reflectivity ** ((bounce + 1) / 2.0))
         merged = np.concatenate(points), np.concatenate(amplitudes)
         return scattering_centres(*merged, launch, receive, edge, self.wave.wavenumber)
+
+    def coherence(self, distance: float) -> float:
+        """As `PhysicalOptics.coherence`."""
+        edge = longest_edge(distance - self.scene.radius, self.max_edge, self.wave.wavelength)
+        return WIDER * edge
 
     def facets_of(self, edge: float) -> Facets:
         """The mesh cut to this longest edge [m], finer where its flat patches reflect onto other parts of it."""

@@ -54,7 +54,8 @@ def all_echoes(scene: Scene, seed: int) -> Echoes:
 def all_scatterers(scene: Scene, fidelity: Fidelity, seed: int) -> ScattererSet:
     """Returns the scatterers of all bodies of a scene."""
     earth_radius = effective_earth_radius(scene.environment.earth_factor)
-    context = ScatteringContext(scene.radar, fidelity, seed, scene.antenna(0.0)[0], scene.bodies, earth_radius)
+    antenna, environment = scene.antenna(0.0)[0], scene.environment
+    context = ScatteringContext(scene.radar, fidelity, seed, antenna, environment, scene.bodies, earth_radius)
     return build_scatterers(scene.bodies, range(len(scene.bodies)), context)
 
 

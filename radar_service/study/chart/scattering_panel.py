@@ -43,7 +43,7 @@ class Model:
     def cross_sections(self, draw: int) -> Floats:
         """Returns the cross-sections (T,) [m^2] of all targets at the turns of a draw."""
         antenna, time = self.scene.antenna(0.0)[0], float(draw)
-        echoes = self.scatterers.echoes(antenna, antenna, Instant(time, self.occlusion, 2.0 * DISTANCE))
+        echoes = self.scatterers.echoes(antenna, Instant(time, self.occlusion, 2.0 * DISTANCE))
         poses = BodyPoses(self.scatterers.bodies).each_at(time)
         position = map_from_ordered_bodies(echoes.position, echoes.body, poses)
         count = len(self.scatterers)
