@@ -1,57 +1,43 @@
 """Echoes that differ from azimuth to azimuth: of bodies that move relative to the antenna, and of those that fluctuate.
 
-Range, phase and beam weight are exact at each azimuth. Visibility and scattering are renewed once per visibility step
-(`echo.visibility`), elevation gain and multipath once per call.
+Range, phase, sea reflection and beam weight are exact at each azimuth. Visibility is renewed once per visibility step
+(`echo.visibility`), physical optics as the beam passes (`echo.beam_passage`).
 """
-
-from collections.abc import Iterable
-from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.echo.beam_passage import BeamPassages
+from radar_service.echo.block_geometry import BlockGeometry, ObservedEchoes, PartGeometry
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
 from radar_service.echo.moving_beam import BeamTable, rotated_amplitude
 from radar_service.echo.range_history import (
     TOLERANCE,
     Parabola,
     RangeHistory,
-    apparent_position,
-    elevation_of,
+    elevation_above,
     exact_history,
     interpolated_history,
     interpolation_error,
     parabola,
 )
+from radar_service.echo.sea_paths import Paths, SeaHistory, sea_paths
 from radar_service.echo.visibility import Visibility, VisibilitySnapshot
-from radar_service.frames import polar_from_map, wrap_angle
-from radar_service.propagation.radar_equation import elevation_gain, path_factor, received_amplitude, two_way_phase
+from radar_service.frames import wrap_angle
+from radar_service.propagation.multipath import Site
+from radar_service.propagation.radar_equation import (
+    attenuation,
+    elevation_gain,
+    radar_two_rays,
+    received_amplitude,
+    two_way_phase,
+)
 from radar_service.scattering.swerling import Fluctuation
-from radar_service.scene.poses import BodyPoses, PoseArrays, map_from_bodies
+from radar_service.scene.poses import BodyPoses, PoseArrays
 from radar_service.scene.world import Scene
 from radar_service.types import Flags, Floats, Indices, Singles
 
 ELEVATION_NULL = 1e-3  # of boresight: elevation gains below it do not divide
 ECHOES_PER_PART = 8192  # arrays of 16 azimuths by so many echoes stay in the L2 cache
-
-
-class BlockGeometry(NamedTuple):
-    """Geometry of some azimuths (K,), first at the three nodes of their parabola, then at each of them.
-
-    azimuths: the azimuths.
-    over: the parabola over their times.
-    poses: of the bodies (3 + K, B).
-    antenna: (3 + K, 3) on the map [m].
-    level: (3 + K, 3, 3) as `Scene.upright_from_map`; None for an antenna that does not sway.
-    rough: (B,) which bodies leave their parabola.
-    """
-
-    azimuths: AzimuthTimes
-    over: Parabola
-    poses: PoseArrays
-    antenna: Floats
-    level: Floats | None
-    rough: Flags
 
 
 class MovingEchoes:
@@ -66,6 +52,9 @@ class MovingEchoes:
         self._moves: Flags = np.zeros(len(self._bodies), dtype=np.bool_)
         self._moves[self._poses.moving] = True
         self._fluctuation = Fluctuation(self._bodies, visibility.scatterers.key, scene.radar.azimuths, seed)
+        self.passages = BeamPassages(
+            scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent
+        )
 
     def __len__(self) -> int:
         """How many bodies there are."""
@@ -80,15 +69,26 @@ class MovingEchoes:
         snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval))
         middle, half = self._sector(azimuths)
         around = snapshot.around(middle, half + self.visibility.bearing_drift)
-        if not len(around):
+        passing = self.passages.echoes(azimuths, middle, half)
+        sources: list[tuple[ObservedEchoes, Indices]] = [(snapshot, around)] if len(around) else []
+        if passing is not None:
+            sources.append((passing, np.arange(len(passing.echoes))))
+        if not sources:
             return concatenated([], len(azimuths.time))
-        geometry = self._geometry(azimuths, np.flatnonzero(np.bincount(snapshot.echoes.body[around])))
-        (positions,) = self._positions(snapshot, around, geometry, [1])
-        observed = positions if geometry.level is None else positions @ geometry.level[1].T
-        chosen = around[_within(observed, middle, half)]
-        count = ECHOES_PER_PART
-        parts = [self._part(snapshot, chosen[i : i + count], geometry) for i in range(0, len(chosen), count)]
+        bodies = np.concatenate([observed.echoes.body[which] for observed, which in sources])
+        geometry = self._geometry(azimuths, np.flatnonzero(np.bincount(bodies)))
+        parts = [part for source in sources for part in self._parts(*source, geometry, middle, half)]
         return concatenated(parts, len(azimuths.time))
+
+    def _parts(
+        self, observed: ObservedEchoes, around: Indices, geometry: BlockGeometry, middle: float, half: float
+    ) -> list[BeamWeightedEchoes]:
+        """Those of echoes `around` (M,) that lie within `half` of the bearing `middle` [rad], in parts."""
+        (positions,) = geometry.positions(observed, around, [1])
+        apparent = positions if geometry.level is None else positions @ geometry.level[1].T
+        chosen = around[_within(apparent, middle, half)]
+        count = ECHOES_PER_PART
+        return [self._part(observed, chosen[i : i + count], geometry) for i in range(0, len(chosen), count)]
 
     def _sector(self, azimuths: AzimuthTimes) -> tuple[float, float]:
         """The middle boresight, and half the width of all that the beam covers at any of the azimuths [rad]."""
@@ -101,55 +101,79 @@ class MovingEchoes:
         time = np.concatenate([over.nodes, azimuths.time])
         poses, antenna = self._poses.at(time, bodies), self._scene.antenna(time)
         rough = self._rough(poses, antenna, over, bodies[self._moves[bodies]])
-        return BlockGeometry(azimuths, over, poses, antenna, self._scene.upright_from_map(time), rough)
+        return BlockGeometry(azimuths, over, poses, antenna, self._scene.upright_from_map(time), rough, self._moves)
 
-    def _part(self, snapshot: VisibilitySnapshot, which: Indices, geometry: BlockGeometry) -> BeamWeightedEchoes:
-        """Some of the echoes, indices `which` (E,) into the snapshot."""
-        body, earth, level = snapshot.echoes.body[which], self._earth_radius, geometry.level
-        nodes = self._positions(snapshot, which, geometry, range(3))
-        polar = polar_from_map(nodes[1], np.zeros(3), earth)
-        apparent = nodes if level is None else [apparent_position(nodes[n], level[n], earth) for n in range(3)]
-        azimuth = polar.azimuth if level is None else np.arctan2(apparent[1][:, 0], apparent[1][:, 1])
-        elevation = polar.elevation if level is None else elevation_of(apparent[1])
-        history, near = interpolated_history(nodes, apparent, polar.range, earth, geometry.over)
-        exact = np.flatnonzero(near | geometry.rough[body])
-        exact_gain = self._exact_history(history, exact, snapshot, which, geometry, azimuth, elevation)
-        weight = self._beam_weight(history, azimuth, geometry.azimuths)
-        self._fluctuation.apply(weight, geometry.azimuths.number, azimuth, body)
-        if level is not None:
-            ends = elevation_of(apparent[0]), elevation_of(apparent[2])
-            relative = self._elevation_change(ends[0], elevation, ends[1], geometry.over)
+    def _part(self, observed: ObservedEchoes, which: Indices, block: BlockGeometry) -> BeamWeightedEchoes:
+        """Some of the echoes, indices `which` (E,) into those observed."""
+        radar, earth = self._scene.radar, self._earth_radius
+        part = PartGeometry.of(observed, which, block, earth)
+        distance = part.polar.range
+        history, near = interpolated_history(part.nodes, part.apparent, distance, earth, block.over)
+        sea = self._sea_history(observed, which, part, block)
+        if sea is not None:
+            near |= sea.middle.steep(radar, history.range_migration, distance)
+        exact = np.flatnonzero(near | block.rough[observed.echoes.body[which]])
+        exact_gain = self._exact_history(history, sea, observed, which, exact, part, block)
+        weight = self._beam_weight(history, part.azimuth, block.azimuths)
+        self._fluctuation.apply(weight, block.azimuths.number, part.azimuth, observed.echoes.body[which])
+        if observed.fade is not None:
+            weight *= observed.fade[which]
+        if block.level is not None:
+            relative = self._elevation_change(part.elevations(), block.over)
             relative[exact] = 1.0
             weight *= relative
         weight[exact] *= exact_gain
-        radar = self._scene.radar
-        if level is not None:
-            radar = replace(radar, height=float(geometry.antenna[1, 2]))
-        height = nodes[1][:, 2] + geometry.antenna[1, 2]
-        path = path_factor(radar, self._scene.environment, polar, height, elevation - polar.elevation)
-        middle = snapshot.echoes.amplitude[which] * path
-        middle *= received_amplitude(radar, polar.range) * two_way_phase(polar.range, radar.wavelength)
+        middle = observed.echoes.amplitude[which] * received_amplitude(radar, distance)
+        middle *= attenuation(radar, self._scene.environment, distance)
+        middle *= elevation_gain(radar, part.elevation) if sea is None else sea.held_factor()
+        if sea is not None:
+            distance = sea.add_excess(distance, history.range_migration)
+        middle *= two_way_phase(distance, radar.wavelength)
         amplitude = rotated_amplitude(middle, weight, history.range_migration, radar.wavelength)
-        return BeamWeightedEchoes(polar.range, history.range_migration, amplitude)
+        if sea is not None:
+            sea.apply(amplitude)
+        return BeamWeightedEchoes(distance, history.range_migration, amplitude)
+
+    def _sea_history(
+        self, observed: ObservedEchoes, which: Indices, part: PartGeometry, block: BlockGeometry
+    ) -> SeaHistory | None:
+        """The interpolated paths by the sea of echoes `which` (E,); None where the sea does not reflect."""
+        radar, environment, earth = self._scene.radar, self._scene.environment, self._earth_radius
+        if not environment.multipath:
+            return None
+        tilt_error = 0.0 if block.level is None else part.elevation - part.polar.elevation
+        paths = Paths(observed.echoes.path[which], observed.echoes.height_span[which])
+        sites = [_site(node, height) for node, height in zip(part.nodes, block.antenna[:3, 2], strict=True)]
+        sea = SeaHistory.interpolated(sea_paths(radar, environment, sites[1], paths, tilt_error), sites, earth, block.over)
+        if block.level is not None:
+            errors = [
+                angle - elevation_above(node, earth) for angle, node in zip(part.elevations(), part.nodes, strict=True)
+            ]
+            sea.sway(radar, errors, block.over)
+        return sea
 
     def _exact_history(
         self,
         history: RangeHistory,
-        exact: Indices,
-        snapshot: VisibilitySnapshot,
+        sea: SeaHistory | None,
+        observed: ObservedEchoes,
         which: Indices,
-        geometry: BlockGeometry,
-        azimuth: Floats,
-        elevation: Floats,
+        exact: Indices,
+        part: PartGeometry,
+        block: BlockGeometry,
     ) -> Singles:
-        """Writes the exact history of echoes `exact` (W,) and returns their elevation gains (W, K) over those at the middle,
-        where they are at `azimuth` and `elevation` (E,) [rad]."""
+        """Writes the exact history of echoes which[exact] (W,) and returns their elevation gains (W, K) over the middle's."""
         if not len(exact):
-            return np.ones((0, len(geometry.azimuths.time)), dtype=np.float32)
-        positions = np.stack(self._positions(snapshot, which[exact], geometry, range(3, len(geometry.antenna))))
-        level = None if geometry.level is None else geometry.level[3:]
-        each = exact_history(history, exact, positions, level, azimuth[exact], self._earth_radius)
-        middle, gain = (elevation_gain(self._scene.radar, angle) for angle in (elevation[exact], each))
+            return np.ones((0, len(block.azimuths.time)), dtype=np.float32)
+        radar, earth = self._scene.radar, self._earth_radius
+        positions = np.stack(block.positions(observed, which[exact], range(3, len(block.antenna))))
+        level = None if block.level is None else block.level[3:]
+        each = exact_history(history, exact, positions, level, part.azimuth[exact], earth)
+        if sea is not None:
+            tilt_error = each.T - elevation_above(positions, earth)
+            site = _site(positions, block.antenna[3:, 2, None])
+            return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error))
+        middle, gain = (elevation_gain(radar, angle) for angle in (part.elevation[exact], each))
         relative = np.where(middle[:, None] < ELEVATION_NULL, 1.0, gain / np.maximum(middle, ELEVATION_NULL)[:, None])
         return relative.astype(np.float32)
 
@@ -165,28 +189,13 @@ class MovingEchoes:
         weight /= np.square(relative, out=relative)
         return weight
 
-    def _elevation_change(self, first: Floats, middle: Floats, last: Floats, over: Parabola) -> Singles:
-        """Elevation gain (E, K) of an antenna that sways over that at the middle, by elevations (E,) [rad]; 1 about nulls."""
-        gains = [elevation_gain(self._scene.radar, elevation) for elevation in (first, middle, last)]
+    def _elevation_change(self, elevations: list[Floats], over: Parabola) -> Singles:
+        """Elevation gain (E, K) over that at the middle, by elevations (E,) at the three nodes [rad]; 1 about nulls."""
+        gains = [elevation_gain(self._scene.radar, elevation) for elevation in elevations]
         null = gains[1] < ELEVATION_NULL
         for gain in gains:
             gain[null] = 1.0
         return over.change(gains[0] / gains[1] - 1.0, gains[2] / gains[1] - 1.0) + np.float32(1.0)
-
-    def _positions(
-        self, snapshot: VisibilitySnapshot, which: Indices, geometry: BlockGeometry, instants: Iterable[int]
-    ) -> list[Floats]:
-        """Positions (E, 3) of echoes `which` relative to the antenna, along the map's axes [m], at some instants of a block."""
-        position, body = snapshot.position[which], snapshot.echoes.body[which]
-        moving = np.flatnonzero(self._moves[body])
-        points, mover = snapshot.echoes.position[which[moving]], body[moving]
-        positions = []
-        for n in instants:
-            positions.append(position - geometry.antenna[n])
-            if len(moving):
-                moved = map_from_bodies(points, mover, geometry.poses.position[n], geometry.poses.heading[n])
-                positions[-1][moving] = moved - geometry.antenna[n]
-        return positions
 
     def _rough(self, poses: PoseArrays, antenna: Floats, over: Parabola, moving: Indices) -> Flags:
         """Which bodies (B,) leave their parabola as the antenna observes them: those of `moving` (N,) at a corner of a track."""
@@ -199,6 +208,11 @@ class MovingEchoes:
             away = away + arm * interpolation_error(heading[3:], heading[:3], over)
             rough[moving] = away > TOLERANCE
         return rough
+
+
+def _site(position: Floats, antenna_height: Floats) -> Site:
+    """Positions (..., 3) relative to the antenna as `specular_geometry` takes them."""
+    return np.hypot(position[..., 0], position[..., 1]), position[..., 2] + antenna_height, antenna_height
 
 
 def _within(position: Floats, middle: float, half: float) -> Flags:

@@ -99,6 +99,12 @@ def elevation_of(direction: Floats) -> Floats:
     return np.arctan2(direction[..., 2], np.hypot(direction[..., 0], direction[..., 1]))
 
 
+def elevation_above(position: Floats, earth_radius: float) -> Floats:
+    """Elevation (...) [rad] of positions (..., 3) relative to the antenna, with the earth's drop, from horizontal."""
+    square = position[..., 0] ** 2 + position[..., 1] ** 2
+    return np.arctan2(position[..., 2] - square / (2.0 * earth_radius), np.sqrt(square))
+
+
 def slant_range(position: Floats, earth_radius: float) -> Floats:
     """Range (...) [m] of positions (..., 3) relative to the antenna; as `frames.polar_from_map`, without the angles."""
     square = position[..., 0] ** 2 + position[..., 1] ** 2

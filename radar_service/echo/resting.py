@@ -6,9 +6,10 @@ import numpy as np
 
 from radar_service.block_cache import BlockCache
 from radar_service.echo.echoes import Echoes
+from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.echo.second_time_around import apparent_range, max_apparent_range
 from radar_service.frames import Polar, polar_from_map
-from radar_service.propagation.radar_equation import path_factor, received_amplitude, two_way_phase
+from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.scattering.model import Instant
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.poses import BodyPoses, map_from_ordered_bodies
@@ -39,6 +40,13 @@ class RestingEchoes:
     def __len__(self) -> int:
         return len(self.position)
 
+    def within(self, max_range: float) -> "RestingEchoes":
+        """Those that appear nearer than `max_range` [m]."""
+        kept = np.flatnonzero(self.echoes.range < max_range)
+        echoes = Echoes(self.echoes.range[kept], self.echoes.azimuth[kept], self.echoes.amplitude[kept])
+        polar = Polar(*(part[kept] for part in self.polar))
+        return RestingEchoes(echoes, self.position[kept], self.body[kept], polar, self.antenna)
+
 
 class PassingShadows:
     """Resting echoes that moving bodies occlude, renewed once per visibility step. Safe to call from several threads."""
@@ -66,12 +74,12 @@ def resting_echoes(scene: Scene, scatterers: ScattererSet, line_of_sight: Occlus
     visible = scatterers.echoes(antenna, Instant(0.0, line_of_sight, max_range, movers=False))
     position = map_from_ordered_bodies(visible.position, visible.body, BodyPoses(scatterers.bodies).each_at(0.0))
     order = np.argsort(np.arctan2(*(position[:, :2] - antenna[:2]).T), kind="stable")
-    position, scattering, body = position[order], visible.amplitude[order], visible.body[order]
+    position, visible, radar = position[order], visible.chosen(order), scene.radar
     polar = polar_from_map(position, antenna, line_of_sight.earth_radius)
-    kept = apparent_range(scene.radar, polar.range) < max_apparent_range(scene.radar)
-    position, scattering, body, polar = position[kept], scattering[kept], body[kept], Polar(*(part[kept] for part in polar))
-    path = path_factor(scene.radar, scene.environment, polar, position[:, 2])
-    level = received_amplitude(scene.radar, polar.range)
-    amplitude = scattering * path * level * two_way_phase(polar.range, scene.radar.wavelength)
-    apparent = apparent_range(scene.radar, polar.range)
-    return RestingEchoes(Echoes(apparent, polar.azimuth, amplitude), position, body, polar, antenna)
+    paths = Paths(visible.path, visible.height_span)
+    distance, factor = range_and_factor(radar, scene.environment, polar, position[:, 2], antenna[2], paths)
+    amplitude = (
+        visible.amplitude * factor * received_amplitude(radar, polar.range) * two_way_phase(distance, radar.wavelength)
+    )
+    echoes = Echoes(apparent_range(radar, distance), polar.azimuth, amplitude)
+    return RestingEchoes(echoes, position, visible.body, polar, antenna).within(max_apparent_range(radar))

@@ -1,10 +1,11 @@
 """Visibility of moving bodies: what the antenna has a line of sight to, renewed at fixed instants of simulated time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from radar_service.block_cache import BlockCache
+from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.frames import wrap_angle
 from radar_service.scattering.model import BodyEchoes, Instant, Sector
 from radar_service.scattering.scatterer_set import ScattererSet
@@ -18,21 +19,19 @@ SNAPSHOTS = 4  # kept: threads may be this many steps apart before one is comput
 
 
 @dataclass(frozen=True)
-class VisibilitySnapshot:
-    """All visible echoes (M,) of moving bodies for one visibility step.
+class VisibilitySnapshot(ObservedEchoes):
+    """All visible echoes (M,) of moving bodies for one visibility step; positions are those of the middle of the step.
 
-    echoes: of the bodies of the set.
-    position: (M, 3) on the map in the middle of the step [m]; of bodies at rest it holds throughout.
+    Bodies whose echoes depend on aspect are evaluated as the beam passes instead (`echo.beam_passage`).
+
     order: indices of the echoes that are not near, by rising azimuth.
     azimuth: their azimuths, in that order [rad].
     near: indices of the others, which may have any azimuth.
     """
 
-    echoes: BodyEchoes
-    position: Floats
-    order: Indices
-    azimuth: Floats
-    near: Indices
+    order: Indices = field(kw_only=True)
+    azimuth: Floats = field(kw_only=True)
+    near: Indices = field(kw_only=True)
 
     def around(self, boresight: float, half: float) -> Indices:
         """Indices of all echoes that may lie within `half` of `boresight` [rad]."""
@@ -79,7 +78,8 @@ class Visibility:
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
         sector = Sector(antenna, rate * time % (2.0 * np.pi), width, self._step / MAX_BEARING_DRIFT)
-        echoes = self.scatterers.echoes(antenna, Instant(time, self.line_of_sight, self.max_range, sector=sector))
+        instant = Instant(time, self.line_of_sight, self.max_range, sector=sector)
+        echoes = self.scatterers.steady.echoes(antenna, instant)
         poses = self._poses.at(np.array([time]))
         position = map_from_bodies(echoes.position, echoes.body, poses.position[0], poses.heading[0])
         east, north, _ = (position - antenna).T
@@ -87,7 +87,7 @@ class Visibility:
         near = np.hypot(east, north) * MAX_BEARING_DRIFT < self._step
         far = np.flatnonzero(~near)
         order = far[np.argsort(azimuth[far])]
-        return VisibilitySnapshot(echoes, position, order, azimuth[order], np.flatnonzero(near))
+        return VisibilitySnapshot(echoes, position, order=order, azimuth=azimuth[order], near=np.flatnonzero(near))
 
 
 def visibility_interval(scene: Scene, step: float) -> float:

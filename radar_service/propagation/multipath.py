@@ -5,15 +5,17 @@ Phases follow exp(+j w t): a path of length R multiplies the field by exp(-j k R
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.propagation.sea_surface import ament, fresnel, miller_brown, sea_water_permittivity
-from radar_service.types import Complexes, Floats, Gain
+from radar_service.types import Complexes, Floats, Gain, Profiles, Singles
 
 Roughness = Callable[[Floats, float, float], Floats]  # grazing angle, rms wave height, wavelength -> factor
+
+Site = tuple[Floats, Floats, Floats]  # distances along the earth, heights of targets, and the antenna's height [m]
 
 _TINY = 1e-300  # m^2: avoids 0 / 0 for a target at the foot of the antenna
 MIN_GAIN = 1e-12  # -120 dB: a lower direct gain counts as this one, so that the ratio stays finite in a null of the beam
@@ -35,6 +37,7 @@ class SpecularGeometry(NamedTuple):
     divergence: factor D of the curved surface, 1 on a flat one.
     elevation_direct: of the direct ray [rad].
     elevation_reflected: of the reflected ray [rad].
+    reflection: distance of the reflection point from the antenna, along the earth [m].
     """
 
     direct: Floats
@@ -45,10 +48,30 @@ class SpecularGeometry(NamedTuple):
     divergence: Floats
     elevation_direct: Floats
     elevation_reflected: Floats
+    reflection: Floats
+
+    @property
+    def excess_slope(self) -> Floats:
+        """Change of the excess with the target's height: difference of the sines of both rays at the target (Fermat)."""
+        return np.asarray(np.sin(2.0 * self.grazing + self.elevation_reflected) - np.sin(self.elevation_direct))
+
+
+class TwoRays(NamedTuple):
+    """The direct ray and the ray by the sea with their fields, arrays of one shape.
+
+    geometry: of both rays.
+    gain: one-way power gain of the direct ray in elevation, at least MIN_GAIN.
+    ratio: Gamma rho_s D R / (R1 + R2) sqrt(G(reflected) / G(direct)), the field by the sea over the direct one without its
+        phase exp(-jk (R1 + R2 - R)).
+    """
+
+    geometry: SpecularGeometry
+    gain: Floats
+    ratio: Complexes
 
 
 def specular_geometry(
-    distance: Floats | float, height: Floats | float, antenna_height: float, earth_radius: float = np.inf
+    distance: Floats | float, height: Floats | float, antenna_height: Floats | float, earth_radius: float = np.inf
 ) -> SpecularGeometry:
     """Geometry of the specular reflection between an antenna and targets over a flat sea or over z = -d^2 / (2 ae).
 
@@ -58,22 +81,35 @@ def specular_geometry(
     """
     d, h = np.broadcast_arrays(np.asarray(distance, np.float64), np.maximum(np.asarray(height, np.float64), 0.0))
     x = _reflection_point(d, h, antenna_height, earth_radius)
-    beyond = d - x
-    rise_1 = antenna_height + x**2 / (2.0 * earth_radius)
-    drop = d**2 / (2.0 * earth_radius)
-    rise_2 = h - drop + x**2 / (2.0 * earth_radius)
-    z = h - drop - antenna_height
-    direct, first, second = np.hypot(d, z), np.hypot(x, rise_1), np.hypot(beyond, rise_2)
-    above_tangent = antenna_height - x**2 / (2.0 * earth_radius)
-    grazing = np.arctan2(above_tangent, x)
+    direct, first, second, excess, rise, z = _lengths(x, d, h, antenna_height, earth_radius)
+    grazing = np.arctan2(antenna_height - x * x / (2.0 * earth_radius), x)
+    return SpecularGeometry(
+        direct, first, second, excess, grazing, divergence(x, d - x, grazing, earth_radius),
+        np.arctan2(z, d), np.arctan2(-rise, x), x,
+    )  # fmt: skip
+
+
+def moved_excess(geometry: SpecularGeometry, before: Site, after: Site, earth_radius: float) -> Floats:
+    """Excess R1 + R2 - R [m] after small moves, without solving for the reflection point anew.
+
+    before, after: distance, height and antenna height [m], as of `specular_geometry`. The reflection point moves as over a flat
+    sea. By Fermat its error counts in second order: below 1e-8 m for moves by metres.
+    """
+    (d, h, antenna_height), (old_d, old_h, old_antenna) = after, before
+    h, old_h = np.maximum(h, 0.0), np.maximum(old_h, 0.0)
+    moved = d * antenna_height / (antenna_height + h) - old_d * old_antenna / (old_antenna + old_h)
+    return _lengths(np.clip(geometry.reflection + moved, 0.0, d), d, h, antenna_height, earth_radius)[3]
+
+
+def _lengths(x: Floats, d: Floats, h: Floats, antenna_height: Floats | float, earth_radius: float) -> tuple[Floats, ...]:
+    """R, R1, R2 and R1 + R2 - R by a reflection point at x, the fall of R1, and the rise of R, all [m]."""
+    beyond, drop, bulge = d - x, d * d / (2.0 * earth_radius), x * x / (2.0 * earth_radius)
+    rise_1, rise_2, z = antenna_height + bulge, h - drop + bulge, h - drop - antenna_height
+    direct, first, second = np.sqrt(d * d + z * z), np.sqrt(x * x + rise_1**2), np.sqrt(beyond * beyond + rise_2**2)
     # R1 + R2 - R without the difference of large lengths: it is millimetres, and k times it must be accurate to 1e-6 rad
     cross = (x * rise_2) ** 2 + (beyond * rise_1) ** 2 + (rise_1 * rise_2) ** 2
     gap = 2.0 * (rise_1 * rise_2 + cross / (first * second + x * beyond + _TINY))
-    excess = gap / (first + second + direct)
-    return SpecularGeometry(
-        direct, first, second, excess, grazing, divergence(x, beyond, grazing, earth_radius),
-        np.arctan2(z, d), np.arctan2(-rise_1, x),
-    )  # fmt: skip
+    return direct, first, second, gap / (first + second + direct), rise_1, z
 
 
 def divergence(first: Floats, second: Floats, grazing: Floats, earth_radius: float) -> Floats:
@@ -90,10 +126,10 @@ def divergence(first: Floats, second: Floats, grazing: Floats, earth_radius: flo
     return factor
 
 
-def two_ray_factor(
+def two_rays(
     distance: Floats | float,
     height: Floats | float,
-    antenna_height: float,
+    antenna_height: Floats | float,
     wavelength: float,
     *,
     earth_radius: float = np.inf,
@@ -101,29 +137,55 @@ def two_ray_factor(
     wave_height: float = 0.0,
     elevation_gain: Gain | None = None,
     roughness: Roughness = miller_brown,
-) -> Complexes:
-    """Field at each target relative to that of the direct ray alone, F; the amplitude of an echo gets the complex factor F^2.
+) -> TwoRays:
+    """The direct ray to each target and the ray by the sea, with their fields.
 
     distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height, wavelength: [m]; earth_radius: ae
     [m]; polarization: "h" or "v"; wave_height: rms of the sea [m]; elevation_gain: one-way power gain at an elevation from
     horizontal; None: isotropic; its root counts as positive, so the sign of sidelobes is lost.
-    F = 1 + Gamma rho_s D exp(-jk (R1 + R2 - R)) R / (R1 + R2) sqrt(G(reflected) / G(direct)): Kerr 1951, ch. 2,
-    docs/specification.md eq. 12 with corrected sign (docs/specification.md, errata row 5). Beyond the horizon F is 0, the
-    shadow of ray optics: diffraction is not modelled.
     """
     geometry = specular_geometry(distance, height, antenna_height, earth_radius)
-    reflected = reflected_field_ratio(geometry, wavelength, polarization, wave_height, roughness)
-    if elevation_gain is not None:
-        direct = np.maximum(elevation_gain(geometry.elevation_direct), MIN_GAIN)
-        reflected = reflected * np.sqrt(elevation_gain(geometry.elevation_reflected) / direct)
-    factor: Complexes = np.where(geometry.grazing > 0, 1.0 + reflected, 0.0)
+    ratio = reflected_field_ratio(geometry, wavelength, polarization, wave_height, roughness)
+    if elevation_gain is None:
+        return TwoRays(geometry, np.ones_like(geometry.direct), ratio)
+    gain = np.maximum(elevation_gain(geometry.elevation_direct), MIN_GAIN)
+    return TwoRays(geometry, gain, ratio * np.sqrt(elevation_gain(geometry.elevation_reflected) / gain))
+
+
+def two_ray_factor(
+    distance: Floats | float, height: Floats | float, antenna_height: Floats | float, wavelength: float, **sea: Any
+) -> Complexes:
+    """Field at each target relative to that of the direct ray alone, F; the amplitude of an echo gets the complex factor F^2.
+
+    Arguments as `two_rays`. F = 1 + Gamma rho_s D exp(-jk (R1 + R2 - R)) R / (R1 + R2) sqrt(G(reflected) / G(direct)): Kerr
+    1951, ch. 2, docs/specification.md eq. 12 with corrected sign (docs/specification.md, errata row 5). Beyond the horizon F
+    is 0, the shadow of ray optics: diffraction is not modelled.
+    """
+    rays = two_rays(distance, height, antenna_height, wavelength, **sea)
+    phase = np.exp(-2j * np.pi / wavelength * rays.geometry.excess)
+    factor: Complexes = np.where(rays.geometry.grazing > 0, 1.0 + rays.ratio * phase, 0.0)
     return factor
+
+
+def mean_square_factor(
+    ratio: Complexes | Profiles, phase: Floats | Singles, phase_span: Floats | Singles
+) -> Floats | Singles:
+    """Root of the mean of |F|^4 over a height: the amplitude factor of what stands for a vertical extent.
+
+    ratio: of `TwoRays`; phase: k times the excess in the middle [rad]; phase_span: how far it runs over the extent [rad], evenly.
+    With x the phase between both rays |F|^4 = 1 + 4 r^2 + r^4 + 4 r (1 + r^2) cos x + 2 r^2 cos 2x.
+    """
+    r, x = np.abs(ratio), phase - np.angle(ratio)
+    once, twice = np.sinc(phase_span / (2.0 * np.pi)), np.sinc(phase_span / np.pi)
+    r2 = r * r
+    mean = 1.0 + 4.0 * r2 + r2 * r2 + 4.0 * r * (1.0 + r2) * once * np.cos(x) + 2.0 * r2 * twice * np.cos(2.0 * x)
+    return np.asarray(np.sqrt(np.maximum(mean, 0.0)))
 
 
 def printed_two_ray_factor(
     distance: Floats | float,
     height: Floats | float,
-    antenna_height: float,
+    antenna_height: Floats | float,
     wavelength: float,
     *,
     earth_radius: float = np.inf,
@@ -138,22 +200,22 @@ def printed_two_ray_factor(
     geometry = specular_geometry(distance, height, antenna_height)
     first, second = geometry.first * np.cos(geometry.grazing), geometry.second * np.cos(geometry.grazing)
     geometry = geometry._replace(divergence=divergence(first, second, geometry.grazing, earth_radius))
-    return 1.0 + reflected_field_ratio(geometry, wavelength, polarization, wave_height, ament)  # eq. 12
+    ratio = reflected_field_ratio(geometry, wavelength, polarization, wave_height, ament)
+    return np.asarray(1.0 + ratio * np.exp(-2j * np.pi / wavelength * geometry.excess))  # eq. 12
 
 
 def reflected_field_ratio(
     geometry: SpecularGeometry, wavelength: float, polarization: str, wave_height: float, roughness: Roughness
 ) -> Complexes:
-    """The reflected field over the direct one, without antenna gains: Gamma rho_s D exp(-jk dR) R / (R1 + R2)."""
+    """The reflected field over the direct one, without antenna gains and phase of the path: Gamma rho_s D R / (R1 + R2)."""
     permittivity = sea_water_permittivity(SPEED_OF_LIGHT / wavelength)
     surface = fresnel(geometry.grazing, permittivity, polarization) * roughness(geometry.grazing, wave_height, wavelength)
     spreading = geometry.direct / (geometry.first + geometry.second)
-    phase = np.exp(-2j * np.pi / wavelength * geometry.excess)
-    ratio: Complexes = surface * geometry.divergence * phase * spreading
+    ratio: Complexes = surface * geometry.divergence * spreading
     return ratio
 
 
-def _reflection_point(d: Floats, h: Floats, antenna_height: float, earth_radius: float) -> Floats:
+def _reflection_point(d: Floats, h: Floats, antenna_height: Floats | float, earth_radius: float) -> Floats:
     """Distance from the antenna to the reflection point [m]: 2x^3 - 3dx^2 + (d^2 - 2ae(h1 + h2))x + 2ae h1 d = 0."""
     flat: Floats = d * antenna_height / (antenna_height + h)
     if np.isinf(earth_radius):

@@ -1,12 +1,12 @@
-"""The radar equation, and the path factor: elevation gain, gas and rain loss, and multipath."""
+"""The radar equation, elevation gain, gas and rain loss, and the two rays of multipath as a radar's antenna weighs them."""
 
 from functools import partial
 
 import numpy as np
 
-from radar_service.frames import Polar, effective_earth_radius
+from radar_service.frames import effective_earth_radius
 from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
-from radar_service.propagation.multipath import two_ray_factor
+from radar_service.propagation.multipath import TwoRays, two_rays
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import interpolated_gain
 from radar_service.radar.parameters import Radar
@@ -24,36 +24,39 @@ def received_amplitude(radar: Radar, distance: Floats) -> Floats:
     return np.asarray(np.sqrt(constant) / nearest**2)
 
 
-def path_factor(
-    radar: Radar, environment: Environment, polar: Polar, height: Floats, tilt_error: Floats | float = 0.0
-) -> Complexes:
-    """Two-way amplitude factor (E,) of the path, complex: elevation gain, gas and rain loss, sea reflection.
-
-    polar: positions of the scatterers relative to the antenna; height: (E,) above the sea [m]; tilt_error: (E,) added to the
-    elevation in the beam, where the antenna sways [rad].
-    """
+def attenuation(radar: Radar, environment: Environment, distance: Floats) -> Floats:
+    """Two-way amplitude factor (E,) of gas and rain over slant ranges (E,) [m]."""
     rain = rain_db_per_km(environment.rain_mm_h, radar.polarization, radar.frequency)
-    gas = attenuation_amplitude(polar.range, environment.gas_db_per_km + rain)
-    factor = (elevation_gain(radar, polar.elevation, tilt_error) * gas).astype(np.complex128)
-    if environment.multipath:
-        factor *= (
-            two_ray_factor(
-                polar.distance,
-                height,
-                radar.height,
-                radar.wavelength,
-                earth_radius=effective_earth_radius(environment.earth_factor),
-                polarization=radar.polarization,
-                wave_height=rms_wave_height(environment.sea_state),
-                elevation_gain=partial(elevation_gain, radar, tilt_error=tilt_error),
-            )
-            ** 2
-        )
-    return factor
+    return np.asarray(attenuation_amplitude(distance, environment.gas_db_per_km + rain))
+
+
+def radar_two_rays(
+    radar: Radar,
+    environment: Environment,
+    distance: Floats,
+    height: Floats,
+    antenna_height: Floats | float,
+    tilt_error: Floats | float = 0.0,
+) -> TwoRays:
+    """The direct ray and the ray by the sea for a radar over the sea of an environment.
+
+    distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height: above the sea as it sways, broadcast
+    [m]; tilt_error: added to the elevations of both rays in the beam, where the antenna sways [rad].
+    """
+    return two_rays(
+        distance,
+        height,
+        antenna_height,
+        radar.wavelength,
+        earth_radius=effective_earth_radius(environment.earth_factor),
+        polarization=radar.polarization,
+        wave_height=rms_wave_height(environment.sea_state),
+        elevation_gain=partial(elevation_gain, radar, tilt_error=tilt_error),
+    )
 
 
 def elevation_gain(radar: Radar, elevation: Floats, tilt_error: Floats | float = 0.0) -> Floats:
-    """One-way power gain relative to boresight at elevations [rad] from horizontal; tilt_error: as in `path_factor`."""
+    """One-way power gain relative to boresight at elevations [rad] from horizontal; tilt_error: added to them."""
     return interpolated_gain(elevation + tilt_error - radar.tilt, radar.beamwidth_el, radar.pattern_el)
 
 

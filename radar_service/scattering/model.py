@@ -6,7 +6,7 @@ to `scene.body.Scattering`: scene files then know it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 
@@ -158,4 +158,17 @@ class ScatteringModel(Protocol):
     @staticmethod
     def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
         """Predicted error of the body's mean power [dB], None where unknown; scatterers: how many it has, None: not built."""
+        ...
+
+
+@runtime_checkable
+class AspectModel(ScatteringModel, Protocol):
+    """A model whose echoes hold for one aspect alone: each body is evaluated at instants at which the beam passes it."""
+
+    def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
+        """Echoes of body b alone, exactly as it is at the instant; arguments as in `echoes`."""
+        ...
+
+    def coherence(self, b: int, distance: float) -> float:
+        """Size [m] over which phases are summed into one echo of body b at `distance` [m]."""
         ...

@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, ScatteringModel
+from radar_service.scattering.model import AspectModel, BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.models import scattering_model
 from radar_service.scene.body import Body
 from radar_service.types import Floats, Indices
@@ -29,6 +30,16 @@ class ScattererSet:
         for model in self.models:
             counts[np.searchsorted(self.key, model.key)] = model.scatterers
         return counts
+
+    @cached_property
+    def steady(self) -> "ScattererSet":
+        """The same bodies without those models whose echoes depend on aspect."""
+        return replace(self, models=tuple(model for model in self.models if not isinstance(model, AspectModel)))
+
+    @property
+    def aspect_models(self) -> list[AspectModel]:
+        """The models whose echoes depend on aspect."""
+        return [model for model in self.models if isinstance(model, AspectModel)]
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of all bodies, by rising body; arguments as in `ScatteringModel.echoes`."""

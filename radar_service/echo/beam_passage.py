@@ -1,0 +1,230 @@
+"""Echoes of bodies whose echoes depend on aspect: evaluated at instants, the nodes, along each passage of the beam.
+
+A passage is counted from the opposite bearing, so an azimuth never takes the aspect of an older or a later one. One node is at
+the crossing, the spoke nearest to which the boresight points at the body. Between neighbouring nodes the field is
+w E1 + (1 - w) E2, each with its own exact range histories; w falls linearly in time. An echo stands for `coherence` metres of
+the body, whose ends change their phase against its middle at the rate omega = k coherence x (rate of the line of sight in the
+body's frame). A linear interpolation over the phase theta errs by theta^2 / 8 at the ends, a node that is held by theta.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.block_cache import BlockCache
+from radar_service.echo.block_geometry import ObservedEchoes
+from radar_service.echo.echoes import AzimuthTimes
+from radar_service.frames import wrap_angle
+from radar_service.radar.parameters import Radar
+from radar_service.scattering.model import AspectModel, BodyEchoes, Instant
+from radar_service.scattering.scatterer_set import ScattererSet
+from radar_service.scene.poses import BodyPoses, map_from_bodies
+from radar_service.scene.world import Scene
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.types import Floats, Indices, Singles
+
+MAX_PHASE = 0.7  # rad between nodes: theta^2 / 8 is 6 % or 0.5 dB where the beam looks at the body
+HELD_PHASE = 0.07  # rad over the beam: one node serves a whole passage
+NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets
+SAMPLES = 33  # instants of a passage at which rates are taken
+GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
+NODES_PER_BODY = 16  # kept: those in use, and those of threads that are ahead
+MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
+CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
+MARGIN = 1.2  # nodes cover so much more than the beam's extent: bodies move meanwhile
+
+
+class Aspect(NamedTuple):
+    """One body whose echoes depend on aspect: its model, its index there, and its index in the set."""
+
+    model: AspectModel
+    local: int
+    body: int
+
+
+class BeamPassages:
+    """The echoes of all bodies (N,) of a set whose echoes depend on aspect. Safe to call from several threads."""
+
+    def __init__(
+        self, scene: Scene, scatterers: ScattererSet, line_of_sight: OcclusionScene, max_range: float, extent: float
+    ) -> None:
+        """max_range: beyond it no echo is received [m]; extent: offset from boresight beyond which echoes are left out [rad]."""
+        self._scene, self._line_of_sight, self._max_range = scene, line_of_sight, max_range
+        self._aspects = [
+            Aspect(model, local, int(body))
+            for model in scatterers.aspect_models
+            for local, body in enumerate(np.searchsorted(scatterers.key, model.key))
+        ]
+        bodies = [scatterers.bodies[aspect.body] for aspect in self._aspects]
+        self._bodies, self._poses = bodies, BodyPoses(bodies)
+        self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
+        self._radius = np.array([body.radius for body in bodies])
+        self._sway = 0.0 if scene.own_ship.sway is None else float(scene.own_ship.sway.amplitude[:2].sum())
+        self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
+        self._nodes: BlockCache[tuple[int, int], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
+        self._schedules: BlockCache[tuple[int, int], Indices] = BlockCache(4 * max(1, len(bodies)))
+        self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * max(1, len(bodies)))
+
+    def __len__(self) -> int:
+        return len(self._aspects)
+
+    def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> ObservedEchoes | None:
+        """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths; None where none do."""
+        spoke = azimuths.time / self._scene.radar.spoke_period
+        parts, fades = [], []
+        for n, crossing in self._passing(azimuths.middle, middle, half):
+            nodes = self.nodes(n, crossing)
+            for node, fade in zip(nodes, _hats(nodes, spoke), strict=True):
+                if fade.any():
+                    parts.append(self._node(n, int(node)))
+                    fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
+        if not parts:
+            return None
+        echoes = BodyEchoes.joined([part.echoes for part in parts])
+        return ObservedEchoes(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades))
+
+    def crossing(self, n: int, turns: float) -> int:
+        """The spoke, numbered from the start, at which the boresight points at body n about `turns` scans after the start.
+
+        A body that outruns the beam has no crossing: it gets a spoke that points north.
+        """
+        eighth = round(turns * 8.0)
+        return self._crossings.get((n, eighth), lambda: self._found_crossing(n, eighth / 8.0))
+
+    def nodes(self, n: int, crossing: int) -> Indices:
+        """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing."""
+        return self._schedules.get((n, crossing), lambda: self._scheduled(n, crossing))
+
+    def first_scan(self) -> list[tuple[Aspect, int]]:
+        """Each body, and how often it is evaluated about its first crossing."""
+        bearing, _ = self._bearings(0.0)
+        turns = bearing / (2.0 * np.pi) % 1.0
+        return [(aspect, len(self.nodes(n, self.crossing(n, turns[n])))) for n, aspect in enumerate(self._aspects)]
+
+    def clear(self) -> None:
+        """Drops all echoes, so that the next call can be timed."""
+        self._nodes.clear()
+
+    def _passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
+        """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
+        if not self._aspects:
+            return []
+        bearing, distance = self._bearings(time)
+        off = wrap_angle(bearing - middle)
+        near = np.abs(off) <= half + self._sway + _aside(self._radius, distance)
+        turns = time / self._scene.radar.rotation_period + off / (2.0 * np.pi)
+        return [(int(n), self.crossing(int(n), float(turns[n]))) for n in np.flatnonzero(near)]
+
+    def _found_crossing(self, n: int, start: float) -> int:
+        """As `crossing`, from a start [turns]."""
+        turns, ahead, radar = start, np.inf, self._scene.radar
+        for _ in range(MAX_ITERATIONS):
+            (position,), _ = self._track(n, np.array([turns * radar.rotation_period]))
+            ahead = float(wrap_angle(np.arctan2(position[0], position[1]) - 2.0 * np.pi * turns) / (2.0 * np.pi))
+            turns += ahead
+            if abs(ahead) < CONVERGED:
+                break
+        lost = abs(ahead) * radar.azimuths > 1.0 or abs(turns - start) > 1.0
+        return round(start) * radar.azimuths if lost else round(turns * radar.azimuths)
+
+    def _scheduled(self, n: int, crossing: int) -> Indices:
+        """As `nodes`, computed anew."""
+        radar = self._scene.radar
+        (position,), _ = self._track(n, np.array([crossing * radar.spoke_period]))
+        aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))
+        reach = min(MARGIN * (self._extent + self._sway + aside), np.pi) / radar.azimuth_step
+        offset = np.linspace(-reach, reach, SAMPLES)
+        rate = self._phase_rate(n, (crossing + offset) * radar.spoke_period) * radar.spoke_period  # rad per spoke
+        fine = np.linspace(0.0, reach, 16 * SAMPLES)
+        if np.max(rate) * np.max(fine * self._weight(fine * radar.azimuth_step - aside)) <= HELD_PHASE:
+            return np.array([crossing])
+        spacing = MAX_PHASE / np.maximum(rate * self._weight(np.abs(offset) * radar.azimuth_step - aside), MAX_PHASE / reach)
+        half = SAMPLES // 2
+        before, after = (_outward(offset[half:], side) for side in (spacing[half::-1], spacing[half:]))
+        return crossing + np.concatenate([-before[::-1], [0], after])
+
+    def _phase_rate(self, n: int, time: Floats) -> Floats:
+        """Rates (K,) [rad/s] at which the ends of what an echo of body n stands for change their phase against its middle."""
+        aspect, radar = self._aspects[n], self._scene.radar
+        position, heading = self._track(n, time)
+        distance = np.linalg.norm(position, axis=1)
+        velocity = np.gradient(position, time, axis=0)
+        radial = np.einsum("ij,ij->i", velocity, position) / np.maximum(distance, 1e-9)
+        speed = np.linalg.norm(velocity, axis=1)
+        across = np.sqrt(np.maximum(speed**2 - radial**2, 0.0)) + np.abs(radial) * np.minimum(
+            1.0, self._radius[n] / distance
+        )
+        nearest = np.maximum(distance - self._radius[n], NEAREST)
+        rate = np.abs(np.gradient(np.unwrap(heading), time)) + np.minimum(across, speed) / nearest
+        if self._scene.environment.multipath:
+            rate += 2.0 * radar.height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
+        coherence = aspect.model.coherence(aspect.local, float(distance[len(distance) // 2]))
+        return np.asarray(2.0 * np.pi / radar.wavelength * coherence * rate)
+
+    def _weight(self, offset: Floats) -> Floats:
+        """Weights (K,) of errors at offsets from boresight [rad]: the root of the two-way gain, as nodes are then so much rarer.
+
+        It is 1 on boresight, and everywhere where the full circle of the beam counts.
+        """
+        if self._extent >= np.pi:
+            return np.ones_like(offset)
+        grid = np.linspace(0.0, np.pi, len(self._envelope))
+        return np.asarray(np.sqrt(np.interp(offset, grid, self._envelope)))
+
+    def _node(self, n: int, spoke: int) -> ObservedEchoes:
+        return self._nodes.get((n, spoke), lambda: self._evaluated(n, spoke))
+
+    def _evaluated(self, n: int, spoke: int) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke."""
+        model, local, body = self._aspects[n]
+        time = spoke * self._scene.radar.spoke_period
+        instant = Instant(time, self._line_of_sight, self._max_range)
+        echoes = model.body_echoes(local, self._scene.antenna(time)[0], instant)
+        poses = self._poses.at(np.array([time]))
+        position = map_from_bodies(echoes.position, np.full(len(echoes), n), poses.position[0], poses.heading[0])
+        return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)
+
+    def _bearings(self, time: float) -> tuple[Floats, Floats]:
+        """Bearings (N,) [rad] and ground distances (N,) [m] of the middles of all bodies."""
+        poses = self._poses.at(np.array([time]))
+        middle = map_from_bodies(self._middle, np.arange(len(self)), poses.position[0], poses.heading[0])
+        east, north, _ = (middle - self._scene.antenna(time)[0]).T
+        return np.arctan2(east, north), np.hypot(east, north)
+
+    def _track(self, n: int, time: Floats) -> tuple[Floats, Floats]:
+        """Middle of body n relative to the antenna (K, 3) [m] and its heading (K,) [rad] at each time (K,) [s]."""
+        pose = self._bodies[n].motion.pose(time)
+        c, s, (east, north, up) = np.cos(pose.heading), np.sin(pose.heading), self._middle[n]
+        turned = np.stack([c * east + s * north, c * north - s * east, np.full(len(time), up)], axis=-1)
+        return pose.position + turned - self._scene.antenna(time), pose.heading
+
+
+def _aside(radius: Floats, distance: Floats) -> Floats:
+    """Half the angles that bodies of some radii fill at ground distances (N,) [rad]; all round for an antenna near one."""
+    angle = np.arcsin(np.minimum(1.0, radius / np.maximum(distance, NEAREST)))
+    return np.where(distance <= radius + NEAREST, np.pi, angle)
+
+
+def _sidelobe_envelope(radar: Radar) -> Floats:
+    """The highest one-way gain from each offset on, evenly from 0 to half a circle."""
+    count = int(np.pi / radar.beamwidth * GAINS_PER_BEAMWIDTH) + 2
+    gain = radar.azimuth_gain(np.linspace(0.0, np.pi, count))
+    return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
+
+
+def _outward(offset: Floats, spacing: Floats) -> Indices:
+    """Whole offsets (M,) from 0 to the last of `offset` (S,) [spokes], as far apart as `spacing` (S,) allows there."""
+    nodes, node = [], 0
+    while node < offset[-1]:
+        after = min(int(np.searchsorted(offset, node, side="right")), len(offset) - 1)
+        node += max(1, int(min(spacing[after - 1], spacing[after])))
+        nodes.append(node)
+    return np.array(nodes, dtype=np.int64)
+
+
+def _hats(nodes: Indices, spoke: Floats) -> Singles:
+    """Weights (M, K) of nodes (M,) at spokes (K,): linear between neighbours, and those of the outer nodes beyond."""
+    place = np.interp(spoke, nodes, np.arange(len(nodes)))
+    weight: Singles = np.maximum(0.0, 1.0 - np.abs(place - np.arange(len(nodes))[:, None])).astype(np.float32)
+    return weight

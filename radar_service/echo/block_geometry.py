@@ -1,0 +1,94 @@
+"""Geometry of a block of azimuths: poses and antenna at its nodes and azimuths, and positions of echoes there."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.echo.echoes import AzimuthTimes
+from radar_service.echo.range_history import Parabola, apparent_position, elevation_of
+from radar_service.frames import Polar, polar_from_map
+from radar_service.scattering.model import BodyEchoes
+from radar_service.scene.poses import PoseArrays, map_from_bodies
+from radar_service.types import Flags, Floats, Indices, Singles
+
+
+@dataclass(frozen=True)
+class ObservedEchoes:
+    """Echoes (M,) of bodies of a set, as evaluated at one instant or more.
+
+    echoes: in the bodies' own frames.
+    position: (M, 3) on the map [m]; of bodies at rest it holds at any time.
+    fade: (M, K) weight of each echo at each azimuth of a block; None: 1.
+    """
+
+    echoes: BodyEchoes
+    position: Floats
+    fade: Singles | None = None
+
+
+class BlockGeometry(NamedTuple):
+    """Geometry of some azimuths (K,), first at the three nodes of their parabola, then at each of them.
+
+    azimuths: the azimuths.
+    over: the parabola over their times.
+    poses: of the bodies (3 + K, B).
+    antenna: (3 + K, 3) on the map [m].
+    level: (3 + K, 3, 3) as `Scene.upright_from_map`; None for an antenna that does not sway.
+    rough: (B,) which bodies leave their parabola.
+    moves: (B,) which bodies move on the map.
+    """
+
+    azimuths: AzimuthTimes
+    over: Parabola
+    poses: PoseArrays
+    antenna: Floats
+    level: Floats | None
+    rough: Flags
+    moves: Flags
+
+    def positions(self, observed: ObservedEchoes, which: Indices, instants: Iterable[int]) -> list[Floats]:
+        """Positions (E, 3) of echoes `which` relative to the antenna, along the map's axes [m], at some instants of the block."""
+        position, body = observed.position[which], observed.echoes.body[which]
+        moving = np.flatnonzero(self.moves[body])
+        points, mover = observed.echoes.position[which[moving]], body[moving]
+        positions = []
+        for n in instants:
+            positions.append(position - self.antenna[n])
+            if len(moving):
+                moved = map_from_bodies(points, mover, self.poses.position[n], self.poses.heading[n])
+                positions[-1][moving] = moved - self.antenna[n]
+        return positions
+
+
+@dataclass(frozen=True)
+class PartGeometry:
+    """Where some echoes (E,) are at the three nodes of a block.
+
+    nodes: positions (E, 3) relative to the antenna [m], along the map's axes.
+    apparent: the same as an antenna that sways observes them (`apparent_position`).
+    polar: at the middle.
+    azimuth, elevation: (E,) at the middle, as observed [rad].
+    """
+
+    nodes: list[Floats]
+    apparent: list[Floats]
+    polar: Polar
+    azimuth: Floats
+    elevation: Floats
+
+    @classmethod
+    def of(cls, observed: ObservedEchoes, which: Indices, block: BlockGeometry, earth_radius: float) -> "PartGeometry":
+        """Of echoes `which` (E,)."""
+        nodes = block.positions(observed, which, range(3))
+        polar, level = polar_from_map(nodes[1], np.zeros(3), earth_radius), block.level
+        if level is None:
+            return cls(nodes, nodes, polar, polar.azimuth, polar.elevation)
+        apparent = [apparent_position(nodes[n], level[n], earth_radius) for n in range(3)]
+        azimuth = np.arctan2(apparent[1][:, 0], apparent[1][:, 1])
+        return cls(nodes, apparent, polar, azimuth, elevation_of(apparent[1]))
+
+    def elevations(self) -> list[Floats]:
+        """Elevations (E,) at the three nodes, as observed [rad]."""
+        return [elevation_of(self.apparent[0]), self.elevation, elevation_of(self.apparent[2])]

@@ -1,0 +1,188 @@
+"""Paths of echoes by the sea: ranges and factors of echoes of one path, and of those that stand for all paths (`BodyEchoes`).
+
+An echo that goes p of its two ways by the sea has the range R + p (R' - R) / 2, R' the length by the sea, and the p-th power of
+the field by the sea over the direct one. An echo of all paths has the range R and F^2.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.echo.range_history import Parabola
+from radar_service.frames import Polar
+from radar_service.propagation.multipath import Site, TwoRays, mean_square_factor, moved_excess
+from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
+from radar_service.radar.parameters import Radar
+from radar_service.scene.environment import Environment
+from radar_service.types import Complexes, Flags, Floats, Indices, Profiles, Singles
+
+MAX_PHASE = (
+    5e-4  # rad from the middle of a block to its ends: F^2 held over a smaller change errs by -69 dB (0.67 of it, rms)
+)
+MAX_ELEVATION = (
+    1e-3  # of the vertical beamwidth, likewise: a root of gain changes by at most 1.3e-3 of boresight, -62 dB rms
+)
+NULL = 1e-6  # of boresight: lower gains count as this one where a ratio of gains follows the sway
+
+
+class Paths(NamedTuple):
+    """What echoes (E,) stand for, as in `BodyEchoes`: path (E,), and height_span (E,) [m]."""
+
+    path: Indices
+    height_span: Floats
+
+    @property
+    def by_sea(self) -> Floats:
+        """Share (E,) of an echo's way that goes by the sea: 0, 1/2 or 1; 0 for echoes of all paths."""
+        return np.asarray(np.maximum(self.path, 0) / 2.0)
+
+    def chosen(self, which: Indices) -> "Paths":
+        """Those of echoes `which` (N,)."""
+        return Paths(self.path[which], self.height_span[which])
+
+    def factor(
+        self, ratio: Complexes | Profiles, phase: Floats | Singles, phase_span: Floats | Singles
+    ) -> Complexes | Profiles:
+        """Factors (E, ...) beside the direct ray: F^2, its mean over a height, or the ratio by the path.
+
+        ratio: (E, ...) of `TwoRays`; phase: (E, ...) k times the excess [rad]; phase_span: (E,) what `mean_square_factor` takes.
+        """
+        factor: Complexes | Profiles = np.square(1.0 + ratio * np.exp(-1j * phase))
+        single = np.flatnonzero(self.path >= 0)
+        if len(single):
+            factor[single] = ratio[single] ** _as_column(self.path[single], ratio.ndim)
+        extended = np.flatnonzero((self.path < 0) & (self.height_span > 0.0))
+        if len(extended):
+            span = _as_column(phase_span[extended], ratio.ndim)
+            factor[extended] = mean_square_factor(ratio[extended], phase[extended], span)
+        return factor
+
+
+@dataclass(frozen=True)
+class SeaPaths:
+    """Both rays to echoes (E,) at one instant, and what the echoes stand for."""
+
+    rays: TwoRays
+    paths: Paths
+    wavenumber: float
+
+    @property
+    def phase_span(self) -> Floats:
+        """How far the phase between both rays runs over the height that each echo stands for [rad]."""
+        return self.wavenumber * self.rays.geometry.excess_slope * self.paths.height_span
+
+    def factor(self) -> Complexes:
+        """Two-way factor (E,) of elevation gain and paths at this instant; 0 beyond the horizon, as nothing diffracts."""
+        phase = self.wavenumber * self.rays.geometry.excess
+        return np.asarray(self.above_horizon * self.rays.gain * self.paths.factor(self.rays.ratio, phase, self.phase_span))
+
+    @property
+    def above_horizon(self) -> Flags:
+        """Which echoes have a ray by the sea."""
+        return np.asarray(self.rays.geometry.grazing > 0.0)
+
+    def steep(self, radar: Radar, range_migration: Singles, distance: Floats) -> Flags:
+        """Which echoes change the elevation of their reflected ray by more than MAX_ELEVATION within a block.
+
+        range_migration: (E, K) since the middle, where ranges are `distance` (E,) [m].
+        """
+        moved = np.maximum(np.abs(range_migration[:, 0]), np.abs(range_migration[:, -1]))
+        turned = moved * np.abs(self.rays.geometry.elevation_reflected)
+        return np.asarray(turned > MAX_ELEVATION * radar.beamwidth_el * distance)
+
+
+@dataclass
+class SeaHistory:
+    """How the paths of echoes (E,) change over K azimuths.
+
+    middle: at the middle.
+    excess_change: (E, K) of R' - R since the middle [m].
+    ratio: (E, K) of `TwoRays` at each azimuth; None where it stays that at the middle.
+    changing: (E,) whether the factor is formed at each azimuth.
+    """
+
+    middle: SeaPaths
+    excess_change: Singles
+    ratio: Profiles | None
+    changing: Flags
+
+    @classmethod
+    def interpolated(cls, middle: SeaPaths, sites: list[Site], earth_radius: float, over: Parabola) -> "SeaHistory":
+        """By parabolas through three nodes, at which the targets are at `sites`; earth_radius: effective [m]."""
+        geometry = middle.rays.geometry
+        first, last = (moved_excess(geometry, sites[1], sites[n], earth_radius) - geometry.excess for n in (0, 2))
+        changing = np.maximum(np.abs(first), np.abs(last)) * middle.wavenumber > MAX_PHASE
+        return cls(middle, over.change(first, last), None, changing & (middle.paths.path < 0))
+
+    def sway(self, radar: Radar, tilt_errors: list[Floats], over: Parabola) -> None:
+        """Adds the change of the gains of both rays, for errors of tilt (E,) at the three nodes [rad]."""
+        geometry = self.middle.rays.geometry
+        directions = geometry.elevation_direct, geometry.elevation_reflected
+        roots = []
+        for tilt in tilt_errors:
+            direct, reflected = (np.maximum(elevation_gain(radar, angle, tilt), NULL) for angle in directions)
+            roots.append(np.sqrt(reflected / direct))
+        change = over.change(roots[0] / roots[1] - 1.0, roots[2] / roots[1] - 1.0)
+        self.ratio = self.middle.rays.ratio.astype(np.complex64)[:, None] * (change + np.float32(1.0))
+        self.changing[:] = True
+
+    def replace(self, which: Indices, exact: TwoRays) -> Singles:
+        """Takes the rays (K, W) at each azimuth of echoes `which` (W,); returns their direct gains (W, K) over the middle's."""
+        rays = self.middle.rays
+        self.excess_change[which] = (exact.geometry.excess - rays.geometry.excess[which]).T
+        if self.ratio is None:
+            self.ratio = np.repeat(rays.ratio.astype(np.complex64)[:, None], self.excess_change.shape[1], axis=1)
+        self.ratio[which] = exact.ratio.T
+        self.changing[which] = True
+        gains: Singles = (exact.gain / rays.gain[which]).T.astype(np.float32)
+        return gains
+
+    def add_excess(self, distance: Floats, range_migration: Singles) -> Floats:
+        """Adds the excess of paths by the sea to changes of range (E, K) in place; returns ranges (E,) [m] at the middle."""
+        share = self.middle.paths.by_sea
+        if not share.any():
+            return distance
+        range_migration += share.astype(np.float32)[:, None] * self.excess_change
+        return distance + share * self.middle.rays.geometry.excess
+
+    def held_factor(self) -> Complexes:
+        """Factors (E,) of gain and paths; of changing echoes those of the gain alone."""
+        gain = self.middle.rays.gain * self.middle.above_horizon
+        return np.where(self.changing, gain, self.middle.factor())
+
+    def apply(self, amplitude: Profiles) -> None:
+        """Multiplies amplitudes (E, K) of changing echoes by the factors of their paths at each azimuth."""
+        which = np.flatnonzero(self.changing)
+        if not len(which):
+            return
+        middle, rays = self.middle, self.middle.rays
+        ratio = rays.ratio[which].astype(np.complex64)[:, None] if self.ratio is None else self.ratio[which]
+        wavenumber = np.float32(middle.wavenumber)
+        phase = wavenumber * self.excess_change[which]
+        phase += (middle.wavenumber * rays.geometry.excess[which] % (2.0 * np.pi)).astype(np.float32)[:, None]
+        span = middle.phase_span[which].astype(np.float32)
+        amplitude[which] *= middle.paths.chosen(which).factor(ratio, phase, span)
+
+
+def sea_paths(
+    radar: Radar, environment: Environment, site: Site, paths: Paths, tilt_error: Floats | float = 0.0
+) -> SeaPaths:
+    """Both rays to the targets at a site; tilt_error: as of `radar_two_rays`."""
+    return SeaPaths(radar_two_rays(radar, environment, *site, tilt_error), paths, 2.0 * np.pi / radar.wavelength)
+
+
+def range_and_factor(
+    radar: Radar, environment: Environment, polar: Polar, height: Floats, antenna_height: Floats, paths: Paths
+) -> tuple[Floats, Complexes]:
+    """Ranges (E,) [m] of echoes at rest and their factors (E,): elevation gain, gas and rain, and paths."""
+    loss = attenuation(radar, environment, polar.range)
+    if not environment.multipath:
+        return polar.range, (elevation_gain(radar, polar.elevation) * loss).astype(np.complex128)
+    sea = sea_paths(radar, environment, (polar.distance, height, antenna_height), paths)
+    return polar.range + paths.by_sea * sea.rays.geometry.excess, sea.factor() * loss
+
+
+def _as_column(values: Floats | Singles | Indices, dimensions: int) -> Floats:
+    """Values (E,) that broadcast with arrays (E, ...) of so many dimensions."""
+    return np.asarray(values.reshape(-1, *[1] * (dimensions - 1)))
