@@ -24,8 +24,8 @@ from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Floats, Indices, Singles
 
-MAX_PHASE = 0.7  # rad between nodes: theta^2 / 8 is 6 % or 0.5 dB where the beam looks at the body
-HELD_PHASE = 0.07  # rad over the beam: one node serves a whole passage
+MAX_PHASE = 0.5  # rad between nodes: theta^2 / 8 is 3 % at the ends, 0.041 theta^2 or -40 dB rms over time and echo
+HELD_PHASE = 0.035  # rad in the beam, by the root of its gain: one node serves a whole passage, likewise -40 dB
 NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets
 SAMPLES = 33  # instants of a passage at which rates are taken
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
@@ -84,6 +84,9 @@ class BeamPassages:
         echoes = BodyEchoes.joined([part.echoes for part in parts])
         return ObservedEchoes(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades))
 
+    def _node(self, n: int, spoke: int) -> ObservedEchoes:
+        return self._nodes.get((n, spoke), lambda: self.evaluated(n, spoke))
+
     def crossing(self, n: int, turns: float) -> int:
         """The spoke, numbered from the start, at which the boresight points at body n about `turns` scans after the start.
 
@@ -96,15 +99,10 @@ class BeamPassages:
         """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing."""
         return self._schedules.get((n, crossing), lambda: self._scheduled(n, crossing))
 
-    def first_scan(self) -> list[tuple[Aspect, int]]:
-        """Each body, and how often it is evaluated about its first crossing."""
-        bearing, _ = self._bearings(0.0)
-        turns = bearing / (2.0 * np.pi) % 1.0
-        return [(aspect, len(self.nodes(n, self.crossing(n, turns[n])))) for n, aspect in enumerate(self._aspects)]
-
-    def clear(self) -> None:
-        """Drops all echoes, so that the next call can be timed."""
-        self._nodes.clear()
+    def first_nodes(self) -> list[Indices]:
+        """The nodes of each body about its first crossing."""
+        turns = self._bearings(0.0)[0] / (2.0 * np.pi) % 1.0
+        return [self.nodes(n, self.crossing(n, float(turns[n]))) for n in range(len(self))]
 
     def _passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
@@ -172,10 +170,7 @@ class BeamPassages:
         grid = np.linspace(0.0, np.pi, len(self._envelope))
         return np.asarray(np.sqrt(np.interp(offset, grid, self._envelope)))
 
-    def _node(self, n: int, spoke: int) -> ObservedEchoes:
-        return self._nodes.get((n, spoke), lambda: self._evaluated(n, spoke))
-
-    def _evaluated(self, n: int, spoke: int) -> ObservedEchoes:
+    def evaluated(self, n: int, spoke: int) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke."""
         model, local, body = self._aspects[n]
         time = spoke * self._scene.radar.spoke_period

@@ -69,7 +69,7 @@ class MovingEchoes:
         snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval))
         middle, half = self._sector(azimuths)
         around = snapshot.around(middle, half + self.visibility.bearing_drift)
-        passing = self.passages.echoes(azimuths, middle, half)
+        passing = self.passing(azimuths)
         sources: list[tuple[ObservedEchoes, Indices]] = [(snapshot, around)] if len(around) else []
         if passing is not None:
             sources.append((passing, np.arange(len(passing.echoes))))
@@ -79,6 +79,10 @@ class MovingEchoes:
         geometry = self._geometry(azimuths, np.flatnonzero(np.bincount(bodies)))
         parts = [part for source in sources for part in self._parts(*source, geometry, middle, half)]
         return concatenated(parts, len(azimuths.time))
+
+    def passing(self, azimuths: AzimuthTimes) -> ObservedEchoes | None:
+        """Echoes of bodies by aspect that the beam passes at these azimuths."""
+        return self.passages.echoes(azimuths, *self._sector(azimuths))
 
     def _parts(
         self, observed: ObservedEchoes, around: Indices, geometry: BlockGeometry, middle: float, half: float

@@ -1,6 +1,6 @@
 """Visibility of moving bodies: what the antenna has a line of sight to, renewed at fixed instants of simulated time."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -64,22 +64,24 @@ class Visibility:
         return self._snapshots.get(number, lambda: self._computed(number, half))
 
     def all_round(self, number: int) -> BodyEchoes:
-        """All visible echoes in the middle of the step of that number, wherever the beam points."""
+        """All visible echoes in the middle of the step of that number, wherever the beam points, those by aspect among them."""
+        return self.scatterers.echoes(*self.observed_at(number))
+
+    def observed_at(self, number: int) -> tuple[Floats, Instant]:
+        """The antenna (3,) on the map [m] and the instant in the middle of the step of that number."""
         time = self._middle(number)
-        antenna = self._scene.antenna(time)[0]
-        return self.scatterers.echoes(antenna, Instant(time, self.line_of_sight, self.max_range))
+        return self._scene.antenna(time)[0], Instant(time, self.line_of_sight, self.max_range)
 
     def _middle(self, number: int) -> float:
         return (number + 0.5) * self.interval
 
     def _computed(self, number: int, half: float) -> VisibilitySnapshot:
-        time = self._middle(number)
-        antenna = self._scene.antenna(time)[0]
+        antenna, instant = self.observed_at(number)
+        time = instant.time
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
         sector = Sector(antenna, rate * time % (2.0 * np.pi), width, self._step / MAX_BEARING_DRIFT)
-        instant = Instant(time, self.line_of_sight, self.max_range, sector=sector)
-        echoes = self.scatterers.steady.echoes(antenna, instant)
+        echoes = self.scatterers.steady.echoes(antenna, replace(instant, sector=sector))
         poses = self._poses.at(np.array([time]))
         position = map_from_bodies(echoes.position, echoes.body, poses.position[0], poses.heading[0])
         east, north, _ = (position - antenna).T

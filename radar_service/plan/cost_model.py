@@ -38,9 +38,13 @@ class SetUp:
     look_rays: int
 
 
-def first_visibility_update(prepared: Prepared) -> BodyEchoes:
-    """Runs the first visibility update; the result is cached."""
-    return _visibility_update(prepared, 0)
+def first_visibility_update(prepared: Prepared) -> int:
+    """Runs the first visibility update and returns the number of its moving echoes; the result is cached.
+
+    Bodies by physical optics are evaluated as far as the beam passes them in the first tile.
+    """
+    passing = prepared.moving.passing(tile_azimuths(prepared, 0, 0))
+    return len(_visibility_update(prepared, 0)) + (0 if passing is None else len(passing.echoes))
 
 
 def engine_statistics(set_up: SetUp) -> EngineStatistics:
@@ -56,7 +60,7 @@ def engine_counts(set_up: SetUp) -> Counts:
     radar, scattered = prepared.scene.radar, (prepared.resting_set, prepared.moving.visibility.scatterers)
     return Counts(
         len(prepared.resting),
-        len(visible),
+        visible,
         len(shadows.range),
         int(sum(scatterers.scatterers.sum() for scatterers in scattered)),
         set_up.set_up_rays,
@@ -107,19 +111,29 @@ def _moving_costs(prepared: Prepared) -> tuple[float, float, float]:
         seconds = _seconds(partial(_visibility_update, prepared, step), times=1)
         if step:
             updates.setdefault(step, seconds)
+        prepared.moving.passing(azimuths)
         moving += _seconds(lambda azimuths=azimuths: moving_rows(prepared, azimuths))  # type: ignore[misc]
         total += _seconds(lambda azimuths=azimuths: receive(prepared, azimuths, moving_rows(prepared, azimuths), blind))  # type: ignore[misc]
     each = MICROSECONDS / (len(starts) * len(blind))
     update = float(np.mean(list(updates.values()))) if updates else _repeated_update(prepared)
     per_update = interval / radar.spoke_period
-    return update / per_update * MICROSECONDS, moving * each, max(0.0, total - moving) * each
+    looks = update / per_update + _passages(prepared) / radar.azimuths
+    return looks * MICROSECONDS, moving * each, max(0.0, total - moving) * each
+
+
+def _passages(prepared: Prepared) -> float:
+    """CPU time [s] of physical optics of moving bodies within a scan: each body at each node of its first passage."""
+    passages = prepared.moving.passages
+    return sum(
+        _seconds(partial(passages.evaluated, n, nodes[0])) * len(nodes) for n, nodes in enumerate(passages.first_nodes())
+    )
 
 
 def _repeated_update(prepared: Prepared) -> float:
     """CPU time [s] of a visibility update where a scan has at most one."""
     visibility = prepared.moving.visibility
     visibility.scatterers.clear()
-    visible = _seconds(partial(visibility.all_round, 0), times=1) if len(prepared.moving) else 0.0
+    visible = _seconds(partial(visibility.scatterers.steady.echoes, *visibility.observed_at(0)), times=1)
     return visible + _seconds(partial(prepared.shadows.computed, 0))
 
 

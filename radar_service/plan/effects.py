@@ -8,8 +8,7 @@ from radar_service.clutter.sea import MAX_SEA_STATE
 from radar_service.fidelity import Fidelity
 from radar_service.frames import effective_earth_radius
 from radar_service.plan.items import PlanItem
-from radar_service.plan.multipath_error import multipath_error_db
-from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db
+from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.radar.parameters import Radar
 from radar_service.scene.checks.validity import pulse_doppler_shift
@@ -116,11 +115,8 @@ def _multipath(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -
     if "multipath" in statistics.culling.effects:
         how = "the sea reflects too little: too rough, grazing angle too large, or outside the beam"
         return PlanItem("multipath", False, how, field_db=statistics.culling.effects["multipath"])
-    error = multipath_error_db(scene, fidelity.azimuths_per_block)
-    if math.isinf(error):
-        return PlanItem("multipath", True, TWO_RAY)
-    how = f"{TWO_RAY}; the reflected path is that of the middle of {fidelity.azimuths_per_block} azimuths"
-    return PlanItem("multipath", True, how, field_db=min(error, 0.0))
+    error = multipath_db(scene, fidelity)
+    return PlanItem("multipath", True, TWO_RAY, field_db=error if math.isfinite(error) else None)
 
 
 def _air(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:

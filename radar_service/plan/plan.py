@@ -10,8 +10,7 @@ from radar_service.plan.bodies import bodies
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.effects import effects
 from radar_service.plan.items import PlanItem
-from radar_service.plan.multipath_error import multipath_error_db
-from radar_service.plan.settings_search import all_rests, combine_db, moving_db, resting_db
+from radar_service.plan.settings_search import all_rests, aspect_db, combine_db, moving_db, multipath_db, resting_db
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
 from radar_service.scene.world import Scene
 
@@ -27,7 +26,7 @@ class Plan:
     fidelity: its name.
     choices: one item for each effect and body.
     settings: the fields of the Fidelity.
-    field_db: predicted relative field errors [dB]: at rest, moving, of held multipath phases, of culled effects.
+    field_db: predicted relative field errors [dB]: at rest, moving, of sea reflection, of aspects, of culled effects.
     counts: what the engine computes; None before it is prepared.
     costs: CPU times per azimuth [us]; None before they are measured.
     realtime_factor: simulated seconds per second of one thread of this machine; None without costs.
@@ -109,9 +108,9 @@ def _field_errors(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics
         errors["at rest"] = resting_db(scene.radar, fidelity)
         if not all_rests(scene):
             errors["moving"] = moving_db(scene.radar, fidelity)
-        multipath = multipath_error_db(scene, fidelity.azimuths_per_block)
-        if math.isfinite(multipath) and "multipath" not in statistics.culling.effects:
-            errors["of multipath phases, nearest moving body"] = min(multipath, 0.0)
+        modelled = statistics.culling.applied_to(scene)
+        others = {"of sea reflection, moving": multipath_db(modelled, fidelity), "of aspects, moving": aspect_db(scene)}
+        errors |= {what: error for what, error in others.items() if math.isfinite(error)}
     if statistics.culling.effects:
         errors["of culled effects"] = combine_db(*statistics.culling.effects.values())
     return errors

@@ -14,7 +14,6 @@ import scipy.fft
 
 from radar_service.fidelity import MIN_SCATTERERS, Fidelity
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.multipath_error import multipath_error_db
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Radar
 from radar_service.receive.beam import azimuth_kernel, beam_spectrum
@@ -23,13 +22,17 @@ from radar_service.receive.gridding import Kernel
 from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.scattering.fixed_scatterers import FixedScatterers, density_db, surface_db
 from radar_service.scattering.models import scattering_model
+from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scene.world import Scene
 from radar_service.types import Floats
 
 KERNEL_WIDTHS, BEAM_KERNEL_WIDTHS = (4, 6, 8), (4, 6)
 EXTENTS = (1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 12.0, 18.0, 27.0, math.inf)  # beamwidths each side
-BLOCK_SIZES = (16, 8, 4, 2, 1)  # azimuths per block
+BLOCK_SIZES = (16, 1)  # azimuths per block: where range histories are interpolated at all, a block may be long
 INTERPOLATED_DB, EXACT_DB = -61.5, -88.0  # chirps at 12 kn (tests/bench/accuracy_table.py), and `reference` under way
+MULTIPATH_DB = -62.0  # gains held over blocks where they hardly change, phases less (echo.sea_paths)
+MULTIPATH_PEAK_DB = 4.3  # |F|^4 is 16 at its peaks and 6 on average over all phases
+ASPECT_DB = -40.0  # physical optics between its nodes: 0.04 theta^2 over a beam (echo.beam_passage)
 BEAM_TABLE_DB = {1: -78.0, 8: -96.0}  # by oversampling: docs/engine.md#errors, and 18 dB less for 8 times as many entries
 RESTING_DB, MOVING_DB = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
 DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with a quarter of one targets are missed (chart)
@@ -107,6 +110,25 @@ def motion_db(fidelity: Fidelity) -> float:
     return combine_db(history, BEAM_TABLE_DB[8 if fidelity.beam_table_oversampling >= 8 else 1])
 
 
+def multipath_db(scene: Scene, fidelity: Fidelity) -> float:
+    """Predicted relative field error [dB] of sea reflection on moving echoes, at any time of a run beyond 5 antenna heights.
+
+    The beam is cut where sea reflection may be at its peak, while the target is in a null on boresight. It is -inf without
+    multipath or motion, and where each azimuth is computed by itself with the full circle of the beam.
+    """
+    if not scene.environment.multipath or all_rests(scene):
+        return -math.inf
+    held = MULTIPATH_DB if fidelity.azimuths_per_block > 1 else -math.inf
+    total = 10.0 ** (held / 10.0) + 10.0 ** ((extent_db(scene.radar, fidelity.beam_extent) + MULTIPATH_PEAK_DB) / 10.0)
+    return 10.0 * math.log10(total) if total > 0.0 else -math.inf
+
+
+def aspect_db(scene: Scene) -> float:
+    """Predicted relative field error [dB] of interpolating physical optics between aspects; -inf where none changes."""
+    turning = (body for body in scene.bodies if not (scene.own_ship.at_rest and body.motion.at_rest))
+    return ASPECT_DB if any(issubclass(scattering_model(body), PhysicalOptics) for body in turning) else -math.inf
+
+
 def _min_scatterers(scene: Scene, budget: ErrorBudget) -> int:
     """Scatterers that keep the budget on any surface of the scene, at least those of `balanced`."""
     multipath = scene.environment.multipath
@@ -140,10 +162,9 @@ def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
     chosen = _cheapest(radar, kernels, errors, budget.method_db - ALIASING_MARGIN)
     if all_rests(scene):
         return chosen
-    sizes = [size for size in BLOCK_SIZES if size == 1 or multipath_error_db(scene, size) <= budget.field_db]
     beams = [
         replace(chosen, beam_extent=extent, azimuths_per_block=size, beam_table_oversampling=oversampling)
-        for extent, size, oversampling in itertools.product(EXTENTS, sizes, BEAM_TABLE_DB)
+        for extent, size, oversampling in itertools.product(EXTENTS, BLOCK_SIZES, BEAM_TABLE_DB)
     ]
     return _cheapest(radar, beams, [moving_db(radar, choice) for choice in beams], budget.method_db)
 

@@ -10,7 +10,7 @@ from radar_service.fidelity import PRESETS
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import Culling
 from radar_service.plan.plan import plan_for
-from radar_service.plan.settings_search import fidelity_for, moving_db, resting_db
+from radar_service.plan.settings_search import ASPECT_DB, fidelity_for, moving_db, multipath_db, resting_db
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics
 from tests.scenes import point, scene
 
@@ -74,12 +74,22 @@ def test_a_budget_that_no_setting_keeps_is_a_caveat_with_advice() -> None:
 
 
 def test_errors_of_multipath_and_culled_effects_are_predicted() -> None:
-    made = moving_scene(multipath=True)
-    held = "of multipath phases, nearest moving body"
-    assert list(plan_for(made, PRESETS["balanced"]).field_db) == ["at rest", "moving", held]
+    made, balanced = moving_scene(multipath=True), PRESETS["balanced"]
+    sea = "of sea reflection, moving"
+    errors = plan_for(made, balanced).field_db
+    assert list(errors) == ["at rest", "moving", sea] and errors[sea] == multipath_db(made, balanced)
     culled = EngineStatistics(Culling(effects={"multipath": -60.0, "gas": -60.0}))
-    errors = plan_for(made, PRESETS["balanced"], culled).field_db
-    assert held not in errors and errors["of culled effects"] == pytest.approx(-60 + 10 * math.log10(2))
+    errors = plan_for(made, balanced, culled).field_db
+    assert sea not in errors and errors["of culled effects"] == pytest.approx(-60 + 10 * math.log10(2))
+
+
+def test_errors_of_changing_aspects_are_predicted() -> None:
+    """Of metal that moves, or that a moving ship observes."""
+    plate = {"name": "p", "shape": "plate", "width_m": 2, "height_m": 1, "position_m": [0, 500, 9], "scattering": "optics"}
+    aspects = "of aspects, moving"
+    assert aspects not in plan_for(scene([plate]), PRESETS["balanced"]).field_db
+    for made in (scene([plate], own_ship={"speed_kn": 9}), scene([plate | {"course_deg": 20, "speed_kn": 4}])):
+        assert plan_for(made, PRESETS["balanced"]).field_db[aspects] == ASPECT_DB
 
 
 def test_the_documented_engine_predicts_no_errors() -> None:

@@ -10,11 +10,13 @@ import radar_service as rs
 from radar_service.fidelity import PRESETS
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
 from radar_service.plan.settings_search import (
+    MULTIPATH_DB,
     beam_kernel_db,
     extent_db,
     fidelity_for,
     kernel_db,
     moving_db,
+    multipath_db,
     relative_cost,
 )
 from radar_service.scattering.fixed_scatterers import density_db
@@ -87,3 +89,16 @@ def test_the_choice_is_the_same_every_time() -> None:
     extent_db.cache_clear()
     assert fidelity_for(under_way(), ErrorBudget(1.0)) == first
     assert np.isfinite(first.beam_extent)
+
+
+def test_sea_reflection_errs_only_where_blocks_meet_motion() -> None:
+    """Each azimuth by itself, without multipath or without motion there is no error; a long block costs none of the budget."""
+    sea = {"multipath": True}
+    moving = scene([point("t", 0, 300, speed_kn=40, course_deg=180)], environment=sea)
+    peak = extent_db(moving.radar, 12.0) + 10 * math.log10(16 / 6)
+    by_hand = 10 * math.log10(10 ** (MULTIPATH_DB / 10) + 10 ** (peak / 10))
+    assert multipath_db(moving, BALANCED) == pytest.approx(by_hand, abs=0.05)
+    assert fidelity_for(moving, ErrorBudget()).azimuths_per_block == 16
+    assert multipath_db(moving, PRESETS["reference"]) == -math.inf
+    assert multipath_db(scene([point("t", 0, 300)], environment=sea), BALANCED) == -math.inf
+    assert multipath_db(under_way(), BALANCED) == -math.inf

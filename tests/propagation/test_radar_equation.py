@@ -9,7 +9,13 @@ import pytest
 import radar_service as rs
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.frames import Polar, polar_from_map
-from radar_service.propagation.radar_equation import elevation_gain, path_factor, received_amplitude, two_way_phase
+from radar_service.propagation.radar_equation import (
+    attenuation,
+    elevation_gain,
+    radar_two_rays,
+    received_amplitude,
+    two_way_phase,
+)
 from tests.reference.point_scene import error_db, exact_field, scattered
 from tests.scenes import point, scene
 
@@ -237,34 +243,32 @@ def test_the_elevation_gain_follows_tilt_and_sway(height: float, tilt_error_deg:
     assert gain[0] == pytest.approx(gaussian_gain(np.rad2deg(elevation) + tilt_error_deg), abs=3e-6)
 
 
-def test_the_path_factor_is_gain_times_gas_and_rain() -> None:
+def test_gas_and_rain_attenuate_both_ways() -> None:
     """0.1 dB/km of gas and 0.332 dB/km of 16 mm/h rain (P.838; half its last digit), both ways over 2 km."""
     made = scene(radar=GAUSSIAN, environment=FLAT | {"gas_db_per_km": 0.1, "rain_mm_h": 16})
-    polar, height = toward(2000.0, 40.0)
-    factor = path_factor(made.radar, made.environment, polar, height)
-    loss_db = 2 * np.hypot(2000.0, 25.0) / 1000 * (0.1 + 0.332)
-    gain = gaussian_gain(float(np.rad2deg(np.arctan2(25.0, 2000.0))))
-    assert factor[0].imag == 0.0
-    assert factor[0].real == pytest.approx(gain * 10 ** (-loss_db / 20), rel=4 * 0.0005 * np.log(10) / 20 + 1e-5)
+    loss_db = 2 * 2.0 * (0.1 + 0.332)
+    factor = attenuation(made.radar, made.environment, np.array([2000.0]))[0]
+    assert factor == pytest.approx(10 ** (-loss_db / 20), rel=4 * 0.0005 * np.log(10) / 20)
 
 
 @pytest.mark.parametrize("polarization", ["h", "v"])
-def test_the_path_factor_has_the_square_of_two_rays(polarization: str) -> None:
+@pytest.mark.parametrize("tilt_error_deg", [0.0, 1.5])
+def test_two_rays_have_the_gains_of_their_own_elevations(polarization: str, tilt_error_deg: float) -> None:
     """Fields of direct and reflected ray by hand over a flat smooth sea of 55.3 - j38.2, each with the root of its own one-way
     gain. 3e-3: three digits of the permittivity."""
     made = scene(radar=GAUSSIAN | {"polarization": polarization}, environment=FLAT | {"multipath": True})
     for distance in (700.0, 1234.5, 3000.0):
-        polar, height = toward(distance, 10.0)
         direct, reflected = np.hypot(distance, 5.0), np.hypot(distance, 25.0)
         grazing = np.arctan2(25.0, distance)
         sine, refracted = np.sin(grazing), np.sqrt(55.3 - 38.2j - np.cos(grazing) ** 2)
         weight = 1.0 if polarization == "h" else 55.3 - 38.2j
         gamma = (weight * sine - refracted) / (weight * sine + refracted)
-        gains = [gaussian_gain(float(np.rad2deg(-np.arctan2(h, distance)))) for h in (5.0, 25.0)]
-        excess = (25.0**2 - 5.0**2) / (direct + reflected)
-        field = np.sqrt(gains[0]) + np.sqrt(gains[1]) * gamma * np.exp(-2j * np.pi / LAMBDA * excess) * direct / reflected
-        factor = path_factor(made.radar, made.environment, polar, height)[0]
-        assert factor == pytest.approx(field**2, abs=3e-3)
+        gains = [gaussian_gain(float(np.rad2deg(-np.arctan2(h, distance))) + tilt_error_deg) for h in (5.0, 25.0)]
+        site = (np.array([distance]), np.array([10.0]), 15.0)
+        rays = radar_two_rays(made.radar, made.environment, *site, np.deg2rad(tilt_error_deg))
+        assert rays.gain[0] == pytest.approx(gains[0], abs=3e-6)
+        assert rays.ratio[0] == pytest.approx(gamma * np.sqrt(gains[1] / gains[0]) * direct / reflected, abs=3e-3)
+        assert rays.geometry.excess[0] == pytest.approx((25.0**2 - 5.0**2) / (direct + reflected), rel=1e-12)
 
 
 def test_the_phase_turns_once_in_half_a_wavelength() -> None:
