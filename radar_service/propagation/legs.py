@@ -21,6 +21,7 @@ class Leg(NamedTuple):
     level: (M, 2) east and north components of the horizontal unit vector away from the antenna.
     rise: (M,) sine of the elevation of travel at the points, positive upward.
     curvature: (M,) of the wavefront in the vertical plane [1/m]; in the horizontal plane it is 1 / length.
+    tilt: (M,) of the earth's surface there against the antenna's [rad]; the ray meets the surface by that much more steeply upward.
     arrives: (M,) whether a ray reaches the point at all over the curved earth.
     """
 
@@ -28,6 +29,7 @@ class Leg(NamedTuple):
     level: Floats
     rise: Floats
     curvature: Floats
+    tilt: Floats
     arrives: Flags
 
 
@@ -36,7 +38,7 @@ def direct_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
     distance, level = _plan(position, antenna)
     z = position[:, 2] - antenna[2] - distance**2 / (2.0 * earth_radius)
     length = np.maximum(np.hypot(distance, z), _TINY)
-    return Leg(length, level, z / length, 1.0 / length, np.ones(len(length), dtype=np.bool_))
+    return Leg(length, level, z / length, 1.0 / length, distance / earth_radius, np.ones(len(length), dtype=np.bool_))
 
 
 def sea_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
@@ -53,7 +55,8 @@ def sea_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
     sine = np.maximum(np.sin(geometry.grazing), _TINY)
     spreading = 1.0 + 2.0 * geometry.first / (earth_radius * sine)
     curvature = spreading / np.maximum(geometry.first + geometry.second * spreading, _TINY)
-    return Leg(geometry.first + geometry.second, level, rise, curvature, geometry.grazing > 0.0)
+    tilt = distance / earth_radius
+    return Leg(geometry.first + geometry.second, level, rise, curvature, tilt, geometry.grazing > 0.0)
 
 
 def reflection_points(position: Floats, antenna: Floats, earth_radius: float) -> tuple[Floats, Flags]:
