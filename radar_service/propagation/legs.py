@@ -21,7 +21,10 @@ class Leg(NamedTuple):
     level: (M, 2) east and north components of the horizontal unit vector away from the antenna.
     rise: (M,) sine of the elevation of travel at the points, positive upward.
     curvature: (M,) of the wavefront in the vertical plane [1/m]; in the horizontal plane it is 1 / length.
-    tilt: (M,) of the earth's surface there against the antenna's [rad]; the ray meets the surface by that much more steeply upward.
+    elevation: (M,) of the ray at the antenna, from horizontal [rad].
+    grazing: (M,) angle at the sea [rad]; 0 for the direct leg.
+    divergence: (M,) factor of the curved sea; 1 for the direct leg.
+    tilt: (M,) of the earth's surface there against the antenna's [rad]; rays rise there by that much more.
     arrives: (M,) whether a ray reaches the point at all over the curved earth.
     """
 
@@ -29,6 +32,9 @@ class Leg(NamedTuple):
     level: Floats
     rise: Floats
     curvature: Floats
+    elevation: Floats
+    grazing: Floats
+    divergence: Floats
     tilt: Floats
     arrives: Flags
 
@@ -38,7 +44,9 @@ def direct_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
     distance, level = _plan(position, antenna)
     z = position[:, 2] - antenna[2] - distance**2 / (2.0 * earth_radius)
     length = np.maximum(np.hypot(distance, z), _TINY)
-    return Leg(length, level, z / length, 1.0 / length, distance / earth_radius, np.ones(len(length), dtype=np.bool_))
+    none, everywhere = np.zeros(len(length)), np.ones(len(length), dtype=np.bool_)
+    elevation = np.arctan2(z, distance)
+    return Leg(length, level, z / length, 1.0 / length, elevation, none, none + 1.0, distance / earth_radius, everywhere)
 
 
 def sea_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
@@ -55,8 +63,10 @@ def sea_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
     sine = np.maximum(np.sin(geometry.grazing), _TINY)
     spreading = 1.0 + 2.0 * geometry.first / (earth_radius * sine)
     curvature = spreading / np.maximum(geometry.first + geometry.second * spreading, _TINY)
-    tilt = distance / earth_radius
-    return Leg(geometry.first + geometry.second, level, rise, curvature, tilt, geometry.grazing > 0.0)
+    return Leg(
+        geometry.first + geometry.second, level, rise, curvature, geometry.elevation_reflected, geometry.grazing,
+        geometry.divergence, distance / earth_radius, geometry.grazing > 0.0,
+    )  # fmt: skip
 
 
 def reflection_points(position: Floats, antenna: Floats, earth_radius: float) -> tuple[Floats, Flags]:

@@ -26,11 +26,12 @@ def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumbe
     return mean_phasor(phases)
 
 
-def mean_phasor(phases: Floats, bends: Floats | None = None) -> Complexes:
+def mean_phasor(phases: Floats, bends: Floats | None = None, tapers: Floats | None = None) -> Complexes:
     """Mean of exp(j phi) over triangles (M,), phi quadratic, its mean at the corners near 0.
 
     phases: (3, M) of phi at the corners [rad]; bends: (3, M), by how much phi at the middle of the edge opposite to each corner
-    exceeds the mean of the edge's two ends [rad]; None: phi is linear. Linear phases are integrated in closed form: a divided
+    exceeds the mean of the edge's two ends [rad]; None: phi is linear; tapers: (3, M), by how much the amplitude at the corners
+    exceeds 1, with bends. Linear phases are integrated in closed form: a divided
     difference of exp(j x) at the corners' phases (Hermite-Genocchi; de Boor 2005, Divided differences), which is Gordon's
     (1975) line integral without its poles. The factor of the bends is interpolated from corners and middles of edges (Filon
     1928), and its products with the linear phase are integrated in closed form too.
@@ -43,8 +44,10 @@ def mean_phasor(phases: Floats, bends: Floats | None = None) -> Complexes:
         result[steep] = _linear_mean(_Edges.of(low[steep], middle[steep], high[steep]))
         return result
     opposite = np.take_along_axis(np.expm1(1j * bends), order, axis=0) * 4.0
-    result += _flat_bubbles(low, middle, high, opposite)
-    result[steep] = _bent_mean(_Edges.of(low[steep], middle[steep], high[steep]), opposite[:, steep])
+    corner = np.take_along_axis(np.zeros_like(phases) if tapers is None else tapers, order, axis=0)
+    result += _flat_bubbles(low, middle, high, opposite) + _flat_tapers(low, middle, high, corner)
+    edges = _Edges.of(low[steep], middle[steep], high[steep])
+    result[steep] = _bent_mean(edges, opposite[:, steep], corner[:, steep])
     return result
 
 
@@ -90,17 +93,21 @@ def _linear_mean(edges: _Edges) -> Complexes:
     return np.asarray(-2j * (edges.upper - edges.lower) / edges.span)
 
 
-def _bent_mean(edges: _Edges, weight: Complexes) -> Complexes:
-    """The mean with the bubbles lambda_i lambda_j of barycentric coordinates, weighted by (3, M), opposite corner first to last.
+def _bent_mean(edges: _Edges, weight: Complexes, taper: Floats) -> Complexes:
+    """The mean with the barycentric coordinates lambda_i weighted by `taper` (3, M), and their products lambda_i lambda_j by
+    `weight` (3, M) of the opposite corner, corners by rising phase.
 
     Each is one integration by parts along the edge from the lowest to the highest phase, where d phi = span.
     """
     mean, step = _linear_mean(edges), -1j / edges.span
     at_middle = 2.0 * step * (edges.upper_toward - edges.lower_toward)
-    ends = 2.0 * step * (mean - (edges.lower - edges.lower_toward) - (edges.upper - edges.upper_toward))
+    at_low = step * (mean - 2.0 * (edges.lower - edges.lower_toward))
+    at_high = step * (2.0 * (edges.upper - edges.upper_toward) - mean)
     upper_bubble = step * (2.0 * edges.upper_bubble - at_middle)
     lower_bubble = step * (at_middle - 2.0 * edges.lower_bubble)
-    return np.asarray(mean + weight[0] * upper_bubble - weight[1] * step * ends + weight[2] * lower_bubble)
+    long_bubble = step * (at_high - at_low)
+    bubbles = weight[0] * upper_bubble + weight[1] * long_bubble + weight[2] * lower_bubble
+    return np.asarray(mean + bubbles + taper[0] * at_low + taper[1] * at_middle + taper[2] * at_high)
 
 
 def _flat_bubbles(x: Floats, y: Floats, z: Floats, weight: Complexes) -> Complexes:
@@ -109,6 +116,14 @@ def _flat_bubbles(x: Floats, y: Floats, z: Floats, weight: Complexes) -> Complex
     total = np.zeros(len(x), dtype=np.complex128)
     for phase, one in zip((x, y, z), weight, strict=True):
         total += one * (1.0 / 12.0 + 1j * (both - phase / 60.0))
+    return total
+
+
+def _flat_tapers(x: Floats, y: Floats, z: Floats, taper: Floats) -> Complexes:
+    """The tapers' part where phases hardly differ, to first order in them."""
+    total = np.zeros(len(x), dtype=np.complex128)
+    for phase, one in zip((x, y, z), taper, strict=True):
+        total += one * (1.0 / 3.0 + 1j * ((x + y + z) + phase) / 12.0)
     return total
 
 

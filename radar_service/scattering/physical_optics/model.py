@@ -8,6 +8,7 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.frames import map_from_body
+from radar_service.propagation.leg_weight import LegWeight
 from radar_service.propagation.legs import reflection_points
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
@@ -28,17 +29,20 @@ FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas 
 class PhysicalOptics:
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
 
-    def __init__(self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], multipath: bool) -> None:
-        """key: (B,) index of each body in the scene; multipath: whether the sea reflects."""
+    def __init__(
+        self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], multipath: bool, weight: LegWeight
+    ) -> None:
+        """key: (B,) index of each body in the scene; multipath: whether the sea reflects; weight: of legs."""
         self.bodies, self.key = tuple(bodies), key
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
-        self._optical, self._multipath = tuple(optical), multipath
+        self._optical, self._multipath, self._weight = tuple(optical), multipath, weight
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """As `ScatteringModel.build`."""
         optical = [optical_body(body, context.radar, context.fidelity.bounces, context.rays) for body in bodies]
-        return cls(bodies, key, optical, context.environment.multipath)
+        environment = context.environment
+        return cls(bodies, key, optical, environment.multipath, LegWeight(context.radar, environment.sea_state))
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
@@ -86,7 +90,7 @@ class PhysicalOptics:
 
         outline = map_from_body(_outline(self.bodies[b]), pose.position, pose.heading)
         crowded = scene.others_may_occlude(int(self.key[b]), outline, antenna, instant.time, instant.movers)
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, crowded)
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, self._weight, crowded)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:

@@ -93,12 +93,13 @@ class OpticalBody:
         return result
 
     def _centres(self, path: int, fields: PathFields, one: BodyLeg, other: BodyLeg) -> PathCentres:
-        def half_length(points: Floats) -> Floats:
-            return (one.length(points) + other.length(points)) / 2.0
+        def at(points: Floats) -> tuple[Floats, Complexes]:
+            out, back = one.length_and_weight(points), other.length_and_weight(points)
+            return out[0] + back[0], out[1] * back[1]
 
         fields = chosen_fields(fields, np.flatnonzero(fields.amplitude != 0.0))
         flattest = FLATTEST if other.by_sea else np.inf
-        return PathCentres(path, *scattering_centres(fields, half_length, self.wave.wavenumber, flattest))
+        return PathCentres(path, *scattering_centres(fields, at, self.wave.wavenumber, flattest))
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
         """What bounces on the body, by path, leg by leg out and back."""

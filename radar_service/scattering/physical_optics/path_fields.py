@@ -36,12 +36,14 @@ class PathFields(NamedTuple):
     position: (M, 3) of the echo in the body's frame [m].
     amplitude: (M,) scattering amplitude without the phase of the path [m].
     length: (M,) of the whole path, out and back [m].
+    weight: (M,) product of the one-way amplitudes of both legs [1/m^2].
     cell: (M,) size of the cell in which the field is summed [m].
     """
 
     position: Floats
     amplitude: Complexes
     length: Floats
+    weight: Complexes
     cell: Floats
 
     @classmethod
@@ -71,11 +73,13 @@ def facet_fields(lit: LitFacets, bends: Sequence[FacetBends], one: int, other: i
     facets, first, second = lit.chosen(both), lit.rays[one].chosen(both), lit.rays[other].chosen(both)
     share = facets.share[one] * (facets.share[other] if other != one else 1.0)
     path = [-wave.wavenumber * (a[:, both] + b[:, both]) for a, b in zip(bends[one], bends[other], strict=True)]
-    surface = areas(facets.corners) * share * mean_phasor(path[0], path[1])
+    taper = -1.5 * (bends[one].corner[:, both] / first.length + bends[other].corner[:, both] / second.length)
+    surface = areas(facets.corners) * share * mean_phasor(path[0], path[1], taper)
     normal = facets.normal * facets.side[one][:, None]
     orders = [(first, second)] if one == other else [(first, second), (second, first)]
     amplitude = sum((_amplitude(a, b, normal, surface, wave) for a, b in orders), np.zeros(len(both), dtype=np.complex128))
-    return PathFields(facets.centre, amplitude, first.length + second.length, facets.cell)
+    weight = first.weight * second.weight
+    return PathFields(facets.centre, amplitude, first.length + second.length, weight, facets.cell)
 
 
 def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Complexes, wave: Wave) -> Complexes:
@@ -101,7 +105,9 @@ def tube_fields(tubes: RayTubes, launch: BodyLeg, receive: BodyLeg, wave: Wave) 
     received = back.polarization(wave.polarization)
     amplitude = scattering_amplitude(tubes.direction, tubes.field, received, tubes.normal, surface, wave.wavelength)
     length = tubes.length + back.length
-    return PathFields(_behind(tubes, back, length, launch, receive), amplitude, length, tubes.cell)
+    return PathFields(
+        _behind(tubes, back, length, launch, receive), amplitude, length, tubes.weight * back.weight, tubes.cell
+    )
 
 
 def _spherical(offset: Floats, tubes: RayTubes) -> Floats:

@@ -12,7 +12,7 @@ import numpy as np
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
 from radar_service.trace.embree import TriangleScene
-from radar_service.types import Floats, Indices
+from radar_service.types import Complexes, Floats, Indices
 
 # m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
 OFFSET = 1e-3
@@ -33,6 +33,7 @@ class RayTubes:
     begin: (M, 3) centre of the first footprint [m].
     launched: (M, 3) direction of travel before it.
     length: (M,) of the way from the antenna to here [m].
+    weight: (M,) one-way amplitude of the leg from the antenna [1/m].
     share: (M,) of the tube that the leg from the antenna reaches.
     cell: (M,) size of the cell in which its field is summed [m].
     """
@@ -46,6 +47,7 @@ class RayTubes:
     begin: Floats
     launched: Floats
     length: Floats
+    weight: Complexes
     share: Floats
     cell: Floats
 
@@ -67,7 +69,8 @@ def launched_tubes(facets: LitFacets, leg: int, polarization: str, planes: Plane
     lit, rays = facets.chosen(which), facets.rays[leg].chosen(which)
     return RayTubes(
         lit.corners, lit.centre, lit.normal * side[which, None], lit.triangle, rays.direction,
-        rays.polarization(polarization), lit.centre, rays.direction, rays.length, lit.share[leg], lit.cell,
+        rays.polarization(polarization), lit.centre, rays.direction, rays.length, rays.weight,
+        lit.share[leg], lit.cell,
     )  # fmt: skip
 
 

@@ -14,15 +14,16 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 DROPPED = 10.0 ** (-50.0 / 20.0)  # of the strongest centre's amplitude: all that are left out, whatever their phases
+MAX_RELATIVE = 3.0
 
 
 def scattering_centres(
-    fields: PathFields, half_length: Callable[[Floats], Floats], wavenumber: float, flattest: float = np.inf
+    fields: PathFields, at: Callable[[Floats], tuple[Floats, Complexes]], wavenumber: float, flattest: float = np.inf
 ) -> tuple[Floats, Complexes]:
     """Points (C, 3) [m] and amplitudes (C,) [m] with the field of `fields` (M,).
 
-    half_length: half of the whole path (N,) by way of points (N, 3) [m]; flattest: maximum height of a cell [m].
-    Each centre is the power-weighted mean of a cell. At a centre's range the phases and the spreading of its fields are exact.
+    at: the whole path (N,) by way of points (N, 3) [m], and its weight (N,); flattest: maximum height of a cell [m].
+    Each centre is the power-weighted mean of a cell. For the antenna where it is, phases and weights are exact.
     Where the body has turned by d, they err by at most k d times the cell's size. The faintest centres, together DROPPED, are
     left out.
     """
@@ -33,9 +34,9 @@ def scattering_centres(
     power = amplitude.real**2 + amplitude.imag**2 + 1e-300
     weight = np.bincount(where, power)
     centre = np.stack([np.bincount(where, power * points[:, i]) / weight for i in range(3)], axis=1)
-    half = half_length(centre)[where]
-    path = fields.length - 2.0 * half
-    rotated = amplitude * np.exp(-1j * wavenumber * path) * (2.0 * half / fields.length) ** 2
+    length, own = at(centre)
+    path = fields.length - length[where]
+    rotated = amplitude * np.exp(-1j * wavenumber * path) * _relative(fields.weight, own[where])
     merged = np.bincount(where, rotated.real) + 1j * np.bincount(where, rotated.imag)
     kept = _strongest(np.abs(merged))
     return centre[kept], merged[kept]
@@ -50,6 +51,12 @@ def _cells(points: Floats, size: Floats, flattest: float) -> NDArray[np.int64]:
     number = ((x * (y.max() + 1) + y) * (z.max() + 1) + z) * len(sizes) + kind.reshape(-1)
     _, where = np.unique(number, return_inverse=True)
     return where.reshape(-1)
+
+
+def _relative(weight: Complexes, own: Complexes) -> Complexes:
+    """Weights (M,) over those of their centres (M,), at most MAX_RELATIVE: a centre may lie in a null of the pattern."""
+    ratio = weight / np.where(own == 0.0, 1e-30, own)
+    return np.asarray(ratio / np.maximum(np.abs(ratio) / MAX_RELATIVE, 1.0))
 
 
 def _strongest(level: Floats) -> NDArray[np.int64]:
