@@ -1,4 +1,5 @@
-"""Line of sight from the antenna to points: past the horizon, the maximum range, the body itself and all other bodies."""
+"""Line of sight from the antenna to points, directly or by the sea: past the horizon, the maximum range, the body itself and
+all other bodies."""
 
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
@@ -37,6 +38,7 @@ class OcclusionScene:
         )
         resting_faces = np.where(self._resting, self._faces, 0)
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
+        self._resting_bodies = int(np.count_nonzero(resting_faces))
         merged = merged_mesh([body for body in bodies if body.motion.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
         self._movers = {
@@ -62,6 +64,35 @@ class OcclusionScene:
         visible = np.zeros(len(position), dtype=np.bool_)
         visible[left] = True
         return visible
+
+    def visible_by_sea(
+        self, points: SurfacePoints, reflection: Floats, antenna: Floats, time: float, max_range: float, movers: bool = True
+    ) -> Flags:
+        """Which points (E,) the antenna (3,) observes by rays that the sea reflects at `reflection` (E, 3) on the map [m].
+
+        Other arguments as `visible`. Both ways are straight lines: from the antenna to the sea, where land or a hull may stand in
+        its place, and on to the point.
+        """
+        position = points.position
+        distance, slant = distances_from_map(position, antenna, self.earth_radius)
+        over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
+        left = np.flatnonzero(~over & (slant < max_range))
+        for occluder, pose, key in self._occluders(points.body, time, movers):
+            own = (self._resting[points.body] if key is None else points.body == key)[left]
+            if own.any() or occluder.may_occlude(pose, antenna, position[left]):
+                left, own = self._not_hidden(left, own, occluder.occludes(pose, antenna, reflection.take(left, axis=0)))
+                left = left[~self._occluded_by(occluder, pose, points, reflection.take(left, axis=0), left, own)]
+        visible = np.zeros(len(position), dtype=np.bool_)
+        visible[left] = True
+        return visible
+
+    def others_may_occlude(self, body: int, position: Floats, antenna: Floats, time: float, movers: bool = True) -> bool:
+        """Whether another body may occlude any of the positions (E, 3) of a body from the antenna, by a quick test in plan."""
+        for occluder, pose, key in self._occluders(np.array([body]), time, movers):
+            alone = key == body or (key is None and self._resting[body] and self._resting_bodies == 1)
+            if not alone and occluder.may_occlude(pose, antenna, position):
+                return True
+        return False
 
     def occluded(self, position: Floats, antenna: Floats, time: float, movers: bool = True) -> Flags:
         """Which positions (W, 3) on the map any body occludes from the antenna (3,) at `time` [s]; movers: as in `visible`."""
@@ -103,19 +134,25 @@ class OcclusionScene:
     def _mover_poses(self, time: float) -> dict[int, BodyPose]:
         return dict(zip(self._movers, self._poses.each_at(time), strict=True))
 
+    @staticmethod
+    def _not_hidden(which: Indices, own: Flags, hidden: Flags) -> tuple[Indices, Flags]:
+        return which[~hidden], own[~hidden]
+
     def _occluded_by(
-        self, occluder: Occluder, pose: BodyPose, points: SurfacePoints, antenna: Floats, which: Indices, own: Flags
+        self, occluder: Occluder, pose: BodyPose, points: SurfacePoints, origin: Floats, which: Indices, own: Flags
     ) -> Flags:
-        """Of points `which` (W,), those that this occluder occludes; `own` (W,) flags points on the occluder itself."""
+        """Of points `which` (W,), those that this occluder occludes from an origin (3,), or from one each (W, 3); `own` (W,)
+        flags points on the occluder itself."""
         if own.all():
             triangles = self._own_triangles(points, which)
-            return occluder.self_occluded(pose, antenna, points.position.take(which, axis=0), triangles)
+            return occluder.self_occluded(pose, origin, points.position.take(which, axis=0), triangles)
         if not own.any():
-            return occluder.occludes(pose, antenna, points.position.take(which, axis=0))
+            return occluder.occludes(pose, origin, points.position.take(which, axis=0))
         occluded = np.zeros(len(which), dtype=np.bool_)
         triangles = self._own_triangles(points, which[own])
-        occluded[own] = occluder.self_occluded(pose, antenna, points.position[which[own]], triangles)
-        occluded[~own] = occluder.occludes(pose, antenna, points.position[which[~own]])
+        own_origin, other_origin = (origin, origin) if origin.ndim == 1 else (origin[own], origin[~own])
+        occluded[own] = occluder.self_occluded(pose, own_origin, points.position[which[own]], triangles)
+        occluded[~own] = occluder.occludes(pose, other_origin, points.position[which[~own]])
         return occluded
 
     def _own_triangles(self, points: SurfacePoints, which: Indices) -> tuple[Indices, Indices]:

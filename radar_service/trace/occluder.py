@@ -2,7 +2,8 @@
 
 Relative to the antenna the earth curves away as z = up - d^2 / (2 ae). Curving a body about its own origin instead differs
 only by a shear. A shear keeps straight lines straight, so a line of sight that is straight about the antenna is straight about
-the body too. Each body is therefore curved once, about its own origin, and lines of sight are transformed into its frame.
+the body too. Each body is therefore curved once, about its own origin, and lines of sight are transformed into its frame. A ray
+that the sea reflects is two such lines, which meet at the sea.
 """
 
 import numpy as np
@@ -50,38 +51,41 @@ class Occluder:
         along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
         return float(np.hypot(*(toward - along * line))) <= width + self._scene.radius * 1.001 + TOLERANCE
 
-    def occludes(self, pose: BodyPose, antenna: Floats, points: Floats) -> Flags:
-        """Which of `points` (E, 3) of other bodies this one occludes from `antenna` (3,), both on the map [m]."""
-        origin, line = self._lines_of_sight(pose, antenna, points)
-        near = self._close_to_body(origin, line)
+    def occludes(self, pose: BodyPose, origin: Floats, points: Floats) -> Flags:
+        """Which of `points` (E, 3) of other bodies this one occludes from `origin` (3,) or (E, 3), all on the map [m]."""
+        origin, line = self._lines_of_sight(pose, origin, points)
+        near = np.flatnonzero(self._close_to_body(origin, line))
         occluded = np.zeros(len(line), dtype=np.bool_)
         reach = 1.0 - _slack(line[near])
-        occluded[near] = self._scene.occluded(origin, line[near], np.maximum(reach, 0.0))
+        begin = origin if origin.ndim == 1 else origin[near]
+        occluded[near] = self._scene.occluded(begin, line[near], np.maximum(reach, 0.0))
         return occluded
 
-    def self_occluded(self, pose: BodyPose, antenna: Floats, points: Floats, own: tuple[Indices, Indices]) -> Flags:
-        """Which points (E, 3) of this body are occluded from `antenna` (3,) by other parts of it, on the map [m].
+    def self_occluded(self, pose: BodyPose, origin: Floats, points: Floats, own: tuple[Indices, Indices]) -> Flags:
+        """Which points (E, 3) of this body are occluded from `origin` (3,) or (E, 3) by other parts of it, on the map [m].
 
         own: first and last (exclusive) triangle (E,) that never occlude each point: the one it lies on, or all of a body
         that counts as a point.
         """
-        origin, line = self._lines_of_sight(pose, antenna, points)
+        origin, line = self._lines_of_sight(pose, origin, points)
         hit = self._scene.first_hit(origin, line)
         occluded = (hit >= 0) & ((hit < own[0]) | (hit >= own[1]))
         candidates = np.flatnonzero(occluded)
-        distance = self._scene.hit_distance(hit[candidates], origin, line[candidates])
+        begin = origin if origin.ndim == 1 else origin[candidates]
+        distance = self._scene.hit_distance(hit[candidates], begin, line[candidates])
         occluded[candidates] = distance < 1.0 - _slack(line[candidates])
         return occluded
 
-    def _lines_of_sight(self, pose: BodyPose, antenna: Floats, points: Floats) -> tuple[Floats, Floats]:
-        origin = pose.frame_from_map(antenna, self._earth_radius)
-        return origin, pose.frame_from_map(points, self._earth_radius) - origin
+    def _lines_of_sight(self, pose: BodyPose, origin: Floats, points: Floats) -> tuple[Floats, Floats]:
+        begin = pose.frame_from_map(origin, self._earth_radius)
+        return begin, pose.frame_from_map(points, self._earth_radius) - begin
 
     def _close_to_body(self, origin: Floats, line: Floats) -> Flags:
         """Which lines of sight pass within the body's bounding sphere before they end."""
         toward = self._scene.centre - origin
         length2 = np.einsum("ij,ij->i", line, line)
-        along = np.clip(line @ toward / np.maximum(length2, 1e-12), 0.0, 1.0)
+        progress = line @ toward if origin.ndim == 1 else np.einsum("ij,ij->i", line, toward)
+        along = np.clip(progress / np.maximum(length2, 1e-12), 0.0, 1.0)
         miss = toward - line * along[:, None]
         near: Flags = np.einsum("ij,ij->i", miss, miss) <= (self._scene.radius * 1.001 + TOLERANCE) ** 2
         return near

@@ -4,6 +4,8 @@ Perfect conductor, exp(+j w t), waves exp(-j k r). What leaves toward the radar 
 the cross-section with its phase at the triangle's centroid, for the radar's own polarization.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,7 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 NEARLY_FLAT = 0.05  # rad of phase across a triangle; below it the series' next term is 0.05^4/720 = 9e-9 of the area
+SMALL = 0.3  # argument of a spherical Bessel function below which its series errs by less than 1e-8
 
 
 def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumber: float) -> Complexes:
@@ -18,33 +21,119 @@ def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumbe
 
     corners: (M, 3, 3) [m]; centre: c (M, 3) [m]; gradient: g (M, 3), incident minus outgoing direction; wavenumber: k
     [rad/m].
-    The integral over a simplex of exp(j phi) with phi linear is a divided difference of exp(j x) at the corners' phases
-    (Hermite-Genocchi; de Boor 2005, Divided differences), which is Gordon's (1975) line integral without its poles.
     """
-    x, y, z = (-wavenumber * _dot(corners[:, i] - centre, gradient) for i in range(3))
-    lower, upper = np.minimum(x, y), np.maximum(x, y)
-    # A divided difference does not depend on the order; the widest step is the most accurate divisor
-    low, high, middle = np.minimum(lower, z), np.maximum(upper, z), np.maximum(lower, np.minimum(upper, z))
-    result = _flat_mean(x, y, z)
+    phases = np.stack([-wavenumber * _dot(corners[:, i] - centre, gradient) for i in range(3)])
+    return mean_phasor(phases)
+
+
+def mean_phasor(phases: Floats, bends: Floats | None = None, tapers: Floats | None = None) -> Complexes:
+    """Mean of exp(j phi) over triangles (M,), phi quadratic, its mean at the corners near 0.
+
+    phases: (3, M) of phi at the corners [rad]; bends: (3, M), by how much phi at the middle of the edge opposite to each corner
+    exceeds the mean of the edge's two ends [rad]; None: phi is linear; tapers: (3, M), by how much the amplitude at the corners
+    exceeds 1, with bends. Linear phases are integrated in closed form: a divided
+    difference of exp(j x) at the corners' phases (Hermite-Genocchi; de Boor 2005, Divided differences), which is Gordon's
+    (1975) line integral without its poles. The factor of the bends is interpolated from corners and middles of edges (Filon
+    1928), and its products with the linear phase are integrated in closed form too.
+    """
+    order = np.argsort(phases, axis=0)
+    low, middle, high = np.take_along_axis(phases, order, axis=0)
+    result = _flat_mean(low, middle, high)
     steep = np.flatnonzero(high - low > NEARLY_FLAT)
-    a, b, c = low[steep], middle[steep], high[steep]
-    result[steep] = -2.0 * (_first_difference(b, c) - _first_difference(a, b)) / (c - a)
+    if bends is None:
+        result[steep] = _linear_mean(_Edges.of(low[steep], middle[steep], high[steep]))
+        return result
+    opposite = np.take_along_axis(np.expm1(1j * bends), order, axis=0) * 4.0
+    corner = np.take_along_axis(np.zeros_like(phases) if tapers is None else tapers, order, axis=0)
+    result += _flat_bubbles(low, middle, high, opposite) + _flat_tapers(low, middle, high, corner)
+    edges = _Edges.of(low[steep], middle[steep], high[steep])
+    result[steep] = _bent_mean(edges, opposite[:, steep], corner[:, steep])
     return result
 
 
-def _first_difference(a: Floats, b: Floats) -> Complexes:
-    """(exp(j b) - exp(j a)) / (b - a), stable where they meet."""
-    middle, level = (a + b) / 2.0, np.sinc((b - a) / (2.0 * np.pi))
-    difference = np.empty(len(a), dtype=np.complex128)
-    difference.real, difference.imag = -np.sin(middle) * level, np.cos(middle) * level
-    return difference
+class _Edges(NamedTuple):
+    """Of triangles (M,) by the lowest, middle and highest phase of their corners: moments along the two edges that meet in the
+    middle one. `plain`, `toward` and `bubble` are means over an edge of exp(j phi) times 1, s and s (1 - s), where s rises from
+    0 to 1 toward the middle corner."""
+
+    span: Floats
+    lower: Complexes
+    lower_toward: Complexes
+    lower_bubble: Complexes
+    upper: Complexes
+    upper_toward: Complexes
+    upper_bubble: Complexes
+
+    @classmethod
+    def of(cls, low: Floats, middle: Floats, high: Floats) -> "_Edges":
+        return cls(high - low, *_edge_moments(low, middle), *_edge_moments(high, middle))
+
+
+def _edge_moments(begin: Floats, end: Floats) -> tuple[Complexes, Complexes, Complexes]:
+    half = (end - begin) / 2.0
+    zeroth, first_over = _bessel(half)
+    centre = np.empty(len(half), dtype=np.complex128)
+    middle = (begin + end) / 2.0
+    centre.real, centre.imag = np.cos(middle), np.sin(middle)
+    plain = centre * zeroth
+    return plain, (plain + 1j * centre * (half * first_over)) / 2.0, centre * (first_over / 2.0)
+
+
+def _bessel(z: Floats) -> tuple[Floats, Floats]:
+    """Spherical Bessel functions j0(z) and j1(z) / z, (M,)."""
+    zeroth = np.sinc(z / np.pi)
+    z2 = z * z
+    first_over = (1.0 - z2 / 10.0 * (1.0 - z2 / 28.0)) / 3.0
+    large = np.flatnonzero(np.abs(z) > SMALL)
+    first_over[large] = (zeroth[large] - np.cos(z[large])) / z2[large]
+    return zeroth, first_over
+
+
+def _linear_mean(edges: _Edges) -> Complexes:
+    return np.asarray(-2j * (edges.upper - edges.lower) / edges.span)
+
+
+def _bent_mean(edges: _Edges, weight: Complexes, taper: Floats) -> Complexes:
+    """The mean with the barycentric coordinates lambda_i weighted by `taper` (3, M), and their products lambda_i lambda_j by
+    `weight` (3, M) of the opposite corner, corners by rising phase.
+
+    Each is one integration by parts along the edge from the lowest to the highest phase, where d phi = span.
+    """
+    mean, step = _linear_mean(edges), -1j / edges.span
+    at_middle = 2.0 * step * (edges.upper_toward - edges.lower_toward)
+    at_low = step * (mean - 2.0 * (edges.lower - edges.lower_toward))
+    at_high = step * (2.0 * (edges.upper - edges.upper_toward) - mean)
+    upper_bubble = step * (2.0 * edges.upper_bubble - at_middle)
+    lower_bubble = step * (at_middle - 2.0 * edges.lower_bubble)
+    long_bubble = step * (at_high - at_low)
+    bubbles = weight[0] * upper_bubble + weight[1] * long_bubble + weight[2] * lower_bubble
+    return np.asarray(mean + bubbles + taper[0] * at_low + taper[1] * at_middle + taper[2] * at_high)
+
+
+def _flat_bubbles(x: Floats, y: Floats, z: Floats, weight: Complexes) -> Complexes:
+    """The bubbles' part where phases hardly differ, to first order in them: means of products of barycentric coordinates."""
+    both = (x + y + z) / 30.0
+    total = np.zeros(len(x), dtype=np.complex128)
+    for phase, one in zip((x, y, z), weight, strict=True):
+        total += one * (1.0 / 12.0 + 1j * (both - phase / 60.0))
+    return total
+
+
+def _flat_tapers(x: Floats, y: Floats, z: Floats, taper: Floats) -> Complexes:
+    """The tapers' part where phases hardly differ, to first order in them."""
+    total = np.zeros(len(x), dtype=np.complex128)
+    for phase, one in zip((x, y, z), taper, strict=True):
+        total += one * (1.0 / 3.0 + 1j * ((x + y + z) + phase) / 12.0)
+    return total
 
 
 def _flat_mean(x: Floats, y: Floats, z: Floats) -> Complexes:
-    """The same mean by its series in the phases (M,), whose sum is 0: 1 - p2/24 - j p3/180, p_n the sums of powers."""
-    x2, y2, z2 = x * x, y * y, z * z
+    """The linear mean by its series in the phases (M,): 1 + j p1/3 - (p1^2 + p2)/24 - j (p1^3 + 3 p1 p2 + 2 p3)/360, p_n the
+    sums of powers."""
+    p1, p2, p3 = x + y + z, x * x + y * y + z * z, x**3 + y**3 + z**3
     mean = np.empty(len(x), dtype=np.complex128)
-    mean.real, mean.imag = 1.0 - (x2 + y2 + z2) / 24.0, (x2 * x + y2 * y + z2 * z) / -180.0
+    mean.real = 1.0 - (p1 * p1 + p2) / 24.0
+    mean.imag = p1 / 3.0 - (p1**3 + 3.0 * p1 * p2 + 2.0 * p3) / 360.0
     return mean
 
 

@@ -1,15 +1,44 @@
-"""A mesh cut into facets small enough for physical optics: within the range cell, and each in its own far field."""
+"""A mesh cut into facets small enough for physical optics: within the range cell and the beam, with little bend of the phase."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from radar_service.scene.body import Mesh
 from radar_service.types import Floats, Indices
 
-MAX_FACETS = 60_000  # of one body: some 100 MB and 60 ms while they are evaluated
-MAX_TUBES = 4_000  # of these, how many a body may have for its rebounces, beyond what its size needs
+MAX_FACETS = 60_000  # of one block of a body (`blocks`): some 100 MB and 60 ms while they are evaluated
+MAX_TUBES = 4_000  # of these, how many it may have for its rebounces, beyond what its size needs
 ENLARGEMENT_STEP = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
+MAX_BEND = 0.3  # rad, two-way, over half an edge (docs/engine.md#errors)
+BEAM_SHARE = 1.0 / 8.0  # of the beam's width that a cell may take: its echoes get one weight of the beam
+NEAREST = 16.0  # m; nearer than this facets are as fine as at 16 m: no marine antenna observes nearer bodies
+
+
+class EdgeLimits(NamedTuple):
+    """What bounds facets and the cells in which they are summed: range resolution [m], beamwidth [rad], wavelength [m]."""
+
+    range_cell: float
+    beamwidth: float
+    wavelength: float
+
+    def cell(self, distance: float) -> float:
+        """Size [m] of the cells at `distance` [m], the same throughout half an octave."""
+        return min(self.range_cell, BEAM_SHARE * self.beamwidth * _half_octave(distance))
+
+    def longest_edge(self, distance: float) -> float:
+        """The longest edge [m] of facets at `distance` [m]."""
+        return min(self.cell(distance), bend_edge(_half_octave(distance), self.wavelength))
+
+
+def bend_edge(distance: float, wavelength: float) -> float:
+    """The edge [m] over half of which the two-way phase at `distance` [m] bends by MAX_BEND: k (e/2)^2 / R."""
+    return float(np.sqrt(2.0 * MAX_BEND * wavelength * distance / np.pi))
+
+
+def _half_octave(distance: float) -> float:
+    return float(2.0 ** (np.floor(2.0 * np.log2(max(distance, NEAREST))) / 2.0))
 
 
 @dataclass(frozen=True)
@@ -59,6 +88,13 @@ def cut_facets(mesh: Mesh, tube: Floats, longest: float, max_tubes: int = MAX_TU
     return Facets(corners, corners.mean(axis=1), cross[sound] / double[sound, None], triangle[sound], enlargement)
 
 
+def cut_triangles(corners: Floats, longest: float) -> tuple[Floats, Indices]:
+    """Triangles (F, 3, 3) halved until no edge exceeds `longest` [m], and the one that each comes from."""
+    cut = _cut(corners, np.full(len(corners), longest), np.iinfo(np.int64).max)
+    assert cut is not None
+    return cut
+
+
 def _cut(corners: Floats, longest: Floats, limit: int) -> tuple[Floats, Indices] | None:
     """Triangles (F, 3, 3) halved across their longest edge until none is too long; None once there are too many."""
     done: list[tuple[Floats, Indices]] = []
@@ -83,11 +119,3 @@ def _halved(corners: Floats, edge: Indices) -> Floats:
     a, b, c = np.take_along_axis(corners, turn[:, :, None], axis=1).transpose(1, 0, 2)
     middle = (a + b) / 2.0
     return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
-
-
-def far_field_edge(distance: float, wavelength: float) -> float:
-    """The longest edge [m] with which a triangle at `distance` [m] is in its own far field, by 2 D^2 / lambda = R.
-
-    Across half of it the two-way path bends by k (D/2)^2 / R = pi/4, which neighbours share.
-    """
-    return float(np.sqrt(wavelength * distance / 2.0))

@@ -6,7 +6,7 @@ import numpy as np
 
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
-from radar_service.scattering.physical_optics.optical_body import facet_enlargement, longest_edge
+from radar_service.scattering.physical_optics.optical_body import edge_limits, facet_enlargement
 from radar_service.scattering.physical_optics.patches import COPLANAR, concave_sides, outward_side, shared_edges
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.world import Scene
@@ -26,7 +26,7 @@ def mesh_quality(scene: Scene, bounces: int) -> dict[str, list[str]]:
 
 def _body_quality(body: Body, mesh: Mesh, scene: Scene, bounces: int) -> list[str]:
     distance = math.dist(body.middle_at(0.0), scene.antenna(0.0)[0]) - body.radius
-    limit = longest_edge(distance, scene.radar.range_resolution, scene.radar.wavelength)
+    limit = edge_limits(scene.radar).longest_edge(distance)
     corners = mesh.vertices[mesh.faces]
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
     cut = f", cut to {limit:.3g} m" if longest > limit else ""

@@ -8,10 +8,13 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.frames import map_from_body
+from radar_service.propagation.leg_weight import LegWeight
+from radar_service.propagation.legs import reflection_points
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
+from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
+from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
-from radar_service.scattering.physical_optics.optical_body import OpticalBody, facet_enlargement, optical_body
+from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement, optical_body
 from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body
@@ -26,17 +29,20 @@ FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas 
 class PhysicalOptics:
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
 
-    def __init__(self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody]) -> None:
-        """key: (B,) index of each body in the scene."""
+    def __init__(
+        self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], multipath: bool, weight: LegWeight
+    ) -> None:
+        """key: (B,) index of each body in the scene; multipath: whether the sea reflects; weight: of legs."""
         self.bodies, self.key = tuple(bodies), key
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
-        self._optical = tuple(optical)
+        self._optical, self._multipath, self._weight = tuple(optical), multipath, weight
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """As `ScatteringModel.build`."""
         optical = [optical_body(body, context.radar, context.fidelity.bounces, context.rays) for body in bodies]
-        return cls(bodies, key, optical)
+        environment = context.environment
+        return cls(bodies, key, optical, environment.multipath, LegWeight(context.radar, environment.sea_state))
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
@@ -65,17 +71,26 @@ class PhysicalOptics:
 
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of body b alone, as it is at the instant."""
-        body, line_of_sight, time = self.bodies[b], instant.line_of_sight, instant.time
-        pose = pose_at(body, time)
+        pose = pose_at(self.bodies[b], instant.time)
+        over_sea = self._multipath and antenna[2] > 0.0
+        legs = tuple(self._leg(b, by_sea, pose, antenna, instant) for by_sea in ((False, True) if over_sea else (False,)))
+        centres = self._optical[b].echoes(legs, water=-float(pose.position[2]))
+        return BodyEchoes.joined([_body_echoes(b, path, over_sea) for path in centres])
+
+    def _leg(self, b: int, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant) -> BodyLeg:
+        """The direct leg to a body, or the one by the sea, with what the scene lets it reach."""
+        scene, seen = instant.line_of_sight, (antenna, instant.time, instant.max_range, instant.movers)
 
         def visible(points: Floats, triangle: Indices) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
             surface = SurfacePoints(np.full(len(points), self.key[b]), triangle, position)
-            return line_of_sight.visible(surface, antenna, time, instant.max_range, instant.movers)
+            if not by_sea:
+                return scene.visible(surface, *seen)
+            return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
 
-        local = antenna_in_body_frame(body, pose, antenna, line_of_sight.earth_radius)
-        position, amplitude = self._optical[b].echoes(local, local, visible, visible)
-        return BodyEchoes.of_points(position, amplitude, np.full(len(position), b))
+        outline = map_from_body(_outline(self.bodies[b]), pose.position, pose.heading)
+        crowded = scene.others_may_occlude(int(self.key[b]), outline, antenna, instant.time, instant.movers)
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, self._weight, crowded)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
@@ -102,12 +117,13 @@ class PhysicalOptics:
         return REBOUNCES_DB if concave_sides(body.mesh).any() else FACETS_DB
 
 
-def antenna_in_body_frame(body: Body, pose: BodyPose, antenna: Floats, earth_radius: float) -> Floats:
-    """The antenna (3,) in a body's own frame [m], raised by the earth's drop in between.
+def _outline(body: Body) -> Floats:
+    """The corners (4, 3) of the square about a body in plan, in its frame [m]."""
+    return body.middle + body.radius * np.array([[-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
 
-    Ranges in that frame are then those of the antenna's frame (docs/conventions.md).
-    """
-    local = pose.frame_from_map(antenna, np.inf)
-    east, north, _ = local - body.middle
-    local[2] += (east**2 + north**2) / (2.0 * earth_radius)
-    return local
+
+def _body_echoes(b: int, centres: PathCentres, over_sea: bool) -> BodyEchoes:
+    """The echoes of a path of body b; without sea reflection its only path stands for all."""
+    count = len(centres.amplitude)
+    path = np.full(count, centres.path if over_sea else ALL_PATHS)
+    return BodyEchoes(centres.position, centres.amplitude, np.full(count, b), path, np.zeros(count))

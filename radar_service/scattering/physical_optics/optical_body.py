@@ -1,33 +1,50 @@
-"""A body prepared for physical optics. Its mesh is cut into facets once for each half octave of range."""
+"""A body prepared for physical optics. Its blocks are cut into facets once for each half octave of range."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.block_cache import BlockCache
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, Facets, cut_facets, far_field_edge
+from radar_service.scattering.physical_optics.blocks import Block, blocks
+from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, MAX_TUBES, EdgeLimits, Facets, cut_facets
+from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, lit_facets
 from radar_service.scattering.physical_optics.patches import concave_sides, outward_side, patch_sizes
-from radar_service.scattering.physical_optics.ray_tubes import (
-    Planes,
-    Visible,
+from radar_service.scattering.physical_optics.path_fields import (
+    FacetBends,
+    PathFields,
     Wave,
-    hits,
-    illuminated_facets,
-    scattered_field,
+    chosen_fields,
+    facet_fields,
+    tube_fields,
 )
-from radar_service.scattering.physical_optics.scattering_centres import WIDER, scattering_centres
+from radar_service.scattering.physical_optics.ray_tubes import hits, launched_tubes
+from radar_service.scattering.physical_optics.scattering_centres import scattering_centres
+from radar_service.scattering.physical_optics.waterline import above_water
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import power_reflectivity
 from radar_service.trace.embree import RayCount, TriangleScene
-from radar_service.types import Complexes, Flags, Floats
+from radar_service.types import Complexes, Floats, Indices
 
-NEAREST = 16.0  # m; nearer than this the far field of a facet is that of 16 m: no marine antenna observes nearer bodies
-FACET_SETS = 4  # kept: a body passes from one half octave of range to the next
+FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch that bounces: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
+FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
+PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
+
+
+class PathCentres(NamedTuple):
+    """Scattering centres (C,) of one path: how many of its ways go by the sea, position (C, 3) [m] in the body's frame, and
+    amplitude (C,) [m]. A mixed path holds the sum of both orders."""
+
+    path: int
+    position: Floats
+    amplitude: Complexes
 
 
 @dataclass(frozen=True)
@@ -35,92 +52,125 @@ class OpticalBody:
     """A mesh that scatters by physical optics.
 
     mesh, planes, scene: the triangles, their planes, and their ray tests.
+    blocks: parts of the mesh that are cut by their own distance.
     wave: wavelength and polarization.
-    max_edge: longest edge of a facet [m], wherever it is observed from.
+    limits: what bounds facets and cells.
     bounces: surfaces in a row that a ray tube follows.
     reflectivity: power ratio at each surface.
-    may_rebounce: (F, 2) whether there is anything to hit before the front and the back of each triangle.
     patch: (F,) size of the flat patch of each triangle [m].
     outside: (F,) as from `outward_side`.
-    facets: by their longest edge; the ranges of a few half octaves are kept.
+    facets: by block and longest edge; those of a few half octaves are kept.
     """
 
     mesh: Mesh
     planes: Planes
+    blocks: tuple[Block, ...]
     wave: Wave
-    max_edge: float
+    limits: EdgeLimits
     bounces: int
     reflectivity: float
     scene: TriangleScene
-    may_rebounce: Flags
     patch: Floats
     outside: NDArray[np.int8]
-    facets: BlockCache[float, Facets]
+    facets: BlockCache[tuple[int, float], Facets]
 
-    def echoes(self, launch: Floats, receive: Floats, lit: Visible, visible: Visible) -> tuple[Floats, Complexes]:
-        """Phase centres (C, 3) [m] and scattering amplitudes (C,) [m] between two points (3,), in the body's own frame.
+    def echoes(self, legs: tuple[BodyLeg, ...], water: float = -np.inf) -> list[PathCentres]:
+        """The centres of each path of one leg, or of two: the direct one and the one by the sea.
 
-        lit, visible: which points (M, 3) on triangles (M,) of the mesh have a line of sight to launch, and to receive.
+        water: height of the sea in the body's frame [m]; nothing below it scatters.
         """
-        nearest = float(np.linalg.norm(receive - self.scene.centre)) - self.scene.radius
-        edge = longest_edge(nearest, self.max_edge, self.wave.wavelength)
-        tubes = illuminated_facets(self.facets_of(edge), self.planes, self.outside, launch, self.wave, lit)
-        points, amplitudes = [np.zeros((0, 3))], [np.zeros(0, dtype=np.complex128)]
-        for bounce, arrived in enumerate(hits(tubes, self.planes, self.scene, self.may_rebounce, self.bounces)):
-            back = arrived
-            if bounce > 0 or receive is not launch:
-                back = arrived.chosen(np.flatnonzero(visible(arrived.centre, arrived.triangle)))
-            point, amplitude = scattered_field(back, launch, receive, self.wave)
-            points.append(point)
-            amplitudes.append(amplitude * self.reflectivity ** ((bounce + 1) / 2.0))
-        merged = np.concatenate(points), np.concatenate(amplitudes)
-        return scattering_centres(*merged, launch, receive, edge, self.wave.wavenumber)
+        corners, triangle, cell = self._facets_near(legs[0].pose.frame_from_map(legs[0].antenna, np.inf))
+        corners, origin = above_water(corners, water)
+        lit = lit_facets(corners, triangle[origin], cell[origin], legs, self.planes, self.outside)
+        bends = [FacetBends.of(lit.corners, lit.centre, rays) for rays in lit.rays]
+        tubes = list(self._tube_fields(lit, legs, water))
+        result = []
+        for one, other in PATHS if len(legs) > 1 else PATHS[:1]:
+            parts = [facet_fields(lit, bends, one, other, self.wave)]
+            amplitude = parts[0].amplitude * self.reflectivity**0.5
+            parts = [parts[0]._replace(amplitude=amplitude), *(field for path, field in tubes if path == one + other)]
+            result.append(self._centres(one + other, PathFields.joined(parts), legs[one], legs[other]))
+        return result
+
+    def _centres(self, path: int, fields: PathFields, one: BodyLeg, other: BodyLeg) -> PathCentres:
+        def at(points: Floats) -> tuple[Floats, Complexes]:
+            out, back = one.length_and_weight(points), other.length_and_weight(points)
+            return out[0] + back[0], out[1] * back[1]
+
+        fields = chosen_fields(fields, np.flatnonzero(fields.amplitude != 0.0))
+        flattest = FLATTEST if other.by_sea else np.inf
+        return PathCentres(path, *scattering_centres(fields, at, self.wave.wavenumber, flattest))
+
+    def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
+        """What bounces on the body, by path, leg by leg out and back."""
+        for out, launch in enumerate(legs):
+            tubes = launched_tubes(lit, out, self.wave.polarization, self.planes)
+            for bounce, arrived in enumerate(hits(tubes, self.planes, self.scene, self.bounces), 2):
+                above = arrived.chosen(np.flatnonzero(arrived.centre[:, 2] > water))
+                for back, receive in enumerate(legs):
+                    fields = tube_fields(above, launch, receive, self.wave)
+                    yield out + back, fields._replace(amplitude=fields.amplitude * self.reflectivity ** (bounce / 2.0))
 
     def coherence(self, distance: float) -> float:
         """As `PhysicalOptics.coherence`."""
-        edge = longest_edge(distance - self.scene.radius, self.max_edge, self.wave.wavelength)
-        return WIDER * edge
+        nearest = distance - self.scene.radius
+        return self.limits.cell(nearest) + self.limits.longest_edge(nearest)
 
-    def facets_of(self, edge: float) -> Facets:
-        """The mesh cut to this longest edge [m], finer where its flat patches reflect onto other parts of it."""
-        return self.facets.get(edge, lambda: self._cut(edge))
+    def _facets_near(self, antenna: Floats) -> tuple[Floats, Indices, Floats]:
+        """Corners (M, 3, 3), triangles of the mesh (M,) and cells (M,) of all facets for an antenna (3,) in the body's frame."""
+        parts = []
+        for number, block in enumerate(self.blocks):
+            distance = block.distance(antenna)
+            facets = self.facets_of(number, self.limits.longest_edge(distance))
+            cell = np.full(len(facets), self.limits.cell(distance))
+            parts.append((facets.corners, block.triangle[facets.triangle], cell))
+        if len(parts) == 1:
+            return parts[0]
+        corners, triangle, cell = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return corners, triangle, cell
 
-    def _cut(self, edge: float) -> Facets:
+    def facets_of(self, number: int, edge: float) -> Facets:
+        """A block cut to this longest edge [m], finer where its flat patches reflect onto other parts of the body."""
+        return self.facets.get((number, edge), lambda: self._cut(self.blocks[number], edge))
+
+    def _cut(self, block: Block, edge: float) -> Facets:
         tube = np.clip(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength, edge)
-        reflects = self.may_rebounce.any(axis=1) & (self.bounces > 1)
-        return cut_facets(self.mesh, np.where(reflects, tube, edge), edge)
+        reflects = self.planes.may_rebounce.any(axis=1) & (self.bounces > 1)
+        longest = np.where(reflects, tube, edge)[block.triangle]
+        return cut_facets(block.mesh, longest, edge, max(MAX_TUBES // len(self.blocks), 1))
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
-    """How many times longer than requested the facets of a large body are at `distance` [m]; 1 where they are not."""
+    """How many times longer than requested the facets of the nearest block are, at `distance` [m]; 1 where they are not."""
     assert body.mesh is not None
-    limit = longest_edge(distance, radar.range_resolution, radar.wavelength)
-    _, _, area = triangle_frames(body.mesh)
-    if len(area) + 16.0 * area.sum() / limit**2 <= MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less
-        return 1.0
-    return cut_facets(body.mesh, np.full(len(area), limit), limit, max_tubes=0).enlargement
+    limit = edge_limits(radar).longest_edge(distance)
+    worst = 1.0
+    for block in blocks(body.mesh):
+        _, _, area = triangle_frames(block.mesh)
+        if len(area) + 16.0 * area.sum() / limit**2 > MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less
+            worst = max(worst, cut_facets(block.mesh, np.full(len(area), limit), limit, max_tubes=0).enlargement)
+    return worst
 
 
-def longest_edge(distance: float, edge: float, wavelength: float) -> float:
-    """`edge` [m], or the far field's limit where that is shorter, the same throughout half an octave of distance [m]."""
-    octave = np.floor(2.0 * np.log2(max(distance, NEAREST))) / 2.0
-    return min(edge, far_field_edge(float(2.0**octave), wavelength))
+def edge_limits(radar: Radar) -> EdgeLimits:
+    """What bounds the facets of bodies for this radar."""
+    return EdgeLimits(radar.range_resolution, radar.beamwidth, radar.wavelength)
 
 
 def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None = None) -> OpticalBody:
-    """A body with a mesh, prepared for this radar: no facet is longer than the range resolution. rays: counts rays."""
+    """A body with a mesh, prepared for this radar. rays: counts rays."""
     assert body.mesh is not None
-    mesh = body.mesh
+    mesh, parts = body.mesh, blocks(body.mesh)
     return OpticalBody(
         mesh,
-        Planes(*triangle_frames(mesh)[:2]),
+        Planes(*triangle_frames(mesh)[:2], concave_sides(mesh)),
+        parts,
         Wave(radar.wavelength, radar.polarization),
-        radar.range_resolution,
+        edge_limits(radar),
         bounces,
         power_reflectivity(body.material.name),
         TriangleScene(mesh.vertices, mesh.faces, rays),
-        concave_sides(mesh),
         patch_sizes(mesh),
         outward_side(mesh),
-        BlockCache(FACET_SETS),
+        BlockCache(FACET_SETS * len(parts)),
     )

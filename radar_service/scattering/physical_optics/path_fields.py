@@ -1,0 +1,142 @@
+"""What facets and ray tubes scatter from one leg into another: amplitudes, whole paths, and where their echoes lie.
+
+With sea reflection a body has two legs, and so four paths: direct both ways, by the sea one way in either order, by the sea both
+ways. Facets are integrated once for both orders of a mixed path, as only their currents differ.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
+from radar_service.scattering.physical_optics.facet_integral import mean_phasor, scattering_amplitude
+from radar_service.scattering.physical_optics.lit_facets import LitFacets
+from radar_service.scattering.physical_optics.ray_tubes import RayTubes
+from radar_service.types import Complexes, Floats, Indices
+
+
+@dataclass(frozen=True)
+class Wave:
+    """The wave: wavelength [m] and the radar's polarization, "h" or "v"."""
+
+    wavelength: float
+    polarization: str
+
+    @property
+    def wavenumber(self) -> float:
+        """[rad/m]"""
+        return 2.0 * np.pi / self.wavelength
+
+
+class PathFields(NamedTuple):
+    """Fields (M,) by one path.
+
+    position: (M, 3) of the echo in the body's frame [m].
+    amplitude: (M,) scattering amplitude without the phase of the path [m].
+    length: (M,) of the whole path, out and back [m].
+    weight: (M,) product of the one-way amplitudes of both legs [1/m^2].
+    cell: (M,) size of the cell in which the field is summed [m].
+    """
+
+    position: Floats
+    amplitude: Complexes
+    length: Floats
+    weight: Complexes
+    cell: Floats
+
+    @classmethod
+    def joined(cls, parts: "Sequence[PathFields]") -> "PathFields":
+        """All fields of several parts."""
+        return cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+class FacetBends(NamedTuple):
+    """Of one leg over facets (M,): how much longer it is to the corners than to the centroid (3, M), and how much shorter to the
+    middle of each edge than the mean of its ends, by the opposite corner (3, M) [m], negative."""
+
+    corner: Floats
+    edge: Floats
+
+    @classmethod
+    def of(cls, corners: Floats, centre: Floats, rays: LegRays) -> "FacetBends":
+        """Over facets (M, 3, 3) with centroids (M, 3)."""
+        by_corner = corners.transpose(1, 0, 2)
+        edges = np.roll(by_corner, -1, axis=0) - np.roll(by_corner, -2, axis=0)
+        return cls(rays.detours(by_corner - centre), rays.sags(edges) / 4.0)
+
+
+def facet_fields(lit: LitFacets, bends: Sequence[FacetBends], one: int, other: int, wave: Wave) -> PathFields:
+    """What facets scatter from leg `one` into leg `other`, and the other way round where they differ."""
+    both = np.flatnonzero((lit.share[one] * lit.share[other] > 0.0) & (lit.side[one] == lit.side[other]))
+    facets, first, second = lit.chosen(both), lit.rays[one].chosen(both), lit.rays[other].chosen(both)
+    share = facets.share[one] * (facets.share[other] if other != one else 1.0)
+    path = [-wave.wavenumber * (a[:, both] + b[:, both]) for a, b in zip(bends[one], bends[other], strict=True)]
+    taper = -1.5 * (bends[one].corner[:, both] / first.length + bends[other].corner[:, both] / second.length)
+    surface = areas(facets.corners) * share * mean_phasor(path[0], path[1], taper)
+    normal = facets.normal * facets.side[one][:, None]
+    orders = [(first, second)] if one == other else [(first, second), (second, first)]
+    amplitude = sum((_amplitude(a, b, normal, surface, wave) for a, b in orders), np.zeros(len(both), dtype=np.complex128))
+    weight = first.weight * second.weight
+    return PathFields(facets.centre, amplitude, first.length + second.length, weight, facets.cell)
+
+
+def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Complexes, wave: Wave) -> Complexes:
+    field, received = launch.polarization(wave.polarization), receive.polarization(wave.polarization)
+    return scattering_amplitude(launch.direction, field, received, normal, surface, wave.wavelength)
+
+
+def tube_fields(tubes: RayTubes, launch: BodyLeg, receive: BodyLeg, wave: Wave) -> PathFields:
+    """What tubes scatter where they are into a leg.
+
+    A point stands for the whole path. It lies between the path's two ends on the body, and behind them by half of what lies in
+    between, at a range of exactly half the path. Then the phase is that of the path, and both change alike as the antenna moves:
+    by Fermat's principle a path changes with the rays of its two ends alone, whose mean is the point's.
+    """
+    seen = receive.visible(tubes.centre, tubes.triangle)
+    tubes = tubes.chosen(np.flatnonzero(seen))
+    back = receive.rays(tubes.centre)
+    offset = tubes.corners.transpose(1, 0, 2) - tubes.centre
+    edges = np.roll(tubes.corners, -1, axis=1).transpose(1, 0, 2) - np.roll(tubes.corners, -2, axis=1).transpose(1, 0, 2)
+    ahead, bent = _spherical(offset, tubes), -_across2(edges, tubes) / (8.0 * tubes.length)
+    phases = -wave.wavenumber * (ahead + back.detours(offset))
+    surface = areas(tubes.corners) * tubes.share * mean_phasor(phases, -wave.wavenumber * (bent + back.sags(edges) / 4.0))
+    received = back.polarization(wave.polarization)
+    amplitude = scattering_amplitude(tubes.direction, tubes.field, received, tubes.normal, surface, wave.wavelength)
+    length = tubes.length + back.length
+    return PathFields(
+        _behind(tubes, back, length, launch, receive), amplitude, length, tubes.weight * back.weight, tubes.cell
+    )
+
+
+def _spherical(offset: Floats, tubes: RayTubes) -> Floats:
+    """How much longer the way of a tube's wave is to points around its centre (N, M) [m]; offset: (N, M, 3)."""
+    along = np.einsum("nmi,mi->nm", offset, tubes.direction)
+    return np.asarray(along + _across2(offset, tubes) / (2.0 * tubes.length))
+
+
+def _across2(vectors: Floats, tubes: RayTubes) -> Floats:
+    """Squared lengths (N, M) of vectors (N, M, 3) across tubes [m^2]."""
+    along = np.einsum("nmi,mi->nm", vectors, tubes.direction)
+    return np.asarray(np.einsum("nmi,nmi->nm", vectors, vectors) - along * along)
+
+
+def _behind(tubes: RayTubes, back: LegRays, length: Floats, launch: BodyLeg, receive: BodyLeg) -> Floats:
+    middle = (tubes.begin + tubes.centre) / 2.0
+    gradient = (tubes.launched + back.direction) / 2.0
+    missing = (length - launch.length(middle) - receive.length(middle)) / 2.0
+    steep = np.maximum(np.einsum("ij,ij->i", gradient, gradient), 1e-3)
+    return np.asarray(middle + gradient * (missing / steep)[:, None])
+
+
+def areas(corners: Floats) -> Floats:
+    """Areas (M,) of triangles (M, 3, 3) [m^2]."""
+    (ux, uy, uz), (vx, vy, vz) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return np.asarray(np.sqrt(x * x + y * y + z * z) / 2.0)
+
+
+def chosen_fields(fields: PathFields, which: Indices) -> PathFields:
+    """The fields `which` (N,)."""
+    return PathFields(*(column.take(which, axis=0) for column in fields))

@@ -1,0 +1,162 @@
+"""Shadow edges: facets that are partly visible are cut along the edge of the shadow.
+
+Each facet is sampled at several points. Where they differ, the edge of the shadow is found by bisection on two edges of the
+facet, and the facet is cut along a straight line, if that explains every sample. Otherwise it is halved, and so on. Facets that
+are still mixed at the end count by their visible share.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.types import Flags, Floats, Indices
+
+Visible = Callable[[Floats, Indices], Flags]
+
+INSET = 0.02  # of the way from a corner to the centroid: samples stay off edges, where neighbours would occlude them
+FEWEST = 2  # rows of the coarsest lattice of samples: three corners; the centroid goes with them
+MIXED_ROWS = 5  # rows in facets known to be mixed: 15 samples
+MAX_ROWS = 14
+MAX_SAMPLES = 16_000  # for the first pass over one body, where that is more than the coarsest lattice
+PITCH = 0.25  # m between samples where they are few: thin masts
+BISECTIONS = 10  # the edge of a shadow is found to 1/1000 of a facet's edge
+HALVINGS = 5  # the last level counts by its visible share
+
+
+class Parts(NamedTuple):
+    """Parts (N,) of facets: corners (N, 3, 3) [m], the facet each comes from (N,), and the share of it that is visible (N,)."""
+
+    corners: Floats
+    origin: Indices
+    share: Floats
+
+
+def visible_parts(corners: Floats, triangle: Indices, visible: Visible, crowded: bool) -> tuple[Floats, Parts]:
+    """Shares (M,) of facets that are visible as a whole (1) or not at all (0), and the parts of those that are mixed (NaN).
+
+    corners: (M, 3, 3) [m]; triangle: (M,) of the mesh; crowded: whether thin bodies may cast shadows, which more samples find.
+    """
+    rows = _rows(corners) if crowded else FEWEST
+    flags = _sampled(corners, triangle, _lattice(rows), visible)
+    count = flags.sum(axis=1)
+    share = np.where(count == flags.shape[1], 1.0, 0.0)
+    mixed = np.flatnonzero((count > 0) & (count < flags.shape[1]))
+    share[mixed] = np.nan
+    return share, _resolved(corners[mixed], mixed, triangle, visible)
+
+
+def _rows(corners: Floats) -> int:
+    """Rows of the lattice: as many as its pitch asks, and the budget allows."""
+    if not len(corners):
+        return FEWEST
+    longest = float(np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max()))
+    rows = min(MAX_ROWS, 1 + int(np.ceil(longest / PITCH)))
+    allowed = int(np.sqrt(2.0 * MAX_SAMPLES / len(corners)))
+    return max(FEWEST, min(rows, allowed))
+
+
+def _lattice(rows: int) -> Floats:
+    """Barycentric coordinates (S, 3) of samples: a triangular lattice, the corners INSET first, and the centroid last."""
+    i, j = np.meshgrid(np.arange(rows), np.arange(rows), indexing="ij")
+    inside = i + j < rows
+    steps = np.stack([i[inside], j[inside], rows - 1 - i[inside] - j[inside]], axis=1) / (rows - 1.0)
+    steps = steps[np.argsort(-steps.max(axis=1), kind="stable")]
+    first = np.eye(3)
+    samples = np.concatenate([first, steps[3:], np.full((1, 3), 1.0 / 3.0)])
+    return np.asarray(samples + INSET * (1.0 / 3.0 - samples))
+
+
+def _sampled(corners: Floats, triangle: Indices, lattice: Floats, visible: Visible) -> Flags:
+    """Which samples (M, S) of facets are visible."""
+    points = np.einsum("sc,mcx->msx", lattice, corners)
+    flags = visible(points.reshape(-1, 3), np.repeat(triangle, len(lattice)))
+    return flags.reshape(len(corners), len(lattice))
+
+
+def _resolved(corners: Floats, origin: Indices, triangle: Indices, visible: Visible) -> Parts:
+    """The parts of mixed facets."""
+    done: list[Parts] = [Parts(np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64), np.zeros(0))]
+    lattice = _lattice(MIXED_ROWS)
+    for level in range(HALVINGS + 1):
+        if not len(corners):
+            break
+        flags = _sampled(corners, triangle[origin], lattice, visible)
+        count = flags.sum(axis=1)
+        pure = (count == 0) | (count == len(lattice)) | (level == HALVINGS)
+        mixed = np.flatnonzero(~pure)
+        cut, rest = _cut_along_edges(corners[mixed], origin[mixed], triangle, flags[mixed], visible)
+        done += [Parts(corners[pure], origin[pure], count[pure] / len(lattice)), cut]
+        corners, origin = _halves(corners[mixed[rest]]), np.tile(origin[mixed[rest]], 2)
+    return Parts(*(np.concatenate(column) for column in zip(*done, strict=True)))
+
+
+def _cut_along_edges(
+    corners: Floats, origin: Indices, triangle: Indices, flags: Flags, visible: Visible
+) -> tuple[Parts, Indices]:
+    """Parts of the facets (K, 3, 3) that one straight line explains, and the indices of the others."""
+    odd = flags[:, :3].sum(axis=1) % 3 != 0  # two corners differ from the third
+    which = np.flatnonzero(odd)
+    seen = flags[which, :3]
+    alone = np.where(seen.sum(axis=1) == 1, seen.argmax(axis=1), (~seen).argmax(axis=1))
+    turn = (alone[:, None] + np.arange(3)) % 3
+    ordered = np.take_along_axis(corners[which], turn[:, :, None], axis=1)
+    tip = seen[np.arange(len(which)), alone]
+    line = _shadow_line(ordered, triangle[origin[which]], tip, visible)
+    explained = _explains(line, turn, flags[which], tip)
+    rest = np.setdiff1d(np.arange(len(corners)), which[explained], assume_unique=True)
+    return _split(ordered[explained], line[explained], origin[which[explained]], tip[explained]), rest
+
+
+def _shadow_line(ordered: Floats, triangle: Indices, tip: Flags, visible: Visible) -> Floats:
+    """Where the edge of the shadow crosses the first corner's two edges (K, 2), in shares of their length, 0 to 1.
+
+    ordered: (K, 3, 3) facets, whose first corner is visible (`tip`) where the others are not, or the other way round.
+    """
+    low, high = np.zeros((len(ordered), 2)), np.ones((len(ordered), 2))
+    inset = ordered + INSET * (ordered.mean(axis=1, keepdims=True) - ordered)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2.0
+        points = inset[:, :1] + middle[:, :, None] * (inset[:, 1:] - inset[:, :1])
+        same = visible(points.reshape(-1, 3), np.repeat(triangle, 2)).reshape(-1, 2) == tip[:, None]
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return _extended((low + high) / 2.0)
+
+
+def _extended(crossing: Floats) -> Floats:
+    """The line through crossings (K, 2) of the inset edges, where it meets the facet's own edges."""
+    third, scale = INSET / 3.0, 1.0 - INSET
+    # Points on the inset edges in coordinates along both edges of the first corner
+    x1, y1 = third + scale * crossing[:, 0], np.full(len(crossing), third)
+    x2, y2 = np.full(len(crossing), third), third + scale * crossing[:, 1]
+    cross = x1 * y2 - x2 * y1
+    first = np.divide(cross, y2 - y1, out=np.ones(len(cross)), where=np.abs(y2 - y1) > 1e-9)
+    second = np.divide(cross, x1 - x2, out=np.ones(len(cross)), where=np.abs(x1 - x2) > 1e-9)
+    return np.clip(np.stack([first, second], axis=1), 0.0, 1.0)
+
+
+def _explains(line: Floats, turn: Indices, flags: Flags, tip: Flags) -> Flags:
+    """Whether all samples (K, S) lie on the correct side of the line (K, 2), those within a hundredth of it on either."""
+    lattice = _lattice(MIXED_ROWS)
+    along = np.stack([lattice[:, turn[:, 1]].T, lattice[:, turn[:, 2]].T])
+    reach = along[0] / np.maximum(line[:, :1], 1e-9) + along[1] / np.maximum(line[:, 1:], 1e-9)
+    near = np.abs(reach - 1.0) * line.min(axis=1, keepdims=True) < 0.01
+    return np.asarray((((reach < 1.0) == (flags == tip[:, None])) | near).all(axis=1))
+
+
+def _split(ordered: Floats, line: Floats, origin: Indices, tip: Flags) -> Parts:
+    """The tip of each facet, and the rest in two parts."""
+    a, b, c = ordered.transpose(1, 0, 2)
+    ab, ac = a + line[:, :1] * (b - a), a + line[:, 1:] * (c - a)
+    parts = [np.stack(part, axis=1) for part in ([a, ab, ac], [ab, b, c], [ab, c, ac])]
+    share = np.concatenate([tip, ~tip, ~tip]).astype(np.float64)
+    return Parts(np.concatenate(parts), np.tile(origin, 3), share)
+
+
+def _halves(corners: Floats) -> Floats:
+    """Both halves (2 M, 3, 3) of triangles (M, 3, 3), cut across their longest edge."""
+    edges = ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).argmax(axis=1)
+    turn = (edges[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(corners, turn[:, :, None], axis=1).transpose(1, 0, 2)
+    middle = (a + b) / 2.0
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
