@@ -24,6 +24,7 @@ LIGHT = 299_792_458.0
 EARTH = 4.0 / 3.0 * 6_371_000.0  # m, effective radius
 SEA_WATER = 55.3 - 38.2j  # relative permittivity at 9.41 GHz and 15 C, reference value
 SIGNIFICANT = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25)  # m, wave height by Douglas sea state: middles of WMO code 3700
+UPRIGHT = 50.0  # m: a wall that is taller ends to the left or right of what is behind it, a lower one below
 WAYS = (0, 1, 2)  # how many of the two ways go by the sea
 
 
@@ -116,7 +117,7 @@ def reflection_distance(distance: Floats, height: Floats, antenna_height: float,
         slope = -rise_1 / (x**2 + rise_1**2) - rise_2 / (rest**2 + rise_2**2)
         ahead = x - unequal / slope
         ahead = np.where((ahead > low) & (ahead < high), ahead, (low + high) / 2.0)
-        if np.all(np.abs(ahead - x) <= 1e-9 * distance):
+        if np.all(np.abs(ahead - x) <= 1e-7 * distance):
             break
         x = ahead
     return ahead
@@ -179,8 +180,13 @@ def sea_rays(position: Floats, setting: Setting) -> Rays:
 # --------------------------------------------------------------------------------------------------------------- the currents
 
 
-def contributions(elements: Elements, sheet: bool, setting: Setting, screens: Sequence[Screen] = ()) -> Contributions:
-    """What elements return by each number of ways over the sea; the sum over all is the scattered amplitude."""
+def contributions(
+    elements: Elements, sheet: bool, setting: Setting, screens: Sequence[Screen] = (), linear: bool = False
+) -> Contributions:
+    """What elements return by each number of ways over the sea; the sum over all is the scattered amplitude.
+
+    linear: whether the phase is linear across an element, which then returns sinc times sinc of what its middle would.
+    """
     position = elements.position
     direct = direct_rays(position, setting)
     azimuth = np.arctan2(position[:, 0], position[:, 1])
@@ -216,6 +222,14 @@ def current(there: Rays, back: Rays, outward: Floats, upward: Floats, setting: S
     return along * across - (there.level * back.level + there.rise * back.rise) * facing
 
 
+def smeared(elements: Elements, azimuth: Floats, there: Rays, back: Rays, setting: Setting) -> Floats:
+    """Mean (M,) of exp(-j k (d_a + d_b) . r) over elements, to first order."""
+    level = there.level + back.level
+    gradient = np.stack([level * np.sin(azimuth), level * np.cos(azimuth), there.rise + back.rise], axis=1)
+    phase = setting.wavenumber * np.einsum("mij,mj->mi", elements.edges, gradient)
+    return np.sinc(phase[:, 0] / (2 * np.pi)) * np.sinc(phase[:, 1] / (2 * np.pi))
+
+
 # ---------------------------------------------------------------------------------------------------------------- the shadows
 
 
@@ -226,21 +240,24 @@ def uncovered(elements: Elements, setting: Setting, screens: Sequence[Screen], w
         return clear
     antenna = np.array([0.0, 0.0, setting.antenna_height])
     position, ground = bent(elements.position, setting), np.hypot(*elements.position[:, :2].T)
-    legs = [(np.broadcast_to(antenna, position.shape), position)]
+    start = np.broadcast_to(antenna, position.shape)
+    legs = [(start, position, np.zeros_like(ground), np.ones_like(ground))]
     if way == 1:
         x = reflection_distance(ground, elements.position[:, 2], setting.antenna_height, setting.earth_radius)
         foot = elements.position * (x / ground)[:, None]
         foot[:, 2] = -(x**2) / (2.0 * setting.earth_radius)
-        legs = [(legs[0][0], foot), (foot, position)]
+        legs = [(start, foot, np.zeros_like(x), x / ground), (foot, position, x / ground, np.ones_like(x))]
     for screen in screens:
-        for leg, (start, stop) in enumerate(legs):
-            moves = 1.0 if leg == len(legs) - 1 else 0.0
-            clear *= 1.0 - cover(start, stop, elements.edges * moves, screen, setting)
+        for leg in legs:
+            clear *= 1.0 - cover(*leg, elements.edges, screen, setting)
     return clear
 
 
-def cover(start: Floats, stop: Floats, edges: Floats, screen: Screen, setting: Setting) -> Floats:
-    """Share (M,) of rays from start to stop (M, 3), each a bundle as wide as `edges` at its end, that a screen stops."""
+def cover(
+    start: Floats, stop: Floats, first: Floats, last: Floats, edges: Floats, screen: Screen, setting: Setting
+) -> Floats:
+    """Share (M,) of bundles of rays from start to stop (M, 3) that a screen stops. They begin in a point and end as wide as
+    `edges` (M, 2, 3); this leg holds shares `first` to `last` (M,) of the whole way."""
     corner = bent(screen.corner[None], setting)[0]
     normal = np.cross(screen.one, screen.other)
     before, after = (start - corner) @ normal, (stop - corner) @ normal
@@ -251,7 +268,7 @@ def cover(start: Floats, stop: Floats, edges: Floats, screen: Screen, setting: S
     for side in (screen.one, screen.other):
         length = float(np.linalg.norm(side))
         at = point @ side / length
-        wide = t * np.abs(edges @ (side / length)).sum(axis=1) + 1e-9
+        wide = (first + t * (last - first)) * np.abs(edges @ (side / length)).sum(axis=1) + 1e-9
         share *= np.clip((length - at) / wide + 0.5, 0.0, 1.0) * np.clip(at / wide + 0.5, 0.0, 1.0)
     return share
 
@@ -267,7 +284,9 @@ def bent(position: Floats, setting: Setting) -> Floats:
 
 
 def above_water(corners: Floats) -> Floats:
-    """What of a convex polygon (V, 3) lies at z >= 0: (W, 3), none of it with W = 0."""
+    """What of a convex polygon (V, 3) lies above z = 0: (W, 3), none of it with W = 0; a bottom on the water is not above."""
+    if corners[:, 2].max() <= 1e-9:
+        return np.zeros((0, 3))
     result: list[Floats] = []
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         if a[2] >= 0.0:
@@ -361,11 +380,17 @@ def equal_elements(quad: Floats, size: float) -> Elements:
     return bilinear(quad, midpoints(counts[0]), midpoints(counts[1]))
 
 
-def screened_elements(quad: Floats, setting: Setting, fine: float = 1.0) -> Elements:
-    """Elements of a quadrangle with shadow edges: equal ones, across which the phase turns by 0.3 rad at most, 100 or more
-    along each edge; edges of shadows cut them by area."""
+def screened_elements(quad: Floats, setting: Setting, screen: Screen) -> Elements:
+    """Elements of a quadrangle with the shadow of a wall's edge: equal ones across the edge, along which the phase turns by
+    1.5 rad at most, and 128 or more of them; Gauss-Legendre nodes along it. Which edge
+    it is follows from `UPRIGHT`."""
     first, second = turns(quad, setting)
-    return bilinear(quad, *(midpoints(int(np.ceil(fine * max(phase / 0.3, 100.0)))) for phase in (first, second)))
+    upright = abs(screen.other[2]) > UPRIGHT
+    along, across = (second, first) if upright else (first, second)
+    equal, nodes = midpoints(int(np.ceil(max(across / 1.5, 128.0)))), gauss_for(along)
+    elements = bilinear(quad, *((equal, nodes) if upright else (nodes, equal)))
+    elements.edges[:, 1 if upright else 0] = 0.0
+    return elements
 
 
 # ------------------------------------------------------------------------------------------------------------------- the sums
@@ -375,15 +400,27 @@ def pieces(faces: Sequence[Face], setting: Setting, screens: Sequence[Screen], s
     """Contributions of faces on the map, of elements of `size` [m], or of as many as the phase needs with None."""
     result = []
     for face in faces:
-        for quad in quadrangles(above_water(face.corners)):
+        for quad in quadrangles(above_water(face.corners)) if may_be_lit(face, setting) else ():
             if size is not None:
                 elements = equal_elements(quad, size)
             elif screens:
-                elements = screened_elements(quad, setting)
+                elements = screened_elements(quad, setting, screens[0])
             else:
                 elements = smooth_elements(quad, setting)
-            result += [contributions(part, face.sheet, setting, screens) for part in chunks(elements)]
+            linear = bool(screens) and size is None
+            result += [contributions(part, face.sheet, setting, screens, linear) for part in chunks(elements)]
     return result
+
+
+def may_be_lit(face: Face, setting: Setting) -> bool:
+    """Whether any ray comes from before the outer side of a face: directions are tried at its corners, with a margin."""
+    a, b, c = face.corners[:3]
+    normal = np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a))
+    corners = np.maximum(face.corners, [-np.inf, -np.inf, 1e-3])
+    azimuth = np.arctan2(corners[:, 0], corners[:, 1])
+    rays = [direct_rays(corners, setting), *([sea_rays(corners, setting)] if setting.sea else [])]
+    along = normal[0] * np.sin(azimuth) + normal[1] * np.cos(azimuth)
+    return face.sheet or any(bool((ray.level * along + ray.rise * normal[2] < 1e-2).any()) for ray in rays)
 
 
 def chunks(elements: Elements, count: int = 65_536) -> list[Elements]:

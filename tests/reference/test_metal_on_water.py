@@ -178,7 +178,7 @@ def test_a_tall_wall_leaves_a_narrower_plate(share: float, sea: bool) -> None:
     setting = Setting(sea=sea)
     wide = 1.7
     edge = (-wide / 2 + share * wide) / 2.0  # seen from the antenna, at half the distance
-    wall = Screen(np.array([edge, 300.0, -5.0]), np.array([-50.0, 0, 0]), np.array([0.0, 0, 60.0]))
+    wall = Screen(np.array([edge, 300.0, -5.0]), np.array([-50.0, 0, 0]), np.array([0.0, 0, 105.0]))
     r = oracle.slant_range(np.array([0.0, 600.0, 4.0]), setting)
     hidden = abs(scattering_amplitude(at(oracle.plate(wide, 1.0), 0.0, 600.0, 4.0), setting, r, [wall]))
     left = at(oracle.plate(wide * (1 - share), 1.0), wide * share / 2, 600.0, 4.0)
