@@ -24,7 +24,7 @@ LIGHT = 299_792_458.0
 EARTH = 4.0 / 3.0 * 6_371_000.0  # m, effective radius
 SEA_WATER = 55.3 - 38.2j  # relative permittivity at 9.41 GHz and 15 C, reference value
 SIGNIFICANT = (0.0, 0.05, 0.3, 0.875, 1.875, 3.25)  # m, wave height by Douglas sea state: middles of WMO code 3700
-UPRIGHT = 50.0  # m: a wall that is taller ends to the left or right of what is behind it, a lower one below
+UPRIGHT = 50.0  # m: a wall that is higher covers all that is behind it, a lower one a part
 WAYS = (0, 1, 2)  # how many of the two ways go by the sea
 
 
@@ -283,17 +283,27 @@ def bent(position: Floats, setting: Setting) -> Floats:
 # --------------------------------------------------------------------------------------------------------------- the elements
 
 
-def above_water(corners: Floats) -> Floats:
-    """What of a convex polygon (V, 3) lies above z = 0: (W, 3), none of it with W = 0; a bottom on the water is not above."""
-    if corners[:, 2].max() <= 1e-9:
-        return np.zeros((0, 3))
+def clipped(corners: Floats, side: Floats) -> Floats:
+    """What of a convex polygon (V, 3) lies where `side` (V,), linear in position, is positive: (W, 3), none with W = 0."""
     result: list[Floats] = []
-    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        if a[2] >= 0.0:
+    if side.max(initial=0.0) <= 1e-9:  # a bottom on the water is not above it
+        return np.zeros((0, 3))
+    for a, b, p, q in zip(corners, np.roll(corners, -1, axis=0), side, np.roll(side, -1), strict=True):
+        if p >= 0.0:
             result.append(a)
-        if a[2] * b[2] < 0.0:
-            result.append(a + (b - a) * a[2] / (a[2] - b[2]))
+        if p * q < 0.0:
+            result.append(a + (b - a) * p / (p - q))
     return np.array(result).reshape(-1, 3)
+
+
+def beside(corners: Floats, screen: Screen) -> list[Floats]:
+    """What of a convex polygon (V, 3) is left and right of a tall wall nearer by. Direct and reflected rays to a point lie in
+    one upright plane through the antenna, so both have the same shadow edge."""
+    ends = screen.corner[:2], (screen.corner + screen.one)[:2]
+    left, right = sorted(ends, key=lambda end: float(np.cross(np.append(ends[0], 0), np.append(end, 0))[2]), reverse=True)
+    beyond_left = left[0] * corners[:, 1] - left[1] * corners[:, 0]
+    beyond_right = corners[:, 0] * right[1] - corners[:, 1] * right[0]
+    return [part for part in (clipped(corners, beyond_left), clipped(corners, beyond_right)) if len(part)]
 
 
 def quadrangles(corners: Floats) -> list[Floats]:
@@ -380,16 +390,12 @@ def equal_elements(quad: Floats, size: float) -> Elements:
     return bilinear(quad, midpoints(counts[0]), midpoints(counts[1]))
 
 
-def screened_elements(quad: Floats, setting: Setting, screen: Screen) -> Elements:
-    """Elements of a quadrangle with the shadow of a wall's edge: equal ones across the edge, along which the phase turns by
-    1.5 rad at most, and 128 or more of them; Gauss-Legendre nodes along it. Which edge
-    it is follows from `UPRIGHT`."""
-    first, second = turns(quad, setting)
-    upright = abs(screen.other[2]) > UPRIGHT
-    along, across = (second, first) if upright else (first, second)
-    equal, nodes = midpoints(int(np.ceil(max(across / 1.5, 128.0)))), gauss_for(along)
-    elements = bilinear(quad, *((equal, nodes) if upright else (nodes, equal)))
-    elements.edges[:, 1 if upright else 0] = 0.0
+def screened_elements(quad: Floats, setting: Setting) -> Elements:
+    """Elements of a quadrangle on which the shadow of a low wall runs along the first edge: Gauss-Legendre nodes along it;
+    across it equal elements, over which the phase turns by 0.5 rad at most, and 128 or more of them."""
+    along, across = turns(quad, setting)
+    elements = bilinear(quad, gauss_for(along), midpoints(int(np.ceil(max(across / 0.5, 128.0)))))
+    elements.edges[:, 0] = 0.0
     return elements
 
 
@@ -398,18 +404,24 @@ def screened_elements(quad: Floats, setting: Setting, screen: Screen) -> Element
 
 def pieces(faces: Sequence[Face], setting: Setting, screens: Sequence[Screen], size: float | None) -> list[Contributions]:
     """Contributions of faces on the map, of elements of `size` [m], or of as many as the phase needs with None."""
+    if size is not None:
+        brute = [(face.sheet, equal_elements(quad, size)) for face in faces for quad in quadrangles(dry(face.corners))]
+        return [contributions(part, sheet, setting, screens) for sheet, whole in brute for part in chunks(whole)]
+    tall, low = ([screen for screen in screens if bool(screen.other[2] > UPRIGHT) is upright] for upright in (True, False))
     result = []
     for face in faces:
-        for quad in quadrangles(above_water(face.corners)) if may_be_lit(face, setting) else ():
-            if size is not None:
-                elements = equal_elements(quad, size)
-            elif screens:
-                elements = screened_elements(quad, setting, screens[0])
-            else:
-                elements = smooth_elements(quad, setting)
-            linear = bool(screens) and size is None
-            result += [contributions(part, face.sheet, setting, screens, linear) for part in chunks(elements)]
+        polygons = [dry(face.corners)] if may_be_lit(face, setting) else []
+        for screen in tall:
+            polygons = [part for polygon in polygons for part in beside(polygon, screen)]
+        for quad in (quad for polygon in polygons for quad in quadrangles(polygon)):
+            elements = screened_elements(quad, setting) if low else smooth_elements(quad, setting)
+            result += [contributions(part, face.sheet, setting, low, bool(low)) for part in chunks(elements)]
     return result
+
+
+def dry(corners: Floats) -> Floats:
+    """What of a convex polygon (V, 3) is above the water."""
+    return clipped(corners, corners[:, 2])
 
 
 def may_be_lit(face: Face, setting: Setting) -> bool:

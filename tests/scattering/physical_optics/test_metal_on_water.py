@@ -137,9 +137,8 @@ def test_study_of_two_hundred_draws() -> None:
     count = int(os.environ.get("METAL_DRAWS", "200"))
     seed = int(os.environ.get("METAL_SEED", str(np.random.SeedSequence().entropy)[:9]))
     rows = [int(row) for row in os.environ.get("METAL_ROWS", "1,2,3,4,5,6").split(",")]
-    print(
-        f"\nseed {seed}, fidelity {FIDELITY}\n| row | draws | 98 % below | maximum | above 0.12 | power [dB] |\n|---|---|---|---|---|---|"
-    )
+    print(f"\nseed {seed}, fidelity {FIDELITY}")
+    print("| row | draws | 98 % below | maximum | above 0.12 | power [dB] |", "|---|---|---|---|---|---|", sep="\n")
     results = {}
     for row in rows:
         outcomes = results[row] = [COMPARISONS[row](drawn(row, i, seed)) for i in range(count)]
