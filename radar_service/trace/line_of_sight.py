@@ -33,12 +33,16 @@ class OcclusionScene:
         themselves; rays: counts the rays cast, where given."""
         self.earth_radius = earth_radius
         self._resting: Flags = np.array([body.motion.at_rest for body in bodies], dtype=np.bool_)
+        self._bodies = tuple(bodies)
+        self._occludes: Flags = np.array(
+            [b.mesh is not None and i not in without for i, b in enumerate(bodies)], dtype=np.bool_
+        )
+        self._plan = np.array([[*body.middle_at(0.0)[:2], body.radius] for body in bodies]).reshape(-1, 3)
         self._faces: Indices = np.array(
             [0 if body.mesh is None else len(body.mesh.faces) for body in bodies], dtype=np.int64
         )
         resting_faces = np.where(self._resting, self._faces, 0)
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
-        self._resting_bodies = int(np.count_nonzero(resting_faces))
         merged = merged_mesh([body for body in bodies if body.motion.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
         self._movers = {
@@ -47,6 +51,7 @@ class OcclusionScene:
             if body.mesh is not None and not body.motion.at_rest and i not in without
         }
         self._poses = BodyPoses([bodies[i] for i in self._movers])
+        self._last_poses: tuple[float, dict[int, BodyPose]] = (np.nan, {})
 
     def visible(self, points: SurfacePoints, antenna: Floats, time: float, max_range: float, movers: bool = True) -> Flags:
         """Which points (E,) have a line of sight to the antenna (3,) at `time` [s].
@@ -86,13 +91,23 @@ class OcclusionScene:
         visible[left] = True
         return visible
 
-    def others_may_occlude(self, body: int, position: Floats, antenna: Floats, time: float, movers: bool = True) -> bool:
-        """Whether another body may occlude any of the positions (E, 3) of a body from the antenna, by a quick test in plan."""
-        for occluder, pose, key in self._occluders(np.array([body]), time, movers):
-            alone = key == body or (key is None and self._resting[body] and self._resting_bodies == 1)
-            if not alone and occluder.may_occlude(pose, antenna, position):
-                return True
-        return False
+    def other_occluders(self, body: int, antenna: Floats, time: float, movers: bool = True) -> Floats:
+        """Radii (O,) [m] in plan of the other bodies that may occlude a body from the antenna (3,), by a quick test in plan."""
+        plan = self._plan if not len(self._movers) else self._plan_at(time)
+        line, radius = plan[body, :2] - antenna[:2], plan[:, 2]
+        toward = plan[:, :2] - antenna[:2]
+        along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
+        miss = np.hypot(*(toward - along[:, None] * line).T)
+        near = (miss <= (radius + radius[body]) * 1.001 + 1.0) & self._occludes & (movers | self._resting)
+        near[body] = False
+        return np.asarray(radius[near])
+
+    def _plan_at(self, time: float) -> Floats:
+        """Middle and radius (B, 3) of all bodies in plan at `time` [s]."""
+        plan = self._plan.copy()
+        for b in np.flatnonzero(~self._resting & self._occludes):
+            plan[b, :2] = self._bodies[b].middle_at(time)[:2]
+        return plan
 
     def occluded(self, position: Floats, antenna: Floats, time: float, movers: bool = True) -> Flags:
         """Which positions (W, 3) on the map any body occludes from the antenna (3,) at `time` [s]; movers: as in `visible`."""
@@ -132,7 +147,11 @@ class OcclusionScene:
         return sorted(result, key=lambda occluder: occluder[2] is None or not (body == occluder[2]).all())
 
     def _mover_poses(self, time: float) -> dict[int, BodyPose]:
-        return dict(zip(self._movers, self._poses.each_at(time), strict=True))
+        at, poses = self._last_poses
+        if at != time:
+            poses = dict(zip(self._movers, self._poses.each_at(time), strict=True))
+            self._last_poses = time, poses  # one assignment: another thread finds either this or its own
+        return poses
 
     @staticmethod
     def _not_hidden(which: Indices, own: Flags, hidden: Flags) -> tuple[Indices, Flags]:

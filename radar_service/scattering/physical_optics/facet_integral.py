@@ -43,7 +43,7 @@ def mean_phasor(phases: Floats, bends: Floats | None = None, tapers: Floats | No
     if bends is None:
         result[steep] = _linear_mean(_Edges.of(low[steep], middle[steep], high[steep]))
         return result
-    opposite = np.take_along_axis(np.expm1(1j * bends), order, axis=0) * 4.0
+    opposite = 4.0 * np.take_along_axis(np.asarray(np.expm1(1j * bends), dtype=np.complex128), order, axis=0)
     corner = np.take_along_axis(np.zeros_like(phases) if tapers is None else tapers, order, axis=0)
     result += _flat_bubbles(low, middle, high, opposite) + _flat_tapers(low, middle, high, corner)
     edges = _Edges.of(low[steep], middle[steep], high[steep])

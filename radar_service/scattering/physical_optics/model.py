@@ -24,6 +24,7 @@ from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.types import Flags, Floats, Indices
 
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
+THIN = 15.0  # m of radius below which a body is searched for as one that casts a thin shadow
 
 
 class PhysicalOptics:
@@ -88,9 +89,9 @@ class PhysicalOptics:
                 return scene.visible(surface, *seen)
             return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
 
-        outline = map_from_body(_outline(self.bodies[b]), pose.position, pose.heading)
-        crowded = scene.others_may_occlude(int(self.key[b]), outline, antenna, instant.time, instant.movers)
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, self._weight, crowded)
+        others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
+        crowded, thin = len(others) > 0, bool((others < THIN).any())
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, self._weight, crowded, thin)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
@@ -115,11 +116,6 @@ class PhysicalOptics:
         """Measured against closed forms: plates, and corners where parts of the mesh face each other."""
         assert body.mesh is not None
         return REBOUNCES_DB if concave_sides(body.mesh).any() else FACETS_DB
-
-
-def _outline(body: Body) -> Floats:
-    """The corners (4, 3) of the square about a body in plan, in its frame [m]."""
-    return body.middle + body.radius * np.array([[-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
 
 
 def _body_echoes(b: int, centres: PathCentres, over_sea: bool) -> BodyEchoes:
