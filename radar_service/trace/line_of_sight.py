@@ -53,16 +53,25 @@ class OcclusionScene:
         self._poses = BodyPoses([bodies[i] for i in self._movers])
         self._last_poses: tuple[float, dict[int, BodyPose]] = (np.nan, {})
 
-    def visible(self, points: SurfacePoints, antenna: Floats, time: float, max_range: float, movers: bool = True) -> Flags:
+    def visible(
+        self,
+        points: SurfacePoints,
+        antenna: Floats,
+        time: float,
+        max_range: float,
+        movers: bool = True,
+        among: Collection[int] | None = None,
+    ) -> Flags:
         """Which points (E,) have a line of sight to the antenna (3,) at `time` [s].
 
-        max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude.
+        max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; among: the only ones of these
+        that can, besides the points' own body, where that is known from `other_occluders`.
         """
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
         left = np.flatnonzero(~over & (slant < max_range))
-        for occluder, pose, key in self._occluders(points.body, time, movers):
+        for occluder, pose, key in self._occluders(points.body, time, movers, among):
             own = (self._resting[points.body] if key is None else points.body == key)[left]
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
                 left = left[~self._occluded_by(occluder, pose, points, antenna, left, own)]
@@ -71,7 +80,14 @@ class OcclusionScene:
         return visible
 
     def visible_by_sea(
-        self, points: SurfacePoints, reflection: Floats, antenna: Floats, time: float, max_range: float, movers: bool = True
+        self,
+        points: SurfacePoints,
+        reflection: Floats,
+        antenna: Floats,
+        time: float,
+        max_range: float,
+        movers: bool = True,
+        among: Collection[int] | None = None,
     ) -> Flags:
         """Which points (E,) the antenna (3,) observes by rays that the sea reflects at `reflection` (E, 3) on the map [m].
 
@@ -82,7 +98,7 @@ class OcclusionScene:
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
         left = np.flatnonzero(~over & (slant < max_range))
-        for occluder, pose, key in self._occluders(points.body, time, movers):
+        for occluder, pose, key in self._occluders(points.body, time, movers, among):
             own = (self._resting[points.body] if key is None else points.body == key)[left]
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
                 left, own = self._not_hidden(left, own, occluder.occludes(pose, antenna, reflection.take(left, axis=0)))
@@ -91,8 +107,9 @@ class OcclusionScene:
         visible[left] = True
         return visible
 
-    def other_occluders(self, body: int, antenna: Floats, time: float, movers: bool = True) -> Floats:
-        """Radii (O,) [m] in plan of the other bodies that may occlude a body from the antenna (3,), by a quick test in plan."""
+    def other_occluders(self, body: int, antenna: Floats, time: float, movers: bool = True) -> tuple[Indices, Floats]:
+        """Indices (O,) and radii (O,) [m] in plan of the other bodies that may occlude a body from the antenna (3,),
+        by a quick test in plan."""
         plan = self._plan if not len(self._movers) else self._plan_at(time)
         line, radius = plan[body, :2] - antenna[:2], plan[:, 2]
         toward = plan[:, :2] - antenna[:2]
@@ -100,7 +117,7 @@ class OcclusionScene:
         miss = np.hypot(*(toward - along[:, None] * line).T)
         near = (miss <= (radius + radius[body]) * 1.001 + 1.0) & self._occludes & (movers | self._resting)
         near[body] = False
-        return np.asarray(radius[near])
+        return np.flatnonzero(near), radius[near]
 
     def _plan_at(self, time: float) -> Floats:
         """Middle and radius (B, 3) of all bodies in plan at `time` [s]."""
@@ -137,13 +154,19 @@ class OcclusionScene:
             shadowed.append(behind[occluder.occludes(pose, antenna, position[behind])])
         return np.unique(np.concatenate(shadowed))
 
-    def _occluders(self, body: Indices, time: float, movers: bool) -> list[tuple[Occluder, BodyPose, int | None]]:
+    def _occluders(
+        self, body: Indices, time: float, movers: bool, among: Collection[int] | None
+    ) -> list[tuple[Occluder, BodyPose, int | None]]:
         """All occluders at `time` [s], their poses and body indices (None: all bodies at rest). The resting one comes first,
         but a mover that all points lie on comes before it, as it occludes most of itself."""
         result: list[tuple[Occluder, BodyPose, int | None]] = []
         if self._resting_occluder is not None:
             result.append((self._resting_occluder, MAP_POSE, None))
         result += [(self._movers[key], pose, key) for key, pose in (self._mover_poses(time) if movers else {}).items()]
+        if among is not None:
+            result = [
+                occluder for occluder in result if occluder[2] is None or occluder[2] in among or (body == occluder[2]).any()
+            ]
         return sorted(result, key=lambda occluder: occluder[2] is None or not (body == occluder[2]).all())
 
     def _mover_poses(self, time: float) -> dict[int, BodyPose]:

@@ -11,6 +11,8 @@ from radar_service.scattering.physical_optics.lit_facets import Surface
 from radar_service.scene.body import Mesh
 from radar_service.types import Floats, Indices
 
+SHADOW_EDGE = 4.0  # m; shadows are sampled at a pitch of 2 m at least
+
 
 @dataclass(frozen=True)
 class BodyFacets:
@@ -49,9 +51,9 @@ class BodyFacets:
 
 
 def body_facets(block: Block, cell: float, edge: float, tubes: Floats, max_tubes: int) -> BodyFacets:
-    """The facets of a block: coarse ones as large as the cell [m], fine ones with edges of at most `edge` [m], and at most
+    """The facets of a block, summed in cells of size `cell` [m]: coarse ones with edges of at most SHADOW_EDGE, fine ones with edges of at most `edge` [m], and at most
     `tubes` (F,) on each of the block's triangles."""
-    coarse, origin = cut_triangles(block.mesh.vertices[block.mesh.faces], cell)
+    coarse, origin = cut_triangles(block.mesh.vertices[block.mesh.faces], SHADOW_EDGE)
     count = len(coarse)
     mesh = Mesh(coarse.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
     fine = cut_facets(mesh, tubes[origin], edge, max_tubes)
