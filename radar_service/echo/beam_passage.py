@@ -1,10 +1,12 @@
 """Echoes of bodies whose echoes depend on aspect: evaluated at instants, the nodes, along each passage of the beam.
 
-A passage is counted from the opposite bearing, so an azimuth never takes the aspect of an older or a later one. One node is at
-the crossing, the spoke nearest to which the boresight points at the body. Between neighbouring nodes the field is
-w E1 + (1 - w) E2, each with its own exact range histories; w falls linearly in time. An echo stands for `coherence` metres of
-the body, whose ends change their phase against its middle at the rate omega = k coherence x (rate of the line of sight in the
-body's frame). A linear interpolation over the phase theta errs by theta^2 / 8 at the ends, a node that is held by theta.
+A passage is counted from the opposite bearing, so an azimuth never takes the aspect of an older or a later one. Nodes lie on both
+sides of the crossing, which is the spoke nearest to where the boresight points at the body. Between neighbouring nodes the field
+is w E1 + (1 - w) E2, each with its own exact range histories; w falls linearly in time. A body that hardly changes has one node.
+
+An echo stands for `coherence` metres of the body. Their ends change their phase against its middle at the rate omega, which is
+k coherence x (rate of the line of sight in the body's frame). A linear interpolation over the phase theta errs by theta^2 / 8 at
+the ends, a node that is held errs by theta.
 """
 
 from dataclasses import replace
@@ -24,8 +26,10 @@ from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Floats, Indices, Singles
 
-MAX_PHASE = 0.5  # rad between nodes: theta^2 / 8 is 3 % at the ends, 0.041 theta^2 or -40 dB rms over time and echo
+MAX_PHASE = 0.4  # rad between nodes: theta^2 / 8 is 2 % at the ends, 0.041 theta^2 or -44 dB rms over time and echo
 HELD_PHASE = 0.035  # rad in the beam, by the root of its gain: one node serves a whole passage, likewise -40 dB
+MAIN_BEAM = 0.1  # one-way gain: 20 dB of two-way power, down to which each spoke keeps its aspect to 1 dB
+FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets
 SAMPLES = 33  # instants of a passage at which rates are taken
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
@@ -60,8 +64,13 @@ class BeamPassages:
         self._bodies, self._poses = bodies, BodyPoses(bodies)
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
+        self._size = [
+            0.0 if body.mesh is None else float(np.linalg.norm(np.ptp(body.mesh.vertices, axis=0))) for body in bodies
+        ]
         self._sway = 0.0 if scene.own_ship.sway is None else float(scene.own_ship.sway.amplitude[:2].sum())
         self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
+        heard = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
+        self._reach = extent if extent >= np.pi else min(extent, heard)
         self._nodes: BlockCache[tuple[int, int], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
         self._schedules: BlockCache[tuple[int, int], Indices] = BlockCache(4 * max(1, len(bodies)))
         self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * max(1, len(bodies)))
@@ -88,7 +97,7 @@ class BeamPassages:
         return self._nodes.get((n, spoke), lambda: self.evaluated(n, spoke))
 
     def crossing(self, n: int, turns: float) -> int:
-        """The spoke, numbered from the start, at which the boresight points at body n about `turns` scans after the start.
+        """The spoke, numbered from the start, at which the beam points at body n, within a quarter of a scan of `turns` scans.
 
         A body that outruns the beam has no crossing: it gets a spoke that points north.
         """
@@ -131,7 +140,7 @@ class BeamPassages:
         radar = self._scene.radar
         (position,), _ = self._track(n, np.array([crossing * radar.spoke_period]))
         aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))
-        reach = min(MARGIN * (self._extent + self._sway + aside), np.pi) / radar.azimuth_step
+        reach = min(MARGIN * (self._reach + self._sway + aside), np.pi) / radar.azimuth_step
         offset = np.linspace(-reach, reach, SAMPLES)
         rate = self._phase_rate(n, (crossing + offset) * radar.spoke_period) * radar.spoke_period  # rad per spoke
         fine = np.linspace(0.0, reach, 16 * SAMPLES)
@@ -139,8 +148,10 @@ class BeamPassages:
             return np.array([crossing])
         spacing = MAX_PHASE / np.maximum(rate * self._weight(np.abs(offset) * radar.azimuth_step - aside), MAX_PHASE / reach)
         half = SAMPLES // 2
-        before, after = (_outward(offset[half:], side) for side in (spacing[half::-1], spacing[half:]))
-        return crossing + np.concatenate([-before[::-1], [0], after])
+        first = max(1, int(spacing[half - 1 : half + 2].min()))
+        before = _outward(offset[half:], spacing[half::-1], first // 2)
+        after = _outward(offset[half:], spacing[half:], first - first // 2)
+        return crossing + np.concatenate([-before[::-1], after])
 
     def _phase_rate(self, n: int, time: Floats) -> Floats:
         """Rates (K,) [rad/s] at which the ends of what an echo of body n stands for change their phase against its middle."""
@@ -157,18 +168,19 @@ class BeamPassages:
         rate = np.abs(np.gradient(np.unwrap(heading), time)) + np.minimum(across, speed) / nearest
         if self._scene.environment.multipath:
             rate += 2.0 * radar.height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
-        coherence = aspect.model.coherence(aspect.local, float(distance[len(distance) // 2]))
+        coherence = min(self._size[n], aspect.model.coherence(aspect.local, float(distance[len(distance) // 2])))
         return np.asarray(2.0 * np.pi / radar.wavelength * coherence * rate)
 
     def _weight(self, offset: Floats) -> Floats:
-        """Weights (K,) of errors at offsets from boresight [rad]: the root of the two-way gain, as nodes are then so much rarer.
+        """Weights (K,) of phases at offsets from boresight [rad]: beside the beam nodes may be as much rarer.
 
-        It is 1 on boresight, and everywhere where the full circle of the beam counts.
+        It is the root of the one-way gain over MAIN_BEAM, at most 1; 1 where the full circle of the beam counts. Errors go as the
+        square of the spacing, so they stay as large as at the edge of the main beam.
         """
         if self._extent >= np.pi:
             return np.ones_like(offset)
         grid = np.linspace(0.0, np.pi, len(self._envelope))
-        return np.asarray(np.sqrt(np.interp(offset, grid, self._envelope)))
+        return np.asarray(np.sqrt(np.minimum(1.0, np.interp(offset, grid, self._envelope) / MAIN_BEAM)))
 
     def evaluated(self, n: int, spoke: int) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke."""
@@ -208,13 +220,12 @@ def _sidelobe_envelope(radar: Radar) -> Floats:
     return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
 
 
-def _outward(offset: Floats, spacing: Floats) -> Indices:
-    """Whole offsets (M,) from 0 to the last of `offset` (S,) [spokes], as far apart as `spacing` (S,) allows there."""
-    nodes, node = [], 0
-    while node < offset[-1]:
-        after = min(int(np.searchsorted(offset, node, side="right")), len(offset) - 1)
-        node += max(1, int(min(spacing[after - 1], spacing[after])))
-        nodes.append(node)
+def _outward(offset: Floats, spacing: Floats, first: int) -> Indices:
+    """Whole offsets (M,) from `first` to the last of `offset` (S,) [spokes], as far apart as `spacing` (S,) allows there."""
+    nodes = [first]
+    while nodes[-1] < offset[-1]:
+        after = min(int(np.searchsorted(offset, nodes[-1], side="right")), len(offset) - 1)
+        nodes.append(nodes[-1] + max(1, int(min(spacing[after - 1], spacing[after]))))
     return np.array(nodes, dtype=np.int64)
 
 

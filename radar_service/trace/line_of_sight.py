@@ -33,12 +33,16 @@ class OcclusionScene:
         themselves; rays: counts the rays cast, where given."""
         self.earth_radius = earth_radius
         self._resting: Flags = np.array([body.motion.at_rest for body in bodies], dtype=np.bool_)
+        self._bodies = tuple(bodies)
+        self._occludes: Flags = np.array(
+            [b.mesh is not None and i not in without for i, b in enumerate(bodies)], dtype=np.bool_
+        )
+        self._plan = np.array([[*body.middle_at(0.0)[:2], body.radius] for body in bodies]).reshape(-1, 3)
         self._faces: Indices = np.array(
             [0 if body.mesh is None else len(body.mesh.faces) for body in bodies], dtype=np.int64
         )
         resting_faces = np.where(self._resting, self._faces, 0)
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
-        self._resting_bodies = int(np.count_nonzero(resting_faces))
         merged = merged_mesh([body for body in bodies if body.motion.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
         self._movers = {
@@ -47,17 +51,27 @@ class OcclusionScene:
             if body.mesh is not None and not body.motion.at_rest and i not in without
         }
         self._poses = BodyPoses([bodies[i] for i in self._movers])
+        self._last_poses: tuple[float, dict[int, BodyPose]] = (np.nan, {})
 
-    def visible(self, points: SurfacePoints, antenna: Floats, time: float, max_range: float, movers: bool = True) -> Flags:
+    def visible(
+        self,
+        points: SurfacePoints,
+        antenna: Floats,
+        time: float,
+        max_range: float,
+        movers: bool = True,
+        among: Collection[int] | None = None,
+    ) -> Flags:
         """Which points (E,) have a line of sight to the antenna (3,) at `time` [s].
 
-        max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude.
+        max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; among: the only ones of these
+        that can, besides the points' own body, where that is known from `other_occluders`.
         """
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
         left = np.flatnonzero(~over & (slant < max_range))
-        for occluder, pose, key in self._occluders(points.body, time, movers):
+        for occluder, pose, key in self._occluders(points.body, time, movers, among):
             own = (self._resting[points.body] if key is None else points.body == key)[left]
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
                 left = left[~self._occluded_by(occluder, pose, points, antenna, left, own)]
@@ -66,7 +80,14 @@ class OcclusionScene:
         return visible
 
     def visible_by_sea(
-        self, points: SurfacePoints, reflection: Floats, antenna: Floats, time: float, max_range: float, movers: bool = True
+        self,
+        points: SurfacePoints,
+        reflection: Floats,
+        antenna: Floats,
+        time: float,
+        max_range: float,
+        movers: bool = True,
+        among: Collection[int] | None = None,
     ) -> Flags:
         """Which points (E,) the antenna (3,) observes by rays that the sea reflects at `reflection` (E, 3) on the map [m].
 
@@ -77,7 +98,7 @@ class OcclusionScene:
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
         left = np.flatnonzero(~over & (slant < max_range))
-        for occluder, pose, key in self._occluders(points.body, time, movers):
+        for occluder, pose, key in self._occluders(points.body, time, movers, among):
             own = (self._resting[points.body] if key is None else points.body == key)[left]
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
                 left, own = self._not_hidden(left, own, occluder.occludes(pose, antenna, reflection.take(left, axis=0)))
@@ -86,13 +107,24 @@ class OcclusionScene:
         visible[left] = True
         return visible
 
-    def others_may_occlude(self, body: int, position: Floats, antenna: Floats, time: float, movers: bool = True) -> bool:
-        """Whether another body may occlude any of the positions (E, 3) of a body from the antenna, by a quick test in plan."""
-        for occluder, pose, key in self._occluders(np.array([body]), time, movers):
-            alone = key == body or (key is None and self._resting[body] and self._resting_bodies == 1)
-            if not alone and occluder.may_occlude(pose, antenna, position):
-                return True
-        return False
+    def other_occluders(self, body: int, antenna: Floats, time: float, movers: bool = True) -> tuple[Indices, Floats]:
+        """Indices (O,) and radii (O,) [m] in plan of the other bodies that may occlude a body from the antenna (3,),
+        by a quick test in plan."""
+        plan = self._plan if not len(self._movers) else self._plan_at(time)
+        line, radius = plan[body, :2] - antenna[:2], plan[:, 2]
+        toward = plan[:, :2] - antenna[:2]
+        along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
+        miss = np.hypot(*(toward - along[:, None] * line).T)
+        near = (miss <= (radius + radius[body]) * 1.001 + 1.0) & self._occludes & (movers | self._resting)
+        near[body] = False
+        return np.flatnonzero(near), radius[near]
+
+    def _plan_at(self, time: float) -> Floats:
+        """Middle and radius (B, 3) of all bodies in plan at `time` [s]."""
+        plan = self._plan.copy()
+        for b in np.flatnonzero(~self._resting & self._occludes):
+            plan[b, :2] = self._bodies[b].middle_at(time)[:2]
+        return plan
 
     def occluded(self, position: Floats, antenna: Floats, time: float, movers: bool = True) -> Flags:
         """Which positions (W, 3) on the map any body occludes from the antenna (3,) at `time` [s]; movers: as in `visible`."""
@@ -122,17 +154,27 @@ class OcclusionScene:
             shadowed.append(behind[occluder.occludes(pose, antenna, position[behind])])
         return np.unique(np.concatenate(shadowed))
 
-    def _occluders(self, body: Indices, time: float, movers: bool) -> list[tuple[Occluder, BodyPose, int | None]]:
+    def _occluders(
+        self, body: Indices, time: float, movers: bool, among: Collection[int] | None
+    ) -> list[tuple[Occluder, BodyPose, int | None]]:
         """All occluders at `time` [s], their poses and body indices (None: all bodies at rest). The resting one comes first,
         but a mover that all points lie on comes before it, as it occludes most of itself."""
         result: list[tuple[Occluder, BodyPose, int | None]] = []
         if self._resting_occluder is not None:
             result.append((self._resting_occluder, MAP_POSE, None))
         result += [(self._movers[key], pose, key) for key, pose in (self._mover_poses(time) if movers else {}).items()]
+        if among is not None:
+            result = [
+                occluder for occluder in result if occluder[2] is None or occluder[2] in among or (body == occluder[2]).any()
+            ]
         return sorted(result, key=lambda occluder: occluder[2] is None or not (body == occluder[2]).all())
 
     def _mover_poses(self, time: float) -> dict[int, BodyPose]:
-        return dict(zip(self._movers, self._poses.each_at(time), strict=True))
+        at, poses = self._last_poses
+        if at != time:
+            poses = dict(zip(self._movers, self._poses.each_at(time), strict=True))
+            self._last_poses = time, poses  # one assignment: another thread finds either this or its own
+        return poses
 
     @staticmethod
     def _not_hidden(which: Indices, own: Flags, hidden: Flags) -> tuple[Indices, Flags]:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import radar_service as rs
-from radar_service.engine.pipeline import Prepared, prepare
+from radar_service.engine.pipeline import Prepared, prepare, tile_azimuths
 from radar_service.fidelity import PRESETS
 from radar_service.plan.cost_model import (
     CLUTTER_SHARE,
@@ -81,6 +81,23 @@ def test_each_stage_is_timed_once_per_azimuth(monkeypatch: pytest.MonkeyPatch) -
     tiles = max(4, math.ceil(radar.azimuths / tile / CLUTTER_SHARE))
     assert costs.clutter == pytest.approx(each / (tiles - 1))
     assert costs.looks == pytest.approx(1e6 * radar.spoke_period / prepared.moving.visibility.interval)
+
+
+def test_physical_optics_is_priced_by_its_nodes_in_a_scan(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each timed call takes a second: one for each node of each body, besides a second for each visibility update. Its echoes of
+    the first update are those at the nodes that the first tile needs."""
+    metal = {key: value for key, value in PLATE.items() if key != "rcs_dbsm"} | {"scattering": "optics", "width_m": 3}
+    prepared = prepared_from([metal, metal | {"name": "other", "position_m": [-300, -500, 8], "height_m": 2}])
+    nodes = [len(each) for each in prepared.moving.passages.first_nodes()]
+    assert len(nodes) == 2 and max(nodes) > 1
+    first = prepared.moving.passing(tile_azimuths(prepared, 0, 0))
+    assert first is not None
+    assert engine_counts(SetUp(prepared, Culling(), 0, 0)).moving_echoes == len(first.echoes) > 0
+    ticks = itertools.count()
+    monkeypatch.setattr(time, "thread_time", lambda: float(next(ticks)))
+    radar = prepared.scene.radar
+    updates = radar.spoke_period / prepared.moving.visibility.interval
+    assert engine_costs(prepared).looks == pytest.approx(1e6 * (updates + sum(nodes) / radar.azimuths))
 
 
 def test_stages_that_a_scene_lacks_cost_nothing() -> None:

@@ -23,7 +23,7 @@ def mixed() -> rs.Scene:
 
 def built(made: rs.Scene, keys: list[int], sampler: str = "scatterers") -> ScattererSet:
     fidelity = replace(PRESETS["balanced"], sampler=sampler)  # type: ignore[arg-type]
-    context = ScatteringContext(made.radar, fidelity, 3, made.antenna(0.0)[0], made.bodies, np.inf)
+    context = ScatteringContext(made.radar, fidelity, 3, made.antenna(0.0)[0], made.environment, made.bodies, np.inf)
     return build_scatterers([made.bodies[k] for k in keys], keys, context)
 
 
@@ -56,3 +56,11 @@ def test_an_empty_set_has_no_echoes() -> None:
     made = mixed()
     none = built(made, [])
     assert len(none) == 0 and len(echoes(made, none)) == 0 and none.scatterers.shape == (0,)
+
+
+def test_models_by_aspect_are_apart_from_the_steady_ones() -> None:
+    """The steady part keeps the indices of the whole set."""
+    made, keys = mixed(), [0, 1, 2, 3, 4, 5]
+    scatterers = built(made, keys)
+    assert [model.key.tolist() for model in scatterers.aspect_models] == [[1, 4]]
+    assert set(echoes(made, scatterers.steady).body.tolist()) == {0, 2, 3, 5} and len(scatterers.steady) == 6

@@ -42,11 +42,11 @@ class LegRays(NamedTuple):
 
     def chosen(self, which: Indices) -> "LegRays":
         """The rays `which` (N,)."""
-        return LegRays(*(column.take(which, axis=0) for column in self))
+        return LegRays._make(column.take(which, axis=0) for column in self)
 
     def joined(self, other: "LegRays") -> "LegRays":
         """These rays, then the other ones."""
-        return LegRays(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+        return LegRays._make(np.concatenate(pair) for pair in zip(self, other, strict=True))
 
     def detours(self, offset: Floats) -> Floats:
         """How much longer the legs to neighbouring points are (N, M) [m], to second order; offset: (N, M, 3) from the points."""
@@ -69,6 +69,7 @@ class BodyLeg:
     visible: which points on which triangles the leg reaches past all bodies.
     weight: one-way amplitude of a leg that goes by the sea or not; None: 1 / length.
     crowded: whether another body may cast a shadow on this one.
+    thin: whether a small one may.
     """
 
     by_sea: bool
@@ -78,6 +79,7 @@ class BodyLeg:
     visible: Visible
     weight: Weight | None = None
     crowded: bool = True
+    thin: bool = True
 
     def rays(self, points: Floats) -> LegRays:
         """The rays at points (M, 3) in the body's frame [m]."""

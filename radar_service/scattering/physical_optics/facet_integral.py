@@ -37,16 +37,20 @@ def mean_phasor(phases: Floats, bends: Floats | None = None, tapers: Floats | No
     1928), and its products with the linear phase are integrated in closed form too.
     """
     order = np.argsort(phases, axis=0)
-    low, middle, high = np.take_along_axis(phases, order, axis=0)
-    result = _flat_mean(low, middle, high)
-    steep = np.flatnonzero(high - low > NEARLY_FLAT)
+    low, middle, high = ordered = np.take_along_axis(phases, order, axis=0)
+    flat = high - low <= NEARLY_FLAT
+    gentle, steep = np.flatnonzero(flat), np.flatnonzero(~flat)
+    result = np.empty(len(low), dtype=np.complex128)
+    result[gentle] = _flat_mean(*ordered[:, gentle])
+    edges = _Edges.of(*ordered[:, steep])
     if bends is None:
-        result[steep] = _linear_mean(_Edges.of(low[steep], middle[steep], high[steep]))
+        result[steep] = _linear_mean(edges)
         return result
-    opposite = np.take_along_axis(np.expm1(1j * bends), order, axis=0) * 4.0
+    bubble = np.zeros(phases.shape, dtype=np.complex128)
+    bubble.real, bubble.imag = np.cos(bends) - 1.0, np.sin(bends)
+    opposite = 4.0 * np.take_along_axis(bubble, order, axis=0)
     corner = np.take_along_axis(np.zeros_like(phases) if tapers is None else tapers, order, axis=0)
-    result += _flat_bubbles(low, middle, high, opposite) + _flat_tapers(low, middle, high, corner)
-    edges = _Edges.of(low[steep], middle[steep], high[steep])
+    result[gentle] += _flat_terms(ordered[:, gentle], opposite[:, gentle], corner[:, gentle])
     result[steep] = _bent_mean(edges, opposite[:, steep], corner[:, steep])
     return result
 
@@ -110,30 +114,22 @@ def _bent_mean(edges: _Edges, weight: Complexes, taper: Floats) -> Complexes:
     return np.asarray(mean + bubbles + taper[0] * at_low + taper[1] * at_middle + taper[2] * at_high)
 
 
-def _flat_bubbles(x: Floats, y: Floats, z: Floats, weight: Complexes) -> Complexes:
-    """The bubbles' part where phases hardly differ, to first order in them: means of products of barycentric coordinates."""
-    both = (x + y + z) / 30.0
-    total = np.zeros(len(x), dtype=np.complex128)
-    for phase, one in zip((x, y, z), weight, strict=True):
-        total += one * (1.0 / 12.0 + 1j * (both - phase / 60.0))
-    return total
-
-
-def _flat_tapers(x: Floats, y: Floats, z: Floats, taper: Floats) -> Complexes:
-    """The tapers' part where phases hardly differ, to first order in them."""
-    total = np.zeros(len(x), dtype=np.complex128)
-    for phase, one in zip((x, y, z), taper, strict=True):
-        total += one * (1.0 / 3.0 + 1j * ((x + y + z) + phase) / 12.0)
-    return total
+def _flat_terms(phases: Floats, weight: Complexes, taper: Floats) -> Complexes:
+    """The bubbles' and the tapers' part (M,) where phases (3, M) hardly differ, to first order in them: means of products of
+    barycentric coordinates."""
+    together = phases.sum(axis=0)
+    bubbles = weight * (1.0 / 12.0 + 1j * (together / 30.0 - phases / 60.0))
+    tapers = taper * (1.0 / 3.0 + 1j * (together + phases) / 12.0)
+    return np.asarray((bubbles + tapers).sum(axis=0))
 
 
 def _flat_mean(x: Floats, y: Floats, z: Floats) -> Complexes:
     """The linear mean by its series in the phases (M,): 1 + j p1/3 - (p1^2 + p2)/24 - j (p1^3 + 3 p1 p2 + 2 p3)/360, p_n the
     sums of powers."""
-    p1, p2, p3 = x + y + z, x * x + y * y + z * z, x**3 + y**3 + z**3
+    p1, p2, p3 = x + y + z, x * x + y * y + z * z, x * x * x + y * y * y + z * z * z
     mean = np.empty(len(x), dtype=np.complex128)
     mean.real = 1.0 - (p1 * p1 + p2) / 24.0
-    mean.imag = p1 / 3.0 - (p1**3 + 3.0 * p1 * p2 + 2.0 * p3) / 360.0
+    mean.imag = p1 / 3.0 - (p1 * p1 * p1 + 3.0 * p1 * p2 + 2.0 * p3) / 360.0
     return mean
 
 

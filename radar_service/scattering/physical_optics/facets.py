@@ -11,7 +11,7 @@ from radar_service.types import Floats, Indices
 MAX_FACETS = 60_000  # of one block of a body (`blocks`): some 100 MB and 60 ms while they are evaluated
 MAX_TUBES = 4_000  # of these, how many it may have for its rebounces, beyond what its size needs
 ENLARGEMENT_STEP = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
-MAX_BEND = 0.3  # rad, two-way, over half an edge (docs/engine.md#errors)
+MAX_BEND = 0.15  # rad, two-way, over half an edge (docs/engine.md#errors)
 BEAM_SHARE = 1.0 / 8.0  # of the beam's width that a cell may take: its echoes get one weight of the beam
 NEAREST = 16.0  # m; nearer than this facets are as fine as at 16 m: no marine antenna observes nearer bodies
 
@@ -26,6 +26,10 @@ class EdgeLimits(NamedTuple):
     def cell(self, distance: float) -> float:
         """Size [m] of the cells at `distance` [m], the same throughout half an octave."""
         return min(self.range_cell, BEAM_SHARE * self.beamwidth * _half_octave(distance))
+
+    def at(self, distance: float) -> tuple[float, float]:
+        """Cell and longest edge [m] at `distance` [m]."""
+        return self.cell(distance), self.longest_edge(distance)
 
     def longest_edge(self, distance: float) -> float:
         """The longest edge [m] of facets at `distance` [m]."""
@@ -49,6 +53,7 @@ class Facets:
     centre: (M, 3), the centroid [m].
     normal: (M, 3), of unit length.
     triangle: (M,) of the mesh that each was cut from.
+    longest: (F,) the edge that was allowed on each of the triangles [m].
     enlargement: how much longer than requested the edges may be, 1 if not at all.
     """
 
@@ -56,6 +61,7 @@ class Facets:
     centre: Floats
     normal: Floats
     triangle: Indices
+    longest: Floats
     enlargement: float
 
     def __post_init__(self) -> None:
@@ -80,24 +86,25 @@ def cut_facets(mesh: Mesh, tube: Floats, longest: float, max_tubes: int = MAX_TU
     allowed, wider = min(len(origin) + max_tubes, bound), 1.0
     while (cut := _cut(corners, np.minimum(tube * wider, longest * enlargement)[origin], allowed)) is None:
         wider *= ENLARGEMENT_STEP
+    edges = np.minimum(tube * wider, longest * enlargement)
     corners, triangle = cut[0], origin[cut[1]]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(cross, axis=1)
     sound = double > 0.0
     corners = corners[sound]
-    return Facets(corners, corners.mean(axis=1), cross[sound] / double[sound, None], triangle[sound], enlargement)
+    return Facets(corners, corners.mean(axis=1), cross[sound] / double[sound, None], triangle[sound], edges, enlargement)
 
 
-def cut_triangles(corners: Floats, longest: float) -> tuple[Floats, Indices]:
-    """Triangles (F, 3, 3) halved until no edge exceeds `longest` [m], and the one that each comes from."""
-    cut = _cut(corners, np.full(len(corners), longest), np.iinfo(np.int64).max)
+def cut_triangles(corners: Floats, longest: Floats | float) -> tuple[Floats, Indices]:
+    """Triangles (F, 3, 3) halved until no edge exceeds `longest` (F,) [m], and the one that each comes from, rising."""
+    cut = _cut(corners, np.broadcast_to(longest, len(corners)), np.iinfo(np.int64).max)
     assert cut is not None
     return cut
 
 
 def _cut(corners: Floats, longest: Floats, limit: int) -> tuple[Floats, Indices] | None:
     """Triangles (F, 3, 3) halved across their longest edge until none is too long; None once there are too many."""
-    done: list[tuple[Floats, Indices]] = []
+    done: list[tuple[Floats, Indices]] = [(np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64))]
     triangle = np.arange(len(corners))
     count = 0
     while len(corners):

@@ -1,7 +1,11 @@
-"""Which facets of a body each leg lights: on which side, and how much of them past all shadows."""
+"""Which facets of a body each leg lights: on which side, and how much of them past all shadows.
+
+Shadows are found on coarse facets, which are cut finely for the phase afterwards.
+"""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,92 +24,107 @@ class Planes(NamedTuple):
     may_rebounce: Flags
 
 
-class LitFacets(NamedTuple):
+@dataclass(frozen=True)
+class Surface:
+    """Triangles (M,) of a body's surface.
+
+    corners: (M, 3, 3) [m].
+    triangle: (M,) of the mesh.
+    facet: (M,) the coarse facet that each is as a whole, -1 for parts of one.
+    cell: (M,) size of the cells in which their fields are summed [m].
+    longest: (M,) the longest edge that the phase allows [m].
+    side: (M, L) which side each of L legs lights: 1 the front, -1 the back, 0 none.
+    share: (M, L) of the area that each leg reaches.
+    """
+
+    corners: Floats
+    triangle: Indices
+    facet: Indices
+    cell: Floats
+    longest: Floats
+    side: NDArray[np.int8]
+    share: Floats
+
+    def __len__(self) -> int:
+        return len(self.triangle)
+
+    def chosen(self, which: Indices) -> Self:
+        """The triangles `which` (N,)."""
+        return replace(self, **{field.name: getattr(self, field.name).take(which, axis=0) for field in fields(self)})
+
+    def parts(self, corners: Floats, origin: Indices) -> Self:
+        """Parts (N, 3, 3) of the triangles `origin` (N,)."""
+        return replace(self.chosen(origin), corners=corners, facet=np.full(len(origin), -1))
+
+    def joined(self, other: Self) -> Self:
+        """These triangles, then the other ones."""
+        names = [field.name for field in fields(self)]
+        return replace(self, **{name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names})
+
+
+@dataclass(frozen=True)
+class LitFacets:
     """Facets (M,) that some of L legs light.
 
     corners: (M, 3, 3) [m].
     centre: (M, 3), the centroid [m].
     normal: (M, 3) of the mesh's triangle.
-    cell: (M,) size of the cells in which their fields are summed [m].
     triangle: (M,) of the mesh.
-    side: (L, M) which side each leg lights: 1 the front, -1 the back, 0 none.
-    share: (L, M) of the area that each leg reaches.
+    cell: (M,) size of the cells in which their fields are summed [m].
+    side, share: (M, L) as of `Surface`.
     rays: of each leg at the centroids.
     """
 
     corners: Floats
     centre: Floats
     normal: Floats
-    cell: Floats
     triangle: Indices
+    cell: Floats
     side: NDArray[np.int8]
     share: Floats
     rays: tuple[LegRays, ...]
 
-    def chosen(self, which: Indices) -> "LitFacets":
-        """The facets `which` (N,)."""
-        columns = [column.take(which, axis=0) for column in (self.corners, self.centre, self.normal, self.cell)]
-        by_leg = self.side[:, which], self.share[:, which], tuple(ray.chosen(which) for ray in self.rays)
-        return LitFacets(*columns, self.triangle[which], *by_leg)
 
-    def joined(self, other: "LitFacets") -> "LitFacets":
-        """These facets, then the other ones."""
-        names = ("corners", "centre", "normal", "cell")
-        columns = [np.concatenate([getattr(self, name), getattr(other, name)]) for name in names]
-        triangle = np.concatenate([self.triangle, other.triangle])
-        side, share = np.concatenate([self.side, other.side], axis=1), np.concatenate([self.share, other.share], axis=1)
-        rays = tuple(one.joined(more) for one, more in zip(self.rays, other.rays, strict=True))
-        return LitFacets(*columns, triangle, side, share, rays)
-
-
-def lit_facets(
-    corners: Floats, triangle: Indices, cell: Floats, legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8]
-) -> LitFacets:
-    """The facets (M, 3, 3) on triangles (M,) that any of the legs reaches, cut at the edges of all shadows.
+def lit_surface(surface: Surface, legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8]) -> Surface:
+    """The triangles that any of the legs reaches, cut at the edges of all shadows.
 
     outside: (F,) as from `outward_side`; the inner side of a closed body is never lit.
     """
-    lit = _facing(corners, triangle, cell, legs, planes, outside)
-    lit = lit.chosen(np.flatnonzero(lit.side.any(axis=0)))
+    side = _lit_sides(surface, legs, planes, outside)
+    lit = replace(surface, side=side, share=(side != 0).astype(np.float64))
+    lit = lit.chosen(np.flatnonzero(side.any(axis=1)))
     for number, leg in enumerate(legs):
-        lit = _past_shadows(lit, number, leg, legs, planes)
-    return lit.chosen(np.flatnonzero((lit.share > 0.0).any(axis=0)))
+        lit = _past_shadows(lit, number, leg, planes)
+    return lit.chosen(np.flatnonzero((lit.share > 0.0).any(axis=1)))
 
 
-def _facing(
-    corners: Floats, triangle: Indices, cell: Floats, legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8]
-) -> LitFacets:
-    centre, normal = corners.mean(axis=1), planes.normal.take(triangle, axis=0)
-    rays = tuple(leg.rays(centre) for leg in legs)
-    side = np.stack([_lit_side(ray, normal, outside.take(triangle)) for ray in rays])
-    return LitFacets(corners, centre, normal, cell, triangle, side, (side != 0).astype(np.float64), rays)
+def _lit_sides(surface: Surface, legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8]) -> NDArray[np.int8]:
+    centre, normal = surface.corners.mean(axis=1), planes.normal.take(surface.triangle, axis=0)
+    outer = outside.take(surface.triangle)
+    sides = []
+    for leg in legs:
+        rays = leg.rays(centre)
+        side = -np.sign(np.einsum("ij,ij->i", normal, rays.direction) + rays.tilt * normal[:, 2])
+        sides.append(np.where(rays.arrives & (side * outer >= 0.0), side, 0.0))
+    return np.stack(sides, axis=1).astype(np.int8)
 
 
-def _lit_side(rays: LegRays, normal: Floats, outside: NDArray[np.int8]) -> NDArray[np.int8]:
-    side = -np.sign(np.einsum("ij,ij->i", normal, rays.direction) + rays.tilt * normal[:, 2])
-    return np.asarray(np.where(rays.arrives & (side * outside >= 0.0), side, 0.0), dtype=np.int8)
-
-
-def _past_shadows(lit: LitFacets, number: int, leg: BodyLeg, legs: Sequence[BodyLeg], planes: Planes) -> LitFacets:
-    """The same facets with the share that this leg reaches; those that a shadow crosses are cut."""
-    share = lit.share.copy()
-    facing = lit.side[number] != 0
-    searched = leg.crowded | planes.may_rebounce[lit.triangle, np.where(lit.side[number] > 0, 0, 1)]
-    plain, crossed = np.flatnonzero(facing & ~searched), np.flatnonzero(facing & searched)
-    share[number, plain] = leg.visible(lit.centre.take(plain, axis=0), lit.triangle[plain])
-    whole, parts = visible_parts(lit.corners[crossed], lit.triangle[crossed], leg.visible, leg.crowded)
-    share[number, crossed] = whole
-    lit = lit._replace(share=share)
+def _past_shadows(lit: Surface, number: int, leg: BodyLeg, planes: Planes) -> Surface:
+    """The same triangles with the share that this leg reaches; those that the edge of a shadow crosses are cut."""
+    share, side = lit.share.copy(), lit.side[:, number]
+    searched = leg.crowded | planes.may_rebounce[lit.triangle, np.where(side > 0, 0, 1)]
+    plain, crossed = np.flatnonzero((side != 0) & ~searched), np.flatnonzero((side != 0) & searched)
+    share[plain, number] = leg.visible(lit.corners.take(plain, axis=0).mean(axis=1), lit.triangle[plain])
+    whole, parts = visible_parts(lit.corners[crossed], lit.triangle[crossed], leg.visible, leg.crowded, leg.thin)
+    share[crossed, number] = whole
+    lit = replace(lit, share=share)
     if not len(parts.origin):
         return lit
-    return lit.chosen(np.flatnonzero(~np.isnan(share[number]))).joined(_parts(lit, number, crossed, parts, legs))
+    return lit.chosen(np.flatnonzero(~np.isnan(share[:, number]))).joined(_parts(lit, number, crossed, parts))
 
 
-def _parts(lit: LitFacets, number: int, crossed: Indices, parts: Parts, legs: Sequence[BodyLeg]) -> LitFacets:
-    origin = crossed[parts.origin]
-    share = lit.share[:, origin]
-    share[number] = parts.share
-    centre = parts.corners.mean(axis=1)
-    rays = tuple(leg.rays(centre) for leg in legs)
-    inherited = lit.normal[origin], lit.cell[origin], lit.triangle[origin], lit.side[:, origin]
-    return LitFacets(parts.corners, centre, *inherited, share, rays)
+def _parts(lit: Surface, number: int, crossed: Indices, parts: Parts) -> Surface:
+    result = lit.parts(parts.corners, crossed[parts.origin])
+    share = result.share.copy()
+    share[:, number] = parts.share
+    return replace(result, share=share)

@@ -12,7 +12,7 @@ from radar_service.propagation.leg_weight import LegWeight
 from radar_service.propagation.legs import reflection_points
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
-from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.body_legs import BodyLeg, Visible
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement, optical_body
 from radar_service.scattering.physical_optics.patches import concave_sides
@@ -24,6 +24,8 @@ from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.types import Flags, Floats, Indices
 
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
+THIN = 15.0  # m of radius below which a body is searched for as one that casts a thin shadow
+PROBES = 40  # triangles of a body, at the corners of which the shadows of large bodies are searched for
 
 
 class PhysicalOptics:
@@ -79,18 +81,28 @@ class PhysicalOptics:
 
     def _leg(self, b: int, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant) -> BodyLeg:
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach."""
-        scene, seen = instant.line_of_sight, (antenna, instant.time, instant.max_range, instant.movers)
+        scene, key = instant.line_of_sight, int(self.key[b])
+        others, radius = scene.other_occluders(key, antenna, instant.time, instant.movers)
+        seen = (antenna, instant.time, instant.max_range, instant.movers, others.tolist())
 
         def visible(points: Floats, triangle: Indices) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
-            surface = SurfacePoints(np.full(len(points), self.key[b]), triangle, position)
+            surface = SurfacePoints(np.full(len(points), key), triangle, position)
             if not by_sea:
                 return scene.visible(surface, *seen)
             return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
 
-        outline = map_from_body(_outline(self.bodies[b]), pose.position, pose.heading)
-        crowded = scene.others_may_occlude(int(self.key[b]), outline, antenna, instant.time, instant.movers)
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, self._weight, crowded)
+        thin = bool((radius < THIN).any())
+        crowded = thin or (len(others) > 0 and self._is_shaded(b, pose, visible))
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, self._weight, crowded, thin)
+
+    def _is_shaded(self, b: int, pose: BodyPose, visible: Visible) -> bool:
+        """Whether other bodies cast shadows on some of a few points of body b above the water."""
+        mesh = self._optical[b].mesh
+        which = np.linspace(0, len(mesh.faces) - 1, min(len(mesh.faces), PROBES)).astype(np.int64)
+        corners = mesh.vertices[mesh.faces[which]].reshape(-1, 3)
+        corners = corners[corners[:, 2] + pose.position[2] > 0.0]
+        return not visible(corners, np.full(len(corners), -1)).all()
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
@@ -115,11 +127,6 @@ class PhysicalOptics:
         """Measured against closed forms: plates, and corners where parts of the mesh face each other."""
         assert body.mesh is not None
         return REBOUNCES_DB if concave_sides(body.mesh).any() else FACETS_DB
-
-
-def _outline(body: Body) -> Floats:
-    """The corners (4, 3) of the square about a body in plan, in its frame [m]."""
-    return body.middle + body.radius * np.array([[-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
 
 
 def _body_echoes(b: int, centres: PathCentres, over_sea: bool) -> BodyEchoes:

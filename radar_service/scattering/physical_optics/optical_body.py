@@ -1,7 +1,8 @@
 """A body prepared for physical optics. Its blocks are cut into facets once for each half octave of range."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -10,9 +11,10 @@ from numpy.typing import NDArray
 from radar_service.block_cache import BlockCache
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.blocks import Block, blocks
+from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, MAX_TUBES, EdgeLimits, Facets, cut_facets
-from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, lit_facets
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, MAX_TUBES, EdgeLimits, cut_facets
+from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, lit_surface
 from radar_service.scattering.physical_optics.patches import concave_sides, outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
     FacetBends,
@@ -29,7 +31,7 @@ from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import power_reflectivity
 from radar_service.trace.embree import RayCount, TriangleScene
-from radar_service.types import Complexes, Floats, Indices
+from radar_service.types import Complexes, Floats
 
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch that bounces: their ragged edge is then some 1 % of its area
@@ -59,7 +61,7 @@ class OpticalBody:
     reflectivity: power ratio at each surface.
     patch: (F,) size of the flat patch of each triangle [m].
     outside: (F,) as from `outward_side`.
-    facets: by block and longest edge; those of a few half octaves are kept.
+    facets: by block, cell and longest edge; those of a few half octaves are kept.
     """
 
     mesh: Mesh
@@ -72,25 +74,35 @@ class OpticalBody:
     scene: TriangleScene
     patch: Floats
     outside: NDArray[np.int8]
-    facets: BlockCache[tuple[int, float], Facets]
+    facets: BlockCache[tuple[int, float, float], BodyFacets]
 
     def echoes(self, legs: tuple[BodyLeg, ...], water: float = -np.inf) -> list[PathCentres]:
         """The centres of each path of one leg, or of two: the direct one and the one by the sea.
 
         water: height of the sea in the body's frame [m]; nothing below it scatters.
         """
-        corners, triangle, cell = self._facets_near(legs[0].pose.frame_from_map(legs[0].antenna, np.inf))
-        corners, origin = above_water(corners, water)
-        lit = lit_facets(corners, triangle[origin], cell[origin], legs, self.planes, self.outside)
+        lit = self._lit_facets(legs, water)
         bends = [FacetBends.of(lit.corners, lit.centre, rays) for rays in lit.rays]
         tubes = list(self._tube_fields(lit, legs, water))
         result = []
         for one, other in PATHS if len(legs) > 1 else PATHS[:1]:
-            parts = [facet_fields(lit, bends, one, other, self.wave)]
-            amplitude = parts[0].amplitude * self.reflectivity**0.5
-            parts = [parts[0]._replace(amplitude=amplitude), *(field for path, field in tubes if path == one + other)]
+            single = facet_fields(lit, bends, one, other, self.wave)
+            single = single._replace(amplitude=single.amplitude * self.reflectivity**0.5)
+            parts = [single, *(field for path, field in tubes if path == one + other)]
             result.append(self._centres(one + other, PathFields.joined(parts), legs[one], legs[other]))
         return result
+
+    def _lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
+        """All facets that a leg reaches, above the water and past all shadows, cut as finely as the phase needs."""
+        facets = self.facets_near(legs[0].pose.frame_from_map(legs[0].antenna, np.inf))
+        above, origin = above_water(facets.surface.corners, water)
+        surface = facets.surface.chosen(origin)
+        surface = replace(surface, corners=above, facet=np.where((above == surface.corners).all((1, 2)), surface.facet, -1))
+        lit = lit_surface(surface, legs, self.planes, self.outside)
+        corners, origin = facets.cut(lit)
+        centre, triangle = corners.mean(axis=1), lit.triangle[origin]
+        normal, rays = self.planes.normal.take(triangle, axis=0), tuple(leg.rays(centre) for leg in legs)
+        return LitFacets(corners, centre, normal, triangle, lit.cell[origin], lit.side[origin], lit.share[origin], rays)
 
     def _centres(self, path: int, fields: PathFields, one: BodyLeg, other: BodyLeg) -> PathCentres:
         def at(points: Floats) -> tuple[Floats, Complexes]:
@@ -116,28 +128,18 @@ class OpticalBody:
         nearest = distance - self.scene.radius
         return self.limits.cell(nearest) + self.limits.longest_edge(nearest)
 
-    def _facets_near(self, antenna: Floats) -> tuple[Floats, Indices, Floats]:
-        """Corners (M, 3, 3), triangles of the mesh (M,) and cells (M,) of all facets for an antenna (3,) in the body's frame."""
-        parts = []
-        for number, block in enumerate(self.blocks):
-            distance = block.distance(antenna)
-            facets = self.facets_of(number, self.limits.longest_edge(distance))
-            cell = np.full(len(facets), self.limits.cell(distance))
-            parts.append((facets.corners, block.triangle[facets.triangle], cell))
-        if len(parts) == 1:
-            return parts[0]
-        corners, triangle, cell = (np.concatenate(column) for column in zip(*parts, strict=True))
-        return corners, triangle, cell
+    def facets_near(self, antenna: Floats) -> BodyFacets:
+        """The facets for an antenna (3,) in the body's frame [m], each block as its own distance asks."""
+        keys = [(number, *self.limits.at(block.distance(antenna))) for number, block in enumerate(self.blocks)]
+        return BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
 
-    def facets_of(self, number: int, edge: float) -> Facets:
+    def _cut(self, number: int, cell: float, edge: float) -> BodyFacets:
         """A block cut to this longest edge [m], finer where its flat patches reflect onto other parts of the body."""
-        return self.facets.get((number, edge), lambda: self._cut(self.blocks[number], edge))
-
-    def _cut(self, block: Block, edge: float) -> Facets:
+        block = self.blocks[number]
         tube = np.clip(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength, edge)
         reflects = self.planes.may_rebounce.any(axis=1) & (self.bounces > 1)
-        longest = np.where(reflects, tube, edge)[block.triangle]
-        return cut_facets(block.mesh, longest, edge, max(MAX_TUBES // len(self.blocks), 1))
+        tubes = np.where(reflects, tube, edge)[block.triangle]
+        return body_facets(block, cell, edge, tubes, max(MAX_TUBES // len(self.blocks), 1))
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:

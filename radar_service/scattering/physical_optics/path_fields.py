@@ -69,17 +69,17 @@ class FacetBends(NamedTuple):
 
 def facet_fields(lit: LitFacets, bends: Sequence[FacetBends], one: int, other: int, wave: Wave) -> PathFields:
     """What facets scatter from leg `one` into leg `other`, and the other way round where they differ."""
-    both = np.flatnonzero((lit.share[one] * lit.share[other] > 0.0) & (lit.side[one] == lit.side[other]))
-    facets, first, second = lit.chosen(both), lit.rays[one].chosen(both), lit.rays[other].chosen(both)
-    share = facets.share[one] * (facets.share[other] if other != one else 1.0)
+    share = lit.share[:, one] * (lit.share[:, other] if other != one else 1.0)
+    both = np.flatnonzero((share > 0.0) & (lit.side[:, one] == lit.side[:, other]))
+    first, second = lit.rays[one].chosen(both), lit.rays[other].chosen(both)
     path = [-wave.wavenumber * (a[:, both] + b[:, both]) for a, b in zip(bends[one], bends[other], strict=True)]
     taper = -1.5 * (bends[one].corner[:, both] / first.length + bends[other].corner[:, both] / second.length)
-    surface = areas(facets.corners) * share * mean_phasor(path[0], path[1], taper)
-    normal = facets.normal * facets.side[one][:, None]
+    surface = areas(lit.corners.take(both, axis=0)) * share[both] * mean_phasor(path[0], path[1], taper)
+    normal = lit.normal.take(both, axis=0) * lit.side[both, one, None]
     orders = [(first, second)] if one == other else [(first, second), (second, first)]
     amplitude = sum((_amplitude(a, b, normal, surface, wave) for a, b in orders), np.zeros(len(both), dtype=np.complex128))
     weight = first.weight * second.weight
-    return PathFields(facets.centre, amplitude, first.length + second.length, weight, facets.cell)
+    return PathFields(lit.centre.take(both, axis=0), amplitude, first.length + second.length, weight, lit.cell[both])
 
 
 def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Complexes, wave: Wave) -> Complexes:
@@ -139,4 +139,4 @@ def areas(corners: Floats) -> Floats:
 
 def chosen_fields(fields: PathFields, which: Indices) -> PathFields:
     """The fields `which` (N,)."""
-    return PathFields(*(column.take(which, axis=0) for column in fields))
+    return PathFields._make(column.take(which, axis=0) for column in fields)

@@ -63,14 +63,14 @@ class RayTubes:
 
 def launched_tubes(facets: LitFacets, leg: int, polarization: str, planes: Planes) -> RayTubes:
     """The tubes at the facets that a leg lights, where anything of the body is there to be hit next."""
-    side = facets.side[leg]
+    side = facets.side[:, leg]
     rebounces = planes.may_rebounce[facets.triangle, np.where(side > 0, 0, 1)]
-    which = np.flatnonzero((side != 0) & (facets.share[leg] > 0.0) & rebounces)
-    lit, rays = facets.chosen(which), facets.rays[leg].chosen(which)
+    which = np.flatnonzero((side != 0) & (facets.share[:, leg] > 0.0) & rebounces)
+    rays, centre = facets.rays[leg].chosen(which), facets.centre.take(which, axis=0)
     return RayTubes(
-        lit.corners, lit.centre, lit.normal * side[which, None], lit.triangle, rays.direction,
-        rays.polarization(polarization), lit.centre, rays.direction, rays.length, rays.weight,
-        lit.share[leg], lit.cell,
+        facets.corners.take(which, axis=0), centre, facets.normal[which] * side[which, None], facets.triangle[which],
+        rays.direction, rays.polarization(polarization), centre, rays.direction, rays.length, rays.weight,
+        facets.share[which, leg], facets.cell[which],
     )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """Shadow edges: facets that are partly visible are cut along the edge of the shadow.
 
-Each facet is sampled at several points. Where they differ, the edge of the shadow is found by bisection on two edges of the
+Each facet is sampled at several points. Where they differ, the edge of the shadow is found by search along two edges of the
 facet, and the facet is cut along a straight line, if that explains every sample. Otherwise it is halved, and so on. Facets that
 are still mixed at the end count by their visible share.
 """
@@ -16,12 +16,28 @@ Visible = Callable[[Floats, Indices], Flags]
 
 INSET = 0.02  # of the way from a corner to the centroid: samples stay off edges, where neighbours would occlude them
 FEWEST = 2  # rows of the coarsest lattice of samples: three corners; the centroid goes with them
-MIXED_ROWS = 5  # rows in facets known to be mixed: 15 samples
 MAX_ROWS = 14
-MAX_SAMPLES = 16_000  # for the first pass over one body, where that is more than the coarsest lattice
+MAX_SAMPLES = 6_000  # for the first pass over one body, where that is more than the coarsest lattice
 PITCH = 0.25  # m between samples where they are few: thin masts
-BISECTIONS = 10  # the edge of a shadow is found to 1/1000 of a facet's edge
-HALVINGS = 5  # the last level counts by its visible share
+
+
+class Effort(NamedTuple):
+    """How precisely mixed facets are resolved.
+
+    rows: of their lattice of samples.
+    searches: along an edge, each for one of SECTIONS parts.
+    halvings: how often a facet is halved before it counts by its visible share.
+    """
+
+    rows: int
+    searches: int
+    halvings: int
+
+
+SECTIONS = 10
+MANY = 200  # mixed facets on a body: from then on they are resolved as its own shadows are
+FINE = Effort(5, 4, 4)  # shadows of other bodies: their edges are found to 1/10,000 of a facet's edge
+COARSE = Effort(3, 1, 1)  # shadows of the body's own parts, which are many and small
 
 
 class Parts(NamedTuple):
@@ -32,18 +48,19 @@ class Parts(NamedTuple):
     share: Floats
 
 
-def visible_parts(corners: Floats, triangle: Indices, visible: Visible, crowded: bool) -> tuple[Floats, Parts]:
+def visible_parts(corners: Floats, triangle: Indices, visible: Visible, crowded: bool, thin: bool) -> tuple[Floats, Parts]:
     """Shares (M,) of facets that are visible as a whole (1) or not at all (0), and the parts of those that are mixed (NaN).
 
-    corners: (M, 3, 3) [m]; triangle: (M,) of the mesh; crowded: whether thin bodies may cast shadows, which more samples find.
+    corners: (M, 3, 3) [m]; triangle: (M,) of the mesh; crowded: whether other bodies may cast shadows, of
+    which the edges are found precisely; thin: whether small ones may, which more samples find.
     """
-    rows = _rows(corners) if crowded else FEWEST
+    rows = _rows(corners) if thin else FEWEST
     flags = _sampled(corners, triangle, _lattice(rows), visible)
     count = flags.sum(axis=1)
     share = np.where(count == flags.shape[1], 1.0, 0.0)
     mixed = np.flatnonzero((count > 0) & (count < flags.shape[1]))
     share[mixed] = np.nan
-    return share, _resolved(corners[mixed], mixed, triangle, visible)
+    return share, _resolved(corners[mixed], mixed, triangle, visible, FINE if crowded and len(mixed) < MANY else COARSE)
 
 
 def _rows(corners: Floats) -> int:
@@ -74,25 +91,25 @@ def _sampled(corners: Floats, triangle: Indices, lattice: Floats, visible: Visib
     return flags.reshape(len(corners), len(lattice))
 
 
-def _resolved(corners: Floats, origin: Indices, triangle: Indices, visible: Visible) -> Parts:
+def _resolved(corners: Floats, origin: Indices, triangle: Indices, visible: Visible, effort: "Effort") -> Parts:
     """The parts of mixed facets."""
     done: list[Parts] = [Parts(np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64), np.zeros(0))]
-    lattice = _lattice(MIXED_ROWS)
-    for level in range(HALVINGS + 1):
+    lattice = _lattice(effort.rows)
+    for level in range(effort.halvings + 1):
         if not len(corners):
             break
         flags = _sampled(corners, triangle[origin], lattice, visible)
         count = flags.sum(axis=1)
-        pure = (count == 0) | (count == len(lattice)) | (level == HALVINGS)
+        pure = (count == 0) | (count == len(lattice)) | (level == effort.halvings)
         mixed = np.flatnonzero(~pure)
-        cut, rest = _cut_along_edges(corners[mixed], origin[mixed], triangle, flags[mixed], visible)
+        cut, rest = _cut_along_edges(corners[mixed], origin[mixed], triangle, flags[mixed], visible, effort)
         done += [Parts(corners[pure], origin[pure], count[pure] / len(lattice)), cut]
         corners, origin = _halves(corners[mixed[rest]]), np.tile(origin[mixed[rest]], 2)
     return Parts(*(np.concatenate(column) for column in zip(*done, strict=True)))
 
 
 def _cut_along_edges(
-    corners: Floats, origin: Indices, triangle: Indices, flags: Flags, visible: Visible
+    corners: Floats, origin: Indices, triangle: Indices, flags: Flags, visible: Visible, effort: "Effort"
 ) -> tuple[Parts, Indices]:
     """Parts of the facets (K, 3, 3) that one straight line explains, and the indices of the others."""
     odd = flags[:, :3].sum(axis=1) % 3 != 0  # two corners differ from the third
@@ -102,25 +119,29 @@ def _cut_along_edges(
     turn = (alone[:, None] + np.arange(3)) % 3
     ordered = np.take_along_axis(corners[which], turn[:, :, None], axis=1)
     tip = seen[np.arange(len(which)), alone]
-    line = _shadow_line(ordered, triangle[origin[which]], tip, visible)
-    explained = _explains(line, turn, flags[which], tip)
+    line = _shadow_line(ordered, triangle[origin[which]], tip, visible, effort.searches)
+    explained = _explains(line, turn, flags[which], tip, effort.rows)
     rest = np.setdiff1d(np.arange(len(corners)), which[explained], assume_unique=True)
     return _split(ordered[explained], line[explained], origin[which[explained]], tip[explained]), rest
 
 
-def _shadow_line(ordered: Floats, triangle: Indices, tip: Flags, visible: Visible) -> Floats:
+def _shadow_line(ordered: Floats, triangle: Indices, tip: Flags, visible: Visible, searches: int) -> Floats:
     """Where the edge of the shadow crosses the first corner's two edges (K, 2), in shares of their length, 0 to 1.
 
     ordered: (K, 3, 3) facets, whose first corner is visible (`tip`) where the others are not, or the other way round.
     """
     low, high = np.zeros((len(ordered), 2)), np.ones((len(ordered), 2))
     inset = ordered + INSET * (ordered.mean(axis=1, keepdims=True) - ordered)
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2.0
-        points = inset[:, :1] + middle[:, :, None] * (inset[:, 1:] - inset[:, :1])
-        same = visible(points.reshape(-1, 3), np.repeat(triangle, 2)).reshape(-1, 2) == tip[:, None]
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return _extended((low + high) / 2.0)
+    share = np.arange(1, SECTIONS) / SECTIONS
+    for _ in range(searches):
+        inner = low[:, :, None] + (high - low)[:, :, None] * share
+        points = inset[:, :1, None] + inner[:, :, :, None] * (inset[:, 1:] - inset[:, :1])[:, :, None]
+        seen = visible(points.reshape(-1, 3), np.repeat(triangle, 2 * len(share))).reshape(inner.shape)
+        passed = np.logical_and.accumulate(seen == tip[:, None, None], axis=2).sum(axis=2)
+        step = (high - low) / SECTIONS
+        low, high = low + passed * step, low + (passed + 1) * step
+    crossing: Floats = (low + high) / 2.0
+    return _extended(crossing)
 
 
 def _extended(crossing: Floats) -> Floats:
@@ -130,14 +151,14 @@ def _extended(crossing: Floats) -> Floats:
     x1, y1 = third + scale * crossing[:, 0], np.full(len(crossing), third)
     x2, y2 = np.full(len(crossing), third), third + scale * crossing[:, 1]
     cross = x1 * y2 - x2 * y1
-    first = np.divide(cross, y2 - y1, out=np.ones(len(cross)), where=np.abs(y2 - y1) > 1e-9)
-    second = np.divide(cross, x1 - x2, out=np.ones(len(cross)), where=np.abs(x1 - x2) > 1e-9)
+    first: Floats = np.divide(cross, y2 - y1, out=np.ones(len(cross)), where=np.abs(y2 - y1) > 1e-9)
+    second: Floats = np.divide(cross, x1 - x2, out=np.ones(len(cross)), where=np.abs(x1 - x2) > 1e-9)
     return np.clip(np.stack([first, second], axis=1), 0.0, 1.0)
 
 
-def _explains(line: Floats, turn: Indices, flags: Flags, tip: Flags) -> Flags:
+def _explains(line: Floats, turn: Indices, flags: Flags, tip: Flags, rows: int) -> Flags:
     """Whether all samples (K, S) lie on the correct side of the line (K, 2), those within a hundredth of it on either."""
-    lattice = _lattice(MIXED_ROWS)
+    lattice = _lattice(rows)
     along = np.stack([lattice[:, turn[:, 1]].T, lattice[:, turn[:, 2]].T])
     reach = along[0] / np.maximum(line[:, :1], 1e-9) + along[1] / np.maximum(line[:, 1:], 1e-9)
     near = np.abs(reach - 1.0) * line.min(axis=1, keepdims=True) < 0.01

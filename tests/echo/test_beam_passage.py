@@ -1,0 +1,239 @@
+"""Aspects along the pass of the beam: turning plates against the far field at each spoke, and when bodies are evaluated."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import radar_service as rs
+from radar_service.echo.beam_passage import MAX_PHASE, BeamPassages, _hats, _outward
+from radar_service.echo.echoes import AzimuthTimes
+from radar_service.engine.pipeline import Engine, Prepared, prepare
+from radar_service.fidelity import PRESETS
+from radar_service.scene.body import Body
+from radar_service.scene.motion import Motion
+from tests.reference.compressed_pulse import sinc2_beam
+from tests.scenes import point, scene
+
+Floats = NDArray[np.float64]
+WAVELENGTH = 299_792_458.0 / 9.41e9
+RADAR = {"azimuths": 720, "beamwidth_deg": 2.0, "height_m": 15.0, "range_max_m": 30_000, "bandwidth_hz": 5e6}
+
+
+def turning(body: Body, time: float, heading: float, rate: float) -> Body:
+    """The body turning in place at `rate` [rad/s], with a heading at a time; knots every 1.5 rad."""
+    knots = np.arange(-40, 40) * (1.5 / rate) + time
+    motion = Motion(knots, np.repeat(body.motion.position[:1], len(knots), 0), heading + rate * (knots - time), turning=True)
+    return replace(body, motion=motion)
+
+
+def turning_plate(
+    width: float, distance: float, bearing_deg: float, scan: int, rpm: float, off_deg: float
+) -> tuple[rs.Scene, float]:
+    """A plate 1 m high, level with the antenna, that turns at 3 degrees/s and is `off_deg` from its normal in a scan; and when
+    the beam points at it then."""
+    b = np.deg2rad(bearing_deg)
+    plate = {"name": "p", "shape": "plate", "width_m": width, "height_m": 1.0, "scattering": "optics",
+             "position_m": [distance * np.sin(b), distance * np.cos(b), 14.5]}  # fmt: skip
+    made = scene([plate], radar=RADAR | {"rpm": rpm}, environment={"earth": "flat"})
+    time = (scan + bearing_deg / 360) * made.radar.rotation_period
+    body = turning(made.bodies[0], time, b + np.pi + np.deg2rad(off_deg), np.deg2rad(3.0))
+    return made.with_world(bodies=(body,)), time
+
+
+def far_field(made: rs.Scene, width: float, distance: float, bearing: float, azimuths: AzimuthTimes) -> Floats:
+    """Amplitudes (K,) on a sinc2 beam: sqrt(4 pi) A / lambda cos(i) sinc(2 w sin(i) / lambda) at the aspect of each spoke."""
+    radar = made.radar
+    aspect = made.bodies[0].motion.pose(azimuths.time).heading - bearing - np.pi
+    rcs = np.sqrt(4 * np.pi) * width / WAVELENGTH * np.cos(aspect) * np.sinc(2 * width * np.sin(aspect) / WAVELENGTH)
+    level = np.sqrt(radar.power * radar.gain**2 * radar.wavelength**2 / (4 * np.pi) ** 3) / distance**2
+    off = (azimuths.boresight - bearing + np.pi) % (2 * np.pi) - np.pi
+    return np.abs(level * rcs * sinc2_beam(off, radar.beamwidth))
+
+
+def around(made: rs.Scene, time: float, spokes: int, prepared: Prepared) -> AzimuthTimes:
+    """Spokes on both sides of a time, none before the start."""
+    middle = round(time / made.radar.spoke_period)
+    number = np.arange(max(0, middle - spokes), middle + spokes)
+    return AzimuthTimes(number, *made.radar.schedule(number))
+
+
+def blocks(azimuths: AzimuthTimes, size: int) -> list[AzimuthTimes]:
+    return [azimuths.part(k, k + size) for k in range(0, len(azimuths.number), size)]
+
+
+def narrowband(prepared: Prepared, azimuths: AzimuthTimes) -> Floats:
+    """Magnitudes (K,) of the sum of all echoes, each with its phase."""
+    size = prepared.fidelity.azimuths_per_block
+    return np.concatenate([np.abs(prepared.moving.echoes(one).amplitude.sum(axis=0)) for one in blocks(azimuths, size)])
+
+
+@pytest.mark.parametrize("bearing_deg", [0.0, 0.1, 180.0, 359.9])
+@pytest.mark.parametrize(
+    ("width", "distance", "off_deg"),
+    [(2.0, 3000.0, 0.2), (2.0, 3000.0, -0.75), (10.0, 25_000.0, 0.03), (10.0, 25_000.0, -0.2)],
+)
+@pytest.mark.parametrize(("rpm", "scan"), [(24, 1), (24, 7000), (48, 3), (12, 2)])
+def test_a_turning_plate_has_the_aspect_of_each_spoke(
+    width: float, distance: float, off_deg: float, bearing_deg: float, rpm: float, scan: int
+) -> None:
+    """1 dB (required) at every spoke within 20 dB of the greatest one. Plates are in their far field: k w^2 / 4 R is 0.2 rad."""
+    made, time = turning_plate(width, distance, bearing_deg, scan, rpm, off_deg)
+    prepared = prepare(made, PRESETS["balanced"], 0)
+    azimuths = around(made, time, 16, prepared)
+    exact = far_field(made, width, distance, np.deg2rad(bearing_deg), azimuths)
+    result = narrowband(prepared, azimuths)
+    loud = exact > 0.1 * exact.max()
+    assert loud.sum() >= 5
+    assert np.abs(20 * np.log10(result[loud] / exact[loud])).max() < 1.0
+
+
+@pytest.mark.parametrize("off_deg", [0.0, 3.0])
+def test_the_reference_has_the_aspect_in_every_sidelobe(off_deg: float) -> None:
+    """All round, 2 m at 3 degrees/s sweep 16 lobes in a scan: within 20 dB of the greatest at that gain, 1 dB (required). The
+    beam is flat there: levels are divided by its gain."""
+    made, time = turning_plate(2.0, 3000.0, 90.0, 2, 24, off_deg)
+    prepared = prepare(made, PRESETS["reference"], 0)
+    step = 8  # spokes: one in eight
+    middle = round(time / made.radar.spoke_period)
+    number = np.arange(middle - 352, middle + 352, step)
+    azimuths = AzimuthTimes(number, *made.radar.schedule(number))
+    off = azimuths.boresight - np.pi / 2
+    gain = sinc2_beam((off + np.pi) % (2 * np.pi) - np.pi, made.radar.beamwidth)
+    seen = gain > 1e-6  # not in nulls of the beam, where tables of its gain err
+    result = narrowband(prepared, azimuths)[seen] / gain[seen]
+    exact = far_field(made, 2.0, 3000.0, np.pi / 2, azimuths)[seen] / gain[seen]
+    loud = exact > 0.1 * exact.max()
+    assert loud.sum() > 5
+    assert np.abs(20 * np.log10(result[loud] / exact[loud])).max() < 1.0
+
+
+def passages(made: rs.Scene, name: str = "balanced") -> BeamPassages:
+    return prepare(made, PRESETS[name], 0).moving.passages
+
+
+PLATE = {"name": "p", "shape": "plate", "width_m": 3, "height_m": 1, "scattering": "optics", "position_m": [0, 2000, 14.5]}
+
+
+@pytest.mark.parametrize("scan", [0, 1, 7, 40])
+@pytest.mark.parametrize("bearing_deg", [0.0, 1.0, 90.0, 200.0, 359.5])
+def test_the_boresight_points_at_the_body_at_its_crossing(scan: int, bearing_deg: float) -> None:
+    """To half a spoke, from wherever within a quarter of a scan it starts; never another crossing."""
+    b = np.deg2rad(bearing_deg)
+    body = PLATE | {"position_m": [1000 * np.sin(b), 1000 * np.cos(b), 10], "speed_kn": 14, "course_deg": 70}
+    made = scene([body], own_ship={"speed_kn": 9})
+    each, radar = passages(made), made.radar
+    spoke = each.crossing(0, scan + bearing_deg / 360)
+    position = made.bodies[0].middle_at(spoke * radar.spoke_period) - made.antenna(spoke * radar.spoke_period)[0]
+    off = (np.arctan2(position[0], position[1]) - radar.schedule(np.array([spoke]))[0][0] + np.pi) % (2 * np.pi) - np.pi
+    assert abs(off) < 0.51 * radar.azimuth_step
+    crossed = spoke / radar.azimuths
+    assert abs(crossed - scan - bearing_deg / 360) < 0.2  # 14 and 9 kn for up to 100 s
+    assert {each.crossing(0, crossed + d) for d in (-0.24, -0.1, 0.0, 0.2, 0.24)} == {spoke}
+
+
+def test_a_passage_due_north_is_one_over_the_boundary_of_scans() -> None:
+    """The last spokes of a scan and the first of the next one take the same nodes."""
+    made = scene([PLATE | {"speed_kn": 10, "course_deg": 90, "position_m": [-20, 2000, 14.5]}])
+    each, radar = passages(made), made.radar
+    for scan in (1, 2, 3, 4, 5):
+        found = []
+        for number in (scan * radar.azimuths - 5, scan * radar.azimuths + 5):
+            boresight, time = radar.schedule(np.array([number]))
+            found.append(each._passing(float(time[0]), float(boresight[0]), 0.1))
+        assert found[0] == found[1] and abs(found[0][0][1] - scan * radar.azimuths) < 5
+
+
+def test_a_body_that_outruns_the_beam_is_evaluated_all_the_same() -> None:
+    """At 1 rpm a body that passes at 40 kn and 30 m runs round faster than the beam."""
+    made = scene([PLATE | {"speed_kn": 40, "course_deg": 90, "position_m": [-600, -30, 14.5]}], radar={"rpm": 1})
+    prepared = prepare(made, PRESETS["balanced"], 0)
+    levels = []
+    for time in np.linspace(20, 40, 11):
+        number = round(time / made.radar.spoke_period) + np.arange(8)
+        echoes = prepared.moving.echoes(AzimuthTimes(number, *made.radar.schedule(number)))
+        levels.append(np.abs(echoes.amplitude).max(initial=0.0))
+    assert np.isfinite(levels).all() and max(levels) > 0
+
+
+def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_the_beam_looks() -> None:
+    slow = passages(scene([PLATE | {"speed_kn": 5, "course_deg": 0}]))
+    assert len(slow.nodes(0, slow.crossing(0, 3.0))) == 1
+    made, time = turning_plate(10.0, 25_000.0, 90.0, 2, 24, 0.0)
+    fast = passages(made)
+    crossing = fast.crossing(0, time / made.radar.rotation_period)
+    nodes = fast.nodes(0, crossing)
+    gaps, off = np.diff(nodes), np.abs(nodes[:-1] + np.diff(nodes) / 2 - crossing)
+    assert nodes[0] < crossing < nodes[-1] and gaps[np.argmin(off)] == gaps.min() < gaps[0] / 2
+    rate = 2 * np.pi / WAVELENGTH * np.hypot(10.0, 1.0) * np.deg2rad(3.0)  # of its ends: it is one cell
+    assert gaps.min() == np.floor(MAX_PHASE / rate / made.radar.spoke_period)
+    every = np.diff(passages(made, "reference").nodes(0, crossing))
+    assert set(every.tolist()) == {gaps.min()}
+
+
+def test_sea_reflection_and_nearness_make_more_nodes() -> None:
+    """A plate that comes straight on turns in elevation alone; over the sea its reflected ray turns by 2 h / R more. One that
+    passes turns the more the nearer it passes."""
+
+    def count(**body: Any) -> int:
+        made = scene([PLATE | body], radar={"beamwidth_deg": 6, "azimuths": 360})
+        each = passages(made, "reference")
+        return len(each.nodes(0, each.crossing(0, 0.0)))
+
+    coming = {"position_m": [0, 200, 14.5], "speed_kn": 40, "course_deg": 180}
+    sea = scene([PLATE | coming], radar={"beamwidth_deg": 6, "azimuths": 360}, environment={"multipath": True})
+    each = passages(sea, "reference")
+    assert len(each.nodes(0, each.crossing(0, 0.0))) > count(**coming)
+    passing = {"speed_kn": 20, "course_deg": 90}
+    assert count(position_m=[0, 300, 14.5], **passing) > count(position_m=[0, 1500, 14.5], **passing)
+
+
+def test_nodes_are_at_whole_spokes_as_far_apart_as_allowed() -> None:
+    offset = np.linspace(0.0, 100.0, 11)
+    np.testing.assert_array_equal(_outward(offset, np.full(11, 30.0), 15), [15, 45, 75, 105])
+    np.testing.assert_array_equal(_outward(np.array([0.0, 2.0, 4.0]), np.full(3, 0.2), 1), [1, 2, 3, 4])
+    assert _outward(offset, np.where(offset > 45, 50.0, 10.0), 10).tolist() == [10, 20, 30, 40, 50, 100]
+    assert _outward(offset, np.full(11, 300.0), 150).tolist() == [150]
+
+
+def test_fields_fade_linearly_from_node_to_node_and_stay_beyond() -> None:
+    hats = _hats(np.array([10, 20, 24]), np.array([5.0, 10.0, 12.5, 20.0, 23.0, 30.0]))
+    np.testing.assert_allclose(hats.sum(axis=0), 1.0)
+    np.testing.assert_allclose(hats[:, 2], [0.75, 0.25, 0.0])
+    np.testing.assert_allclose(hats[:, 4], [0.0, 0.25, 0.75])
+    np.testing.assert_allclose(hats[:, [0, 5]], [[1, 0], [0, 0], [0, 1]])
+
+
+def test_bytes_do_not_depend_on_threads_or_history() -> None:
+    """Plates turning and passing, one due north, by one thread and by two, and after a jump."""
+    made, _ = turning_plate(3.0, 1500.0, 0.0, 1, 24, 0.4)
+    passing = scene([PLATE | {"name": "q", "speed_kn": 20, "course_deg": 80}, point("t", 700, 0)])
+    made = made.with_world(bodies=(*made.bodies, *passing.bodies))
+    made = replace(made, radar=replace(made.radar, range_max=3000.0, bins=200))
+
+    def scan(threads: int, before: tuple[int, ...] = ()) -> Any:
+        engine = Engine(prepare(made, PRESETS["balanced"], 1), threads)
+        for number in before:
+            list(engine.tiles(number))
+        return np.concatenate([field for _, field, _ in engine.tiles(2)])
+
+    alone = scan(1)
+    assert np.abs(alone).max() > 0
+    np.testing.assert_array_equal(alone, scan(2, (1,)))
+    np.testing.assert_array_equal(alone, scan(1, (5, 1)))
+
+
+def test_bodies_outside_the_beam_are_not_evaluated(monkeypatch: pytest.MonkeyPatch) -> None:
+    bodies = [
+        PLATE | {"name": str(k), "speed_kn": 5, "course_deg": 0, "position_m": [2000 * np.sin(k), 2000 * np.cos(k), 14]}
+        for k in (0.0, 1.5, 3.0)
+    ]
+    prepared = prepare(scene(bodies, radar=RADAR), PRESETS["fast"], 0)
+    evaluated = []
+    original = BeamPassages.evaluated
+    monkeypatch.setattr(BeamPassages, "evaluated", lambda self, n, spoke: (evaluated.append(n), original(self, n, spoke))[1])
+    number = 720 + round(720 * 1.5 / (2 * np.pi)) + np.arange(-8, 8)
+    prepared.moving.echoes(AzimuthTimes(number, *prepared.scene.radar.schedule(number)))
+    assert set(evaluated) == {1}
