@@ -176,15 +176,11 @@ def contributions(draw: Draw, time: float) -> list[oracle.Contributions]:
 
 
 def point_contributions(position: Floats, setting: Setting) -> oracle.Contributions:
-    """What points (M, 3) of 1 m^2 return by each number of ways."""
-    rays = [oracle.direct_rays(position, setting)]
-    rays += [oracle.sea_rays(position, setting)] if setting.sea else []
-    result, length = np.zeros((3, len(position)), dtype=np.complex128), np.zeros((3, len(position)))
-    for a, there in enumerate(rays):
-        for b, back in enumerate(rays):
-            result[a + b] += there.weight * back.weight
-            length[a + b] = (there.length + back.length) / 2.0
-    return oracle.Contributions(result, length, np.arctan2(position[:, 0], position[:, 1]))
+    """What points (M, 3) of 1 m^2 return: F^2 at the direct range, as declared cross-sections are defined. (Where the ways by
+    the sea are longer by a range cell, a body of metal has echoes of their own behind the direct one; a point has not.)"""
+    direct = oracle.direct_rays(position, setting)
+    weight = (direct.weight * oracle.two_ray_field(position, setting)) ** 2
+    return oracle.Contributions(weight[None], direct.length[None], np.arctan2(position[:, 0], position[:, 1]))
 
 
 def compressed(parts: list[oracle.Contributions], ranges: Floats, boresight: float, bin_length: float = 0.1) -> np.ndarray:
