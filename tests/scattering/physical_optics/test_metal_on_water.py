@@ -29,7 +29,7 @@ POWER_DB = 0.2  # of summed powers
 SEED, FEW = 11, 30  # of the suite
 FIDELITY = os.environ.get("METAL_FIDELITY", "balanced")
 WHOLE_TURNS = 20  # draws that go through rs.Simulator
-AROUND = 60.0  # m of range about a body: its own length, and the ways by the sea
+AROUND = 2.0 * metal_draws.CELL  # of range about a body
 SMALL = 0.06  # an error against |b| alone that needs no b_loc, which can only lower it
 
 
