@@ -24,10 +24,11 @@ from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.poses import BodyPoses, map_from_bodies
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Floats, Indices, Singles
+from radar_service.types import Flags, Floats, Indices, Singles
 
 MAX_PHASE = 0.4  # rad between nodes: theta^2 / 8 is 2 % at the ends, 0.041 theta^2 or -44 dB rms over time and echo
-HELD_PHASE = 0.035  # rad in the beam, by the root of its gain: one node serves a whole passage, likewise -40 dB
+HELD_PHASE = 0.017  # rad, rms over the beam: a node that is held errs by 0.58 of it over an echo, -40 dB
+EDGE_PHASE = 0.14  # rad at the edge of the main beam: likewise 8 % or 0.7 dB
 MAIN_BEAM = 0.1  # one-way gain: 20 dB of two-way power, down to which each spoke keeps its aspect to 1 dB
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets
@@ -143,15 +144,25 @@ class BeamPassages:
         reach = min(MARGIN * (self._reach + self._sway + aside), np.pi) / radar.azimuth_step
         offset = np.linspace(-reach, reach, SAMPLES)
         rate = self._phase_rate(n, (crossing + offset) * radar.spoke_period) * radar.spoke_period  # rad per spoke
-        fine = np.linspace(0.0, reach, 16 * SAMPLES)
-        if np.max(rate) * np.max(fine * self._weight(fine * radar.azimuth_step - aside)) <= HELD_PHASE:
+        if float(np.max(rate)) * self._held_spokes(reach, aside) <= 1.0:
             return np.array([crossing])
-        spacing = MAX_PHASE / np.maximum(rate * self._weight(np.abs(offset) * radar.azimuth_step - aside), MAX_PHASE / reach)
-        half = SAMPLES // 2
+        gain, half = self._gain(np.abs(offset) * radar.azimuth_step - aside), SAMPLES // 2
+        spacing = np.sqrt(np.maximum(1.0, MAIN_BEAM / gain)) * MAX_PHASE / np.maximum(rate, MAX_PHASE / reach / 2.0)
+        held = rate * (reach - np.abs(offset)) * gain <= HELD_PHASE
         first = max(1, int(spacing[half - 1 : half + 2].min()))
-        before = _outward(offset[half:], spacing[half::-1], first // 2)
-        after = _outward(offset[half:], spacing[half:], first - first // 2)
+        before = _outward(offset[half:], spacing[half::-1], held[half::-1], first // 2)
+        after = _outward(offset[half:], spacing[half:], held[half:], first - first // 2)
         return crossing + np.concatenate([-before[::-1], after])
+
+    def _held_spokes(self, reach: float, aside: float) -> float:
+        """The inverse of the rate [spokes/rad] up to which one node serves a whole passage.
+
+        reach: half its length [spokes]; aside: half the angle that the body fills [rad].
+        """
+        spoke = np.linspace(0.0, reach, 16 * SAMPLES)
+        gain = self._gain(spoke * self._scene.radar.azimuth_step - aside)
+        spread = np.sqrt(np.sum((spoke * gain) ** 2) / np.sum(gain**2))
+        return float(max(spread / HELD_PHASE, spoke[gain >= MAIN_BEAM].max() / EDGE_PHASE))
 
     def _phase_rate(self, n: int, time: Floats) -> Floats:
         """Rates (K,) [rad/s] at which the ends of what an echo of body n stands for change their phase against its middle."""
@@ -171,16 +182,11 @@ class BeamPassages:
         coherence = min(self._size[n], aspect.model.coherence(aspect.local, float(distance[len(distance) // 2])))
         return np.asarray(2.0 * np.pi / radar.wavelength * coherence * rate)
 
-    def _weight(self, offset: Floats) -> Floats:
-        """Weights (K,) of phases at offsets from boresight [rad]: beside the beam nodes may be as much rarer.
-
-        It is the root of the one-way gain over MAIN_BEAM, at most 1; 1 where the full circle of the beam counts. Errors go as the
-        square of the spacing, so they stay as large as at the edge of the main beam.
-        """
+    def _gain(self, offset: Floats) -> Floats:
+        """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
         if self._extent >= np.pi:
             return np.ones_like(offset)
-        grid = np.linspace(0.0, np.pi, len(self._envelope))
-        return np.asarray(np.sqrt(np.minimum(1.0, np.interp(offset, grid, self._envelope) / MAIN_BEAM)))
+        return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
     def evaluated(self, n: int, spoke: int) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke."""
@@ -220,11 +226,16 @@ def _sidelobe_envelope(radar: Radar) -> Floats:
     return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
 
 
-def _outward(offset: Floats, spacing: Floats, first: int) -> Indices:
-    """Whole offsets (M,) from `first` to the last of `offset` (S,) [spokes], as far apart as `spacing` (S,) allows there."""
+def _outward(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:
+    """Whole offsets (M,) from `first` on [spokes], as far apart as `spacing` (S,) allows at each of `offset` (S,).
+
+    They end past the last offset, or where the last node may be held (S,) from there on.
+    """
     nodes = [first]
     while nodes[-1] < offset[-1]:
         after = min(int(np.searchsorted(offset, nodes[-1], side="right")), len(offset) - 1)
+        if held[after - 1]:
+            break
         nodes.append(nodes[-1] + max(1, int(min(spacing[after - 1], spacing[after]))))
     return np.array(nodes, dtype=np.int64)
 

@@ -19,7 +19,7 @@ from tests.scenes import point, scene
 
 Floats = NDArray[np.float64]
 WAVELENGTH = 299_792_458.0 / 9.41e9
-RADAR = {"azimuths": 720, "beamwidth_deg": 2.0, "height_m": 15.0, "range_max_m": 30_000, "bandwidth_hz": 5e6}
+RADAR = {"azimuths": 720, "beamwidth_deg": 2.0, "height_m": 15.0, "range_max_m": 99_000, "bandwidth_hz": 5e6}
 
 
 def turning(body: Body, time: float, heading: float, rate: float) -> Body:
@@ -73,13 +73,13 @@ def narrowband(prepared: Prepared, azimuths: AzimuthTimes) -> Floats:
 @pytest.mark.parametrize("bearing_deg", [0.0, 0.1, 180.0, 359.9])
 @pytest.mark.parametrize(
     ("width", "distance", "off_deg"),
-    [(2.0, 3000.0, 0.2), (2.0, 3000.0, -0.75), (10.0, 25_000.0, 0.03), (10.0, 25_000.0, -0.2)],
+    [(2.0, 3000.0, 0.2), (2.0, 3000.0, -0.75), (10.0, 95_000.0, 0.03), (10.0, 95_000.0, -0.2)],
 )
 @pytest.mark.parametrize(("rpm", "scan"), [(24, 1), (24, 7000), (48, 3), (12, 2)])
 def test_a_turning_plate_has_the_aspect_of_each_spoke(
     width: float, distance: float, off_deg: float, bearing_deg: float, rpm: float, scan: int
 ) -> None:
-    """1 dB (required) at every spoke within 20 dB of the greatest one. Plates are in their far field: k w^2 / 4 R is 0.2 rad."""
+    """1 dB (required) at every spoke within 20 dB of the greatest one. Plates are in their far field: k w^2 / 4 R is 0.05 rad."""
     made, time = turning_plate(width, distance, bearing_deg, scan, rpm, off_deg)
     prepared = prepare(made, PRESETS["balanced"], 0)
     azimuths = around(made, time, 16, prepared)
@@ -161,7 +161,7 @@ def test_a_body_that_outruns_the_beam_is_evaluated_all_the_same() -> None:
 def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_the_beam_looks() -> None:
     slow = passages(scene([PLATE | {"speed_kn": 5, "course_deg": 0}]))
     assert len(slow.nodes(0, slow.crossing(0, 3.0))) == 1
-    made, time = turning_plate(10.0, 25_000.0, 90.0, 2, 24, 0.0)
+    made, time = turning_plate(10.0, 95_000.0, 90.0, 2, 24, 0.0)
     fast = passages(made)
     crossing = fast.crossing(0, time / made.radar.rotation_period)
     nodes = fast.nodes(0, crossing)
@@ -191,11 +191,12 @@ def test_sea_reflection_and_nearness_make_more_nodes() -> None:
 
 
 def test_nodes_are_at_whole_spokes_as_far_apart_as_allowed() -> None:
-    offset = np.linspace(0.0, 100.0, 11)
-    np.testing.assert_array_equal(_outward(offset, np.full(11, 30.0), 15), [15, 45, 75, 105])
-    np.testing.assert_array_equal(_outward(np.array([0.0, 2.0, 4.0]), np.full(3, 0.2), 1), [1, 2, 3, 4])
-    assert _outward(offset, np.where(offset > 45, 50.0, 10.0), 10).tolist() == [10, 20, 30, 40, 50, 100]
-    assert _outward(offset, np.full(11, 300.0), 150).tolist() == [150]
+    offset, never = np.linspace(0.0, 100.0, 11), np.zeros(11, dtype=bool)
+    np.testing.assert_array_equal(_outward(offset, np.full(11, 30.0), never, 15), [15, 45, 75, 105])
+    np.testing.assert_array_equal(_outward(np.array([0.0, 2.0, 4.0]), np.full(3, 0.2), never[:3], 1), [1, 2, 3, 4])
+    assert _outward(offset, np.where(offset > 45, 50.0, 10.0), never, 10).tolist() == [10, 20, 30, 40, 50, 100]
+    assert _outward(offset, np.full(11, 300.0), never, 150).tolist() == [150]
+    assert _outward(offset, np.full(11, 30.0), offset > 35, 15).tolist() == [15, 45]
 
 
 def test_fields_fade_linearly_from_node_to_node_and_stay_beyond() -> None:

@@ -28,7 +28,8 @@ from tests.reference.metal_on_water import EARTH, Face, Floats, Screen, Setting
 KNOT = 1852.0 / 3600.0  # m/s
 NEIGHBOURS = 16
 PERIOD, BEAMWIDTH = 2.5, np.deg2rad(3.9)  # of the default radar: s per scan, and rad
-BANDWIDTH, PULSE, HAMMING = 50e6, 10e-6, (0.54, 0.46)
+BANDWIDTH, PULSE, HAMMING = 5e6, 10e-6, (0.54, 0.46)
+CELL = oracle.LIGHT / (2.0 * BANDWIDTH)  # m: every body lies within one range cell, so that a spoke holds one amplitude
 POWER, GAIN = 25e3, 1e3  # W, and power ratio
 
 
@@ -176,19 +177,17 @@ def contributions(draw: Draw, time: float) -> list[oracle.Contributions]:
 
 
 def point_contributions(position: Floats, setting: Setting) -> oracle.Contributions:
-    """What points (M, 3) of 1 m^2 return by each number of ways."""
-    rays = [oracle.direct_rays(position, setting)]
-    rays += [oracle.sea_rays(position, setting)] if setting.sea else []
-    result, length = np.zeros((3, len(position)), dtype=np.complex128), np.zeros((3, len(position)))
-    for a, there in enumerate(rays):
-        for b, back in enumerate(rays):
-            result[a + b] += there.weight * back.weight
-            length[a + b] = (there.length + back.length) / 2.0
-    return oracle.Contributions(result, length, np.arctan2(position[:, 0], position[:, 1]))
+    """What points (M, 3) of 1 m^2 return: F^2 at the direct range, as declared cross-sections are defined. (Where the ways by
+    the sea are longer by a range cell, a body of metal has echoes of their own behind the direct one; a point has not.)"""
+    direct = oracle.direct_rays(position, setting)
+    weight = (direct.weight * oracle.two_ray_field(position, setting)) ** 2
+    return oracle.Contributions(weight[None], direct.length[None], np.arctan2(position[:, 0], position[:, 1]))
 
 
-def compressed(parts: list[oracle.Contributions], ranges: Floats, boresight: float, bin_length: float = 0.1) -> np.ndarray:
-    """Compressed profile (N,) of contributions at a boresight: sorted into bins of 0.1 m, each of which is one pulse."""
+def compressed(
+    parts: list[oracle.Contributions], ranges: Floats, boresight: float, bin_length: float = CELL / 30.0
+) -> np.ndarray:
+    """Compressed profile (N,) of contributions at a boresight: sorted into short bins, each of which is one pulse."""
     profile = np.zeros(len(ranges), dtype=np.complex128)
     if not parts:
         return profile
@@ -206,7 +205,7 @@ def compressed(parts: list[oracle.Contributions], ranges: Floats, boresight: flo
     for index, share in ((low, 1.0 - (at - low)), (low + 1, at - low)):
         weighted = amplitudes * share
         total += np.bincount(index, weighted.real, count) + 1j * np.bincount(index, weighted.imag, count)
-    near = np.flatnonzero((ranges > first - 40.0) & (ranges < first + count * bin_length + 40.0))
+    near = np.flatnonzero(np.abs(ranges - first) < 10.0 * CELL)
     centres = first + bin_length * np.arange(count)
     delay = 2.0 * (ranges[near][:, None] - centres) / oracle.LIGHT
     profile[near] = compressed_pulse(delay, BANDWIDTH, PULSE, HAMMING) @ total

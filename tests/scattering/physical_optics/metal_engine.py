@@ -13,7 +13,7 @@ from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import cull
 from radar_service.plan.settings_search import fidelity_for
-from tests.reference.metal_draws import GAIN, KNOT, PERIOD, POWER, Draw
+from tests.reference.metal_draws import BANDWIDTH, CELL, GAIN, KNOT, PERIOD, POWER, Draw
 from tests.reference.metal_on_water import Screen
 
 Floats = NDArray[np.float64]
@@ -76,7 +76,8 @@ def scene_of(draw: Draw, folder: Path, moving: bool, **radar: Any) -> rs.Scene:
         "height_m": setting.antenna_height,
         "polarization": setting.polarization,
         "beamwidth_el_deg": float(np.rad2deg(setting.beamwidth_el or np.pi)),
-        "range_max_m": draw.distance * 1.05 + 60.0,
+        "range_max_m": draw.distance * 1.05 + 6.0 * CELL,
+        "bandwidth_hz": BANDWIDTH,
         "power_w": POWER,
         "gain_dbi": 10 * np.log10(GAIN),
         **radar,
@@ -116,7 +117,7 @@ def spokes(made: rs.Scene, fidelity: str, scan: int, wanted: NDArray[np.int64]) 
     return np.array([tiles[int(k) // prepared.tile * prepared.tile][int(k) % prepared.tile] for k in wanted])
 
 
-def spokes_across(draw: Draw, azimuths: int = 720, beamwidths: float = 0.75) -> NDArray[np.int64]:
+def spokes_across(draw: Draw, azimuths: int = 720, beamwidths: float = 0.5) -> NDArray[np.int64]:
     """Indices of the spokes within so many beamwidths (of 3.9 degrees) of the body in its scan."""
     boresight = 2.0 * np.pi * np.arange(azimuths) / azimuths
     off = np.angle(np.exp(1j * (boresight - draw.bearing)))

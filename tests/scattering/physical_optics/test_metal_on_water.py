@@ -29,6 +29,7 @@ POWER_DB = 0.2  # of summed powers
 SEED, FEW = 11, 30  # of the suite
 FIDELITY = os.environ.get("METAL_FIDELITY", "balanced")
 WHOLE_TURNS = 20  # draws that go through rs.Simulator
+AROUND = 2.0 * metal_draws.CELL  # of range about a body
 SMALL = 0.06  # an error against |b| alone that needs no b_loc, which can only lower it
 
 
@@ -86,7 +87,9 @@ def whole_turn(draw: Draw) -> Outcome:
 
 
 def compared_spokes(draw: Draw, ranges: np.ndarray, which: np.ndarray, field: np.ndarray) -> Outcome:
-    """The outcome of spokes `which` (K,) with fields (K, N)."""
+    """The outcome of spokes `which` (K,) with fields (K, N), about the body: clutter near the antenna is louder than any."""
+    near = np.abs(ranges - draw.slant) < AROUND
+    ranges, field = ranges[near], field[:, near]
     boresight = 2.0 * np.pi * which / 720
     time = (draw.scan + which / 720) * metal_draws.PERIOD
     unit = metal_draws.unit_energy(draw, ranges, boresight)
