@@ -9,10 +9,9 @@ import numpy as np
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.propagation.legs import Leg, direct_leg, sea_leg
 from radar_service.scene.poses import BodyPose
-from radar_service.types import Complexes, Flags, Floats, Indices
+from radar_service.types import Flags, Floats, Indices
 
 Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) a leg reaches past all bodies
-Weight = Callable[[Leg, bool], Complexes]
 
 
 class LegRays(NamedTuple):
@@ -22,7 +21,6 @@ class LegRays(NamedTuple):
     direction: (M, 3) of travel, of unit length.
     level, upright: (M, 3) unit vectors across it: horizontal, and in the vertical plane.
     curvature: (M,) of the wavefront in the vertical plane [1/m]; across it is 1 / length.
-    weight: (M,) one-way amplitude without phase [1/m].
     tilt: (M,) by which the ray rises more steeply against the body, as the earth curves away from the antenna [rad].
     arrives: (M,) whether a ray gets there over the curved earth.
     """
@@ -32,7 +30,6 @@ class LegRays(NamedTuple):
     level: Floats
     upright: Floats
     curvature: Floats
-    weight: Complexes
     tilt: Floats
     arrives: Flags
 
@@ -67,7 +64,6 @@ class BodyLeg:
     antenna: (3,) on the map [m].
     earth_radius: effective, inf for flat [m].
     visible: which points on which triangles the leg reaches past all bodies.
-    weight: one-way amplitude of a leg that goes by the sea or not; None: 1 / length.
     crowded: whether another body may cast a shadow on this one.
     thin: whether a small one may.
     """
@@ -77,7 +73,6 @@ class BodyLeg:
     antenna: Floats
     earth_radius: float
     visible: Visible
-    weight: Weight | None = None
     crowded: bool = True
     thin: bool = True
 
@@ -90,19 +85,11 @@ class BodyLeg:
         direction = np.stack([plan[:, 0] * flat, plan[:, 1] * flat, leg.rise], axis=1)
         level = np.stack([plan[:, 1], -plan[:, 0], zero], axis=1)
         upright = np.stack([-plan[:, 0] * leg.rise, -plan[:, 1] * leg.rise, flat], axis=1)
-        return LegRays(leg.length, direction, level, upright, leg.curvature, self._weighed(leg), leg.tilt, leg.arrives)
+        return LegRays(leg.length, direction, level, upright, leg.curvature, leg.tilt, leg.arrives)
 
     def length(self, points: Floats) -> Floats:
         """Lengths (M,) of the leg to points (M, 3) in the body's frame [m]."""
         return self._leg(points).length
-
-    def length_and_weight(self, points: Floats) -> tuple[Floats, Complexes]:
-        """Lengths (M,) [m], and one-way amplitudes (M,) [1/m]."""
-        leg = self._leg(points)
-        return leg.length, self._weighed(leg)
-
-    def _weighed(self, leg: Leg) -> Complexes:
-        return (1.0 / leg.length).astype(np.complex128) if self.weight is None else self.weight(leg, self.by_sea)
 
     def _leg(self, points: Floats) -> Leg:
         position = map_from_body(points, self.pose.position, self.pose.heading)

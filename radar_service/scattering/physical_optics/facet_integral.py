@@ -26,33 +26,40 @@ def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumbe
     return mean_phasor(phases)
 
 
-def mean_phasor(phases: Floats, bends: Floats | None = None, tapers: Floats | None = None) -> Complexes:
-    """Mean of exp(j phi) over triangles (M,), phi quadratic, its mean at the corners near 0.
+def mean_phasor(phases: Floats) -> Complexes:
+    """Mean of exp(j phi) over triangles (M,), phi linear, by its values at the corners (3, M) [rad].
+
+    It is a divided difference of exp(j x) at the corners' phases (Hermite-Genocchi; de Boor 2005, Divided differences), which is
+    Gordon's (1975) line integral without its poles.
+    """
+    low, middle, high = ordered = np.sort(phases, axis=0)
+    result = _flat_mean(low, middle, high)
+    steep = np.flatnonzero(high - low > NEARLY_FLAT)
+    result[steep] = _linear_mean(_Edges.of(*ordered[:, steep]))
+    return result
+
+
+def corner_phasors(phases: Floats, bends: Floats) -> Complexes:
+    """Means (3, M) of lambda_i exp(j phi) over triangles, lambda_i the barycentric coordinates, phi quadratic.
 
     phases: (3, M) of phi at the corners [rad]; bends: (3, M), by how much phi at the middle of the edge opposite to each corner
-    exceeds the mean of the edge's two ends [rad]; None: phi is linear; tapers: (3, M), by how much the amplitude at the corners
-    exceeds 1, with bends. Linear phases are integrated in closed form: a divided
-    difference of exp(j x) at the corners' phases (Hermite-Genocchi; de Boor 2005, Divided differences), which is Gordon's
-    (1975) line integral without its poles. The factor of the bends is interpolated from corners and middles of edges (Filon
-    1928), and its products with the linear phase are integrated in closed form too.
+    exceeds the mean of the edge's two ends [rad]. The mean of w exp(j phi) with w linear is the sum of the corners' w times
+    these. Linear phases are integrated in closed form; the factor of the bends is interpolated from corners and middles of
+    edges (Filon 1928), its products with the linear phase are integrated too, and half of each goes to either end of its edge.
     """
     order = np.argsort(phases, axis=0)
-    low, middle, high = ordered = np.take_along_axis(phases, order, axis=0)
-    flat = high - low <= NEARLY_FLAT
+    ordered = np.take_along_axis(phases, order, axis=0)
+    bubble = np.empty(phases.shape, dtype=np.complex128)
+    bubble.real, bubble.imag = 4.0 * np.cos(bends) - 4.0, 4.0 * np.sin(bends)
+    opposite = np.take_along_axis(bubble, order, axis=0)
+    flat = ordered[2] - ordered[0] <= NEARLY_FLAT
     gentle, steep = np.flatnonzero(flat), np.flatnonzero(~flat)
-    result = np.empty(len(low), dtype=np.complex128)
-    result[gentle] = _flat_mean(*ordered[:, gentle])
-    edges = _Edges.of(*ordered[:, steep])
-    if bends is None:
-        result[steep] = _linear_mean(edges)
-        return result
-    bubble = np.zeros(phases.shape, dtype=np.complex128)
-    bubble.real, bubble.imag = np.cos(bends) - 1.0, np.sin(bends)
-    opposite = 4.0 * np.take_along_axis(bubble, order, axis=0)
-    corner = np.take_along_axis(np.zeros_like(phases) if tapers is None else tapers, order, axis=0)
-    result[gentle] += _flat_terms(ordered[:, gentle], opposite[:, gentle], corner[:, gentle])
-    result[steep] = _bent_mean(edges, opposite[:, steep], corner[:, steep])
-    return result
+    result = np.empty(phases.shape, dtype=np.complex128)
+    result[:, gentle] = _flat_corners(ordered[:, gentle], opposite[:, gentle])
+    result[:, steep] = _steep_corners(_Edges.of(*ordered[:, steep]), opposite[:, steep])
+    own = np.empty_like(result)
+    np.put_along_axis(own, order, result, axis=0)
+    return own
 
 
 class _Edges(NamedTuple):
@@ -97,9 +104,9 @@ def _linear_mean(edges: _Edges) -> Complexes:
     return np.asarray(-2j * (edges.upper - edges.lower) / edges.span)
 
 
-def _bent_mean(edges: _Edges, weight: Complexes, taper: Floats) -> Complexes:
-    """The mean with the barycentric coordinates lambda_i weighted by `taper` (3, M), and their products lambda_i lambda_j by
-    `weight` (3, M) of the opposite corner, corners by rising phase.
+def _steep_corners(edges: _Edges, weight: Complexes) -> Complexes:
+    """Means (3, M) as of `corner_phasors`, corners by rising phase; weight: (3, M) of the product lambda_i lambda_j, by the
+    opposite corner.
 
     Each is one integration by parts along the edge from the lowest to the highest phase, where d phi = span.
     """
@@ -110,17 +117,22 @@ def _bent_mean(edges: _Edges, weight: Complexes, taper: Floats) -> Complexes:
     upper_bubble = step * (2.0 * edges.upper_bubble - at_middle)
     lower_bubble = step * (at_middle - 2.0 * edges.lower_bubble)
     long_bubble = step * (at_high - at_low)
-    bubbles = weight[0] * upper_bubble + weight[1] * long_bubble + weight[2] * lower_bubble
-    return np.asarray(mean + bubbles + taper[0] * at_low + taper[1] * at_middle + taper[2] * at_high)
+    bubbles = np.stack([weight[0] * upper_bubble, weight[1] * long_bubble, weight[2] * lower_bubble])
+    return np.stack([at_low, at_middle, at_high]) + _shared_by_ends(bubbles)
 
 
-def _flat_terms(phases: Floats, weight: Complexes, taper: Floats) -> Complexes:
-    """The bubbles' and the tapers' part (M,) where phases (3, M) hardly differ, to first order in them: means of products of
-    barycentric coordinates."""
-    together = phases.sum(axis=0)
+def _shared_by_ends(bubbles: Complexes) -> Complexes:
+    """What the corners (3, M) get of the edges (3, M) opposite to them: half of the two edges that meet there."""
+    return np.asarray((bubbles.sum(axis=0) - bubbles) / 2.0)
+
+
+def _flat_corners(phases: Floats, weight: Complexes) -> Complexes:
+    """As `_steep_corners` where phases (3, M) hardly differ: to second order in them, and to first order for the bubbles."""
+    together, squares = phases.sum(axis=0), (phases * phases).sum(axis=0)
     bubbles = weight * (1.0 / 12.0 + 1j * (together / 30.0 - phases / 60.0))
-    tapers = taper * (1.0 / 3.0 + 1j * (together + phases) / 12.0)
-    return np.asarray((bubbles + tapers).sum(axis=0))
+    second = (together * together + squares + 2.0 * phases * (together + phases)) / 120.0
+    plain = 1.0 / 3.0 + 1j * (together + phases) / 12.0 - second
+    return np.asarray(plain + _shared_by_ends(bubbles))
 
 
 def _flat_mean(x: Floats, y: Floats, z: Floats) -> Complexes:

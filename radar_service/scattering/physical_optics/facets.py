@@ -12,20 +12,25 @@ MAX_FACETS = 60_000  # of one block of a body (`blocks`): some 100 MB and 60 ms 
 MAX_TUBES = 4_000  # of these, how many it may have for its rebounces, beyond what its size needs
 ENLARGEMENT_STEP = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
 MAX_BEND = 0.15  # rad, two-way, over half an edge (docs/engine.md#errors)
-BEAM_SHARE = 1.0 / 8.0  # of the beam's width that a cell may take: its echoes get one weight of the beam
+# Of the beam's width and of the range cell that a facet and a cell may take: what weighs them is linear in between
+BEAM_SHARE, RANGE_SHARE = 1.0 / 6.0, 1.0 / 4.0
+EXTENT_SHARE = 1.0 / 10.0  # of the body, likewise: its sidelobes are what is left of many cells
+FACET_SHARE = 2.0 / 5.0  # of the range cell, of a facet: few lie along the line of sight
 NEAREST = 16.0  # m; nearer than this facets are as fine as at 16 m: no marine antenna observes nearer bodies
 
 
 class EdgeLimits(NamedTuple):
-    """What bounds facets and the cells in which they are summed: range resolution [m], beamwidth [rad], wavelength [m]."""
+    """What bounds facets and the cells in which they are summed: range resolution [m], beamwidth [rad], wavelength [m], and the
+    extent of the body [m]."""
 
     range_cell: float
     beamwidth: float
     wavelength: float
+    extent: float
 
     def cell(self, distance: float) -> float:
         """Size [m] of the cells at `distance` [m], the same throughout half an octave."""
-        return min(self.range_cell, BEAM_SHARE * self.beamwidth * _half_octave(distance))
+        return min(RANGE_SHARE * self.range_cell, self._widest(distance))
 
     def at(self, distance: float) -> tuple[float, float]:
         """Cell and longest edge [m] at `distance` [m]."""
@@ -33,7 +38,12 @@ class EdgeLimits(NamedTuple):
 
     def longest_edge(self, distance: float) -> float:
         """The longest edge [m] of facets at `distance` [m]."""
-        return min(self.cell(distance), bend_edge(_half_octave(distance), self.wavelength))
+        bend = bend_edge(_half_octave(distance), self.wavelength)
+        return min(FACET_SHARE * self.range_cell, self._widest(distance), bend)
+
+    def _widest(self, distance: float) -> float:
+        """What the beam and the body's extent allow at `distance` [m]."""
+        return min(BEAM_SHARE * self.beamwidth * _half_octave(distance), EXTENT_SHARE * self.extent)
 
 
 def bend_edge(distance: float, wavelength: float) -> float:

@@ -26,7 +26,7 @@ def mesh_quality(scene: Scene, bounces: int) -> dict[str, list[str]]:
 
 def _body_quality(body: Body, mesh: Mesh, scene: Scene, bounces: int) -> list[str]:
     distance = math.dist(body.middle_at(0.0), scene.antenna(0.0)[0]) - body.radius
-    limit = edge_limits(scene.radar).longest_edge(distance)
+    limit = edge_limits(scene.radar, mesh).longest_edge(distance)
     corners = mesh.vertices[mesh.faces]
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
     cut = f", cut to {limit:.3g} m" if longest > limit else ""

@@ -8,7 +8,6 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.frames import map_from_body
-from radar_service.propagation.leg_weight import LegWeight
 from radar_service.propagation.legs import reflection_points
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
@@ -31,20 +30,17 @@ PROBES = 40  # triangles of a body, at the corners of which the shadows of large
 class PhysicalOptics:
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
 
-    def __init__(
-        self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], multipath: bool, weight: LegWeight
-    ) -> None:
-        """key: (B,) index of each body in the scene; multipath: whether the sea reflects; weight: of legs."""
+    def __init__(self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], multipath: bool) -> None:
+        """key: (B,) index of each body in the scene; multipath: whether the sea reflects."""
         self.bodies, self.key = tuple(bodies), key
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
-        self._optical, self._multipath, self._weight = tuple(optical), multipath, weight
+        self._optical, self._multipath = tuple(optical), multipath
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """As `ScatteringModel.build`."""
         optical = [optical_body(body, context.radar, context.fidelity.bounces, context.rays) for body in bodies]
-        environment = context.environment
-        return cls(bodies, key, optical, environment.multipath, LegWeight(context.radar, environment.sea_state))
+        return cls(bodies, key, optical, context.environment.multipath)
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
@@ -94,7 +90,7 @@ class PhysicalOptics:
 
         thin = bool((radius < THIN).any())
         crowded = thin or (len(others) > 0 and self._is_shaded(b, pose, visible))
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, self._weight, crowded, thin)
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, crowded, thin)
 
     def _is_shaded(self, b: int, pose: BodyPose, visible: Visible) -> bool:
         """Whether other bodies cast shadows on some of a few points of body b above the water."""

@@ -20,12 +20,12 @@ from radar_service.scattering.physical_optics.path_fields import (
     FacetBends,
     PathFields,
     Wave,
-    chosen_fields,
     facet_fields,
+    path_phasor,
     tube_fields,
 )
 from radar_service.scattering.physical_optics.ray_tubes import hits, launched_tubes
-from radar_service.scattering.physical_optics.scattering_centres import scattering_centres
+from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
 from radar_service.scattering.physical_optics.waterline import above_water
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body, Mesh
@@ -89,7 +89,7 @@ class OpticalBody:
             single = facet_fields(lit, bends, one, other, self.wave)
             single = single._replace(amplitude=single.amplitude * self.reflectivity**0.5)
             parts = [single, *(field for path, field in tubes if path == one + other)]
-            result.append(self._centres(one + other, PathFields.joined(parts), legs[one], legs[other]))
+            result.append(self._centres(one + other, PathFields.joined(parts), legs[one], legs[other], water))
         return result
 
     def _lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
@@ -104,14 +104,13 @@ class OpticalBody:
         normal, rays = self.planes.normal.take(triangle, axis=0), tuple(leg.rays(centre) for leg in legs)
         return LitFacets(corners, centre, normal, triangle, lit.cell[origin], lit.side[origin], lit.share[origin], rays)
 
-    def _centres(self, path: int, fields: PathFields, one: BodyLeg, other: BodyLeg) -> PathCentres:
-        def at(points: Floats) -> tuple[Floats, Complexes]:
-            out, back = one.length_and_weight(points), other.length_and_weight(points)
-            return out[0] + back[0], out[1] * back[1]
-
-        fields = chosen_fields(fields, np.flatnonzero(fields.amplitude != 0.0))
+    def _centres(self, path: int, fields: PathFields, one: BodyLeg, other: BodyLeg, water: float) -> PathCentres:
         flattest = FLATTEST if other.by_sea else np.inf
-        return PathCentres(path, *scattering_centres(fields, at, self.wave.wavenumber, flattest))
+        lattice = Lattice.over(fields, flattest, water)
+        nodes = lattice.nodes
+        sums = lattice.sums(fields) * path_phasor(-one.length(nodes) - other.length(nodes), self.wave)
+        kept = strongest(np.abs(sums))
+        return PathCentres(path, nodes[kept], sums[kept])
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
         """What bounces on the body, by path, leg by leg out and back."""
@@ -126,7 +125,7 @@ class OpticalBody:
     def coherence(self, distance: float) -> float:
         """As `PhysicalOptics.coherence`."""
         nearest = distance - self.scene.radius
-        return self.limits.cell(nearest) + self.limits.longest_edge(nearest)
+        return max(self.limits.at(nearest))
 
     def facets_near(self, antenna: Floats) -> BodyFacets:
         """The facets for an antenna (3,) in the body's frame [m], each block as its own distance asks."""
@@ -145,7 +144,7 @@ class OpticalBody:
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
     """How many times longer than requested the facets of the nearest block are, at `distance` [m]; 1 where they are not."""
     assert body.mesh is not None
-    limit = edge_limits(radar).longest_edge(distance)
+    limit = edge_limits(radar, body.mesh).longest_edge(distance)
     worst = 1.0
     for block in blocks(body.mesh):
         _, _, area = triangle_frames(block.mesh)
@@ -154,9 +153,10 @@ def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
     return worst
 
 
-def edge_limits(radar: Radar) -> EdgeLimits:
-    """What bounds the facets of bodies for this radar."""
-    return EdgeLimits(radar.range_resolution, radar.beamwidth, radar.wavelength)
+def edge_limits(radar: Radar, mesh: Mesh) -> EdgeLimits:
+    """What bounds the facets of a mesh for this radar."""
+    extent = float(np.ptp(mesh.vertices[np.unique(mesh.faces)], axis=0).max())
+    return EdgeLimits(radar.range_resolution, radar.beamwidth, radar.wavelength, extent)
 
 
 def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None = None) -> OpticalBody:
@@ -168,7 +168,7 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         Planes(*triangle_frames(mesh)[:2], concave_sides(mesh)),
         parts,
         Wave(radar.wavelength, radar.polarization),
-        edge_limits(radar),
+        edge_limits(radar, mesh),
         bounces,
         power_reflectivity(body.material.name),
         TriangleScene(mesh.vertices, mesh.faces, rays),

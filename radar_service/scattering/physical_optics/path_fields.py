@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
-from radar_service.scattering.physical_optics.facet_integral import mean_phasor, scattering_amplitude
+from radar_service.scattering.physical_optics.facet_integral import corner_phasors, scattering_amplitude
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes
 from radar_service.types import Complexes, Floats, Indices
@@ -33,17 +33,13 @@ class Wave:
 class PathFields(NamedTuple):
     """Fields (M,) by one path.
 
-    position: (M, 3) of the echo in the body's frame [m].
-    amplitude: (M,) scattering amplitude without the phase of the path [m].
-    length: (M,) of the whole path, out and back [m].
-    weight: (M,) product of the one-way amplitudes of both legs [1/m^2].
-    cell: (M,) size of the cell in which the field is summed [m].
+    position: (M, 3) in the body's frame [m].
+    amplitude: (M,) scattering amplitude with the phase of the whole path, out and back [m].
+    cell: (M,) size of the cells in which the field is summed [m].
     """
 
     position: Floats
     amplitude: Complexes
-    length: Floats
-    weight: Complexes
     cell: Floats
 
     @classmethod
@@ -68,18 +64,31 @@ class FacetBends(NamedTuple):
 
 
 def facet_fields(lit: LitFacets, bends: Sequence[FacetBends], one: int, other: int, wave: Wave) -> PathFields:
-    """What facets scatter from leg `one` into leg `other`, and the other way round where they differ."""
+    """What facets scatter from leg `one` into leg `other`, and the other way round where they differ.
+
+    Each facet gives three fields at its corners, whose sum is right for whatever weighs them linearly over the facet. So what
+    neighbours give at a common edge cancels, as it should.
+    """
     share = lit.share[:, one] * (lit.share[:, other] if other != one else 1.0)
     both = np.flatnonzero((share > 0.0) & (lit.side[:, one] == lit.side[:, other]))
     first, second = lit.rays[one].chosen(both), lit.rays[other].chosen(both)
     path = [-wave.wavenumber * (a[:, both] + b[:, both]) for a, b in zip(bends[one], bends[other], strict=True)]
-    taper = -1.5 * (bends[one].corner[:, both] / first.length + bends[other].corner[:, both] / second.length)
-    surface = areas(lit.corners.take(both, axis=0)) * share[both] * mean_phasor(path[0], path[1], taper)
+    oblique = 1.0 - 0.5 * (bends[one].corner[:, both] / first.length + bends[other].corner[:, both] / second.length)
+    corners = lit.corners.take(both, axis=0)
+    surface = areas(corners) * share[both] * path_phasor(first.length + second.length, wave)
     normal = lit.normal.take(both, axis=0) * lit.side[both, one, None]
     orders = [(first, second)] if one == other else [(first, second), (second, first)]
     amplitude = sum((_amplitude(a, b, normal, surface, wave) for a, b in orders), np.zeros(len(both), dtype=np.complex128))
-    weight = first.weight * second.weight
-    return PathFields(lit.centre.take(both, axis=0), amplitude, first.length + second.length, weight, lit.cell[both])
+    parts = corner_phasors(*path) * oblique * amplitude
+    return PathFields(corners.transpose(1, 0, 2).reshape(-1, 3), parts.reshape(-1), np.tile(lit.cell[both], 3))
+
+
+def path_phasor(length: Floats, wave: Wave) -> Complexes:
+    """exp(-j k length) (M,) of paths [m]."""
+    phasor = np.empty(len(length), dtype=np.complex128)
+    phase = -wave.wavenumber * length
+    phasor.real, phasor.imag = np.cos(phase), np.sin(phase)
+    return phasor
 
 
 def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Complexes, wave: Wave) -> Complexes:
@@ -101,13 +110,12 @@ def tube_fields(tubes: RayTubes, launch: BodyLeg, receive: BodyLeg, wave: Wave) 
     edges = np.roll(tubes.corners, -1, axis=1).transpose(1, 0, 2) - np.roll(tubes.corners, -2, axis=1).transpose(1, 0, 2)
     ahead, bent = _spherical(offset, tubes), -_across2(edges, tubes) / (8.0 * tubes.length)
     phases = -wave.wavenumber * (ahead + back.detours(offset))
-    surface = areas(tubes.corners) * tubes.share * mean_phasor(phases, -wave.wavenumber * (bent + back.sags(edges) / 4.0))
+    bends = -wave.wavenumber * (bent + back.sags(edges) / 4.0)
+    surface = areas(tubes.corners) * tubes.share * corner_phasors(phases, bends).sum(axis=0)
     received = back.polarization(wave.polarization)
     amplitude = scattering_amplitude(tubes.direction, tubes.field, received, tubes.normal, surface, wave.wavelength)
     length = tubes.length + back.length
-    return PathFields(
-        _behind(tubes, back, length, launch, receive), amplitude, length, tubes.weight * back.weight, tubes.cell
-    )
+    return PathFields(_behind(tubes, back, length, launch, receive), amplitude * path_phasor(length, wave), tubes.cell)
 
 
 def _spherical(offset: Floats, tubes: RayTubes) -> Floats:
@@ -135,8 +143,3 @@ def areas(corners: Floats) -> Floats:
     (ux, uy, uz), (vx, vy, vz) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     return np.asarray(np.sqrt(x * x + y * y + z * z) / 2.0)
-
-
-def chosen_fields(fields: PathFields, which: Indices) -> PathFields:
-    """The fields `which` (N,)."""
-    return PathFields._make(column.take(which, axis=0) for column in fields)

@@ -12,7 +12,7 @@ import numpy as np
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
 from radar_service.trace.embree import TriangleScene
-from radar_service.types import Complexes, Floats, Indices
+from radar_service.types import Floats, Indices
 
 # m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
 OFFSET = 1e-3
@@ -33,7 +33,6 @@ class RayTubes:
     begin: (M, 3) centre of the first footprint [m].
     launched: (M, 3) direction of travel before it.
     length: (M,) of the way from the antenna to here [m].
-    weight: (M,) one-way amplitude of the leg from the antenna [1/m].
     share: (M,) of the tube that the leg from the antenna reaches.
     cell: (M,) size of the cell in which its field is summed [m].
     """
@@ -47,7 +46,6 @@ class RayTubes:
     begin: Floats
     launched: Floats
     length: Floats
-    weight: Complexes
     share: Floats
     cell: Floats
 
@@ -69,7 +67,7 @@ def launched_tubes(facets: LitFacets, leg: int, polarization: str, planes: Plane
     rays, centre = facets.rays[leg].chosen(which), facets.centre.take(which, axis=0)
     return RayTubes(
         facets.corners.take(which, axis=0), centre, facets.normal[which] * side[which, None], facets.triangle[which],
-        rays.direction, rays.polarization(polarization), centre, rays.direction, rays.length, rays.weight,
+        rays.direction, rays.polarization(polarization), centre, rays.direction, rays.length,
         facets.share[which, leg], facets.cell[which],
     )  # fmt: skip
 
