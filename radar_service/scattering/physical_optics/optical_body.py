@@ -81,7 +81,7 @@ class OpticalBody:
 
         water: height of the sea in the body's frame [m]; nothing below it scatters.
         """
-        lit = self._lit_facets(legs, water)
+        lit = self.lit_facets(legs, water)
         bends = [FacetBends.of(lit.corners, lit.centre, rays) for rays in lit.rays]
         tubes = list(self._tube_fields(lit, legs, water))
         result = []
@@ -92,7 +92,7 @@ class OpticalBody:
             result.append(self._centres(one + other, PathFields.joined(parts), legs[one], legs[other]))
         return result
 
-    def _lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
+    def lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
         """All facets that a leg reaches, above the water and past all shadows, cut as finely as the phase needs."""
         facets = self.facets_near(legs[0].pose.frame_from_map(legs[0].antenna, np.inf))
         above, origin = above_water(facets.surface.corners, water)
