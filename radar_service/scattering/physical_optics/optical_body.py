@@ -143,15 +143,15 @@ class OpticalBody:
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
-    """How many times longer than requested the facets of the nearest block are, at `distance` [m]; 1 where they are not."""
+    """How many times longer than requested the facets of the largest block are, were it at `distance` [m]; 1 where they are not."""
     assert body.mesh is not None
     limit = edge_limits(radar).longest_edge(distance)
-    worst = 1.0
-    for block in blocks(body.mesh):
-        _, _, area = triangle_frames(block.mesh)
-        if len(area) + 16.0 * area.sum() / limit**2 > MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less
-            worst = max(worst, cut_facets(block.mesh, np.full(len(area), limit), limit, max_tubes=0).enlargement)
-    return worst
+    area, largest = max(
+        ((float(triangle_frames(b.mesh)[2].sum()), b.mesh) for b in blocks(body.mesh)), key=lambda one: one[0]
+    )
+    if len(largest.faces) + 16.0 * area / limit**2 <= MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less
+        return 1.0
+    return cut_facets(largest, np.full(len(largest.faces), limit), limit, max_tubes=0).enlargement
 
 
 def edge_limits(radar: Radar) -> EdgeLimits:
