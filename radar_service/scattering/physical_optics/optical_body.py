@@ -143,7 +143,7 @@ class OpticalBody:
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
-    """How many times longer than requested the facets of the largest block are, were it at `distance` [m]; 1 where they are not."""
+    """How many times longer than requested the largest block's facets are at `distance` [m]; 1 where they are not."""
     assert body.mesh is not None
     limit = edge_limits(radar).longest_edge(distance)
     area, largest = max(

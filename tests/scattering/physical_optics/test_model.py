@@ -95,7 +95,8 @@ def elements_over_the_sea(width: float, height: float, distance: float, radar: r
 def test_metal_on_the_water_is_the_sum_of_its_elements(
     polarization: str, state: int, height: float, distance: float
 ) -> None:
-    """Mast of 0.25 m: 0.1 dB, mostly the obliquity that elements leave out at 150 m (0.1 rad: 0.5 %, twice). One centre with F^2 errs by 23 dB."""
+    """Mast of 0.25 m: 0.1 dB, mostly the obliquity that elements leave out at 150 m (0.1 rad: 0.5 %, twice).
+    One centre with F^2 errs by 23 dB."""
     mast = {"name": "m", "shape": "plate", "width_m": 0.25, "height_m": height, "scattering": "optics",
             "position_m": [0, distance, height / 2], "heading_deg": 180}  # fmt: skip
     made = scene([mast], radar={"polarization": polarization}, environment={**FLAT, "multipath": True, "sea_state": state})
