@@ -13,7 +13,6 @@ from scipy.spatial import cKDTree
 import radar_service as rs
 from radar_service.display.video import Controls, display_video, layout
 from radar_service.frames import map_from_body
-from radar_service.scattering.physical_optics.model import antenna_in_body_frame
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scene.body import Body
 from radar_service.scene.poses import pose_at
@@ -99,7 +98,7 @@ def test_harbour_reflectors_return_what_theory_says() -> None:
     reflectors = [b for b in harbour.bodies if b.name.startswith("reflector")]
     assert len(reflectors) == 3 and all(b.rcs is None and b.scattering == "optics" for b in reflectors)
     for body in reflectors:
-        antenna = antenna_in_body_frame(body, pose_at(body, 0.0), harbour.antenna(0.0)[0], np.inf)
+        antenna = pose_at(body, 0.0).frame_from_map(harbour.antenna(0.0)[0], np.inf)
         result = cross_section(optical_body(body, harbour.radar, 3), antenna)
         assert decibels(result / theory) == pytest.approx(0.0, abs=0.5), body.name
 

@@ -51,8 +51,8 @@ class BodyFacets:
 
 
 def body_facets(block: Block, cell: float, edge: float, tubes: Floats, max_tubes: int) -> BodyFacets:
-    """The facets of a block, summed in cells of size `cell` [m]: coarse ones with edges of at most SHADOW_EDGE, fine ones with edges of at most `edge` [m], and at most
-    `tubes` (F,) on each of the block's triangles."""
+    """The facets of a block, summed in cells of size `cell` [m]: coarse ones with edges of at most SHADOW_EDGE, fine ones with
+    edges of at most `edge`, and at most `tubes` (F,) on each of the block's triangles."""
     coarse, origin = cut_triangles(block.mesh.vertices[block.mesh.faces], SHADOW_EDGE)
     count = len(coarse)
     mesh = Mesh(coarse.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))

@@ -81,7 +81,7 @@ class OpticalBody:
 
         water: height of the sea in the body's frame [m]; nothing below it scatters.
         """
-        lit = self._lit_facets(legs, water)
+        lit = self.lit_facets(legs, water)
         bends = [FacetBends.of(lit.corners, lit.centre, rays) for rays in lit.rays]
         tubes = list(self._tube_fields(lit, legs, water))
         result = []
@@ -92,7 +92,7 @@ class OpticalBody:
             result.append(self._centres(one + other, PathFields.joined(parts), legs[one], legs[other], water))
         return result
 
-    def _lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
+    def lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
         """All facets that a leg reaches, above the water and past all shadows, cut as finely as the phase needs."""
         facets = self.facets_near(legs[0].pose.frame_from_map(legs[0].antenna, np.inf))
         above, origin = above_water(facets.surface.corners, water)
@@ -142,15 +142,15 @@ class OpticalBody:
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
-    """How many times longer than requested the facets of the nearest block are, at `distance` [m]; 1 where they are not."""
+    """How many times longer than requested the largest block's facets are at `distance` [m]; 1 where they are not."""
     assert body.mesh is not None
     limit = edge_limits(radar, body.mesh).longest_edge(distance)
-    worst = 1.0
-    for block in blocks(body.mesh):
-        _, _, area = triangle_frames(block.mesh)
-        if len(area) + 16.0 * area.sum() / limit**2 > MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less
-            worst = max(worst, cut_facets(block.mesh, np.full(len(area), limit), limit, max_tubes=0).enlargement)
-    return worst
+    area, largest = max(
+        ((float(triangle_frames(b.mesh)[2].sum()), b.mesh) for b in blocks(body.mesh)), key=lambda one: one[0]
+    )
+    if len(largest.faces) + 16.0 * area / limit**2 <= MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less
+        return 1.0
+    return cut_facets(largest, np.full(len(largest.faces), limit), limit, max_tubes=0).enlargement
 
 
 def edge_limits(radar: Radar, mesh: Mesh) -> EdgeLimits:

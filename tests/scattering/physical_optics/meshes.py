@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import radar_service as rs
-from radar_service.scattering.physical_optics.model import antenna_in_body_frame
+from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, optical_body
-from radar_service.scene.poses import pose_at
+from radar_service.scene.poses import MAP_POSE, pose_at
 
 Floats = NDArray[np.float64]
 WAVELENGTH = 299_792_458.0 / 9.41e9
@@ -112,14 +112,21 @@ def cross_section(body: OpticalBody, antenna: Floats) -> float:
 
 def echoes_toward(body: OpticalBody, antenna: Floats) -> tuple[Floats, NDArray[np.complex128]]:
     """Phase centres and scattering amplitudes for one antenna (3,) that transmits and receives, in the body's frame."""
-    visible = own_visibility(body, antenna)
-    return body.echoes(antenna, antenna, visible, visible)
+    (centres,) = body.echoes((direct(body, antenna),))
+    return centres.position, centres.amplitude
+
+
+def direct(body: OpticalBody, antenna: Floats) -> BodyLeg:
+    """The direct leg from an antenna (3,) in the body's frame, over a flat earth and past the body's own parts alone."""
+    return BodyLeg(False, MAP_POSE, antenna, np.inf, own_visibility(body, antenna), crowded=False, thin=False)
 
 
 def own_visibility(body: OpticalBody, antenna: Floats) -> Any:
     """Which points of the body other parts of it leave visible, for `OpticalBody.echoes`, by its own tree of triangles."""
 
     def visible(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
+        if not len(points):
+            return np.zeros(0, dtype=np.bool_)
         toward = antenna - points
         distance = np.linalg.norm(toward, axis=1, keepdims=True)
         start = points + 2e-3 * toward / distance
@@ -142,4 +149,4 @@ def decibels(power: float) -> float:
 def in_body(made: rs.Scene) -> Floats:
     """The antenna (3,) in the frame of a scene's first body, at time 0."""
     body = made.bodies[0]
-    return antenna_in_body_frame(body, pose_at(body, 0.0), made.antenna(0.0)[0], np.inf)
+    return pose_at(body, 0.0).frame_from_map(made.antenna(0.0)[0], np.inf)

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.plan.plan import plan_for
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, cut_facets, far_field_edge
-from radar_service.scattering.physical_optics.optical_body import longest_edge, optical_body
+from radar_service.scattering.physical_optics.facets import MAX_BEND, EdgeLimits, bend_edge, cut_facets
+from radar_service.scattering.physical_optics.optical_body import facet_enlargement
 from radar_service.scene.shapes import box, sphere
 from tests.scenes import scene
 
@@ -64,20 +64,24 @@ def test_a_mesh_finer_than_the_bound_is_taken_as_it_is() -> None:
 
 
 def test_the_plan_reports_enlarged_facets() -> None:
-    """300 x 50 x 40 m: at 1000 m the facets are as short as requested. At 60 m they would be too many, and the plan says so."""
+    """300 x 50 x 40 m in blocks of 32 m: at 1000 m the facets are as short as requested. At 17 m a block's would be too many,
+    and the plan says so."""
     giant = {"name": "giant", "shape": "box", "length_m": 300, "width_m": 50, "height_m": 40, "scattering": "optics"}
-    description = {}
-    for north in (1150, 210):
+    for north, enlarged in ((1150, False), (167, True)):
         made = scene([{**giant, "position_m": [0, north, 0]}])
-        description[north] = plan_for(made, Fidelity("test")).choices[-1].how
-        body = optical_body(made.bodies[0], made.radar, 3)
-        cut = body.facets_of(longest_edge(north - 150.0, body.max_edge, body.wave.wavelength))
-        assert len(cut) <= MAX_FACETS
-        assert (cut.enlargement > 1.0) == ("longer than they should be" in description[north])
-    assert "longer than they should be" in description[210] and "longer" not in description[1150]
+        assert ("longer than they should be" in plan_for(made, Fidelity("test")).choices[-1].how) == enlarged
+        assert (facet_enlargement(made.bodies[0], made.radar, north - 150.0) > 1.0) == enlarged
 
 
-def test_far_field_edge_bends_the_path_by_an_eighth_of_a_turn() -> None:
-    """k (D/2)^2 / R = pi / 4 of two-way phase half an edge off."""
-    edge = far_field_edge(500.0, 0.03186)
-    assert 2 * np.pi / 0.03186 * (edge / 2) ** 2 / 500.0 == pytest.approx(np.pi / 4)
+def test_the_phase_bends_by_the_bound_over_half_an_edge() -> None:
+    """k (e/2)^2 / R of two-way phase."""
+    edge = bend_edge(500.0, 0.03186)
+    assert 2 * np.pi / 0.03186 * (edge / 2) ** 2 / 500.0 == pytest.approx(MAX_BEND)
+
+
+def test_cells_lie_within_range_cell_and_beam() -> None:
+    """c/2B far off; an eighth of the beam near by, at the lower end of the half octave; facets no longer than cells."""
+    limits = EdgeLimits(3.0, np.deg2rad(1.0), 0.03186)
+    assert limits.cell(5000.0) == 3.0
+    assert np.deg2rad(1.0) / 8 * 200.0 / 2**0.5 < limits.cell(200.0) <= np.deg2rad(1.0) / 8 * 200.0
+    assert all(limits.longest_edge(d) <= limits.cell(d) for d in np.geomspace(1.0, 2e4, 50))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scattering.physical_optics.model import antenna_in_body_frame
+from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scene.poses import pose_at
 from tests.reference.compressed_pulse import sinc2_beam
@@ -99,9 +99,9 @@ def under_the_beam(made: rs.Scene, scan: rs.Scan) -> tuple[Any, Any]:
     for k in inside:
         time = float(scan.time[k])
         pose = pose_at(made.bodies[0], time)
-        antenna = antenna_in_body_frame(made.bodies[0], pose, made.antenna(time)[0], np.inf)
-        centre, amplitude = body.echoes(antenna, antenna, all_visible, all_visible)
-        total = np.sum(amplitude * np.exp(-2j * K * np.linalg.norm(centre - antenna, axis=1)))
+        leg = BodyLeg(False, pose, made.antenna(time)[0], np.inf, all_visible, crowded=False, thin=False)
+        (centres,) = body.echoes((leg,))
+        total = np.sum(centres.amplitude * np.exp(-2j * K * leg.length(centres.position)))
         offset = scan.azimuth[k] - np.arctan2(pose.position[0], pose.position[1])
         weight = sinc2_beam(np.array([(offset + np.pi) % (2 * np.pi) - np.pi]), made.radar.beamwidth)[0]
         fresh.append(total * weight)

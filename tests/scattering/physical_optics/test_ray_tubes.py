@@ -7,15 +7,16 @@ import pytest
 from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.optical_body import OpticalBody
-from radar_service.scattering.physical_optics.ray_tubes import hits, illuminated_facets, scattered_field
+from radar_service.scattering.physical_optics.path_fields import PathFields, tube_fields
+from radar_service.scattering.physical_optics.ray_tubes import RayTubes, hits, launched_tubes
 from tests.reference.make_ships import coaster
 from tests.scattering.physical_optics.meshes import (
     ODD,
     dihedral,
+    direct,
     echoes_toward,
     loaded,
     optical,
-    own_visibility,
     plate,
     toward,
     trihedral,
@@ -28,6 +29,14 @@ def field(body: OpticalBody, evaluated_at: Floats, received_at: Floats) -> compl
     """The field at one position of the antenna of echoes that were evaluated for another."""
     point, amplitude = echoes_toward(body, evaluated_at)
     return complex(np.sum(amplitude * np.exp(-2j * body.wave.wavenumber * np.linalg.norm(point - received_at, axis=1))))
+
+
+def bounced(body: OpticalBody, antenna: Floats, bounces: int) -> list[tuple[RayTubes, PathFields]]:
+    """Tubes at their second surface and beyond, and what they scatter back."""
+    leg = direct(body, antenna)
+    tubes = launched_tubes(body.lit_facets((leg,), -np.inf), 0, "h", body.planes)
+    arrived = hits(tubes, body.planes, body.scene, bounces)
+    return [(tube, tube_fields(tube, leg, leg, body.wave)) for tube in arrived]
 
 
 @pytest.mark.parametrize("move", [[2.0, -1.0, 0.5], [-3.0, 2.0, 0.0], [0.3, 0.0, -2.0]])
@@ -51,12 +60,12 @@ def test_points_where_paths_end_would_not_do(tmp_path: Path) -> None:
     here = toward([1, 1, 1], 1000)
     there = here + np.array([6.4, -6.4, 0.0])
     exact = field(body, there, there)
-    tubes = illuminated_facets(body.facets_of(3.0), body.planes, body.outside, here, body.wave, own_visibility(body, here))
-    k, ends = body.wave.wavenumber, 0j
-    for arrived in hits(tubes, body.planes, body.scene, body.may_rebounce, 3):
-        point, amplitude = scattered_field(arrived, here, here, body.wave)
-        late = np.linalg.norm(point - here, axis=1) - np.linalg.norm(arrived.centre - here, axis=1)
-        ends += np.sum(amplitude * np.exp(-2j * k * (late + np.linalg.norm(arrived.centre - there, axis=1))))
+    k, ends = body.wave.wavenumber, field(optical(loaded(tmp_path, trihedral(0.6, 1, True)), 1), there, there)
+    for tubes, fields in bounced(body, here, 3):
+        end = np.linalg.norm(tubes.centre - here, axis=1)
+        assert len(end) == len(fields.length)  # all of them are visible
+        late = fields.length / 2 - end
+        ends += np.sum(fields.amplitude * np.exp(-2j * k * (late + np.linalg.norm(tubes.centre - there, axis=1))))
     assert abs(field(body, here, there) / exact - 1) < 0.03
     assert abs(ends / exact - 1) > 0.2
 
@@ -66,9 +75,8 @@ def test_a_corner_reflects_from_its_apex(tmp_path: Path) -> None:
     bounced three times, to a centimetre (the lines of sight to two ends 0.6 m apart differ by 0.6 mrad, across 1 m: 0.6 mm)."""
     body = optical(loaded(tmp_path, trihedral(0.6, 1, True)))
     here = toward([1, 0.9, 1.1], 1000)
-    tubes = illuminated_facets(body.facets_of(3.0), body.planes, body.outside, here, body.wave, own_visibility(body, here))
-    *_, thrice = hits(tubes, body.planes, body.scene, body.may_rebounce, 3)
-    point, _ = scattered_field(thrice, here, here, body.wave)
+    _, (_, thrice) = bounced(body, here, 3)
+    point = thrice.position
     assert len(point) > 500
     assert np.linalg.norm(point, axis=1).max() < 0.01
 
@@ -88,10 +96,8 @@ def test_paths_run_either_way(tmp_path: Path) -> None:
     mesh = np.concatenate([dihedral(0.6, 0.5, 1)[:2], 0.5 * dihedral(0.6, 1.0, 1)[2:]])
     body = optical(loaded(tmp_path, mesh))
     here = toward([1, 0.8, 0.0], 2000)
-    tubes = illuminated_facets(body.facets_of(3.0), body.planes, body.outside, here, body.wave, own_visibility(body, here))
-    _, twice, *_ = hits(tubes, body.planes, body.scene, body.may_rebounce, 2)
-    point, amplitude = scattered_field(twice, here, here, body.wave)
-    turned = amplitude * np.exp(-2j * body.wave.wavenumber * (np.linalg.norm(point - here, axis=1) - 2000))
+    ((twice, fields),) = bounced(body, here, 2)
+    turned = fields.amplitude * np.exp(-1j * body.wave.wavenumber * (fields.length - 4000.0))
     last_is_first = np.isin(twice.triangle, twice.triangle[:1])
     plane = np.abs(twice.normal @ [0.0, 1.0, 0.0]) > 0.5
     assert last_is_first.any() and plane.any() and (~plane).any()

@@ -1,0 +1,42 @@
+"""Which facets each leg lights."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.optical_body import optical_body
+from radar_service.scene.body import Mesh
+from radar_service.scene.poses import BodyPose
+from tests.scenes import scene
+
+BOX = {
+    "name": "b",
+    "shape": "box",
+    "length_m": 4,
+    "width_m": 4,
+    "height_m": 4,
+    "scattering": "optics",
+    "position_m": [0, 1, 0],
+}
+
+
+def seen(points: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+    return np.ones(len(points), dtype=np.bool_)
+
+
+def test_a_flare_is_lit_from_below_alone() -> None:
+    """Sides that lean out by 27 degrees, seen from 71 degrees above: the antenna lights the deck alone, the sea the sides."""
+    made = scene([BOX])
+    box = made.bodies[0]
+    assert box.mesh is not None
+    wide = box.mesh.vertices.copy()
+    wide[:, :2] *= 1.0 + wide[:, 2:] / 4.0
+    flare = optical_body(replace(box, mesh=Mesh(wide, box.mesh.faces)), made.radar, 1)
+    pose, antenna = BodyPose(np.array([0.0, 100.0, 0.0]), 0.0), np.array([0.0, 0.0, 300.0])
+    legs = tuple(BodyLeg(by_sea, pose, antenna, np.inf, seen, crowded=False, thin=False) for by_sea in (False, True))
+    lit = flare.lit_facets(legs, 0.0)
+    south, deck = lit.normal[:, 1] < -0.5, lit.normal[:, 2] > 0.9
+    assert south.any() and not (lit.share[south, 0] > 0).any() and (lit.share[south, 1] == 1.0).all()
+    assert deck.any() and (lit.share[deck, 0] == 1.0).all() and not (lit.share[deck, 1] > 0).any()
+    assert (lit.side[south, 1] == lit.side[south, 1][0]).all()

@@ -1,0 +1,58 @@
+"""Facets are cut along the edges of shadows: what is visible of them is what the shadow leaves."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from radar_service.scattering.physical_optics.path_fields import areas
+from radar_service.scattering.physical_optics.shadow_edges import visible_parts
+
+PLATE = np.array([[[0.0, 0, 0], [1.7, 0, 0], [1.7, 0, 1.7]], [[0.0, 0, 0], [1.7, 0, 1.7], [0, 0, 1.7]]])
+Floats = NDArray[np.float64]
+
+
+def visible_area(corners: Floats, visible: object, thin: bool = False) -> float:
+    share, parts = visible_parts(corners, np.arange(len(corners)), visible, True, thin)  # type: ignore[arg-type]
+    return float(areas(corners)[share == 1.0].sum() + (areas(parts.corners) * parts.share).sum())
+
+
+@pytest.mark.parametrize("hidden", [0.0, 0.003, 0.25, 0.6, 0.8, 1.0])
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.2])
+def test_a_straight_edge_is_found_to_a_tenth_of_a_millimetre(hidden: float, turn: float) -> None:
+    """Searched to 1e-4 of an edge of 2.4 m. A strip next to an edge or corner, thinner than the inset of 2 %, may be missed:
+    its area is 2 % of a third of the plate's width at most."""
+    way = np.array([np.cos(turn), np.sin(turn)])
+    low, high = 0.0, float(way.sum() * 1.7)
+    limit = low + hidden * (high - low)
+
+    def visible(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
+        return points[:, [0, 2]] @ way > limit
+
+    grid = (np.arange(2000) + 0.5) / 2000 * 1.7
+    exact = np.mean(grid[:, None] * way[0] + grid * way[1] > limit) * 1.7**2
+    assert visible_area(PLATE, visible) == pytest.approx(exact, abs=0.02 / 3 * 1.7**2 if hidden == 0.003 else 2e-3)
+
+
+def test_small_holes_are_found_by_more_samples() -> None:
+    """The shadow of a mast 0.3 m wide across a plate, 2 % of its width apart: its area to 5 %."""
+
+    def visible(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
+        return np.abs(points[:, 0] - 0.9) > 0.15
+
+    assert visible_area(PLATE, visible, thin=True) == pytest.approx(1.7**2 - 0.3 * 1.7, abs=0.05 * 0.3 * 1.7)
+
+
+def test_round_shadows_are_cut_in_pieces() -> None:
+    """A disc of 0.5 m in a corner: its area to 5 % of the plate's. Chords stand for arcs that no sample tells from
+    them."""
+
+    def visible(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
+        return np.hypot(points[:, 0] - 0.8, points[:, 2] - 0.7) > 0.5
+
+    assert visible_area(PLATE, visible, thin=True) == pytest.approx(1.7**2 - np.pi / 4, abs=0.05 * 1.7**2)
+
+
+def test_nothing_visible_and_nothing_there() -> None:
+    none = visible_parts(np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64), lambda p, t: np.ones(len(p), bool), True, True)
+    assert len(none[0]) == len(none[1].origin) == 0
+    assert visible_area(PLATE, lambda p, t: np.zeros(len(p), bool)) == 0.0
