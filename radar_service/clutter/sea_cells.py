@@ -51,12 +51,15 @@ class SeaCells:
     row is computed when the beam points at it, once per scan. Moving bodies cast no shadow on sea clutter.
     """
 
-    def __init__(self, scene: Scene, line_of_sight: OcclusionScene, rows_per_scan: int, max_range: float) -> None:
-        """max_range: slant range [m] up to which there are cells."""
+    def __init__(
+        self, scene: Scene, line_of_sight: OcclusionScene, rows_per_scan: int, max_range: float, column_bins: int = 1
+    ) -> None:
+        """max_range: slant range [m] up to which there are cells; column_bins: a divisor of the bins per cell."""
         self.scene, self.line_of_sight = scene, line_of_sight
         rests = scene.own_ship.at_rest
         step = scene.radar.range_step
-        self.bins = max(1, round((FINE_CELL if rests else COARSE_CELL) / step))  # range bins per cell
+        size = FINE_CELL if rests else COARSE_CELL
+        self.bins = column_bins * max(1, round(size / (step * column_bins)))  # range bins per cell
         self.count = int(np.ceil(max_range / (step * self.bins) - 1e-9))
         middle = (np.arange(self.count, dtype=np.float64) + 0.5) * step * self.bins
         self._point = sea_point(middle, scene.radar.height, line_of_sight.earth_radius)
