@@ -18,7 +18,9 @@ from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Floats, Gain, Indices, Singles
 
-COLUMNS_PER_LENGTH = 4  # columns of texture in its shortest 1/e length along range, where bins are as short
+TEXTURE_EXTENT = 2.0  # two-way widths each side: a sinc^2 beam is past the first null, and its power 53 dB down beyond
+COLUMN = 0.25, 0.5  # of the shortest 1/e length along range: the length of a column of texture, and its maximum where the
+# radar cannot resolve it. A column of half of it lengthens the correlation by 4 %
 PHASES = 8  # of the beam between rows, over which the overlap of its weights is averaged
 
 
@@ -77,7 +79,10 @@ class Sea:
         rows = self.texture.span(first, stop)[:, : cells * bins // self.column_bins]
         root = self.table.roots(weight_rows(weights, rows)).reshape(len(level), cells, -1)
         root *= np.sqrt(level[:, :cells, None])
-        amplitude = root[..., None] * self.mean[:cells].reshape(cells, -1, self.column_bins)
+        amplitude = np.empty((len(level), cells, bins), dtype=np.float32)
+        for i in range(self.column_bins):
+            part = slice(i, None, self.column_bins)
+            np.multiply(root, self.mean[:cells, part], out=amplitude[..., part])
         return amplitude.reshape(len(level), -1)[:, :columns]
 
 
@@ -101,24 +106,22 @@ def prepare_sea(
     middle = (np.arange(columns, dtype=np.float64) + 0.5) * step
     stretch = _stretch(float(np.median(_shape(scene, middle, cell, line_of_sight.earth_radius))))
     law = _texture_law(scene, cell, stretch)
-    column_bins = max(1, int(np.hypot(law.across, law.cell) / COLUMNS_PER_LENGTH / step))
+    column_bins = _column_bins(float(np.hypot(law.across, law.cell)), cell.length, step)
     cells = SeaCells(scene, line_of_sight, min(radar.azimuths, 2 * rows_per_scan), columns * step, column_bins)
     total = cells.count * cells.bins
     mean = np.pad(np.sqrt(power), (0, total - len(power))).astype(np.float32).reshape(-1, cells.bins)
-    distance = (np.arange(total // column_bins) + 0.5) * step * column_bins
+    distance = (np.arange(total // column_bins, dtype=np.float64) + 0.5) * step * column_bins
     grid = _texture_grid(
         scene, sea_point(distance, radar.height, line_of_sight.earth_radius).distance, rows_per_scan, step * column_bins
     )
-    gain = partial(_stretched_gain, radar, stretch)
-    texture = AzimuthRowCache(
-        rows_per_scan, TextureRows(law, grid, _overlap(rows_per_scan, gain, stretch * extent), seed).make
-    )
+    gain, reach = partial(_stretched_gain, radar, stretch), stretch * TEXTURE_EXTENT * cell.width
+    texture = AzimuthRowCache(rows_per_scan, TextureRows(law, grid, _overlap(rows_per_scan, gain, reach), seed).make)
     return Sea(
         mean,
         cells,
         BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_two_way_gain, radar), extent, order=1),
         texture,
-        BeamWeights(radar.azimuths, rows_per_scan, gain, stretch * extent, order=2),
+        BeamWeights(radar.azimuths, rows_per_scan, gain, reach, order=2),
         TextureTable(_shape(scene, distance, cell, line_of_sight.earth_radius)),
         column_bins,
     )
@@ -137,9 +140,15 @@ def _shape(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: f
     return texture_shape(grazing, cell.area(distance), scene.radar.polarization)
 
 
+def _column_bins(length: float, cell_length: float, step: float) -> int:
+    """Bins in a column of texture of this 1/e length [m]; cell_length: of the resolution cell [m], step: of a bin [m]."""
+    usual, maximum = COLUMN
+    return max(1, round(min(maximum * length, max(usual * length, cell_length)) / step))
+
+
 def _stretch(shape: float) -> float:
     """Length over which a Gaussian falls to 1/e where its texture of shape nu does so over 1."""
-    return float(-np.log(gaussian_correlation(shape, float(np.exp(-1.0))))) ** -0.5
+    return 1.0 / float(np.sqrt(-np.log(gaussian_correlation(shape, float(np.exp(-1.0))))))
 
 
 def _stretched_gain(radar: Radar, stretch: float, offset: Floats) -> Floats:

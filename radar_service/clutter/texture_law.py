@@ -65,25 +65,28 @@ class TextureGains:
     def __init__(self, law: TextureLaw, rows_per_scan: int, step: float, columns: int, overlap: Floats) -> None:
         """step: between columns [m]; overlap: (2 M + 1,) mean of the sum of products of beam weights that lie -M to M rows
         apart, 1 in the middle."""
-        self._law, self._rows_per_scan, self._step = law, rows_per_scan, step
+        self._law, self._step = law, step
         self._spacing = 2.0 * np.pi / rows_per_scan
         widest = max(law.along, law.across)
         self.columns = min(columns, int(np.ceil(FAR * widest / self._spacing / step)))  # beyond, rows are independent
         off_wind = np.linspace(0.0, np.pi, DIRECTIONS)
         node = np.linspace(0.0, self.columns, DISTANCES)
         near, far = self._at_nodes(law.wind_from + off_wind, node * step, overlap)
-        between = interpolation(np.arange(self.columns) + 0.5, node)
-        self._near, self._far = near @ between, far @ between
+        between = interpolation(np.arange(self.columns, dtype=np.float64) + 0.5, node)
+        self._near, self._far = (near @ between).astype(np.float32), (far @ between).astype(np.float32)
+        bearing = np.arange(rows_per_scan, dtype=np.float64) * self._spacing
+        turned = interpolation((bearing - law.wind_from) % np.pi, np.linspace(0.0, np.pi, DIRECTIONS))
+        self._direction = turned.T.astype(np.float32)
+        self._across = law.form(bearing)[2] ** -0.5 / self._spacing / step  # columns within which rows correlate
 
-    def rows(self, start: int, stop: int) -> tuple[Singles, Singles]:
+    def rows(self, start: int, stop: int, columns: int) -> tuple[Singles, Singles]:
         """Factors (stop - start, columns) on rows from the map and on independent ones; 0 and 1 in all columns beyond."""
-        bearing = np.arange(start, stop) * self._spacing
-        weights = interpolation((bearing - self._law.wind_from) % np.pi, np.linspace(0.0, np.pi, DIRECTIONS)).T
-        return (weights @ self._near).astype(np.float32), (weights @ self._far).astype(np.float32)
+        weights = self._direction[start:stop]
+        return weights @ self._near[:, :columns], weights @ self._far[:, :columns]
 
     def zone(self, start: int, stop: int) -> tuple[int, int]:
         """First column with independent rows and column after the last with rows from the map, of rows start to stop."""
-        across = self._law.form(np.arange(start, stop) * self._spacing)[2] ** -0.5 / self._spacing / self._step
+        across = self._across[start:stop]
         margin = self.columns / DISTANCES + 1.0  # the table's step
         first = max(0, int(NEAR * across.min() - margin))
         return min(self.columns, first), min(self.columns, int(np.ceil(FAR * across.max() + margin)))

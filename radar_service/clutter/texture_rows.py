@@ -11,9 +11,11 @@ numbers of its own, and stands for its part of the beam.
 from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Lock
+from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
+from numpy.lib.stride_tricks import as_strided
 
 from radar_service.block_cache import BlockCache
 from radar_service.clutter.azimuth_rows import BLOCK
@@ -23,6 +25,7 @@ from radar_service.random import TEXTURE, generator, normals
 from radar_service.types import Flags, Floats, Indices, Singles
 
 MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn
+CHUNK = 16  # columns that move across range together
 FIELDS = 3  # kept: those of the two neighbours, and one for slower threads
 
 
@@ -57,6 +60,7 @@ class TextureRows:
         self._taps = law.taps(grid.step)
         reach, count = len(self._taps) // 2, len(grid.distance)
         self._gains = TextureGains(law, grid.rows_per_scan, grid.step, count, overlap)
+        self._outward = outward_units(grid.rows_per_scan)
         self._tile = TextureTile(law, seed) if self._gains.columns else None
         before = -grid.distance[:reach][::-1] if reach else grid.distance[:0]
         after = grid.distance[-1] + grid.step * np.arange(1, reach + 1)
@@ -69,35 +73,61 @@ class TextureRows:
         time: Floats = np.maximum((scan + row / grid.rows_per_scan) * grid.rotation_period, 0.0)
         field = np.floor(time / grid.lifetime).astype(np.int64)
         blend = 0.5 * np.pi * (time / grid.lifetime - field)
-        fields, shares = (field, field + 1), (np.cos(blend).astype(np.float32), np.sin(blend).astype(np.float32))
+        shares = (np.cos(blend).astype(np.float32), np.sin(blend).astype(np.float32))
+        lines = self._lines(row, time, field)
         first, last = self._gains.zone(start, stop)
         total = np.zeros((stop - start, len(grid.distance)), dtype=np.float32)
-        for number, share in zip(fields, shares, strict=True):
-            self._independent.add(total[:, first:], number, share, row, time)
+        for each, share in zip(lines, shares, strict=True):
+            self._independent.add(total[:, first:], each, share)
         if last:
-            near, far = self._gains.rows(start, stop)
-            total[:, :last] *= far[:, :last]
-            total[:, :last] += near[:, :last] * self._on_map(row, time, fields, shares, last)
+            near, far = self._gains.rows(start, stop, last)
+            total[:, :last] *= far
+            total[:, :last] += near * self._on_map(lines, shares, last)
         return total
 
-    def _on_map(
-        self, row: Indices, time: Floats, fields: tuple[Indices, ...], shares: tuple[Singles, ...], columns: int
-    ) -> Singles:
+    def _lines(self, row: Indices, time: Floats, field: Indices) -> list["Lines"]:
+        """The rows in the frames of the earlier and of the later field."""
+        grid, outward = self.grid, self._outward[row]
+        low = int(field[0])  # times rise with the rows
+        antenna = grid.antenna(np.concatenate([time, np.arange(low, int(field[-1]) + 2) * grid.lifetime]))
+        now, own = antenna[: len(row)], antenna[len(row) :]
+        lines = []
+        for number in (field, field + 1):
+            start = now - grid.waves * (time - number * grid.lifetime)[:, None]
+            lines.append(Lines(row, number, start, start - own[number - low], outward))
+        return lines
+
+    def _on_map(self, lines: list["Lines"], shares: tuple[Singles, Singles], columns: int) -> Singles:
         """The blended fields (J, columns) on the map, summed over the pulse."""
         assert self._tile is not None
-        grid, taps = self.grid, self._taps
-        outward = outward_unit(row, grid.rows_per_scan)
-        antenna, distance = grid.antenna(time), self._distance[: columns + len(taps) - 1]
-        total = np.zeros((len(row), len(distance)), dtype=np.float32)
-        for field, share in zip(fields, shares, strict=True):
-            start = antenna - grid.waves * (time - field * grid.lifetime)[:, None]
-            values = self._tile.along_lines(field, start, outward, distance)
-            values *= share[:, None]
-            total += values
+        taps = self._taps.astype(np.float32)
+        distance = self._distance[: columns + len(taps) - 1]
+        earlier, total = (self._tile.along_lines(each.field, each.start, each.outward, distance) for each in lines)
+        total *= shares[1][:, None]
+        earlier *= shares[0][:, None]
+        total += earlier
         if len(taps) == 1:
             return total
-        parts = [np.float32(tap) * total[:, i : i + columns] for i, tap in enumerate(taps)]
-        return np.asarray(np.sum(parts, axis=0))
+        summed: Singles = total[:, :columns] * taps[0]
+        for i, tap in enumerate(taps[1:], start=1):
+            summed += total[:, i : i + columns] * tap
+        return summed
+
+
+class Lines(NamedTuple):
+    """Azimuth rows as lines in the frames of fields, which drift with the waves; J rows.
+
+    row, field: (J,) numbers.
+    start: (J, 2) position of the antenna east, north [m].
+    moved: (J, 2) the same relative to the antenna at the field's own time [m].
+    outward: (J, 2) unit vectors.
+    """
+
+    row: Indices
+    field: Indices
+    start: Floats
+    moved: Floats
+    outward: Floats
 
 
 class IndependentRows:
@@ -109,70 +139,47 @@ class IndependentRows:
 
     def __init__(self, law: TextureLaw, grid: TextureGrid, seed: int) -> None:
         self._grid, self._seed = grid, seed
-        bearing = np.arange(grid.rows_per_scan) * (2.0 * np.pi / grid.rows_per_scan)
+        rows = grid.rows_per_scan
+        bearing = np.arange(rows, dtype=np.float64) * (2.0 * np.pi / rows)
         self._length = np.hypot(law.beam_averaged_length(bearing), law.cell)
-        self._size = int(scipy.fft.next_fast_len(len(grid.distance), real=True))
+        self._size = int(scipy.fft.next_fast_len(len(grid.distance) + CHUNK, real=True))
         self._fields: BlockCache[int, _Field] = BlockCache(FIELDS)
 
-    def add(self, total: Singles, field: Indices, share: Singles, row: Indices, time: Floats) -> None:
-        """Adds rows (J,) of field numbers (J,), each times its share (J,), to the last columns, `total` (J, n)."""
-        grid = self._grid
-        moved = grid.antenna(time) - grid.waves * (time - field * grid.lifetime)[:, None]
-        moved -= grid.antenna(field * grid.lifetime)
-        outward = outward_unit(row, grid.rows_per_scan)
-        begin = np.rint(np.einsum("ij,ij->i", moved, outward) / grid.step).astype(np.int64) % self._size
-        rows_across = (moved[:, 0] * outward[:, 1] - moved[:, 1] * outward[:, 0]) * grid.rows_per_scan / (2.0 * np.pi)
-        count = len(grid.distance)
-        begin += count - total.shape[1]
-        distance = grid.step * (np.arange(count - total.shape[1], count) + 0.5)
-        moving = int(np.searchsorted(distance, 2.0 * np.abs(rows_across).max()))  # beyond, less than half a row
-        for number in np.unique(field).tolist():
-            its = np.flatnonzero(field == number)
-            low, high = its[0], its[-1] + 1  # times rise with the rows
-            part = slice(low, high)
-            self._add_field(total[part], number, share[part], row[part], begin[part], rows_across[part], distance[:moving])
-
-    def _add_field(
-        self,
-        total: Singles,
-        number: int,
-        share: Singles,
-        row: Indices,
-        begin: Indices,
-        rows_across: Floats,
-        distance: Floats,
-    ) -> None:
-        """Adds one field; within `distance` (n,) rows move by whole rows, rows_across (J,) [m] over the distance."""
-        field, moving = self._field(number), len(distance)
-        if moving:
-            across = np.rint(rows_across[:, None] / distance).astype(np.int64)
-            across += row[:, None]
-            across %= len(self._length)
-            values = field.rows(across.min(), across.max() + 1)
-            across *= values.shape[1]
-            across += begin[:, None] + np.arange(moving)
-            total[:, :moving] += share[:, None] * values.ravel().take(across, mode="clip")
-        if moving < total.shape[1]:
-            values = field.rows(int(row[0]), int(row[-1]) + 1)
-            for into, line, first, weight in zip(total[:, moving:], row.tolist(), begin.tolist(), share, strict=True):
-                into += weight * values[line, first + moving : first + total.shape[1]]
+    def add(self, total: Singles, lines: Lines, share: Singles) -> None:
+        """Adds rows (J,), each times its share (J,), to the last columns, `total` (J, n)."""
+        grid, moved, outward = self._grid, lines.moved, lines.outward
+        chunks = -(-total.shape[1] // CHUNK)
+        column = len(grid.distance) - total.shape[1] + CHUNK * np.arange(chunks)
+        clockwise = moved[:, 0] * outward[:, 1] - moved[:, 1] * outward[:, 0]
+        angle = clockwise[:, None] / (grid.step * (column + 0.5 * CHUNK))
+        row = np.rint(angle * (grid.rows_per_scan / (2.0 * np.pi))).astype(np.int64)
+        row += lines.row[:, None]
+        row %= grid.rows_per_scan
+        out = np.rint(np.einsum("ij,ij->i", moved, outward) / grid.step).astype(np.int64)
+        begin = (column + out[:, None]) % self._size
+        edges = [0, *(np.flatnonzero(np.diff(lines.field)) + 1).tolist(), len(row)]
+        for low, high in zip(edges[:-1], edges[1:], strict=True):
+            values = self._field(int(lines.field[low])).rows(int(row[low:high].min()), int(row[low:high].max()) + 1)
+            taken = _runs(values)[row[low:high] * values.shape[1] + begin[low:high]].reshape(high - low, -1)
+            taken *= share[low:high, None]
+            total[low:high] += taken[:, : total.shape[1]]
 
     def _field(self, number: int) -> "_Field":
         return self._fields.get(number, lambda: _Field(self._length, self._size, self._grid.step, (self._seed, number)))
 
 
 class _Field:
-    """One field, circular along range and repeated once; drawn block by block. Threads wait for each other."""
+    """One field, circular along range, its start repeated; drawn block by block. Threads wait for each other."""
 
     def __init__(self, length: Floats, size: int, step: float, key: tuple[int, int]) -> None:
         """length: (rows,) 1/e length of each row [m]; size: columns; step: between them [m]; key: seed and number."""
         self._length, self._size, self._step, self._key = length, size, step, key
-        self._rows = np.empty((len(length), 2 * size), dtype=np.float32)
+        self._rows = np.empty((len(length), size + CHUNK), dtype=np.float32)
         self._ready: Flags = np.zeros(-(-len(length) // BLOCK), dtype=np.bool_)
         self._lock = Lock()
 
     def rows(self, low: int, high: int) -> Singles:
-        """All rows (rows, 2 size), of which low to high (exclusive) are drawn."""
+        """All rows (rows, size + CHUNK), of which low to high (exclusive) are drawn."""
         with self._lock:
             for block in range(low // BLOCK, -(-high // BLOCK)):
                 if not self._ready[block]:
@@ -194,10 +201,15 @@ class _Field:
         spectrum[:, 0] *= np.float32(np.sqrt(2.0))  # here the imaginary half of the draw is unused
         values = scipy.fft.irfft(spectrum, n=self._size, axis=1)
         self._rows[start:stop, : self._size] = values
-        self._rows[start:stop, self._size :] = values
+        self._rows[start:stop, self._size :] = values[:, :CHUNK]
 
 
-def outward_unit(row: Indices, rows_per_scan: int) -> Floats:
-    """Unit vectors (J, 2) east, north along rows (J,)."""
-    bearing = row * (2.0 * np.pi / rows_per_scan)
+def outward_units(rows_per_scan: int) -> Floats:
+    """Unit vectors (rows, 2) east, north along all rows."""
+    bearing = np.arange(rows_per_scan, dtype=np.float64) * (2.0 * np.pi / rows_per_scan)
     return np.stack([np.sin(bearing), np.cos(bearing)], axis=1)
+
+
+def _runs(values: Singles) -> Singles:
+    """View (N, CHUNK): the CHUNK values from each one of `values` on, in flat order."""
+    return as_strided(values, (values.size - CHUNK + 1, CHUNK), (values.itemsize, values.itemsize), writeable=False)

@@ -77,6 +77,15 @@ class OcclusionScene:
         resting = self._resting_occluder
         return (0.0, 0.0, np.inf) if resting is None else resting.shadow_sector(MAP_POSE, antenna)
 
+    def moving_shadow_sectors(self, antenna: Floats, time: float) -> list[tuple[float, float, float]]:
+        """The sector that each moving body may occlude at `time` [s], as `Occluder.shadow_sector`."""
+        return [self._movers[key].shadow_sector(pose, antenna) for key, pose in self._mover_poses(time).items()]
+
+    def occluded_by_mover(self, number: int, position: Floats, antenna: Floats, time: float) -> Flags:
+        """Which positions (W, 3) on the map the moving body of this number in `moving_shadow_sectors` occludes."""
+        key, pose = list(self._mover_poses(time).items())[number]
+        return self._movers[key].occludes(pose, antenna, position)
+
     def shadowed(self, position: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
         """Indices of resting positions that a moving body occludes at `time` [s], each once.
 
