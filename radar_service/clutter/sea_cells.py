@@ -1,6 +1,5 @@
 """The sea around the antenna as cells in range and azimuth: grazing angle, direction factor, and shadows of bodies."""
 
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -11,8 +10,8 @@ from radar_service.clutter.azimuth_rows import BLOCK, AzimuthRowCache, StaticAzi
 from radar_service.clutter.sea import wind_factor
 from radar_service.frames import wrap_angle
 from radar_service.scene.world import Scene
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Flags, Floats, Singles
+from radar_service.trace.line_of_sight import OcclusionScene, Shadow
+from radar_service.types import Floats, Singles
 
 KEPT_SCANS = 3  # whose shadow sweeps are kept
 SWEEP_STEP = 2.0  # s between the poses from which a moving body's sweep is taken
@@ -114,33 +113,24 @@ class SeaCells:
         antenna = self._antenna(time)
         if not self._rests:
             self._shadow_by_rest(level, start, antenna, time)
-        sectors = self.line_of_sight.moving_shadow_sectors(antenna, time) if crossing else []
-        for i in crossing:
-            occluded = partial(self.line_of_sight.occluded_by_mover, i, antenna=antenna, time=time)
-            self._shadow(level, start, antenna, sectors[i], occluded)
+        for shadow in self.line_of_sight.moving_shadows(crossing, antenna, time):
+            self._shadow(level, start, antenna, shadow)
         return level
 
     def _shadow_by_rest(self, level: Singles, start: int, antenna: Floats, time: float) -> None:
         occluded = partial(self.line_of_sight.occluded, antenna=antenna, time=time, movers=False)
-        self._shadow(level, start, antenna, self.line_of_sight.resting_shadow_sector(antenna), occluded)
+        self._shadow(level, start, antenna, Shadow(self.line_of_sight.resting_shadow_sector(antenna), occluded))
 
-    def _shadow(
-        self,
-        level: Singles,
-        start: int,
-        antenna: Floats,
-        sector: tuple[float, float, float],
-        occluded: Callable[[Floats], Flags],
-    ) -> None:
-        """Sets cells of `level` (rows from `start` on, cells) to 0 that lie in a sector and are occluded."""
-        middle, half, begin = sector
+    def _shadow(self, level: Singles, start: int, antenna: Floats, shadow: Shadow) -> None:
+        """Sets cells of `level` (rows from `start` on, cells) that a body occludes to 0."""
+        middle, half, begin = shadow.sector
         rows = np.flatnonzero(np.abs(wrap_angle(self._azimuth[start : start + len(level)] - middle)) <= half)
         behind = np.flatnonzero((self._point.distance >= begin) & (self._point.grazing > 0.0))
         if not len(rows) or not len(behind):
             return
         position = np.zeros((len(rows), len(behind), 3))
         position[..., :2] = antenna[:2] + self._outward[start + rows, None] * self._point.distance[behind, None]
-        shadowed = occluded(position.reshape(-1, 3)).reshape(position.shape[:2])
+        shadowed = shadow.occludes(position.reshape(-1, 3)).reshape(position.shape[:2])
         level[np.ix_(rows, behind)] *= ~shadowed
 
     def _shadow_sweeps(self, scan: int) -> list[ShadowSweep]:

@@ -18,6 +18,7 @@ from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Floats, Gain, Indices, Singles
 
+TEXTURE_BLOCK = 64  # rows of texture computed together
 TEXTURE_EXTENT = 2.0  # two-way widths each side: a sinc^2 beam is past the first null, and its power 53 dB down beyond
 COLUMN = 0.25, 0.5  # of the shortest 1/e length along range: the length of a column of texture, and its maximum where the
 # radar cannot resolve it. A column of half of it lengthens the correlation by 4 %
@@ -115,12 +116,12 @@ def prepare_sea(
         scene, sea_point(distance, radar.height, line_of_sight.earth_radius).distance, rows_per_scan, step * column_bins
     )
     gain, reach = partial(_stretched_gain, radar, stretch), stretch * TEXTURE_EXTENT * cell.width
-    texture = AzimuthRowCache(rows_per_scan, TextureRows(law, grid, _overlap(rows_per_scan, gain, reach), seed).make)
+    rows = TextureRows(law, grid, _overlap(rows_per_scan, gain, reach), seed)
     return Sea(
         mean,
         cells,
         BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_two_way_gain, radar), extent, order=1),
-        texture,
+        AzimuthRowCache(rows_per_scan, rows.make, TEXTURE_BLOCK),
         BeamWeights(radar.azimuths, rows_per_scan, gain, reach, order=2),
         TextureTable(_shape(scene, distance, cell, line_of_sight.earth_radius)),
         column_bins,

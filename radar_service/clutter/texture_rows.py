@@ -71,41 +71,39 @@ class TextureRows:
         """Rows start to stop (exclusive) of a scan from -1 on, (stop - start, columns)."""
         grid, row = self.grid, np.arange(start, stop)
         time: Floats = np.maximum((scan + row / grid.rows_per_scan) * grid.rotation_period, 0.0)
-        field = np.floor(time / grid.lifetime).astype(np.int64)
-        blend = 0.5 * np.pi * (time / grid.lifetime - field)
-        shares = (np.cos(blend).astype(np.float32), np.sin(blend).astype(np.float32))
-        lines = self._lines(row, time, field)
+        lines = self._lines(row, time)
         first, last = self._gains.zone(start, stop)
-        total = np.zeros((stop - start, len(grid.distance)), dtype=np.float32)
-        for each, share in zip(lines, shares, strict=True):
-            self._independent.add(total[:, first:], each, share)
+        total = np.empty((len(row), len(grid.distance)), dtype=np.float32)
+        blended(self._independent.rows(lines, first), lines.share, total[:, first:])
         if last:
             near, far = self._gains.rows(start, stop, last)
-            total[:, :last] *= far
-            total[:, :last] += near * self._on_map(lines, shares, last)
+            total[:, :first] = 0.0
+            total[:, first:last] *= far[:, first:]
+            near *= self._on_map(lines, last)
+            total[:, :last] += near
         return total
 
-    def _lines(self, row: Indices, time: Floats, field: Indices) -> list["Lines"]:
-        """The rows in the frames of the earlier and of the later field."""
-        grid, outward = self.grid, self._outward[row]
+    def _lines(self, row: Indices, time: Floats) -> "Lines":
+        """The rows (J,) in the frames of the earlier and of the later field."""
+        grid = self.grid
+        field = np.floor(time / grid.lifetime).astype(np.int64)
+        blend = 0.5 * np.pi * (time / grid.lifetime - field)
         low = int(field[0])  # times rise with the rows
         antenna = grid.antenna(np.concatenate([time, np.arange(low, int(field[-1]) + 2) * grid.lifetime]))
         now, own = antenna[: len(row)], antenna[len(row) :]
-        lines = []
-        for number in (field, field + 1):
-            start = now - grid.waves * (time - number * grid.lifetime)[:, None]
-            lines.append(Lines(row, number, start, start - own[number - low], outward))
-        return lines
+        number = np.concatenate([field, field + 1])
+        start = np.tile(now, (2, 1)) - grid.waves * (np.tile(time, 2) - number * grid.lifetime)[:, None]
+        share = np.concatenate([np.cos(blend), np.sin(blend)]).astype(np.float32)
+        return Lines(np.tile(row, 2), number, share, start, start - own[number - low], self._outward[np.tile(row, 2)])
 
-    def _on_map(self, lines: list["Lines"], shares: tuple[Singles, Singles], columns: int) -> Singles:
+    def _on_map(self, lines: "Lines", columns: int) -> Singles:
         """The blended fields (J, columns) on the map, summed over the pulse."""
         assert self._tile is not None
         taps = self._taps.astype(np.float32)
         distance = self._distance[: columns + len(taps) - 1]
-        earlier, total = (self._tile.along_lines(each.field, each.start, each.outward, distance) for each in lines)
-        total *= shares[1][:, None]
-        earlier *= shares[0][:, None]
-        total += earlier
+        values = self._tile.along_lines(lines.field, lines.start, lines.outward, distance)
+        total = np.empty((len(values) // 2, len(distance)), dtype=np.float32)
+        blended(values, lines.share, total)
         if len(taps) == 1:
             return total
         summed: Singles = total[:, :columns] * taps[0]
@@ -115,16 +113,18 @@ class TextureRows:
 
 
 class Lines(NamedTuple):
-    """Azimuth rows as lines in the frames of fields, which drift with the waves; J rows.
+    """Azimuth rows as lines in the frames of fields, which drift with the waves: J rows in the earlier field, then in the later.
 
-    row, field: (J,) numbers.
-    start: (J, 2) position of the antenna east, north [m].
-    moved: (J, 2) the same relative to the antenna at the field's own time [m].
-    outward: (J, 2) unit vectors.
+    row, field: (2 J,) numbers.
+    share: (2 J,) of the field in the row.
+    start: (2 J, 2) position of the antenna east, north [m].
+    moved: (2 J, 2) the same relative to the antenna at the field's own time [m].
+    outward: (2 J, 2) unit vectors.
     """
 
     row: Indices
     field: Indices
+    share: Singles
     start: Floats
     moved: Floats
     outward: Floats
@@ -145,24 +145,24 @@ class IndependentRows:
         self._size = int(scipy.fft.next_fast_len(len(grid.distance) + CHUNK, real=True))
         self._fields: BlockCache[int, _Field] = BlockCache(FIELDS)
 
-    def add(self, total: Singles, lines: Lines, share: Singles) -> None:
-        """Adds rows (J,), each times its share (J,), to the last columns, `total` (J, n)."""
+    def rows(self, lines: Lines, first: int) -> Singles:
+        """Values (2 J, N) in the columns from `first` on."""
         grid, moved, outward = self._grid, lines.moved, lines.outward
-        chunks = -(-total.shape[1] // CHUNK)
-        column = len(grid.distance) - total.shape[1] + CHUNK * np.arange(chunks)
+        count = len(grid.distance) - first
+        column = first + np.arange(0, count, CHUNK)
         clockwise = moved[:, 0] * outward[:, 1] - moved[:, 1] * outward[:, 0]
-        angle = clockwise[:, None] / (grid.step * (column + 0.5 * CHUNK))
-        row = np.rint(angle * (grid.rows_per_scan / (2.0 * np.pi))).astype(np.int64)
+        rows_over = grid.rows_per_scan / (2.0 * np.pi * grid.step * (column + 0.5 * CHUNK))
+        row = np.rint(clockwise[:, None] * rows_over).astype(np.int64)
         row += lines.row[:, None]
         row %= grid.rows_per_scan
-        out = np.rint(np.einsum("ij,ij->i", moved, outward) / grid.step).astype(np.int64)
+        out = np.rint((moved * outward).sum(axis=1) / grid.step).astype(np.int64)
         begin = (column + out[:, None]) % self._size
+        values = np.empty((*row.shape, CHUNK), dtype=np.float32)
         edges = [0, *(np.flatnonzero(np.diff(lines.field)) + 1).tolist(), len(row)]
         for low, high in zip(edges[:-1], edges[1:], strict=True):
-            values = self._field(int(lines.field[low])).rows(int(row[low:high].min()), int(row[low:high].max()) + 1)
-            taken = _runs(values)[row[low:high] * values.shape[1] + begin[low:high]].reshape(high - low, -1)
-            taken *= share[low:high, None]
-            total[low:high] += taken[:, : total.shape[1]]
+            field = self._field(int(lines.field[low])).rows(int(row[low:high].min()), int(row[low:high].max()) + 1)
+            values[low:high] = _runs(field)[row[low:high] * field.shape[1] + begin[low:high]]
+        return values.reshape(len(row), -1)[:, :count]
 
     def _field(self, number: int) -> "_Field":
         return self._fields.get(number, lambda: _Field(self._length, self._size, self._grid.step, (self._seed, number)))
@@ -208,6 +208,12 @@ def outward_units(rows_per_scan: int) -> Floats:
     """Unit vectors (rows, 2) east, north along all rows."""
     bearing = np.arange(rows_per_scan, dtype=np.float64) * (2.0 * np.pi / rows_per_scan)
     return np.stack([np.sin(bearing), np.cos(bearing)], axis=1)
+
+
+def blended(values: Singles, share: Singles, out: Singles) -> None:
+    """Writes rows of the earlier field and of the later, (2 J, N), each times its share (2 J,), summed, to out (J, N)."""
+    values *= share[:, None]
+    np.add(values[: len(out)], values[len(out) :], out=out)
 
 
 def _runs(values: Singles) -> Singles:

@@ -1,6 +1,7 @@
 """Line of sight from the antenna to points: past the horizon, the maximum range, the body itself and all other bodies."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,13 @@ class SurfacePoints(NamedTuple):
     body: Indices
     triangle: Indices
     position: Floats
+
+
+class Shadow(NamedTuple):
+    """What one body occludes: its sector, as `Occluder.shadow_sector`, and which positions (W, 3) on the map in it."""
+
+    sector: tuple[float, float, float]
+    occludes: Callable[[Floats], Flags]
 
 
 class OcclusionScene:
@@ -81,10 +89,14 @@ class OcclusionScene:
         """The sector that each moving body may occlude at `time` [s], as `Occluder.shadow_sector`."""
         return [self._movers[key].shadow_sector(pose, antenna) for key, pose in self._mover_poses(time).items()]
 
-    def occluded_by_mover(self, number: int, position: Floats, antenna: Floats, time: float) -> Flags:
-        """Which positions (W, 3) on the map the moving body of this number in `moving_shadow_sectors` occludes."""
-        key, pose = list(self._mover_poses(time).items())[number]
-        return self._movers[key].occludes(pose, antenna, position)
+    def moving_shadows(self, numbers: Sequence[int], antenna: Floats, time: float) -> list[Shadow]:
+        """Shadows of moving bodies by their numbers in `moving_shadow_sectors` at `time` [s]."""
+        movers = list(self._mover_poses(time).items()) if numbers else []
+        shadows = []
+        for key, pose in (movers[number] for number in numbers):
+            occluder = self._movers[key]
+            shadows.append(Shadow(occluder.shadow_sector(pose, antenna), partial(occluder.occludes, pose, antenna)))
+        return shadows
 
     def shadowed(self, position: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
         """Indices of resting positions that a moving body occludes at `time` [s], each once.
