@@ -87,7 +87,7 @@ class TextureGains:
     def zone(self, start: int, stop: int) -> tuple[int, int]:
         """First column with independent rows and column after the last with rows from the map, of rows start to stop."""
         across = self._across[start:stop]
-        margin = self.columns / DISTANCES + 1.0  # the table's step
+        margin = 2.0 * self.columns / DISTANCES + 1.0  # the table's step along range, and as much for that in direction
         first = max(0, int(NEAR * across.min() - margin))
         return min(self.columns, first), min(self.columns, int(np.ceil(FAR * across.max() + margin)))
 

@@ -74,7 +74,8 @@ class TextureRows:
         lines = self._lines(row, time)
         first, last = self._gains.zone(start, stop)
         total = np.empty((len(row), len(grid.distance)), dtype=np.float32)
-        blended(self._independent.rows(lines, first), lines.share, total[:, first:])
+        if first < total.shape[1]:
+            blended(self._independent.rows(lines, first), lines.share, total[:, first:])
         if last:
             near, far = self._gains.rows(start, stop, last)
             total[:, :first] = 0.0
