@@ -94,11 +94,11 @@ def test_sweeps_leave_no_shadow_of_a_moving_body_out(own_ship: dict[str, object]
     ]  # fmt: skip
     made = scene(bodies, **(SEA | {"own_ship": own_ship}))
     line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
-    cells, every = (SeaCells(made, line_of_sight, 64, 1500.0) for _ in range(2))
+    cells, every = (SeaCells(made, line_of_sight, 512, 1500.0) for _ in range(2))
     every._crosses = lambda sweep, start, stop: True  # type: ignore[method-assign]
     for scan in (0, 1, 5):
-        whole = every.rows.span(64 * scan, 64 * (scan + 1))
-        np.testing.assert_array_equal(cells.rows.span(64 * scan, 64 * (scan + 1)), whole)
+        whole = every.rows.span(512 * scan, 512 * (scan + 1))
+        np.testing.assert_array_equal(cells.rows.span(512 * scan, 512 * (scan + 1)), whole)
         assert (whole[:, 3:] == 0).any()
 
 

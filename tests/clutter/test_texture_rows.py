@@ -86,7 +86,8 @@ def test_texture_moves_with_the_waves_and_own_ship_leaves_it(
     column: int, waves: tuple[float, float], ship: tuple[float, float]
 ) -> None:
     """Waves of 5 m/s toward (3, 4) over ground, or the ship going the other way: a point of the sea that is 10 m farther on
-    after 2 s has the value it had, up to its age. Found by the column outward and, near by, the row with the best match."""
+    after 2 s has the value it had, up to its age. At 32 m/s rows far out move by a row. Found by the column outward and the
+    row clockwise."""
 
     def antenna(time: NDArray[np.float64]) -> NDArray[np.float64]:
         return time[:, None] * np.array(ship)
@@ -114,6 +115,7 @@ def test_texture_moves_with_the_waves_and_own_ship_leaves_it(
 
 def test_drift_beyond_the_whole_range_stays_texture() -> None:
     drawn = rows((1e5, 2e5), columns=500).make(3, 0, ROWS)
+    assert (drawn != 0.0).all()
     assert np.var(drawn) == pytest.approx(1.0, abs=5 * np.sqrt(2 / (64 * 25)))
 
 
