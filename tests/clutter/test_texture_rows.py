@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from radar_service.clutter.texture_law import TextureLaw
-from radar_service.clutter.texture_rows import TextureGrid, TextureRows, blended, outward_units
+from radar_service.clutter.texture_rows import CHUNK, TextureGrid, TextureRows, blended, outward_units
 
 ROWS, STEP, LIFETIME = 64, 2.0, 4.0
 ALONE = np.ones(1)  # overlap of a beam that covers one row
@@ -78,9 +78,12 @@ def test_texture_lives_for_its_lifetime_and_no_longer(part: slice) -> None:
         assert np.mean(drawn[0] * drawn[later]) == pytest.approx(expected, abs=5 / np.sqrt(patches))
 
 
-@pytest.mark.parametrize("column", [40, 300, 1500])
+SLOW = [((3.0, 4.0), (0.0, 0.0)), ((0.0, 0.0), (-3.0, -4.0)), ((5.0, -2.0), (2.0, -6.0))]
+
+
 @pytest.mark.parametrize(
-    ("waves", "ship"), [((3.0, 4.0), (0.0, 0.0)), ((0.0, 0.0), (-3.0, -4.0)), ((5.0, -2.0), (2.0, -6.0))]
+    ("column", "waves", "ship"),
+    [*((column, *each) for column in (40, 300, 1500) for each in SLOW), (300, (30.0, -10.0), (0.0, 0.0))],
 )
 def test_texture_moves_with_the_waves_and_own_ship_leaves_it(
     column: int, waves: tuple[float, float], ship: tuple[float, float]
@@ -115,8 +118,14 @@ def test_texture_moves_with_the_waves_and_own_ship_leaves_it(
 
 def test_drift_beyond_the_whole_range_stays_texture() -> None:
     drawn = rows((1e5, 2e5), columns=500).make(3, 0, ROWS)
-    assert (drawn != 0.0).all()
     assert np.var(drawn) == pytest.approx(1.0, abs=5 * np.sqrt(2 / (64 * 25)))
+
+
+def test_a_field_of_independent_rows_is_circular() -> None:
+    """Its first columns follow its last, so a run of columns may begin anywhere."""
+    field = rows()._independent._field(3).rows(0, ROWS)
+    np.testing.assert_array_equal(field[:, -CHUNK:], field[:, :CHUNK])
+    assert abs(correlation(field[:, -CHUNK - 1], field[:, -CHUNK])) > 0.8
 
 
 def test_rows_do_not_depend_on_earlier_requests_nor_on_their_grouping() -> None:
