@@ -68,19 +68,19 @@ def test_shadows_on_the_sea_follow_a_moving_antenna() -> None:
 
 def test_a_moving_body_shadows_the_sea_behind_it_and_takes_its_shadow_along() -> None:
     """The wall goes east at 20 m/s on its 600 m north, 400 m of it across: north of it is dark at first, and 25 s later light;
-    then north-east is dark. A wall at rest at either place gives the same cells, to those of one row's pass (0.6 m)."""
+    then north-east is dark. A wall at rest where it is then gives the same cells, but for its edges (1 m in half a block)."""
     moving = {**WALL, "course_deg": 90, "heading_deg": 0, "speed_kn": 20 / 0.5144444}
     made = scene([moving], **SEA)
     line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
-    cells = SeaCells(made, line_of_sight, 64, 1500.0)
-    last = cells.count - 1
-    assert cells.rows.span(0, 64)[0, last] == 0 and cells.rows.span(0, 64)[7, last] > 0
-    later = np.array(cells.rows.span(64 * 10, 64 * 11))
-    assert later[0, last] > 0 and later[7, last] == 0
-    there = scene([{**WALL, "position_m": [20.0 * (10 * 2.5 + 7 / 64 * 2.5), 600, 0]}], **SEA)
-    at_rest = SeaCells(there, OcclusionScene(there.bodies, effective_earth_radius(4 / 3)), 64, 1500.0)
-    differing = np.mean((later[:20] == 0) != (at_rest.rows.span(0, 20) == 0))
-    assert differing < 0.01
+    cells = SeaCells(made, line_of_sight, 720, 1500.0)
+    last, north_east = cells.count - 1, 80
+    assert cells.rows.span(0, 1)[0, last] == 0 and cells.rows.span(80, 81)[0, last] > 0
+    later = np.array(cells.rows.span(720 * 10, 720 * 10 + 160))
+    assert later[0, last] > 0 and later[north_east, last] == 0
+    there = scene([{**WALL, "position_m": [20.0 * (10 + 80 / 720) * 2.5, 600, 0]}], **SEA)
+    at_rest = SeaCells(there, OcclusionScene(there.bodies, effective_earth_radius(4 / 3)), 720, 1500.0)
+    dark = at_rest.rows.span(0, 160) == 0
+    assert np.mean((later == 0) != dark) < 0.02 < np.mean(dark)
 
 
 @pytest.mark.parametrize("own_ship", [{}, {"course_deg": 300, "speed_kn": 25}], ids=["at rest", "under way"])
