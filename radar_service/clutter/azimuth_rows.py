@@ -21,23 +21,23 @@ SPARE = 1  # chunks kept beyond those of a span, for slower threads
 class _Chunk:
     """Up to CHUNK rows in one array, computed block by block. Threads wait for each other."""
 
-    def __init__(self, scan: int, start: int, length: int, make: MakeRows) -> None:
-        self._scan, self._start, self._length, self._make = scan, start, length, make
+    def __init__(self, scan: int, start: int, length: int, make: MakeRows, block: int) -> None:
+        self._scan, self._start, self._length, self._make, self._block = scan, start, length, make, block
         self._rows: Rows | None = None
-        self._ready: Flags = np.zeros(-(-length // BLOCK), dtype=np.bool_)
+        self._ready: Flags = np.zeros(-(-length // block), dtype=np.bool_)
         self._lock = Lock()
 
     def between(self, low: int, high: int) -> Rows:
         """Rows low to high (exclusive), counted from the start of the chunk; at least one."""
         with self._lock:
-            for block in range(low // BLOCK, -(-high // BLOCK)):
+            for block in range(low // self._block, -(-high // self._block)):
                 if not self._ready[block]:
                     self._compute(block)
             assert self._rows is not None
             return self._rows[low:high]
 
     def _compute(self, block: int) -> None:
-        start, stop = block * BLOCK, min((block + 1) * BLOCK, self._length)
+        start, stop = block * self._block, min((block + 1) * self._block, self._length)
         rows = self._make(self._scan, self._start + start, self._start + stop)
         if self._rows is None:
             self._rows = np.empty((self._length, *rows.shape[1:]), rows.dtype)
@@ -52,8 +52,9 @@ class AzimuthRowCache:
     alone. Scan -1 occurs too: at the start the beam covers rows before north. Safe to call from several threads.
     """
 
-    def __init__(self, rows_per_scan: int, make: MakeRows) -> None:
-        self.rows_per_scan, self._make = rows_per_scan, make
+    def __init__(self, rows_per_scan: int, make: MakeRows, block: int = BLOCK) -> None:
+        """block: rows computed together, a divisor of CHUNK."""
+        self.rows_per_scan, self._make, self._block = rows_per_scan, make, block
         self._per_scan = -(-rows_per_scan // CHUNK)  # chunks
         self._chunks: BlockCache[int, _Chunk] = BlockCache(1 + SPARE)
 
@@ -70,7 +71,7 @@ class AzimuthRowCache:
         start *= CHUNK
         before = scan * self.rows_per_scan + start  # rows from the start of the simulation to this chunk
         length = min(CHUNK, self.rows_per_scan - start)
-        chunk = self._chunks.get(number, lambda: _Chunk(scan, start, length, self._make))
+        chunk = self._chunks.get(number, lambda: _Chunk(scan, start, length, self._make, self._block))
         return chunk.between(max(first - before, 0), min(stop - before, length))
 
     def _chunk_of(self, row: int) -> int:

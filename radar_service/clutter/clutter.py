@@ -30,7 +30,7 @@ class Clutter:
 
     rain: mean power in the bins that have rain clutter (n,) [W].
     floor: mean power below which clutter is not added [W].
-    columns: bins of the rows of speckle and texture.
+    columns: bins of the rows of speckle.
     beam: weights of the field on these rows.
     speckle: rows of speckle.
     sea: None where there is no sea clutter.
@@ -57,16 +57,14 @@ class Clutter:
         first, stop, weights = self.beam.at(number)
         rows = self.speckle.span(first, stop)[:, :columns]
         speckle = weight_rows(weights * transmitting, rows).view(np.complex64)
-        speckle *= self._amplitude(level, self.beam.at(number), columns)
+        speckle *= self._amplitude(number, level, columns)
         profiles[:, :columns] += speckle
 
-    def _amplitude(self, level: Singles | None, beam: tuple[int, int, Singles], columns: int) -> Singles:
+    def _amplitude(self, number: Indices, level: Singles | None, columns: int) -> Singles:
         """Root of the local mean power (K, columns) [sqrt(W)], with texture and rain."""
         if self.sea is None or level is None:
             return np.sqrt(self.rain[:columns])
-        first, stop, weights = beam
-        amplitude = self.sea.table.roots(weight_rows(weights, self.sea.texture.span(first, stop)[:, :columns]))
-        amplitude *= self.sea.amplitude(level, columns)
+        amplitude = self.sea.amplitude(number, level, columns)
         if len(self.rain):
             rain = np.pad(self.rain, (0, columns - len(self.rain)))
             amplitude = np.sqrt(amplitude * amplitude + rain)

@@ -1,16 +1,21 @@
 """The sea around the antenna as cells in range and azimuth: grazing angle, direction factor, and shadows of bodies."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.block_cache import BlockCache
 from radar_service.clutter.azimuth_rows import BLOCK, AzimuthRowCache, StaticAzimuthRows
 from radar_service.clutter.sea import wind_factor
 from radar_service.frames import wrap_angle
 from radar_service.scene.world import Scene
-from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.trace.line_of_sight import OcclusionScene, Shadow
 from radar_service.types import Floats, Singles
 
+KEPT_SCANS = 3  # whose shadow sweeps are kept
+SWEEP_STEP = 2.0  # s between the poses from which a moving body's sweep is taken
+SWEEP_MARGIN = 0.02  # rad each side, for turns in between
 FINE_CELL, COARSE_CELL = 10.0, 40.0  # m; the second for a moving antenna, whose cells are renewed in each scan
 
 
@@ -44,44 +49,110 @@ def sea_point(distance: Floats, antenna_height: float, earth_radius: float) -> S
     return SeaPoint(np.where(reaches, ground, 0.0), np.where(reaches, -dip, 0.0), np.where(reaches, grazing, 0.0))
 
 
+class ShadowSweep(NamedTuple):
+    """Azimuths from `low` to `high` [rad] over which a moving body may shadow the sea during one scan."""
+
+    low: float
+    high: float
+
+
 class SeaCells:
     """Factor on the sea's mean power in each cell: 0 in shadow or on land, else `wind_factor`.
 
-    Rows divide the circle evenly; row 0 points north. For an antenna at rest all rows are computed once. For a moving one each
-    row is computed when the beam points at it, once per scan. Moving bodies cast no shadow on sea clutter.
+    Rows divide the circle evenly; row 0 points north. Where antenna and bodies are at rest all rows are computed once. Else each
+    row is computed when the beam points at it, once per scan: the shadows of bodies at rest for a moving antenna, and those of
+    moving bodies.
     """
 
-    def __init__(self, scene: Scene, line_of_sight: OcclusionScene, rows_per_scan: int, max_range: float) -> None:
-        """max_range: slant range [m] up to which there are cells."""
+    def __init__(
+        self, scene: Scene, line_of_sight: OcclusionScene, rows_per_scan: int, max_range: float, column_bins: int = 1
+    ) -> None:
+        """max_range: slant range [m] up to which there are cells; column_bins: a divisor of the bins per cell."""
         self.scene, self.line_of_sight = scene, line_of_sight
-        rests = scene.own_ship.at_rest
+        self._rests = scene.own_ship.at_rest
         step = scene.radar.range_step
-        self.bins = max(1, round((FINE_CELL if rests else COARSE_CELL) / step))  # range bins per cell
+        size = FINE_CELL if self._rests else COARSE_CELL
+        self.bins = column_bins * max(1, round(size / (step * column_bins)))  # range bins per cell
         self.count = int(np.ceil(max_range / (step * self.bins) - 1e-9))
         middle = (np.arange(self.count, dtype=np.float64) + 0.5) * step * self.bins
         self._point = sea_point(middle, scene.radar.height, line_of_sight.earth_radius)
         self.rows_per_scan = rows_per_scan
-        self.rows = StaticAzimuthRows(self._all_round()) if rests else AzimuthRowCache(rows_per_scan, self._computed)
+        self._azimuth = np.arange(rows_per_scan, dtype=np.float64) * (2.0 * np.pi / rows_per_scan)
+        self._outward = np.stack([np.sin(self._azimuth), np.cos(self._azimuth)], axis=1)
+        self._sweeps: BlockCache[int, list[ShadowSweep]] = BlockCache(KEPT_SCANS)
+        self._open = self._open_sea()
+        movers = len(line_of_sight.moving_shadow_sectors(self._antenna(0.0), 0.0))
+        if self._rests:
+            self._shadow_all_round()
+        static = self._rests and not movers
+        self.rows = StaticAzimuthRows(self._open) if static else AzimuthRowCache(rows_per_scan, self._computed)
 
-    def _all_round(self) -> Singles:
-        """Factors (rows, cells) of the full circle, for an antenna at rest."""
-        starts = range(0, self.rows_per_scan, BLOCK)
-        return np.concatenate([self._computed(0, start, min(start + BLOCK, self.rows_per_scan)) for start in starts])
+    def _open_sea(self) -> Singles:
+        """Factors (rows, cells) of the full circle without shadows."""
+        factor = np.empty((self.rows_per_scan, self.count), dtype=np.float32)
+        for start in range(0, self.rows_per_scan, BLOCK):
+            off_wind = self._azimuth[start : start + BLOCK] - self.scene.environment.wind_from
+            factor[start : start + BLOCK] = wind_factor(off_wind[:, None], self._point.grazing, self.scene.radar.wavelength)
+        factor[:, self._point.grazing <= 0.0] = 0.0
+        return factor
+
+    def _shadow_all_round(self) -> None:
+        """Applies the shadows of bodies at rest to all rows, for an antenna at rest."""
+        for start in range(0, self.rows_per_scan, BLOCK):
+            stop = min(start + BLOCK, self.rows_per_scan)
+            self._shadow_by_rest(self._open[start:stop], start, self._antenna(0.0), 0.0)
 
     def _computed(self, scan: int, start: int, stop: int) -> Singles:
         """Factors (stop - start, cells) of some rows at the time when the beam passes the middle one."""
-        azimuth = np.arange(start, stop, dtype=np.float64) * (2.0 * np.pi / self.rows_per_scan)
-        radar, wind_from = self.scene.radar, self.scene.environment.wind_from
-        factor = wind_factor((azimuth - wind_from)[:, None], self._point.grazing, radar.wavelength)
-        visible = np.repeat(self._point.grazing[None] > 0, len(azimuth), axis=0)
-        time = (scan + 0.5 * (start + stop) / self.rows_per_scan) * radar.rotation_period
-        antenna = self.scene.antenna(max(time, 0.0))[0]
-        middle, half, begin = self.line_of_sight.resting_shadow_sector(antenna)
-        rows = np.flatnonzero(np.abs(wrap_angle(azimuth - middle)) <= half)
-        behind = np.flatnonzero(self._point.distance >= begin)
+        level = self._open[start:stop].copy()
+        sweeps = self._sweeps.get(scan, lambda: self._shadow_sweeps(scan))
+        crossing = [i for i, sweep in enumerate(sweeps) if self._crosses(sweep, start, stop)]
+        if self._rests and not crossing:
+            return level
+        time = (scan + 0.5 * (start + stop) / self.rows_per_scan) * self.scene.radar.rotation_period
+        antenna = self._antenna(time)
+        if not self._rests:
+            self._shadow_by_rest(level, start, antenna, time)
+        for shadow in self.line_of_sight.moving_shadows(crossing, antenna, time):
+            self._shadow(level, start, antenna, shadow)
+        return level
+
+    def _shadow_by_rest(self, level: Singles, start: int, antenna: Floats, time: float) -> None:
+        occluded = partial(self.line_of_sight.occluded, antenna=antenna, time=time, movers=False)
+        self._shadow(level, start, antenna, Shadow(self.line_of_sight.resting_shadow_sector(antenna), occluded))
+
+    def _shadow(self, level: Singles, start: int, antenna: Floats, shadow: Shadow) -> None:
+        """Sets cells of `level` (rows from `start` on, cells) that a body occludes to 0."""
+        middle, half, begin = shadow.sector
+        rows = np.flatnonzero(np.abs(wrap_angle(self._azimuth[start : start + len(level)] - middle)) <= half)
+        behind = np.flatnonzero((self._point.distance >= begin) & (self._point.grazing > 0.0))
+        if not len(rows) or not len(behind):
+            return
         position = np.zeros((len(rows), len(behind), 3))
-        position[..., 0] = antenna[0] + np.sin(azimuth)[rows, None] * self._point.distance[behind]
-        position[..., 1] = antenna[1] + np.cos(azimuth)[rows, None] * self._point.distance[behind]
-        occluded = self.line_of_sight.occluded(position.reshape(-1, 3), antenna, time, movers=False)
-        visible[np.ix_(rows, behind)] &= ~occluded.reshape(position.shape[:2])
-        return np.where(visible, factor, 0.0).astype(np.float32)
+        position[..., :2] = antenna[:2] + self._outward[start + rows, None] * self._point.distance[behind, None]
+        shadowed = shadow.occludes(position.reshape(-1, 3)).reshape(position.shape[:2])
+        level[np.ix_(rows, behind)] *= ~shadowed
+
+    def _shadow_sweeps(self, scan: int) -> list[ShadowSweep]:
+        """Of each moving body over a scan, from its sectors every SWEEP_STEP or less."""
+        period = self.scene.radar.rotation_period
+        times = np.linspace(scan * period, (scan + 1) * period, int(np.ceil(period / SWEEP_STEP)) + 1)
+        sectors = [self.line_of_sight.moving_shadow_sectors(self._antenna(time), time) for time in times.tolist()]
+        return [_swept([each[i] for each in sectors]) for i in range(len(sectors[0]))]
+
+    def _crosses(self, sweep: ShadowSweep, start: int, stop: int) -> bool:
+        """Whether rows start to stop (exclusive) lie in a sweep."""
+        return bool(((self._azimuth[start:stop] - sweep.low) % (2.0 * np.pi) <= sweep.high - sweep.low).any())
+
+    def _antenna(self, time: float) -> Floats:
+        """Position (3,) on the map [m], at the start for earlier times."""
+        return np.asarray(self.scene.antenna(max(time, 0.0))[0])
+
+
+def _swept(sectors: list[tuple[float, float, float]]) -> ShadowSweep:
+    """What sectors cover that follow each other in time."""
+    first = sectors[0][0]
+    middle = [first + float(wrap_angle(np.asarray(each - first))) for each, _, _ in sectors]
+    low = min(m - half for m, (_, half, _) in zip(middle, sectors, strict=True)) - SWEEP_MARGIN
+    high = max(m + half for m, (_, half, _) in zip(middle, sectors, strict=True)) + SWEEP_MARGIN
+    return ShadowSweep(low, high)

@@ -5,16 +5,24 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from radar_service.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, weight_rows
+from radar_service.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, beam_weights, weight_rows
 from radar_service.clutter.resolution_cell import ResolutionCell, unit_power
 from radar_service.clutter.sea import mean_sigma0, peak_wave_period, peak_wave_speed, texture_length, texture_shape
 from radar_service.clutter.sea_cells import SeaCells, sea_point
-from radar_service.clutter.texture import TextureMotion, TextureRows, TextureTable, gaussian_correlation
+from radar_service.clutter.texture import TextureTable, gaussian_correlation
+from radar_service.clutter.texture_law import TextureLaw
+from radar_service.clutter.texture_rows import TextureGrid, TextureRows
 from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.radar.parameters import Radar
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Floats, Indices, Singles
+from radar_service.types import Floats, Gain, Indices, Singles
+
+TEXTURE_BLOCK = 64  # rows of texture computed together
+TEXTURE_EXTENT = 2.0  # two-way widths each side: a sinc^2 beam is past the first null, and its power 53 dB down beyond
+COLUMN = 0.25, 0.5  # of the shortest 1/e length along range: the length of a column of texture, and its maximum where the
+# radar cannot resolve it. A column of half of it lengthens the correlation by 4 %
+PHASES = 8  # of the beam between rows, over which the overlap of its weights is averaged
 
 
 def sea_power(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: float) -> Floats:
@@ -36,15 +44,19 @@ class Sea:
     mean: (cells, bins per cell) root of the mean power over directions [sqrt(W)].
     cells: direction factors and shadows.
     beam: weights of the two-way power on the cells' rows.
-    texture: Gaussian rows from which the texture is made.
-    table: the amplitude factor of the texture from a Gaussian.
+    texture: Gaussian rows from which the texture is made, in columns of `column_bins` bins.
+    texture_beam: weights of the beam on these rows.
+    table: the amplitude factor of the texture from a Gaussian, by column.
+    column_bins: a divisor of the bins per cell.
     """
 
     mean: Singles
     cells: SeaCells
     beam: BeamWeights
     texture: AzimuthRowCache
+    texture_beam: BeamWeights
     table: TextureTable
+    column_bins: int
 
     @cached_property
     def max_power(self) -> Singles:
@@ -61,10 +73,17 @@ class Sea:
         first, stop, weights = self.beam.at(number)
         return weight_rows(weights, self.cells.rows.span(first, stop))
 
-    def amplitude(self, level: Singles, columns: int) -> Singles:
-        """Root of the mean power (K, columns) [sqrt(W)] for levels (K, cells)."""
-        cells = -(-columns // self.mean.shape[1])
-        amplitude = np.sqrt(level[:, :cells, None]) * self.mean[:cells]
+    def amplitude(self, number: Indices, level: Singles, columns: int) -> Singles:
+        """Root of the local mean power (K, columns) [sqrt(W)], with texture, at azimuths (K,) for their levels (K, cells)."""
+        cells, bins = -(-columns // self.mean.shape[1]), self.mean.shape[1]
+        first, stop, weights = self.texture_beam.at(number)
+        rows = self.texture.span(first, stop)[:, : cells * bins // self.column_bins]
+        root = self.table.roots(weight_rows(weights, rows)).reshape(len(level), cells, -1)
+        root *= np.sqrt(level[:, :cells, None])
+        amplitude = np.empty((len(level), cells, bins), dtype=np.float32)
+        for i in range(self.column_bins):
+            part = slice(i, None, self.column_bins)
+            np.multiply(root, self.mean[:cells, part], out=amplitude[..., part])
         return amplitude.reshape(len(level), -1)[:, :columns]
 
 
@@ -84,16 +103,29 @@ def prepare_sea(
     columns, rows_per_scan: of the speckle that the sea modulates; columns are n or more.
     extent: beyond this offset from boresight the beam is cut [rad].
     """
-    radar = scene.radar
-    distance = (np.arange(columns, dtype=np.float64) + 0.5) * radar.range_step
-    cells = SeaCells(scene, line_of_sight, min(radar.azimuths, 2 * rows_per_scan), columns * radar.range_step)
+    radar, step = scene.radar, scene.radar.range_step
+    middle = (np.arange(columns, dtype=np.float64) + 0.5) * step
+    stretch = _stretch(float(np.median(_shape(scene, middle, cell, line_of_sight.earth_radius))))
+    law = _texture_law(scene, cell, stretch)
+    column_bins = _column_bins(float(np.hypot(law.across, law.cell)), cell.length, step)
+    cells = SeaCells(scene, line_of_sight, min(radar.azimuths, 2 * rows_per_scan), columns * step, column_bins)
     total = cells.count * cells.bins
     mean = np.pad(np.sqrt(power), (0, total - len(power))).astype(np.float32).reshape(-1, cells.bins)
-    shape = _shape(scene, distance, cell, line_of_sight.earth_radius)
-    motion = _texture_motion(scene, rows_per_scan, float(np.median(shape)))
-    texture = AzimuthRowCache(rows_per_scan, TextureRows(motion, columns, seed).make)
-    beam = BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_two_way_gain, radar), extent, order=1)
-    return Sea(mean, cells, beam, texture, TextureTable(shape))
+    distance = (np.arange(total // column_bins, dtype=np.float64) + 0.5) * step * column_bins
+    grid = _texture_grid(
+        scene, sea_point(distance, radar.height, line_of_sight.earth_radius).distance, rows_per_scan, step * column_bins
+    )
+    gain, reach = partial(_stretched_gain, radar, stretch), stretch * TEXTURE_EXTENT * cell.width
+    rows = TextureRows(law, grid, _overlap(rows_per_scan, gain, reach), seed)
+    return Sea(
+        mean,
+        cells,
+        BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_two_way_gain, radar), extent, order=1),
+        AzimuthRowCache(rows_per_scan, rows.make, TEXTURE_BLOCK),
+        BeamWeights(radar.azimuths, rows_per_scan, gain, reach, order=2),
+        TextureTable(_shape(scene, distance, cell, line_of_sight.earth_radius)),
+        column_bins,
+    )
 
 
 def _two_way_gain(radar: Radar, offset: Floats) -> Floats:
@@ -109,25 +141,47 @@ def _shape(scene: Scene, distance: Floats, cell: ResolutionCell, earth_radius: f
     return texture_shape(grazing, cell.area(distance), scene.radar.polarization)
 
 
-def _texture_motion(scene: Scene, rows_per_scan: int, shape: float) -> TextureMotion:
-    """How the texture of a scene's sea changes; `shape` is the one for which it has its published length."""
-    radar, environment = scene.radar, scene.environment
-    bearing = np.arange(rows_per_scan, dtype=np.float64) * (2.0 * np.pi / rows_per_scan)
-    published = texture_length(bearing - environment.wind_from, environment.sea_state)
-    length = published / -np.log(gaussian_correlation(shape, float(np.exp(-1.0))))
-    drift = partial(_drift, scene, np.stack([np.sin(bearing), np.cos(bearing)], axis=1))
-    lifetime = peak_wave_period(environment.sea_state)
-    return TextureMotion(rows_per_scan, radar.rotation_period, lifetime, radar.range_step, length, drift)
+def _column_bins(length: float, cell_length: float, step: float) -> int:
+    """Bins in a column of texture of this 1/e length [m]; cell_length: of the resolution cell [m], step: of a bin [m]."""
+    usual, maximum = COLUMN
+    return max(1, round(min(maximum * length, max(usual * length, cell_length)) / step))
 
 
-def _drift(scene: Scene, outward: Floats, row: Indices, since: Floats, until: Floats) -> Floats:
-    """Outward motion of the waves along rows (J,) relative to the antenna between two times (J,) [m].
+def _stretch(shape: float) -> float:
+    """Length over which a Gaussian falls to 1/e where its texture of shape nu does so over 1."""
+    return 1.0 / float(np.sqrt(-np.log(gaussian_correlation(shape, float(np.exp(-1.0))))))
 
-    outward: (rows per scan, 2) unit vectors east, north of all rows.
+
+def _stretched_gain(radar: Radar, stretch: float, offset: Floats) -> Floats:
+    """Two-way power gain, `stretch` times as wide."""
+    return radar.azimuth_gain(offset / stretch) ** 2
+
+
+def _overlap(rows_per_scan: int, gain: Gain, extent: float) -> Floats:
+    """Sum of products of the beam's weights on rows -M to M apart (2 M + 1,), 1 in the middle."""
+    azimuth = np.arange(PHASES) / PHASES * (2.0 * np.pi / rows_per_scan)
+    _, _, weights = beam_weights(azimuth, rows_per_scan, gain, extent)
+    products = np.mean([np.correlate(each, each, "full") / np.sum(each**2) for each in weights], axis=0)
+    return np.asarray(products)
+
+
+def _texture_law(scene: Scene, cell: ResolutionCell, stretch: float) -> TextureLaw:
+    """Correlation of the Gaussian field, `stretch` times as long as that of the texture.
+
+    A pulse of the power exp(-pi r^2 / length^2) gives a white field the correlation exp(-pi r^2 / (2 length^2)).
     """
+    along, across = texture_length(np.array([0.0, 0.5 * np.pi]), scene.environment.sea_state) * stretch
+    length = stretch * cell.length * np.sqrt(2.0 / np.pi)
+    return TextureLaw(float(along), float(across), scene.environment.wind_from, float(length))
+
+
+def _texture_grid(scene: Scene, distance: Floats, rows_per_scan: int, step: float) -> TextureGrid:
+    """Rows of texture in columns `step` [m] long, at ground distances (columns,) [m]."""
     environment = scene.environment
     downwind = -np.array([np.sin(environment.wind_from), np.cos(environment.wind_from)])
-    moved = downwind * (peak_wave_speed(environment.sea_state) * (until - since))[:, None]
-    if not scene.own_ship.at_rest:
-        moved -= scene.antenna(until)[:, :2] - scene.antenna(since)[:, :2]
-    return np.asarray(np.einsum("ij,ij->i", moved, outward[row]))
+    waves, lifetime = downwind * peak_wave_speed(environment.sea_state), peak_wave_period(environment.sea_state)
+    return TextureGrid(rows_per_scan, scene.radar.rotation_period, step, distance, lifetime, waves, partial(_antenna, scene))
+
+
+def _antenna(scene: Scene, time: Floats) -> Floats:
+    return scene.antenna(np.asarray(time, dtype=np.float64))[:, :2]

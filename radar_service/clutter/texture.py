@@ -1,22 +1,16 @@
-"""Random fields of clutter: speckle with the correlation of the pulse, and the slow texture of the sea that modulates it.
+"""The two factors of sea clutter: speckle with the correlation of the pulse, and gamma texture made from a Gaussian.
 
-Both are azimuth rows (`azimuth_rows`), which the beam then weights. Speckle rows are independent of each other and of the scan
-before. Texture rows last from scan to scan and move with the waves. Each row depends on its own number alone, not on the order
-of requests.
+Speckle consists of azimuth rows (`azimuth_rows`), which the beam then weights. They are independent of each other and of the
+scan before. Each row depends on its own number alone, not on the order of requests.
 """
-
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
 from scipy.special import gammainccinv, gammaincinv, ndtr
 
-from radar_service.block_cache import BlockCache
-from radar_service.clutter.azimuth_rows import BLOCK
-from radar_service.random import SPECKLE, TEXTURE, generator, normals
+from radar_service.random import SPECKLE, generator
 from radar_service.receive.noise import GaussianSpectrum
-from radar_service.types import Floats, Indices, Profiles, Singles
+from radar_service.types import Floats, Profiles, Singles
 
 MAX_SIGMA = 6.5  # end of the table of texture; one sample in 10^10 lies beyond
 STEPS = 128  # table entries per sigma: errors of at most 0.4 % of a sigma
@@ -40,79 +34,6 @@ class SpeckleRows:
         rng = generator(self._seed, SPECKLE, scan + 1, start)
         spectrum = self._spectrum.draw(stop - start, rng)
         return np.ascontiguousarray(scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self._columns])
-
-
-@dataclass(frozen=True)
-class TextureMotion:
-    """How texture changes.
-
-    rows_per_scan: rows of a full circle.
-    rotation_period: of the antenna [s].
-    lifetime: of the texture [s].
-    range_step: length of a bin [m].
-    length: (rows_per_scan,) range over which each row's Gaussian decorrelates to 1/e [m].
-    drift: outward motion of the waves along rows (J,) relative to the antenna, between two times (J,) [s]:
-        (rows, from, to) -> (J,) [m].
-    """
-
-    rows_per_scan: int
-    rotation_period: float
-    lifetime: float
-    range_step: float
-    length: Floats
-    drift: Callable[[Indices, Floats, Floats], Floats]
-
-
-class TextureRows:
-    """Real Gaussian rows of unit power from which the texture is made.
-
-    Each multiple k of `lifetime` has a field of its own. At a time in between, the two neighbours are blended by cosine and
-    sine, each shifted with the waves since its own time. So a row's correlation falls to 0 within two lifetimes, and any time
-    can be computed without the times before.
-    """
-
-    def __init__(self, motion: TextureMotion, columns: int, seed: int) -> None:
-        self.motion, self._columns, self._seed = motion, columns, seed
-        self._size = int(scipy.fft.next_fast_len(columns, real=True))
-        blocks = -(-motion.rows_per_scan // BLOCK)
-        self._fields: BlockCache[tuple[int, int], Singles] = BlockCache(3 * blocks)  # fields k - 1, k and k + 1
-
-    def make(self, scan: int, start: int, stop: int) -> Singles:
-        """Rows start to stop (exclusive) of a scan from -1 on, (stop - start, columns), as the beam passes over them."""
-        motion = self.motion
-        row = np.arange(start, stop)
-        time: Floats = np.maximum((scan + row / motion.rows_per_scan) * motion.rotation_period, 0.0)
-        k = np.floor(time / motion.lifetime).astype(np.int64)
-        total = np.empty((stop - start, self._columns), dtype=np.float32)
-        blend = 0.5 * np.pi * (time / motion.lifetime - k)
-        parts = []
-        for later, weight in ((0, np.cos(blend)), (1, np.sin(blend))):
-            since = np.asarray((k + later) * motion.lifetime, dtype=np.float64)
-            moved = motion.drift(row, since, time)
-            begin = np.rint(-moved / motion.range_step).astype(np.int64) % self._size
-            fields = {int(each): self._field(int(each) + later, start, stop) for each in np.unique(k)}
-            rows = [fields[each][j] for j, each in enumerate(k.tolist())]
-            parts.append(zip(rows, begin.tolist(), weight.astype(np.float32), strict=True))
-        for into, (field, first, weight), (later, after, more) in zip(total, *parts, strict=True):
-            np.multiply(field[first : first + self._columns], weight, out=into)
-            into += later[after : after + self._columns] * more
-        return total
-
-    def _field(self, k: int, start: int, stop: int) -> Singles:
-        """Field k on rows start to stop, circular along range and repeated once, (stop - start, 2 size)."""
-        return self._fields.get((k, start), lambda: self._draw(k, start, stop))
-
-    def _draw(self, k: int, start: int, stop: int) -> Singles:
-        rng = generator(self._seed, TEXTURE, k, start)
-        a = np.exp(-self.motion.range_step / self.motion.length[start:stop, None])
-        angle = np.asarray(2.0 * np.pi * scipy.fft.rfftfreq(self._size))
-        power = (1.0 - a**2) / (1.0 - 2.0 * a * np.cos(angle) + a**2)  # of the autocorrelation a^|n|
-        draws = normals(rng, stop - start, 2 * len(angle)).view(np.complex64)
-        spectrum = draws * np.sqrt(self._size / 2.0 * power).astype(np.float32)
-        spectrum[:, 0] *= np.float32(np.sqrt(2.0))  # here the imaginary half of the draw is unused
-        if self._size % 2 == 0:
-            spectrum[:, -1] *= np.float32(np.sqrt(2.0))
-        return np.tile(scipy.fft.irfft(spectrum, n=self._size, axis=1), 2)
 
 
 class TextureTable:

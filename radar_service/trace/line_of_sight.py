@@ -1,7 +1,8 @@
 """Line of sight from the antenna to points, directly or by the sea: past the horizon, the maximum range, the body itself and
 all other bodies."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,13 @@ class SurfacePoints(NamedTuple):
     body: Indices
     triangle: Indices
     position: Floats
+
+
+class Shadow(NamedTuple):
+    """What one body occludes: its sector, as `Occluder.shadow_sector`, and which positions (W, 3) on the map in it."""
+
+    sector: tuple[float, float, float]
+    occludes: Callable[[Floats], Flags]
 
 
 class OcclusionScene:
@@ -139,6 +147,19 @@ class OcclusionScene:
         """The sector that bodies at rest may occlude, as `Occluder.shadow_sector`; a half width of 0 where nothing rests."""
         resting = self._resting_occluder
         return (0.0, 0.0, np.inf) if resting is None else resting.shadow_sector(MAP_POSE, antenna)
+
+    def moving_shadow_sectors(self, antenna: Floats, time: float) -> list[tuple[float, float, float]]:
+        """The sector that each moving body may occlude at `time` [s], as `Occluder.shadow_sector`."""
+        return [self._movers[key].shadow_sector(pose, antenna) for key, pose in self._mover_poses(time).items()]
+
+    def moving_shadows(self, numbers: Sequence[int], antenna: Floats, time: float) -> list[Shadow]:
+        """Shadows of moving bodies by their numbers in `moving_shadow_sectors` at `time` [s]."""
+        movers = list(self._mover_poses(time).items()) if numbers else []
+        shadows = []
+        for key, pose in (movers[number] for number in numbers):
+            occluder = self._movers[key]
+            shadows.append(Shadow(occluder.shadow_sector(pose, antenna), partial(occluder.occludes, pose, antenna)))
+        return shadows
 
     def shadowed(self, position: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
         """Indices of resting positions that a moving body occludes at `time` [s], each once.

@@ -66,6 +66,42 @@ def test_shadows_on_the_sea_follow_a_moving_antenna() -> None:
     assert later[sector, -1] > 0 and later[22, -1] == 0
 
 
+def test_a_moving_body_shadows_the_sea_behind_it_and_takes_its_shadow_along() -> None:
+    """The wall goes east at 20 m/s on its 600 m north, 400 m of it across: north of it is dark at first, and 25 s later light;
+    then north-east is dark. A wall at rest where it is then gives the same cells, but for its edges (1 m in half a block)."""
+    moving = {**WALL, "course_deg": 90, "heading_deg": 0, "speed_kn": 20 / 0.5144444}
+    made = scene([moving], **SEA)
+    line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
+    cells = SeaCells(made, line_of_sight, 720, 1500.0)
+    last, north_east = cells.count - 1, 80
+    assert cells.rows.span(0, 1)[0, last] == 0 and cells.rows.span(80, 81)[0, last] > 0
+    later = np.array(cells.rows.span(720 * 10, 720 * 10 + 160))
+    assert later[0, last] > 0 and later[north_east, last] == 0
+    there = scene([{**WALL, "position_m": [20.0 * (10 + 80 / 720) * 2.5, 600, 0]}], **SEA)
+    at_rest = SeaCells(there, OcclusionScene(there.bodies, effective_earth_radius(4 / 3)), 720, 1500.0)
+    dark = at_rest.rows.span(0, 160) == 0
+    assert np.mean((later == 0) != dark) < 0.02 < np.mean(dark)
+
+
+@pytest.mark.parametrize("own_ship", [{}, {"course_deg": 300, "speed_kn": 25}], ids=["at rest", "under way"])
+def test_sweeps_leave_no_shadow_of_a_moving_body_out(own_ship: dict[str, object]) -> None:
+    """Three bodies round about, one turning close by: rows are those of a computation of all shadows in all rows."""
+    bodies = [
+        {**WALL, "name": name, "position_m": position, "course_deg": course, "speed_kn": 30, **more}
+        for name, position, course, more in (
+            ("a", [0, 600, 0], 90, {}), ("b", [-300, -250, 0], 10, {"width_m": 60}), ("c", [90, 20, 0], 180, {"width_m": 30})
+        )
+    ]  # fmt: skip
+    made = scene(bodies, **(SEA | {"own_ship": own_ship}))
+    line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
+    cells, every = (SeaCells(made, line_of_sight, 512, 1500.0) for _ in range(2))
+    every._crosses = lambda sweep, start, stop: True  # type: ignore[method-assign]
+    for scan in (0, 1, 5):
+        whole = every.rows.span(512 * scan, 512 * (scan + 1))
+        np.testing.assert_array_equal(cells.rows.span(512 * scan, 512 * (scan + 1)), whole)
+        assert (whole[:, 3:] == 0).any()
+
+
 def test_earlier_requests_change_nothing() -> None:
     """Rows in one go, or one by one, are the same."""
     own = {"course_deg": 0, "speed_kn": 20}

@@ -1,32 +1,12 @@
 """Random fields of clutter: their laws at stated levels, their correlations against the closed forms."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 import scipy.stats
-from numpy.typing import NDArray
 
-from radar_service.clutter.texture import (
-    SpeckleRows,
-    TextureMotion,
-    TextureRows,
-    TextureTable,
-    gamma_from_gaussian,
-    gaussian_correlation,
-)  # fmt: skip
+from radar_service.clutter.texture import SpeckleRows, TextureTable, gamma_from_gaussian, gaussian_correlation
 
 LEVEL = 1e-4  # of each statistical test; seeds are fixed, so a test either always passes or never
-
-
-def still(row: NDArray[np.int64], since: Any, until: Any) -> Any:
-    """No drift."""
-    return np.zeros(len(row))
-
-
-def motion(rows_per_scan: int = 64, length: float = 10.0, lifetime: float = 4.0, drift: Any = still) -> TextureMotion:
-    """Rows 2 m a bin, a revolution each 2 s."""
-    return TextureMotion(rows_per_scan, 2.0, lifetime, 2.0, np.full(rows_per_scan, length), drift)
 
 
 def test_speckle_is_complex_gaussian_of_unit_power() -> None:
@@ -58,59 +38,6 @@ def test_rows_are_independent_and_belong_to_their_number() -> None:
     for stranger in (next_scan, other, SpeckleRows(np.ones(64), 300, seed=8).make(0, 0, 16)):
         assert abs(np.mean(one * np.conj(stranger))) < 5 / np.sqrt(16 * 300)
     assert abs(np.mean(one[:-1] * np.conj(one[1:]))) < 5 / np.sqrt(15 * 300)
-
-
-@pytest.mark.parametrize("scan", [-1, 0, 7])
-def test_texture_rows_are_normal_and_correlate_exponentially_along_range(scan: int) -> None:
-    """exp(-r / 10 m) at every lag; 5 sigma of the independent stretches (20 m each) averaged; every 16th bin is normal."""
-    rows = TextureRows(motion(), 4000, seed=2).make(scan, 0, 64)
-    assert scipy.stats.kstest(rows[:, ::16].ravel(), "norm").pvalue > LEVEL
-    for lag in range(0, 30, 3):
-        result = np.mean(rows[:, lag:] * rows[:, : 4000 - lag])
-        assert abs(result - np.exp(-lag * 2.0 / 10.0)) < 5 / np.sqrt(64 * 400)
-
-
-def test_texture_lives_for_its_lifetime_and_no_longer() -> None:
-    """Two instants share the fields of the multiples of the lifetime on either side: the correlation is the sum of the
-    products of their cosine and sine weights. Rows pass at scan x 2 s + row / 64 x 2 s; lifetime 4 s. 5 sigma."""
-    rows = TextureRows(motion(), 4000, seed=4)
-    seen = [rows.make(scan, 0, 64) for scan in range(6)]
-
-    def weights(time: float) -> NDArray[np.float64]:
-        share, k = np.pi / 2 * (time / 4 % 1), int(time // 4)
-        result = np.zeros(6)
-        result[k : k + 2] = np.cos(share), np.sin(share)
-        return result
-
-    for later in range(6):
-        for row in (0, 20, 63):
-            expected = weights(row / 32) @ weights(later * 2 + row / 32)
-            result = float(np.mean(seen[0][row] * seen[later][row]))
-            assert abs(result - expected) < 5 / np.sqrt(400)
-    assert abs(np.mean(seen[0] * seen[5])) < 5 / np.sqrt(64 * 400)
-
-
-def test_texture_moves_with_the_waves() -> None:
-    """3 m/s outward: after 2 s every row looks 6 m, three bins, farther out; 5 sigma."""
-    rows = TextureRows(motion(drift=lambda row, since, until: 3.0 * (until - since)), 4000, seed=5)
-    before, after = rows.make(0, 0, 64), rows.make(1, 0, 64)
-    products = [float(np.mean(before[:, 20:-20] * after[:, 20 + lag : 3980 + lag])) for lag in range(-9, 10)]
-    assert int(np.argmax(products)) - 9 == 3
-    share = np.pi / 2 * np.arange(64) / 128
-    expected = np.mean(np.cos(share) * np.cos(share + np.pi / 4) + np.sin(share) * np.sin(share + np.pi / 4))
-    assert max(products) == pytest.approx(expected, abs=5 / np.sqrt(64 * 400))
-
-
-def test_drift_beyond_the_whole_range_stays_texture() -> None:
-    rows = TextureRows(motion(drift=lambda row, since, until: 1e6 * (until - since) + 12_345.0), 500, seed=5).make(3, 0, 64)
-    assert np.var(rows) == pytest.approx(1.0, abs=5 * np.sqrt(2 / (64 * 50)))
-
-
-def test_blocks_of_rows_do_not_depend_on_earlier_requests() -> None:
-    whole = TextureRows(motion(), 300, seed=6)
-    for scan in range(4):
-        whole.make(scan, 0, 16)
-    np.testing.assert_array_equal(whole.make(4, 0, 16), TextureRows(motion(), 300, seed=6).make(4, 0, 16))
 
 
 @pytest.mark.parametrize("shape", [0.1, 0.5, 1.0, 5.0, 20.0])
