@@ -14,9 +14,11 @@ import numpy as np
 from radar_service.fidelity import Fidelity
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.radar.parameters import Radar
-from radar_service.random import SCATTER, generator
-from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.random import SCATTER, generator, name_key
+from radar_service.scattering.declared_cells import CellSpacing, cell_echoes, cell_spacing
+from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, Sector
 from radar_service.scattering.surface_sampling import (
+    MAX_SCATTERERS,
     Scatterers,
     cell_density,
     point_scatterer,
@@ -36,6 +38,7 @@ from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.types import Flags, Floats, Indices
 
+MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
 ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of surfaces; chart of the harbour: 0.98, with 4 0.44, 16 0.23
 ONE_SCATTERER, ONE_WITH_MULTIPATH = 4.3, 15.0  # dB, the same of a whole small surface (tests/plan/test_power.py)
@@ -54,15 +57,16 @@ def surface_db(scatterers: float, multipath: bool) -> float:
 class FixedScatterers(ABC):
     """Scatterers (E,) of B bodies, ordered by body. Subclasses say how strongly each scatters."""
 
-    def __init__(self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers]) -> None:
+    def __init__(self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers], context: ScatteringContext) -> None:
         """key: (B,) index of each body in the scene; parts: the scatterers of each body."""
-        self.bodies, self.key = tuple(bodies), key
+        self.bodies, self.key, self.context = tuple(bodies), key, context
         self.scatterers: Indices = np.array([len(part) for part in parts], dtype=np.int64)
         self._body: Indices = np.repeat(np.arange(len(parts)), self.scatterers)
         self._position, self._normal, self._area, self._triangle, self._phasor = (
             np.concatenate([getattr(part, name) for part in parts])
             for name in ("position", "normal", "area", "triangle", "phasor")
         )
+        self._middle, self._span = (np.concatenate([getattr(part, name) for part in parts]) for name in ("middle", "span"))
         self._poses = BodyPoses(bodies)
         self._first = np.searchsorted(self._body, np.arange(len(bodies) + 1))  # scatterer of each body, and the end
         self._declared: Flags = np.array([body.rcs is not None for body in bodies], dtype=np.bool_)
@@ -70,16 +74,17 @@ class FixedScatterers(ABC):
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """As `ScatteringModel.build`. Density follows the resolution cell at the distance of each triangle at time 0."""
-        return cls(bodies, key, [cls.sample(body, int(k), context) for body, k in zip(bodies, key, strict=True)])
+        return cls(bodies, key, [cls.sample(body, context) for body in bodies], context)
 
     @staticmethod
     @abstractmethod
-    def sample(body: Body, key: int, context: ScatteringContext) -> Scatterers:
-        """The scatterers of one body, whose index in the scene is `key`."""
+    def sample(body: Body, context: ScatteringContext) -> Scatterers:
+        """The scatterers of one body. Their positions and phases depend on the seed and the names of scene and body."""
 
     @abstractmethod
-    def cross_sections(self, projected: Floats, body: Indices) -> Floats:
-        """Cross-sections (A,) [m^2] of visible scatterers of projected area (A,) [m^2] on bodies (A,)."""
+    def visible_echoes(self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float) -> BodyEchoes:
+        """The echoes of visible scatterers `which` (A,) at `position` (A, 3) on the map [m], of projected area (A,) [m^2], as
+        the antenna (3,) receives them at `time` [s]."""
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
@@ -92,10 +97,14 @@ class FixedScatterers(ABC):
         which, position = which[visible], position[visible]
         earth_radius = instant.line_of_sight.earth_radius
         projected = self._projected_area(which, position, self._normals(poses, which), antenna, earth_radius)
-        amplitude = np.sqrt(self.cross_sections(projected, self._body[which])) * self._phasor[which]
-        nonzero = np.flatnonzero(amplitude)
-        which = which[nonzero]
-        return BodyEchoes.of_points(self._position[which], amplitude[nonzero], self._body[which])
+        return self.visible_echoes(which, position, projected, antenna, instant.time)
+
+    def _heights(self, which: Indices, position: Floats) -> tuple[Floats, Floats]:
+        """Middle heights on the map and vertical extents (A,) [m] of what scatterers `which` stand for, above the sea."""
+        middle, span = position[:, 2] + (self._middle - self._position[:, 2])[which], self._span[which]
+        low, high = np.maximum(middle - span / 2.0, 0.0), middle + span / 2.0
+        above = (span > 0.0) & (high > low)
+        return np.where(above, (low + high) / 2.0, position[:, 2]), np.where(above, high - low, 0.0)
 
     def clear(self) -> None:
         """Nothing is cached that depends on an instant."""
@@ -169,20 +178,21 @@ class DiffuseScattering(FixedScatterers):
     """Rough surfaces: sigma0 = gamma cos(incidence) (constant gamma; Long, Radar Reflectivity of Land and Sea, 2001)."""
 
     @staticmethod
-    def sample(body: Body, key: int, context: ScatteringContext) -> Scatterers:
+    def sample(body: Body, context: ScatteringContext) -> Scatterers:
         """Scatterers over the mesh."""
-        assert body.mesh is not None
-        pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity
-        centroid, _, _ = triangle_frames(body.mesh)
-        middle = map_from_body(centroid, pose.position, pose.heading)
-        distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
-        density = cell_density(distance, radar.range_step, radar.beamwidth, fidelity.scatterers_per_cell)
-        return sample_surface(body.mesh, density, generator(context.seed, SCATTER, key), fidelity.min_scatterers)
+        return _sampled(body, context, MAX_SCATTERERS)
 
-    def cross_sections(self, projected: Floats, body: Indices) -> Floats:
-        """gamma times the projected area."""
+    def visible_echoes(self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float) -> BodyEchoes:
+        """gamma times the projected area. Each scatterer is an echo, at the middle height of what it stands for."""
+        facing = np.flatnonzero(projected)
+        which, position = which[facing], position[facing]
+        body = self._body[which]
         gamma = np.array([body.material.gamma for body in self.bodies], dtype=np.float64)
-        return gamma[body] * projected
+        amplitude = np.sqrt(gamma[body] * projected[facing]) * self._phasor[which]
+        middle, span = self._heights(which, position)
+        place = self._position[which]
+        place[:, 2] += middle - position[:, 2]
+        return BodyEchoes(place, amplitude, body, np.full(len(body), ALL_PATHS, dtype=np.int64), span)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
@@ -208,26 +218,52 @@ class DeclaredScattering(FixedScatterers):
     """Points and bodies of a declared cross-section, which their visible scatterers share by projected area."""
 
     @staticmethod
-    def sample(body: Body, key: int, context: ScatteringContext) -> Scatterers:
+    def sample(body: Body, context: ScatteringContext) -> Scatterers:
         """One point where there is no mesh, or a mesh within one resolution cell; else scatterers over the mesh."""
         if body.mesh is None:
             return point_scatterer(np.zeros(3))
         if np.hypot(body.length, body.beam) < context.radar.range_resolution:
             corners = body.mesh.vertices[np.unique(body.mesh.faces)]
-            return point_scatterer((corners.min(axis=0) + corners.max(axis=0)) / 2.0)
-        return DiffuseScattering.sample(body, key, context)
+            low, high = corners.min(axis=0), corners.max(axis=0)
+            return point_scatterer((low + high) / 2.0, float(high[2] - low[2]))
+        return _sampled(body, context, MAX_DECLARED)
 
-    def cross_sections(self, projected: Floats, body: Indices) -> Floats:
-        """Shares of the declared cross-sections."""
-        rcs = np.array([body.rcs for body in self.bodies], dtype=np.float64)
-        total = np.bincount(body, projected, minlength=len(self.bodies))
-        return (rcs / np.where(total > 0, total, 1.0))[body] * projected
+    @cached_property
+    def _spacing(self) -> CellSpacing:
+        """Spacing of the echoes of a body in range and azimuth."""
+        return cell_spacing(self.context.radar)
+
+    def visible_echoes(self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float) -> BodyEchoes:
+        """One echo for each resolution cell of a body. Together they have the energy of a point of the declared cross-section
+        at the middle of the body, whatever the aspect (`declared_cells`)."""
+        body, (middle, span) = self._body[which], self._heights(which, position)
+        position = np.column_stack([position[:, :2], middle])
+        parts = []
+        for b in np.flatnonzero(np.bincount(body, projected, minlength=len(self.bodies))).tolist():
+            part = slice(*np.searchsorted(body, [b, b + 1]))
+            parts.append(self._body_echoes(b, position[part], projected[part], span[part], antenna, time))
+        return BodyEchoes.joined(parts)
+
+    def _body_echoes(
+        self, b: int, position: Floats, projected: Floats, span: Floats, antenna: Floats, time: float
+    ) -> BodyEchoes:
+        """The echoes of one body, whose visible scatterers are at `position` (A, 3) on the map [m]."""
+        declared, pose = self.bodies[b], pose_at(self.bodies[b], time)
+        assert declared.rcs is not None
+        amplitude = np.full(1, np.sqrt(declared.rcs), dtype=np.complex128)
+        if self.scatterers[b] > 1:
+            middle = map_from_body(declared.middle, pose.position, pose.heading)
+            cells = cell_echoes(position, projected, span, middle, antenna, self.context, self._spacing)
+            position, amplitude, span = cells.position, cells.amplitude * amplitude, cells.span
+        own = (position - pose.position) @ body_rotation(pose.heading)
+        count = len(own)
+        return BodyEchoes(own, amplitude, np.full(count, b), np.full(count, ALL_PATHS, dtype=np.int64), span)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
         """The declared cross-section, or the peak of its fluctuation."""
         assert body.rcs is not None
-        return (1.0 if body.mesh is None and body.swerling == 0 else PEAK_TO_MEAN) * body.rcs
+        return (1.0 if body.swerling == 0 else PEAK_TO_MEAN) * body.rcs
 
     @staticmethod
     def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
@@ -240,6 +276,18 @@ class DeclaredScattering(FixedScatterers):
         if scatterers is None or scatterers <= 1 or not scene.environment.multipath:
             return 0.0
         return surface_db(scatterers, multipath=True)
+
+
+def _sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scatterers:
+    """Scatterers over a mesh, so many to a resolution cell at the distance of each triangle at time 0."""
+    assert body.mesh is not None
+    pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity
+    centroid, _, _ = triangle_frames(body.mesh)
+    middle = map_from_body(centroid, pose.position, pose.heading)
+    distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
+    density = cell_density(distance, radar.range_step, radar.beamwidth, fidelity.scatterers_per_cell)
+    rng, sea = generator(context.seed, SCATTER, name_key(context.scene_name, body.name)), -float(pose.position[2])
+    return sample_surface(body.mesh, density, rng, fidelity.min_scatterers, max_scatterers=max_scatterers, sea=sea)
 
 
 def _cosine(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:
