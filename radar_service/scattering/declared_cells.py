@@ -21,25 +21,21 @@ MAX_OVERLAP = 0.03  # of the autocorrelation along range, summed over eight echo
 MAX_AZIMUTH_OVERLAP = 0.09  # of neighbours in azimuth: 0.37 dB for a pair that moved since; less would need gaps in the beam
 SPACINGS = np.arange(1.0, 12.0, 0.02)  # tried, in resolution cells or beamwidths
 SUMMED = 8  # echoes on a line
+LONGEST, LAGS = 16, 1024  # spacings that the tables of overlap reach, beyond which there is none, and their entries
+STAGGER = 0.25  # spacings by which neighbours in azimuth are moved in range, each the other way: they overlap half as much
+MAX_STAGGER = 0.125  # of the distance between them
 
 
 class CellSpacing(NamedTuple):
-    """Spacing of echoes in range [m] and in azimuth [rad], and the power spectra by which they overlap.
+    """Spacing of echoes in range [m] and in azimuth [rad], and how much echoes overlap.
 
-    along, across: power and frequency (2, F) [cycles per m, cycles per rad] of the compressed pulse and of the beam.
+    along, across: lags (L,) [m, rad] and the autocorrelation there, (2, L), of the compressed pulse and of the beam.
     """
 
     range: float
     azimuth: float
     along: Floats
     across: Floats
-
-    def overlap(self, ranges: int, azimuths: int) -> tuple[Floats, Floats]:
-        """Autocorrelation (ranges,) of the pulse and (azimuths,) of the beam at multiples of the spacing, from 0 on."""
-        return (
-            _autocorrelation(self.along, self.range * np.arange(ranges)),
-            _autocorrelation(self.across, self.azimuth * np.arange(azimuths)),
-        )
 
 
 class CellEchoes(NamedTuple):
@@ -65,7 +61,10 @@ def cell_spacing(radar: Radar) -> CellSpacing:
     gain = radar.azimuth_gain(wrap_angle(np.arange(rows) * (2.0 * np.pi / rows)))
     across = _spectrum(np.abs(np.fft.fft(gain)) ** 2, np.fft.fftfreq(rows, 2.0 * np.pi / rows))
     azimuth = _first_spacing(across, radar.beamwidth, 1, MAX_AZIMUTH_OVERLAP)
-    return CellSpacing(_first_spacing(along, cell, SUMMED, MAX_OVERLAP), azimuth, along, across)
+    spacing = _first_spacing(along, cell, SUMMED, MAX_OVERLAP)
+    lags = [np.linspace(0.0, LONGEST * step, LAGS) for step in (spacing, azimuth)]
+    tables = (np.array([lag, _autocorrelation(power, lag)]) for lag, power in zip(lags, (along, across), strict=True))
+    return CellSpacing(spacing, azimuth, *tables)
 
 
 def _spectrum(power: Floats, frequency: Floats) -> Floats:
@@ -121,7 +120,9 @@ def cell_echoes(
     number_r, number_a = np.divmod(kept, len(azimuths))
     height = weight @ position[:, 2]
     variance = weight @ (position[:, 2] ** 2 + span**2 / 12.0) - height**2
-    distance = _ground_distance(ranges[number_r], height, antenna, context.earth_radius)
+    aside = min(STAGGER * spacing.range, MAX_STAGGER * spacing.azimuth * float(share @ slant)) if len(azimuths) > 1 else 0.0
+    shifted = ranges[number_r] + aside * (-1.0) ** number_a
+    distance = _ground_distance(shifted, height, antenna, context.earth_radius)
     toward = bearing + azimuths[number_a]
     plan = antenna[:2] + distance[:, None] * np.stack([np.sin(toward), np.cos(toward)], axis=1)
     place = np.column_stack([plan, height])
@@ -129,15 +130,18 @@ def cell_echoes(
     loss = np.maximum(nearest, radar.range_min)
     loss = (loss[-1] / loss[:-1]) ** 2
     root = np.sqrt(total) * 1j ** (number_r + number_a)  # neighbours in quadrature
-    root /= np.sqrt(_energy(root * loss, number_r, number_a, *spacing.overlap(len(ranges), len(azimuths))))
+    root /= np.sqrt(_energy(root * loss, shifted, azimuths[number_a], spacing))
     amplitude = root * np.exp(4j * np.pi / radar.wavelength * (nearest[:-1] - nearest[-1]))
     return CellEchoes(place, amplitude, np.sqrt(np.maximum(12.0 * variance, 0.0)))
 
 
-def _energy(field: Complexes, number_r: Indices, number_a: Indices, along: Floats, across: Floats) -> float:
-    """Energy of echoes (M,) of complex amplitude `field` in cells `number_r`, `number_a` (M,), over that of one of amplitude 1."""
-    overlap = along[np.abs(number_r[:, None] - number_r)] * across[np.abs(number_a[:, None] - number_a)]
-    return float(np.real(field @ overlap @ field.conj()))
+def _energy(field: Complexes, slant: Floats, azimuth: Floats, spacing: CellSpacing) -> float:
+    """Energy of echoes (M,) of complex amplitude `field` at ranges [m] and azimuths [rad] (M,), over that of one of amplitude 1."""
+    along, across = (
+        np.interp(np.abs(value[:, None] - value), *table, right=0.0)
+        for value, table in ((slant, spacing.along), (azimuth, spacing.across))
+    )
+    return float(np.real(field @ (along * across) @ field.conj()))
 
 
 def _cells(value: Floats, share: Floats, spacing: float) -> tuple[Floats, Floats]:
