@@ -14,8 +14,11 @@ from radar_service.types import Complexes, Floats, Indices
 
 MAX_SCATTERERS = 1_500_000  # on one body: some 250 MB while they are spread
 MAX_STRATA = 512  # more points than that stand for so little that strata do not pay: they are sampled along the mesh
-CANDIDATES = 32  # points of a stratum, from which one is drawn, and by which its heights are known
-NORMAL_WEIGHT = 0.7  # of normals against positions over their rms, where strata are cut: least error over boxes and hulls
+CANDIDATES = 64  # points of a stratum, from which one is drawn, and by which its heights are known
+R2 = (0.7548776662466927, 0.5698402909980532)  # steps of the evenest sequence in a square (Roberts 2018)
+MAX_FACES = 8  # plane faces that are sampled one by one
+ALIKE = 0.8  # cosine between normals of surfaces whose heights are averaged: not those of a wall and a roof
+NORMAL_WEIGHT = 1.5  # of normals against positions over their rms, where strata are cut: least error over boxes and hulls
 
 
 @dataclass(frozen=True)
@@ -85,8 +88,10 @@ def sample_surface(
     expected *= np.clip(expected.sum(), min_scatterers, max_scatterers) / expected.sum()
     count = int(np.ceil(expected.sum() * (1.0 - 1e-12)))
     if count <= MAX_STRATA:
-        return _stratified(mesh, normal, area, expected, count, rng, sea)
-    drawn = _along_mesh(mesh, area, expected, count, rng)
+        share = count / expected.sum() * expected
+        faces = _plane_faces(normal, count)
+        return _joined([_stratified(mesh, normal, area, np.where(faces == k, share, 0.0), rng, sea) for k in np.unique(faces)])
+    drawn = _along_mesh(mesh, area, expected, count, rng, None)
     middle, span = _patch_heights(mesh, normal, drawn, sea)
     phasor = np.exp(2j * np.pi * rng.random(count))
     return Scatterers(drawn.position, normal[drawn.triangle], drawn.area, drawn.triangle, phasor, middle, span)
@@ -100,13 +105,15 @@ class _Points(NamedTuple):
     area: Floats
 
 
-def _along_mesh(mesh: Mesh, area: Floats, expected: Floats, count: int, rng: np.random.Generator) -> _Points:
+def _along_mesh(
+    mesh: Mesh, area: Floats, expected: Floats, count: int, rng: np.random.Generator, uv: Floats | None
+) -> _Points:
     """Systematic sampling along the cumulated expectation (F,). A triangle that expects less than one point is represented by
-    its neighbours, so the area is right in the mean."""
+    its neighbours, so the area is right in the mean. uv: (2, count) of 0 to 1, positions within the triangles; None: random."""
     cumulated = np.cumsum(expected)
     steps = (np.arange(count) + rng.random(count)) * (cumulated[-1] / count)
     triangle = np.minimum(np.searchsorted(cumulated, steps, side="right"), len(expected) - 1)
-    u, v = rng.random((2, count))
+    u, v = rng.random((2, count)) if uv is None else uv
     fold = u + v > 1.0
     u, v = np.where(fold, 1.0 - u, u), np.where(fold, 1.0 - v, v)
     a, b, c = (mesh.vertices[mesh.faces[triangle, i]] for i in range(3))
@@ -114,18 +121,34 @@ def _along_mesh(mesh: Mesh, area: Floats, expected: Floats, count: int, rng: np.
     return _Points(position, triangle, cumulated[-1] / count * (area / np.where(expected > 0, expected, 1.0))[triangle])
 
 
+def _plane_faces(normal: Floats, count: int) -> Indices:
+    """A number (F,) for the plane face of each triangle, where a body has so few that its `count` points can be shared among
+    them, as boxes do; else 0."""
+    _, face = np.unique(np.round(normal, 2) + 0.0, axis=0, return_inverse=True)
+    return face.ravel() if face.max() < min(MAX_FACES, count // 4) else np.zeros_like(face.ravel())
+
+
+def _joined(parts: list[Scatterers]) -> Scatterers:
+    return Scatterers(*(np.concatenate([getattr(part, name) for part in parts]) for name in Scatterers.__dataclass_fields__))
+
+
 def _stratified(
-    mesh: Mesh, normal: Floats, area: Floats, expected: Floats, count: int, rng: np.random.Generator, sea: float
+    mesh: Mesh, normal: Floats, area: Floats, expected: Floats, rng: np.random.Generator, sea: float
 ) -> Scatterers:
-    """At least `count` points, one drawn from each of as many strata of equal expectation, compact in position and normal."""
-    parts, halvings = _split_counts(count)
+    """At least as many points as are `expected` (F,), one drawn from each of as many strata of equal expectation, compact in
+    position and normal."""
+    parts, halvings = _split_counts(max(1, round(float(expected.sum()))))
     strata = parts * 2**halvings
-    points = _along_mesh(mesh, area, expected, strata * CANDIDATES, rng)
+    number = strata * CANDIDATES
+    points = _along_mesh(mesh, area, expected, number, rng, (rng.random((2, 1)) + np.outer(R2, np.arange(number))) % 1.0)
     size = np.sqrt(np.average(np.sum((points.position - points.position.mean(axis=0)) ** 2, axis=1)))
     feature = np.column_stack([points.position / max(size, 1e-9), NORMAL_WEIGHT * normal[points.triangle]])
     group = _compact_groups(feature, parts, halvings)
     chosen = group[np.arange(strata), rng.integers(CANDIDATES, size=strata)]
     height, weight = points.position[group, 2], points.area[group]
+    direction = normal[points.triangle]
+    alike = np.einsum("gmi,gi->gm", direction[group], direction[chosen]) > ALIKE
+    weight = weight * alike
     above = weight * (height > sea)
     weight = np.where(above.sum(axis=1, keepdims=True) > 0, above, weight)
     weight = weight / weight.sum(axis=1, keepdims=True)
