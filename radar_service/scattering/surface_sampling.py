@@ -14,9 +14,9 @@ from radar_service.types import Complexes, Floats, Indices
 
 MAX_SCATTERERS = 1_500_000  # on one body: some 250 MB while they are spread
 MAX_STRATA = 512  # more points than that stand for so little that strata do not pay: they are sampled along the mesh
-CANDIDATES = 64  # points of a stratum, from which one is drawn, and by which its heights are known
+CANDIDATES = 32  # points of a stratum, from which one is drawn, and by which its heights are known
 R2 = (0.7548776662466927, 0.5698402909980532)  # steps of the evenest sequence in a square (Roberts 2018)
-MAX_FACES = 8  # plane faces that are sampled one by one
+MAX_FACES = 16  # plane faces that are sampled one by one
 ALIKE = 0.8  # cosine between normals of surfaces whose heights are averaged: not those of a wall and a roof
 NORMAL_WEIGHT = 1.5  # of normals against positions over their rms, where strata are cut: least error over boxes and hulls
 

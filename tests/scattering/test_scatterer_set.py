@@ -23,7 +23,7 @@ def mixed() -> rs.Scene:
 
 def built(made: rs.Scene, keys: list[int], sampler: str = "scatterers") -> ScattererSet:
     fidelity = replace(PRESETS["balanced"], sampler=sampler)  # type: ignore[arg-type]
-    context = ScatteringContext(made.radar, fidelity, 3, made.antenna(0.0)[0], made.bodies, np.inf)
+    context = ScatteringContext(made.radar, fidelity, 3, made.antenna(0.0)[0], made.environment, made.bodies, np.inf)
     return build_scatterers([made.bodies[k] for k in keys], keys, context)
 
 
