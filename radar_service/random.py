@@ -32,7 +32,9 @@ def generator(seed: int, *key: int) -> np.random.Generator:
 
 def name_key(*names: str) -> int:
     """A key of `generator` that depends on these names alone: 64 bits of their BLAKE2b hash, the same on every machine."""
-    text = b"".join(len(name.encode()).to_bytes(8, "big") + name.encode() for name in names)  # so ("ab", "") is not ("a", "b")
+    text = b"".join(
+        len(name.encode()).to_bytes(8, "big") + name.encode() for name in names
+    )  # so ("ab", "") is not ("a", "b")
     return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "big")
 
 

@@ -1,8 +1,8 @@
 """A declared cross-section on a hull: one echo for each resolution cell, whose energies sum to what is declared.
 
 Echoes closer than a resolution cell would interfere, and their energy would depend on their phases, and so on the aspect. Here
-they are spaced so that the autocorrelation of the compressed pulse, or that of the beam, is small between any two, and what is
-left of it is normalized. In range they lie on one line of sight, so a turn of the body changes their spacing in second order only.
+the autocorrelation of the compressed pulse, or that of the beam, is small between any two, and what is left is normalized. In
+range they lie on one line of sight, so a turn of the body changes their spacing in second order only.
 """
 
 from functools import lru_cache
@@ -15,7 +15,7 @@ from radar_service.frames import distances_from_map, wrap_angle
 from radar_service.radar.parameters import Radar
 from radar_service.radar.waveform import compressed_spectrum
 from radar_service.scattering.model import ScatteringContext
-from radar_service.types import Complexes, Floats, Indices
+from radar_service.types import Complexes, Floats
 
 MAX_OVERLAP = 0.03  # of the autocorrelation along range, summed over eight echoes: 0.13 dB for a pair of any phases
 MAX_AZIMUTH_OVERLAP = 0.09  # of neighbours in azimuth: 0.37 dB for a pair that moved since; less would need gaps in the beam
@@ -39,7 +39,7 @@ class CellSpacing(NamedTuple):
 
 
 class CellEchoes(NamedTuple):
-    """Echoes (M,): position (M, 3) on the map [m], amplitude (M,) for a cross-section of 1 m^2, vertical extent `span` (M,) [m]."""
+    """Echoes (M,): position (M, 3) on the map [m], amplitude (M,) of 1 m^2 in all [m], vertical extent `span` (M,) [m]."""
 
     position: Floats
     amplitude: Complexes
@@ -58,8 +58,8 @@ def cell_spacing(radar: Radar) -> CellSpacing:
         cell = SPEED_OF_LIGHT / 2.0 * max(radar.pulse, 0.5 / radar.bandwidth)
     along = _spectrum(power, 2.0 / SPEED_OF_LIGHT * frequency)
     rows = 2**14
-    gain = radar.azimuth_gain(wrap_angle(np.arange(rows) * (2.0 * np.pi / rows)))
-    across = _spectrum(np.abs(np.fft.fft(gain)) ** 2, np.fft.fftfreq(rows, 2.0 * np.pi / rows))
+    gain = radar.azimuth_gain(wrap_angle(np.arange(rows, dtype=np.float64) * (2.0 * np.pi / rows)))
+    across = _spectrum(np.abs(np.fft.fft(gain)) ** 2, np.asarray(np.fft.fftfreq(rows, 2.0 * np.pi / rows), np.float64))
     azimuth = _first_spacing(across, radar.beamwidth, 1, MAX_AZIMUTH_OVERLAP)
     spacing = _first_spacing(along, cell, SUMMED, MAX_OVERLAP)
     lags = [np.linspace(0.0, LONGEST * step, LAGS) for step in (spacing, azimuth)]
@@ -136,12 +136,11 @@ def cell_echoes(
 
 
 def _energy(field: Complexes, slant: Floats, azimuth: Floats, spacing: CellSpacing) -> float:
-    """Energy of echoes (M,) of complex amplitude `field` at ranges [m] and azimuths [rad] (M,), over that of one of amplitude 1."""
-    along, across = (
-        np.interp(np.abs(value[:, None] - value), *table, right=0.0)
-        for value, table in ((slant, spacing.along), (azimuth, spacing.across))
-    )
-    return float(np.real(field @ (along * across) @ field.conj()))
+    """Energy of echoes (M,) of amplitude `field` at ranges [m] and azimuths [rad] (M,), over that of one of amplitude 1."""
+    (lag, along), (turn, across) = spacing.along, spacing.across
+    overlap = np.interp(np.abs(slant[:, None] - slant), lag, along, right=0.0)
+    overlap *= np.interp(np.abs(azimuth[:, None] - azimuth), turn, across, right=0.0)
+    return float(np.real(field @ overlap @ field.conj()))
 
 
 def _cells(value: Floats, share: Floats, spacing: float) -> tuple[Floats, Floats]:

@@ -3,7 +3,6 @@
 The scatterers of all bodies of a model lie in one set of arrays, so that visibility and amplitudes are computed together.
 """
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -15,14 +14,16 @@ from radar_service.fidelity import Fidelity
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.radar.parameters import Radar
 from radar_service.random import SCATTER, generator, name_key
-from radar_service.scattering.declared_cells import CellSpacing, cell_echoes, cell_spacing
+from radar_service.scattering.declared_cells import cell_echoes, cell_spacing
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, Sector
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
     Scatterers,
     cell_density,
+    density_db,
     point_scatterer,
     sample_surface,
+    surface_db,
     triangle_frames,
 )
 from radar_service.scene.body import Body
@@ -36,28 +37,18 @@ from radar_service.scene.poses import (
 )
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
-from radar_service.types import Flags, Floats, Indices
+from radar_service.types import Complexes, Flags, Floats, Indices
 
 MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
-ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of surfaces; chart of the harbour: 0.98, with 4 0.44, 16 0.23
-ONE_SCATTERER, ONE_WITH_MULTIPATH = 4.3, 15.0  # dB, the same of a whole small surface (tests/plan/test_power.py)
-
-
-def density_db(per_cell: float) -> float:
-    """Predicted error [dB] of the mean power of a surface a few cells large: it goes as one over the root of its points."""
-    return ONE_PER_CELL / math.sqrt(per_cell)
-
-
-def surface_db(scatterers: float, multipath: bool) -> float:
-    """Predicted error [dB] of the mean power of a surface with so many scatterers; multipath: in the lobes of sea reflection."""
-    return (ONE_WITH_MULTIPATH if multipath else ONE_SCATTERER) / math.sqrt(scatterers)
 
 
 class FixedScatterers(ABC):
     """Scatterers (E,) of B bodies, ordered by body. Subclasses say how strongly each scatters."""
 
-    def __init__(self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers], context: ScatteringContext) -> None:
+    def __init__(
+        self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers], context: ScatteringContext
+    ) -> None:
         """key: (B,) index of each body in the scene; parts: the scatterers of each body."""
         self.bodies, self.key, self.context = tuple(bodies), key, context
         self.scatterers: Indices = np.array([len(part) for part in parts], dtype=np.int64)
@@ -82,7 +73,9 @@ class FixedScatterers(ABC):
         """The scatterers of one body. Their positions and phases depend on the seed and the names of scene and body."""
 
     @abstractmethod
-    def visible_echoes(self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float) -> BodyEchoes:
+    def visible_echoes(
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+    ) -> BodyEchoes:
         """The echoes of visible scatterers `which` (A,) at `position` (A, 3) on the map [m], of projected area (A,) [m^2], as
         the antenna (3,) receives them at `time` [s]."""
 
@@ -182,7 +175,9 @@ class DiffuseScattering(FixedScatterers):
         """Scatterers over the mesh."""
         return _sampled(body, context, MAX_SCATTERERS)
 
-    def visible_echoes(self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float) -> BodyEchoes:
+    def visible_echoes(
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+    ) -> BodyEchoes:
         """gamma times the projected area. Each scatterer is an echo, at the middle height of what it stands for."""
         facing = np.flatnonzero(projected)
         which, position = which[facing], position[facing]
@@ -228,36 +223,35 @@ class DeclaredScattering(FixedScatterers):
             return point_scatterer((low + high) / 2.0, float(high[2] - low[2]))
         return _sampled(body, context, MAX_DECLARED)
 
-    @cached_property
-    def _spacing(self) -> CellSpacing:
-        """Spacing of the echoes of a body in range and azimuth."""
-        return cell_spacing(self.context.radar)
-
-    def visible_echoes(self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float) -> BodyEchoes:
+    def visible_echoes(
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+    ) -> BodyEchoes:
         """One echo for each resolution cell of a body. Together they have the energy of a point of the declared cross-section
         at the middle of the body, whatever the aspect (`declared_cells`)."""
         body, (middle, span) = self._body[which], self._heights(which, position)
         position = np.column_stack([position[:, :2], middle])
-        parts = []
-        for b in np.flatnonzero(np.bincount(body, projected, minlength=len(self.bodies))).tolist():
-            part = slice(*np.searchsorted(body, [b, b + 1]))
-            parts.append(self._body_echoes(b, position[part], projected[part], span[part], antenna, time))
-        return BodyEchoes.joined(parts)
+        alone = np.flatnonzero(self.scatterers[body] == 1)
+        parts = [self._echoes(position[alone], np.ones(len(alone)), body[alone], span[alone], time)]
+        for b in np.unique(body[(self.scatterers[body] > 1) & (projected > 0.0)]).tolist():
+            part, pose = slice(*np.searchsorted(body, [b, b + 1])), pose_at(self.bodies[b], time)
+            middle = map_from_body(self.bodies[b].middle, pose.position, pose.heading)
+            cells = cell_echoes(
+                position[part], projected[part], span[part], middle, antenna, self.context, cell_spacing(self.context.radar)
+            )
+            parts.append(self._echoes(cells.position, cells.amplitude, np.full(len(cells.span), b), cells.span, time))
+        joined = BodyEchoes.joined(parts)
+        return joined.chosen(np.argsort(joined.body, kind="stable"))
 
-    def _body_echoes(
-        self, b: int, position: Floats, projected: Floats, span: Floats, antenna: Floats, time: float
+    def _echoes(
+        self, position: Floats, amplitude: Complexes | Floats, body: Indices, span: Floats, time: float
     ) -> BodyEchoes:
-        """The echoes of one body, whose visible scatterers are at `position` (A, 3) on the map [m]."""
-        declared, pose = self.bodies[b], pose_at(self.bodies[b], time)
-        assert declared.rcs is not None
-        amplitude = np.full(1, np.sqrt(declared.rcs), dtype=np.complex128)
-        if self.scatterers[b] > 1:
-            middle = map_from_body(declared.middle, pose.position, pose.heading)
-            cells = cell_echoes(position, projected, span, middle, antenna, self.context, self._spacing)
-            position, amplitude, span = cells.position, cells.amplitude * amplitude, cells.span
-        own = (position - pose.position) @ body_rotation(pose.heading)
-        count = len(own)
-        return BodyEchoes(own, amplitude, np.full(count, b), np.full(count, ALL_PATHS, dtype=np.int64), span)
+        """Echoes (M,) at `position` (M, 3) on the map [m]; amplitude: (M,) for a declared cross-section of 1 m^2."""
+        poses = self._poses.at(np.array([time]))
+        east, north, up = (position - poses.position[0][body]).T
+        c, s = np.cos(poses.heading[0][body]), np.sin(poses.heading[0][body])
+        own = np.stack([c * east - s * north, s * east + c * north, up], axis=-1)
+        rcs = np.array([b.rcs for b in self.bodies], dtype=np.float64)[body]
+        return BodyEchoes(own, np.sqrt(rcs) * amplitude.astype(np.complex128), body, np.full(len(body), ALL_PATHS), span)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:

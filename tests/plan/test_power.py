@@ -11,7 +11,7 @@ from radar_service.engine.pipeline import prepare
 from radar_service.fidelity import Fidelity
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
-from radar_service.scattering.fixed_scatterers import surface_db
+from radar_service.scattering.surface_sampling import surface_db
 from tests.plan.scenes import made
 
 BUDGET = ErrorBudget()

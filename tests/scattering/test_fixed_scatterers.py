@@ -74,7 +74,9 @@ def test_visible_scatterers_share_a_declared_cross_section() -> None:
     echoes = model.echoes(antenna, instant(made))
     shares = np.bincount(echoes.body, np.abs(echoes.amplitude) ** 2, minlength=2)
     assert shares == pytest.approx([100.0, 1.0], rel=0.24)
-    position = map_from_bodies(echoes.position, echoes.body, *(np.array([[0, 600, 0], [15, 300, 20.0]]), np.deg2rad([90, 180])))
+    position = map_from_bodies(
+        echoes.position, echoes.body, *(np.array([[0, 600, 0], [15, 300, 20.0]]), np.deg2rad([90, 180]))
+    )
     assert position[echoes.body == 0, 0].max() < 0.0
 
 
