@@ -17,10 +17,10 @@ from radar_service.radar.waveform import compressed_spectrum
 from radar_service.scattering.model import ScatteringContext
 from radar_service.types import Complexes, Floats
 
-MAX_OVERLAP = 0.03  # of the autocorrelation along range, summed over eight echoes: 0.13 dB for a pair of any phases
+MAX_OVERLAP = 0.03  # of the autocorrelation along range, summed over two neighbours: 0.13 dB for a pair of any phases
 MAX_AZIMUTH_OVERLAP = 0.09  # of neighbours in azimuth: 0.37 dB for a pair that moved since; less would need gaps in the beam
 SPACINGS = np.arange(1.0, 12.0, 0.02)  # tried, in resolution cells or beamwidths
-SUMMED = 8  # echoes on a line
+SUMMED = 2  # neighbours; further ones meet a short chirp's sidelobes, which add up at random
 LONGEST, LAGS = 16, 1024  # spacings that the tables of overlap reach, beyond which there is none, and their entries
 STAGGER = 0.25  # spacings by which neighbours in azimuth are moved in range, each the other way: they overlap half as much
 MAX_STAGGER = 0.125  # of the distance between them
