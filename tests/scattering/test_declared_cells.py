@@ -32,8 +32,8 @@ def energies(scene: rs.Scene, seed: int, scans: int) -> np.ndarray:
     return np.array([np.sum(np.abs(sim.scan().field.astype(np.complex128)) ** 2) for _ in range(scans)])
 
 
-def error_db(body: dict[str, Any], motion: dict[str, Any], seed: int, settings: dict[str, Any], scans: int) -> float:
-    """Largest error [dB] over some scans of the energy of a body against that of a point, both moved to the same range."""
+def error_db(body: dict[str, Any], motion: dict[str, Any], seed: int, settings: dict[str, Any], scans: int) -> list[float]:
+    """Error [dB] in some scans of the energy of a body against that of a point, both moved to the same range."""
     full = made({**body, "name": "a", "rcs_dbsm": 20, **motion}, settings)
     marks = made({**point("a", 0, 0, 5, 20), **motion}, settings)
     east, north, _ = motion["position_m"]
@@ -41,19 +41,20 @@ def error_db(body: dict[str, Any], motion: dict[str, Any], seed: int, settings: 
     middle, mark = (np.array([s.bodies[0].middle_at(t) for t in time.tolist()]) for s in (full, marks))
     farther = 40 * np.log10(np.hypot(*middle[:, :2].T) / np.hypot(*mark[:, :2].T))
     measured = 10 * np.log10(energies(full, seed, scans) / energies(marks, 0, scans)) + farther
-    return float(np.abs(measured).max())
+    return np.abs(measured).tolist()
 
 
 def motions(kind: str, rng: np.random.Generator) -> dict[str, Any]:
-    """A random place, not about north, where a scan ends while the beam is on it; at rest, under way, or in a turn."""
+    """A random place, not about north, where a scan ends while the beam is on it; at rest, under way, or in a turn of 3 degrees a
+    second."""
     distance, azimuth, course = rng.uniform(400, 1800), rng.uniform(0.3, 2 * np.pi - 0.3), rng.uniform(0, 360)
     x, y = distance * np.sin(azimuth), distance * np.cos(azimuth)
-    corners = [[x + 60, y], [x + 60, y + 60], [x, y + 60], [x, y]]
+    corners = [[x + 160, y], [x + 160, y + 160], [x, y + 160], [x, y]]
     legs = [{"position_m": corner, "speed_kn": 8} for corner in corners]
     return {"position_m": [x, y, 0]} | {
         "at rest": {"heading_deg": course},
         "under way": {"course_deg": course, "speed_kn": 20},
-        "turning": {"waypoints": legs, "loop": True, "turn_radius_m": 29},
+        "turning": {"waypoints": legs, "loop": True, "turn_radius_m": 79},
     }[kind]  # fmt: skip
 
 
@@ -61,18 +62,27 @@ def motions(kind: str, rng: np.random.Generator) -> dict[str, Any]:
 def test_the_energy_at_rest_is_what_is_declared(name: str) -> None:
     """Seeds 0 to 19, each at a range, bearing and aspect of its own."""
     rng = np.random.default_rng(1)
-    errors = [error_db(BODIES[name], motions("at rest", rng), seed, RADAR, 1) for seed in range(20)]
+    errors = [error_db(BODIES[name], motions("at rest", rng), seed, RADAR, 1)[0] for seed in range(20)]
     assert max(errors) < ALLOWED
 
 
 @pytest.mark.parametrize("kind", ["under way", "turning"])
 @pytest.mark.parametrize("name", ["freighter", "hull", "wide"])
 def test_the_energy_of_a_moving_body_is_what_is_declared(name: str, kind: str) -> None:
-    """Over three scans each. Neighbours in azimuth keep their quadrature only at one instant of a visibility step; a hull over
-    8 degrees of a beam of 2 has one scan of sixty beyond 0.2 dB, so the bound is that of the rms, and twice it for the worst."""
+    """Over three scans each. Neighbours in azimuth keep their quadrature only at one instant of a visibility step, and
+    in a turn of 5 degrees meanwhile their stagger changes too: 0.2 dB holds in the rms, and twice as much always."""
     rng = np.random.default_rng(2)
-    errors = [error_db(BODIES[name], motions(kind, rng), seed, RADAR, 3) for seed in range(8)]
+    errors = [error for seed in range(8) for error in error_db(BODIES[name], motions(kind, rng), seed, RADAR, 3)]
     assert np.sqrt(np.mean(np.square(errors))) < ALLOWED and max(errors) < 2 * ALLOWED
+
+
+def test_two_columns_of_echoes_keep_the_energy_while_they_move_slowly() -> None:
+    """A box of 60 m broadside, in the beam of 30 m at 900 m, at 2 kn: the phase between two columns of echoes is any. Without
+    stagger they overlap by 8.6 %, which is 0.37 dB."""
+    box = {"shape": "box", "length_m": 60, "width_m": 10, "height_m": 15}
+    for seed, north in enumerate(np.linspace(-150, 150, 12)):
+        motion = {"position_m": [900, north, 0], "course_deg": 0, "speed_kn": 2}
+        assert max(error_db(box, motion, seed, RADAR, 1)) < 0.3
 
 
 @pytest.mark.parametrize(
@@ -86,7 +96,7 @@ def test_the_energy_of_a_moving_body_is_what_is_declared(name: str, kind: str) -
 def test_other_pulses_and_beams_keep_the_energy(settings: dict[str, Any]) -> None:
     rng = np.random.default_rng(3)
     for seed in range(6):
-        assert error_db(BODIES["wide"], motions("at rest", rng), seed, {**RADAR, **settings}, 1) < ALLOWED
+        assert error_db(BODIES["wide"], motions("at rest", rng), seed, {**RADAR, **settings}, 1)[0] < ALLOWED
 
 
 def test_echoes_are_spaced_where_pulse_and_beam_hardly_overlap() -> None:
