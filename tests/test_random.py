@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from radar_service.random import generator, normals
+from radar_service.random import generator, name_key, normals
 
 
 def draws(seed: int, *key: int) -> bytes:
@@ -52,3 +52,10 @@ def test_any_count_of_normal_numbers_can_be_drawn(shape: tuple[int, int]) -> Non
     numbers = normals(generator(0), *shape)
     assert numbers.shape == shape and np.isfinite(numbers).all()
     np.testing.assert_array_equal(numbers.ravel(), normals(generator(0), 1, 40)[0, : numbers.size])
+
+
+def test_names_make_keys_that_stay_the_same() -> None:
+    """A stored value, so that a scene has the same luck in each version and on each machine; made when names became keys."""
+    assert name_key("harbour", "pilot boat") == 9895391009513380443
+    keys = {name_key(*names) for names in (("ab", ""), ("a", "b"), ("", "ab"), ("ab",), ("b", "a"), ("\u00e9", ""))}
+    assert len(keys) == 6 and all(0 <= key < 2**64 for key in keys)

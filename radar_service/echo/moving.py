@@ -51,7 +51,7 @@ class MovingEchoes:
         self._poses = BodyPoses(self._bodies)
         self._moves: Flags = np.zeros(len(self._bodies), dtype=np.bool_)
         self._moves[self._poses.moving] = True
-        self._fluctuation = Fluctuation(self._bodies, visibility.scatterers.key, scene.radar.azimuths, seed)
+        self._fluctuation = Fluctuation(self._bodies, scene.name, scene.radar.azimuths, seed)
         self.passages = BeamPassages(
             scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent
         )

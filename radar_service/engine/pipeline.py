@@ -231,6 +231,7 @@ def _scatterers(
             scene.bodies,
             effective_earth_radius(scene.environment.earth_factor),
             rays,
+            scene.name,
         )
         return build_scatterers([scene.bodies[i] for i in keys], keys, context)
 

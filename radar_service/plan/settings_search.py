@@ -20,9 +20,10 @@ from radar_service.receive.beam import azimuth_kernel, beam_spectrum
 from radar_service.receive.compression import range_kernel, waveform_spectra
 from radar_service.receive.gridding import Kernel
 from radar_service.receive.plain_pulse import PulseKernel
-from radar_service.scattering.fixed_scatterers import FixedScatterers, density_db, surface_db
+from radar_service.scattering.fixed_scatterers import FixedScatterers
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.physical_optics.model import PhysicalOptics
+from radar_service.scattering.surface_sampling import MAX_STRATA, density_db, surface_db
 from radar_service.scene.world import Scene
 from radar_service.types import Floats
 
@@ -36,7 +37,6 @@ ASPECT_DB = -40.0  # physical optics between its nodes: 0.04 theta^2 over a beam
 BEAM_TABLE_DB = {1: -78.0, 8: -96.0}  # by oversampling: docs/engine.md#errors, and 18 dB less for 8 times as many entries
 RESTING_DB, MOVING_DB = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
 DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with a quarter of one targets are missed (chart)
-MAX_MIN_SCATTERERS = 4096  # scatterers on the smallest surface: 0.2 dB among the lobes of multipath
 VISIBILITY_STEPS = {1.0: 20.0, 0.2: 5.0, 0.0: 1.0}  # m, by the minimum budget [dB]: those of the three presets
 FREQUENCIES = 4096  # at which spectra are compared
 ALIASING_MARGIN = 20.0  # dB that kernels keep: their aliases lie along the whole profile, beside still weaker targets
@@ -137,8 +137,8 @@ def _min_scatterers(scene: Scene, budget: ErrorBudget) -> int:
     ]
     if not any(body.rcs is None or multipath for body in surfaces):  # a declared cross-section is shared exactly
         return MIN_SCATTERERS
-    needed = math.ceil((surface_db(1.0, multipath) / budget.target_db) ** 2)
-    return int(np.clip(needed, MIN_SCATTERERS, MAX_MIN_SCATTERERS))
+    counts = range(MIN_SCATTERERS, MAX_STRATA)
+    return next((count for count in counts if surface_db(count, multipath) <= budget.target_db), MAX_STRATA)
 
 
 def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:

@@ -3,7 +3,6 @@
 The scatterers of all bodies of a model lie in one set of arrays, so that visibility and amplitudes are computed together.
 """
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -14,13 +13,17 @@ import numpy as np
 from radar_service.fidelity import Fidelity
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.radar.parameters import Radar
-from radar_service.random import SCATTER, generator
-from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.random import SCATTER, generator, name_key
+from radar_service.scattering.declared_cells import cell_echoes, cell_spacing
+from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, Sector
 from radar_service.scattering.surface_sampling import (
+    MAX_SCATTERERS,
     Scatterers,
     cell_density,
+    density_db,
     point_scatterer,
     sample_surface,
+    surface_db,
     triangle_frames,
 )
 from radar_service.scene.body import Body
@@ -34,35 +37,27 @@ from radar_service.scene.poses import (
 )
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
-from radar_service.types import Flags, Floats, Indices
+from radar_service.types import Complexes, Flags, Floats, Indices
 
+MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
-ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of surfaces; chart of the harbour: 0.98, with 4 0.44, 16 0.23
-ONE_SCATTERER, ONE_WITH_MULTIPATH = 4.3, 15.0  # dB, the same of a whole small surface (tests/plan/test_power.py)
-
-
-def density_db(per_cell: float) -> float:
-    """Predicted error [dB] of the mean power of a surface a few cells large: it goes as one over the root of its points."""
-    return ONE_PER_CELL / math.sqrt(per_cell)
-
-
-def surface_db(scatterers: float, multipath: bool) -> float:
-    """Predicted error [dB] of the mean power of a surface with so many scatterers; multipath: in the lobes of sea reflection."""
-    return (ONE_WITH_MULTIPATH if multipath else ONE_SCATTERER) / math.sqrt(scatterers)
 
 
 class FixedScatterers(ABC):
     """Scatterers (E,) of B bodies, ordered by body. Subclasses say how strongly each scatters."""
 
-    def __init__(self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers]) -> None:
+    def __init__(
+        self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers], context: ScatteringContext
+    ) -> None:
         """key: (B,) index of each body in the scene; parts: the scatterers of each body."""
-        self.bodies, self.key = tuple(bodies), key
+        self.bodies, self.key, self.context = tuple(bodies), key, context
         self.scatterers: Indices = np.array([len(part) for part in parts], dtype=np.int64)
         self._body: Indices = np.repeat(np.arange(len(parts)), self.scatterers)
         self._position, self._normal, self._area, self._triangle, self._phasor = (
             np.concatenate([getattr(part, name) for part in parts])
             for name in ("position", "normal", "area", "triangle", "phasor")
         )
+        self._middle, self._span = (np.concatenate([getattr(part, name) for part in parts]) for name in ("middle", "span"))
         self._poses = BodyPoses(bodies)
         self._first = np.searchsorted(self._body, np.arange(len(bodies) + 1))  # scatterer of each body, and the end
         self._declared: Flags = np.array([body.rcs is not None for body in bodies], dtype=np.bool_)
@@ -70,16 +65,19 @@ class FixedScatterers(ABC):
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """As `ScatteringModel.build`. Density follows the resolution cell at the distance of each triangle at time 0."""
-        return cls(bodies, key, [cls.sample(body, int(k), context) for body, k in zip(bodies, key, strict=True)])
+        return cls(bodies, key, [cls.sample(body, context) for body in bodies], context)
 
     @staticmethod
     @abstractmethod
-    def sample(body: Body, key: int, context: ScatteringContext) -> Scatterers:
-        """The scatterers of one body, whose index in the scene is `key`."""
+    def sample(body: Body, context: ScatteringContext) -> Scatterers:
+        """The scatterers of one body. Their positions and phases depend on the seed and the names of scene and body."""
 
     @abstractmethod
-    def cross_sections(self, projected: Floats, body: Indices) -> Floats:
-        """Cross-sections (A,) [m^2] of visible scatterers of projected area (A,) [m^2] on bodies (A,)."""
+    def visible_echoes(
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+    ) -> BodyEchoes:
+        """The echoes of visible scatterers `which` (A,) at `position` (A, 3) on the map [m], of projected area (A,) [m^2], as
+        the antenna (3,) receives them at `time` [s]."""
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
@@ -92,10 +90,14 @@ class FixedScatterers(ABC):
         which, position = which[visible], position[visible]
         earth_radius = instant.line_of_sight.earth_radius
         projected = self._projected_area(which, position, self._normals(poses, which), antenna, earth_radius)
-        amplitude = np.sqrt(self.cross_sections(projected, self._body[which])) * self._phasor[which]
-        nonzero = np.flatnonzero(amplitude)
-        which = which[nonzero]
-        return BodyEchoes.of_points(self._position[which], amplitude[nonzero], self._body[which])
+        return self.visible_echoes(which, position, projected, antenna, instant.time)
+
+    def _heights(self, which: Indices, position: Floats) -> tuple[Floats, Floats]:
+        """Middle heights on the map and vertical extents (A,) [m] of what scatterers `which` stand for, above the sea."""
+        middle, span = position[:, 2] + (self._middle - self._position[:, 2])[which], self._span[which]
+        low, high = np.maximum(middle - span / 2.0, 0.0), middle + span / 2.0
+        above = (span > 0.0) & (high > low)
+        return np.where(above, (low + high) / 2.0, position[:, 2]), np.where(above, high - low, 0.0)
 
     def clear(self) -> None:
         """Nothing is cached that depends on an instant."""
@@ -169,20 +171,23 @@ class DiffuseScattering(FixedScatterers):
     """Rough surfaces: sigma0 = gamma cos(incidence) (constant gamma; Long, Radar Reflectivity of Land and Sea, 2001)."""
 
     @staticmethod
-    def sample(body: Body, key: int, context: ScatteringContext) -> Scatterers:
+    def sample(body: Body, context: ScatteringContext) -> Scatterers:
         """Scatterers over the mesh."""
-        assert body.mesh is not None
-        pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity
-        centroid, _, _ = triangle_frames(body.mesh)
-        middle = map_from_body(centroid, pose.position, pose.heading)
-        distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
-        density = cell_density(distance, radar.range_step, radar.beamwidth, fidelity.scatterers_per_cell)
-        return sample_surface(body.mesh, density, generator(context.seed, SCATTER, key), fidelity.min_scatterers)
+        return _sampled(body, context, MAX_SCATTERERS)
 
-    def cross_sections(self, projected: Floats, body: Indices) -> Floats:
-        """gamma times the projected area."""
+    def visible_echoes(
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+    ) -> BodyEchoes:
+        """gamma times the projected area. Each scatterer is an echo, at the middle height of what it stands for."""
+        facing = np.flatnonzero(projected)
+        which, position = which[facing], position[facing]
+        body = self._body[which]
         gamma = np.array([body.material.gamma for body in self.bodies], dtype=np.float64)
-        return gamma[body] * projected
+        amplitude = np.sqrt(gamma[body] * projected[facing]) * self._phasor[which]
+        middle, span = self._heights(which, position)
+        place = self._position[which]
+        place[:, 2] += middle - position[:, 2]
+        return BodyEchoes(place, amplitude, body, np.full(len(body), ALL_PATHS, dtype=np.int64), span)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
@@ -208,26 +213,51 @@ class DeclaredScattering(FixedScatterers):
     """Points and bodies of a declared cross-section, which their visible scatterers share by projected area."""
 
     @staticmethod
-    def sample(body: Body, key: int, context: ScatteringContext) -> Scatterers:
+    def sample(body: Body, context: ScatteringContext) -> Scatterers:
         """One point where there is no mesh, or a mesh within one resolution cell; else scatterers over the mesh."""
         if body.mesh is None:
             return point_scatterer(np.zeros(3))
         if np.hypot(body.length, body.beam) < context.radar.range_resolution:
             corners = body.mesh.vertices[np.unique(body.mesh.faces)]
-            return point_scatterer((corners.min(axis=0) + corners.max(axis=0)) / 2.0)
-        return DiffuseScattering.sample(body, key, context)
+            low, high = corners.min(axis=0), corners.max(axis=0)
+            return point_scatterer((low + high) / 2.0, float(high[2] - low[2]))
+        return _sampled(body, context, MAX_DECLARED)
 
-    def cross_sections(self, projected: Floats, body: Indices) -> Floats:
-        """Shares of the declared cross-sections."""
-        rcs = np.array([body.rcs for body in self.bodies], dtype=np.float64)
-        total = np.bincount(body, projected, minlength=len(self.bodies))
-        return (rcs / np.where(total > 0, total, 1.0))[body] * projected
+    def visible_echoes(
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+    ) -> BodyEchoes:
+        """One echo for each resolution cell of a body. Together they have the energy of a point of the declared cross-section
+        at the middle of the body, whatever the aspect (`declared_cells`)."""
+        body, (middle, span) = self._body[which], self._heights(which, position)
+        position = np.column_stack([position[:, :2], middle])
+        alone = np.flatnonzero(self.scatterers[body] == 1)
+        parts = [self._echoes(position[alone], np.ones(len(alone)), body[alone], span[alone], time)]
+        for b in np.unique(body[(self.scatterers[body] > 1) & (projected > 0.0)]).tolist():
+            part, pose = slice(*np.searchsorted(body, [b, b + 1])), pose_at(self.bodies[b], time)
+            middle = map_from_body(self.bodies[b].middle, pose.position, pose.heading)
+            cells = cell_echoes(
+                position[part], projected[part], span[part], middle, antenna, self.context, cell_spacing(self.context.radar)
+            )
+            parts.append(self._echoes(cells.position, cells.amplitude, np.full(len(cells.span), b), cells.span, time))
+        joined = BodyEchoes.joined(parts)
+        return joined.chosen(np.argsort(joined.body, kind="stable"))
+
+    def _echoes(
+        self, position: Floats, amplitude: Complexes | Floats, body: Indices, span: Floats, time: float
+    ) -> BodyEchoes:
+        """Echoes (M,) at `position` (M, 3) on the map [m]; amplitude: (M,) for a declared cross-section of 1 m^2."""
+        poses = self._poses.at(np.array([time]))
+        east, north, up = (position - poses.position[0][body]).T
+        c, s = np.cos(poses.heading[0][body]), np.sin(poses.heading[0][body])
+        own = np.stack([c * east - s * north, s * east + c * north, up], axis=-1)
+        rcs = np.array([b.rcs for b in self.bodies], dtype=np.float64)[body]
+        return BodyEchoes(own, np.sqrt(rcs) * amplitude.astype(np.complex128), body, np.full(len(body), ALL_PATHS), span)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
         """The declared cross-section, or the peak of its fluctuation."""
         assert body.rcs is not None
-        return (1.0 if body.mesh is None and body.swerling == 0 else PEAK_TO_MEAN) * body.rcs
+        return (1.0 if body.swerling == 0 else PEAK_TO_MEAN) * body.rcs
 
     @staticmethod
     def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
@@ -240,6 +270,18 @@ class DeclaredScattering(FixedScatterers):
         if scatterers is None or scatterers <= 1 or not scene.environment.multipath:
             return 0.0
         return surface_db(scatterers, multipath=True)
+
+
+def _sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scatterers:
+    """Scatterers over a mesh, so many to a resolution cell at the distance of each triangle at time 0."""
+    assert body.mesh is not None
+    pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity
+    centroid, _, _ = triangle_frames(body.mesh)
+    middle = map_from_body(centroid, pose.position, pose.heading)
+    distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
+    density = cell_density(distance, radar.range_step, radar.beamwidth, fidelity.scatterers_per_cell)
+    rng, sea = generator(context.seed, SCATTER, name_key(context.scene_name, body.name)), -float(pose.position[2])
+    return sample_surface(body.mesh, density, rng, fidelity.min_scatterers, max_scatterers=max_scatterers, sea=sea)
 
 
 def _cosine(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:

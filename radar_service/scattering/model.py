@@ -114,6 +114,7 @@ class ScatteringContext:
     scene_bodies: all bodies of the scene: rays meet them all.
     earth_radius: effective, inf for flat [m].
     rays: counts the rays cast, where given.
+    scene_name: with the body's name it keys the scatterers, which the other bodies then do not change.
     """
 
     radar: Radar
@@ -124,6 +125,7 @@ class ScatteringContext:
     scene_bodies: Sequence[Body]
     earth_radius: float
     rays: RayCount | None = None
+    scene_name: str = ""
 
 
 class ScatteringModel(Protocol):

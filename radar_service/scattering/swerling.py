@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from radar_service.block_cache import BlockCache
-from radar_service.random import FLUCTUATION, generator
+from radar_service.random import FLUCTUATION, generator, name_key
 from radar_service.scene.body import Body
 from radar_service.types import Floats, Indices, Singles
 
@@ -30,10 +30,12 @@ def per_azimuth(case: int) -> bool:
 class Fluctuation:
     """The draws of all fluctuating bodies (B,). Safe to call from several threads."""
 
-    def __init__(self, bodies: Sequence[Body], key: Indices, azimuths: int, seed: int) -> None:
-        """key: (B,) index of each body in the scene; azimuths: per scan."""
+    def __init__(self, bodies: Sequence[Body], scene: str, azimuths: int, seed: int, radar: str = "") -> None:
+        """scene: its name; azimuths: per scan; radar: its id, where a scene has several. Draws depend on the seed and on the
+        names of the scene, the body and the radar, so other bodies change none of them."""
         self._case = np.array([body.swerling for body in bodies], dtype=np.int64)
-        self._key, self._azimuths, self._seed = key, azimuths, seed
+        self._key = [name_key(scene, body.name, radar) for body in bodies]
+        self._azimuths, self._seed = azimuths, seed
         self._draws: BlockCache[tuple[int, int], tuple[float, ...]] = BlockCache(16 * max(1, len(bodies)))
 
     def apply(self, weight: Singles, number: Indices, azimuth: Floats, body: Indices) -> None:
@@ -60,5 +62,5 @@ class Fluctuation:
         return self._draws.get((body, draw), lambda: self._draw_factors(body, draw))
 
     def _draw_factors(self, body: int, draw: int) -> tuple[float, ...]:
-        rng, case = generator(self._seed, FLUCTUATION, int(self._key[body]), draw), int(self._case[body])
+        rng, case = generator(self._seed, FLUCTUATION, self._key[body], draw), int(self._case[body])
         return tuple(float(np.sqrt(swerling_factor(case, rng))) for _ in range(DRAWS_PER_BLOCK if per_azimuth(case) else 1))

@@ -19,7 +19,7 @@ from radar_service.plan.settings_search import (
     multipath_db,
     relative_cost,
 )
-from radar_service.scattering.fixed_scatterers import density_db
+from radar_service.scattering.surface_sampling import density_db
 from tests.scenes import point, radar, scene
 
 BALANCED = PRESETS["balanced"]

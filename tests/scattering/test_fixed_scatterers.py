@@ -1,4 +1,4 @@
-"""Fixed scatterers: cross-sections by closed form between two ends, and what each model states of itself."""
+"""Fixed scatterers: cross-sections by closed form, and what each model states of itself."""
 
 from dataclasses import replace
 from typing import Any
@@ -10,10 +10,11 @@ import radar_service as rs
 from radar_service.fidelity import PRESETS
 from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering, FixedScatterers
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
+from radar_service.scene.poses import map_from_bodies
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import point, scene
 
-LAUNCH, RECEIVE = np.array([-300.0, 0.0, 15.0]), np.array([500.0, 100.0, 15.0])
+LEFT, RIGHT = np.array([-300.0, 0.0, 15.0]), np.array([500.0, 100.0, 15.0])
 PLATE = {"name": "p", "shape": "plate", "width_m": 4, "height_m": 2, "position_m": [0, 800, 15], "heading_deg": 180,
          "material": "concrete"}  # fmt: skip
 FLAT = {"earth": "flat"}
@@ -21,7 +22,8 @@ FLAT = {"earth": "flat"}
 
 def context(made: rs.Scene, **fidelity: Any) -> ScatteringContext:
     settings = replace(PRESETS["balanced"], **fidelity)
-    return ScatteringContext(made.radar, settings, 3, made.antenna(0.0)[0], made.bodies, np.inf)
+    antenna = made.antenna(0.0)[0]
+    return ScatteringContext(made.radar, settings, 3, antenna, made.environment, made.bodies, np.inf, scene_name=made.name)
 
 
 def build(model: type[FixedScatterers], made: rs.Scene, **fidelity: Any) -> FixedScatterers:
@@ -43,57 +45,67 @@ def cosines(end: np.ndarray) -> float:
     return float(-offset[1] / np.linalg.norm(offset))
 
 
-def test_a_diffuse_plate_has_the_geometric_mean_of_both_directions() -> None:
-    """gamma A sqrt(cos_i cos_s); the plate of 4 m turns the cosines by 0.5 % from end to end: 0.1 % in the mean."""
+def test_a_diffuse_plate_has_the_cosine_of_incidence() -> None:
+    """gamma A cos i; the plate of 4 m turns the cosine by 0.5 % from end to end: 0.1 % in the mean."""
     made = scene([PLATE], environment=FLAT)
     model, gamma = build(DiffuseScattering, made), made.bodies[0].material.gamma
-    for launch, receive in ((LAUNCH, RECEIVE), (RECEIVE, LAUNCH), (LAUNCH, LAUNCH)):
-        expected = gamma * 8 * np.sqrt(cosines(launch) * cosines(receive))
-        assert total(model.echoes(launch, receive, instant(made))) == pytest.approx(expected, rel=2e-3)
+    for antenna in (LEFT, RIGHT):
+        assert total(model.echoes(antenna, instant(made))) == pytest.approx(gamma * 8 * cosines(antenna), rel=2e-3)
 
 
-def test_two_ends_at_one_position_are_one_antenna() -> None:
-    """A copy of the position, which is computed as two ends, gives the same echoes: rounding of sqrt(c c)."""
-    box = {"name": "b", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [60, 500, 0],
-           "heading_deg": 30, "material": "wood"}  # fmt: skip
-    for model, bodies in (
-        (DiffuseScattering, [PLATE, box]),
-        (DeclaredScattering, [point("t", 0, 400), {**box, "rcs_dbsm": 5}]),
-    ):
-        made = scene(bodies, environment=FLAT)
-        source, antenna = build(model, made), made.antenna(0.0)[0]
-        one, two = (source.echoes(antenna, receive, instant(made)) for receive in (antenna, antenna.copy()))
-        np.testing.assert_array_equal(one.position, two.position)
-        np.testing.assert_array_equal(one.body, two.body)
-        np.testing.assert_allclose(two.amplitude, one.amplitude, rtol=1e-12)
-
-
-def test_scatterers_must_be_visible_from_both_ends() -> None:
-    """A wall before one end takes all echoes of that pair, whichever way round."""
+def test_scatterers_must_be_visible() -> None:
+    """A wall before an antenna takes all echoes there, and none elsewhere."""
     wall = {"name": "w", "shape": "plate", "width_m": 40, "height_m": 60, "position_m": [250, 450, 20], "rcs_dbsm": 0,
             "heading_deg": 180}  # fmt: skip
     made = scene([PLATE, wall], environment=FLAT)
     model = DiffuseScattering.build(made.bodies[:1], np.array([0]), context(made))
-    counts = [len(model.echoes(a, b, instant(made))) for a, b in
-              ((LAUNCH, LAUNCH), (LAUNCH, RECEIVE), (RECEIVE, LAUNCH), (RECEIVE, RECEIVE))]  # fmt: skip
-    assert counts[0] > 40 and counts[1:] == [0, 0, 0]
+    assert len(model.echoes(LEFT, instant(made))) > 40 and len(model.echoes(RIGHT, instant(made))) == 0
 
 
 def test_visible_scatterers_share_a_declared_cross_section() -> None:
-    """A hull half behind a wall still has all of its 20 dBsm, bistatic too; the key of the wall lies between."""
+    """A hull half behind a wall still has all of its 20 dBsm, on the half that is seen; the key of the wall lies between. Energy
+    relative to the middle's range: within what 30 m do to R^-4 at 600 m, 20 %, and neighbours overlap by 4 %."""
     hull = {"name": "h", "shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "position_m": [0, 600, 0],
             "heading_deg": 90, "rcs_dbsm": 20}  # fmt: skip
     wall = {"name": "w", "shape": "plate", "width_m": 30, "height_m": 60, "position_m": [15, 300, 20], "rcs_dbsm": 0,
             "heading_deg": 180}  # fmt: skip
     made = scene([hull, wall], environment=FLAT)
     model, antenna = build(DeclaredScattering, made), made.antenna(0.0)[0]
-    free = scene([hull], environment=FLAT)
-    for receive in (antenna, RECEIVE):
-        echoes = model.echoes(antenna, receive, instant(made))
-        shares = np.bincount(echoes.body, np.abs(echoes.amplitude) ** 2, minlength=2)
-        assert shares == pytest.approx([100.0, 1.0], rel=1e-12)
-    whole = build(DeclaredScattering, free).echoes(antenna, instant(free))
-    assert 0 < np.count_nonzero(model.echoes(antenna, instant(made)).body == 0) < len(whole)
+    echoes = model.echoes(antenna, instant(made))
+    shares = np.bincount(echoes.body, np.abs(echoes.amplitude) ** 2, minlength=2)
+    assert shares == pytest.approx([100.0, 1.0], rel=0.24)
+    position = map_from_bodies(
+        echoes.position, echoes.body, *(np.array([[0, 600, 0], [15, 300, 20.0]]), np.deg2rad([90, 180]))
+    )
+    assert position[echoes.body == 0, 0].max() < 0.0
+
+
+@pytest.mark.parametrize("model", [DiffuseScattering, DeclaredScattering])
+def test_scatterers_depend_on_names_alone(model: type[FixedScatterers]) -> None:
+    """Bodies put before, after or taken away change no scatterer of the others; another name, scene or seed changes all."""
+    box = {"shape": "box", "length_m": 60, "width_m": 9, "height_m": 9, "heading_deg": 30, "material": "wood"}
+    box |= {"rcs_dbsm": 5} if model is DeclaredScattering else {}
+    named = {name: {**box, "name": name, "position_m": [0, 500, 0]} for name in "abc"}  # alike but for their names
+
+    def positions(names: str, wanted: str, scene_name: str = "test", seed: int = 3) -> np.ndarray:
+        made = scene([named[name] for name in names])
+        built = model.build(made.bodies, np.arange(len(names)), replace(context(made), scene_name=scene_name, seed=seed))
+        return np.asarray(built._position[built._body == names.index(wanted)])
+
+    alone = positions("b", "b")
+    for names in ("ab", "cba", "bc"):
+        np.testing.assert_array_equal(positions(names, "b"), alone)
+    assert not np.array_equal(positions("ab", "a"), alone)
+    assert not np.array_equal(positions("b", "b", scene_name="other"), alone)
+    assert not np.array_equal(positions("b", "b", seed=4), alone)
+
+
+def test_a_small_declared_mesh_stands_for_its_height_above_the_sea() -> None:
+    """A buoy within a cell is one echo in the middle of what is above the water, as high as that."""
+    buoy = {"name": "b", "shape": "cylinder", "radius_m": 0.5, "height_m": 4, "position_m": [0, 500, -1], "rcs_dbsm": 0}
+    made = scene([buoy], environment=FLAT)
+    (echo,) = [build(DeclaredScattering, made).echoes(made.antenna(0.0)[0], instant(made))]
+    assert len(echo) == 1 and echo.height_span[0] == pytest.approx(3.0) and echo.position[0, 2] == pytest.approx(2.5)
 
 
 def test_echoes_of_moving_bodies_turn_with_them() -> None:
@@ -102,8 +114,8 @@ def test_echoes_of_moving_bodies_turn_with_them() -> None:
     made, still = scene([moving], environment=FLAT), scene([{**PLATE, "heading_deg": 270}], environment=FLAT)
     shift = np.array([0.0, 10 * 10 * 1852 / 3600, 0.0])
     west = np.array([-700.0, 790.0, 15.0])
-    late = build(DiffuseScattering, made).echoes(west + shift, west + shift, instant(made, 10.0))
-    same = build(DiffuseScattering, still).echoes(west, west, instant(still))
+    late = build(DiffuseScattering, made).echoes(west + shift, instant(made, 10.0))
+    same = build(DiffuseScattering, still).echoes(west, instant(still))
     np.testing.assert_array_equal(late.position, same.position)
     np.testing.assert_allclose(late.amplitude, same.amplitude, rtol=1e-9)
 
@@ -120,7 +132,7 @@ def test_a_sector_leaves_out_what_lies_beside_it_and_keeps_declared_bodies_whole
         part = source.echoes(antenna, instant(made, sector=sector))
         inside = sector.contains(whole.position + [0, 500, 0])
         kept = inside if model is DiffuseScattering else np.ones(len(whole), dtype=np.bool_)
-        assert 10 < inside.sum() < len(whole) - 10
+        assert 4 < inside.sum() < len(whole) - 4
         np.testing.assert_array_equal(part.position, whole.position[kept])
         assert len(source.echoes(antenna, instant(made, sector=Sector(antenna, np.pi, 0.3, 1.0)))) == 0
 

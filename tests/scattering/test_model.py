@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.scattering.model import BodyEchoes, Sector
+from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Sector
 
 ANTENNA = np.array([100.0, -50.0, 15.0])
 
@@ -39,10 +39,18 @@ def test_a_circle_counts_where_a_part_of_it_lies_in_the_sector(half: float) -> N
 
 
 def test_echoes_whose_shapes_do_not_fit_are_refused() -> None:
-    good = np.zeros((2, 3)), np.zeros(2, dtype=complex), np.zeros(2, dtype=np.int64)
+    good = np.zeros((2, 3)), np.zeros(2, dtype=complex), *np.zeros((2, 2), dtype=np.int64), np.zeros(2)
     assert len(BodyEchoes(*good)) == 2
-    for wrong in (0, 1, 2):
+    for wrong in range(len(good)):
         parts = list(good)
         parts[wrong] = parts[wrong][:1]
         with pytest.raises(AssertionError):
             BodyEchoes(*parts)
+
+
+def test_echoes_of_points_stand_for_all_paths_and_join_in_order() -> None:
+    first, second = (BodyEchoes.of_points(np.full((n, 3), n), np.ones(n, dtype=complex), np.full(n, n)) for n in (2, 3))
+    assert (first.path == ALL_PATHS).all() and not first.height_span.any()
+    joined = BodyEchoes.joined([first, second])
+    assert joined.body.tolist() == [2, 2, 3, 3, 3] and joined.chosen(np.array([1, 2])).position[:, 0].tolist() == [2, 3]
+    assert len(BodyEchoes.joined([])) == 0

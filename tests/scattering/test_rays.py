@@ -49,7 +49,8 @@ def scatterers(made: rs.Scene, sampler: Any, seed: int) -> ScattererSet:
     """All bodies of a scene by one estimator."""
     fidelity = replace(PRESETS["balanced"], sampler=sampler)
     earth_radius = effective_earth_radius(made.environment.earth_factor)
-    context = ScatteringContext(made.radar, fidelity, seed, made.antenna(0.0)[0], made.bodies, earth_radius)
+    antenna, environment = made.antenna(0.0)[0], made.environment
+    context = ScatteringContext(made.radar, fidelity, seed, antenna, environment, made.bodies, earth_radius)
     return build_scatterers(made.bodies, range(len(made.bodies)), context)
 
 

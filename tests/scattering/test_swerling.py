@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 import radar_service as rs
+from radar_service.scattering.swerling import Fluctuation
 from tests.scenes import point, scene
 
 LEVEL = 1e-4 / 4  # four cases, 1e-4 in all
@@ -40,3 +41,38 @@ def test_power_follows_its_law_and_not_the_other(case: int) -> None:
     assert len(powers) == 600
     assert chi_square(powers, right) > LEVEL
     assert chi_square(powers, wrong) < LEVEL
+
+
+def factors(names: str, wanted: str, scene_name: str = "test", seed: int = 1, radar: str = "", case: int = 2) -> list[float]:
+    """Factors of one body among others over 40 azimuths of ten scans of four."""
+    bodies = scene([point(name, 100.0 + 50 * k, 400, swerling=case) for k, name in enumerate(names)]).bodies
+    weight = np.ones((1, 40), dtype=np.float32)
+    body = np.array([names.index(wanted)])
+    Fluctuation(bodies, scene_name, 4, seed, radar).apply(weight, np.arange(40), np.array([1.0]), body)
+    return weight[0].tolist()
+
+
+@pytest.mark.parametrize("case", [1, 2, 3, 4])
+def test_draws_depend_on_names_and_the_seed_alone(case: int) -> None:
+    """Other bodies, and their order, change no draw; another body, scene, radar or seed changes them."""
+    alone = factors("b", "b", case=case)
+    assert len(set(alone)) > 5
+    for names in ("ab", "ba", "cab", "bca"):
+        assert factors(names, "b", case=case) == alone
+    assert factors("ab", "a", case=case) != alone
+    assert factors("b", "b", scene_name="other", case=case) != alone
+    assert factors("b", "b", radar="second", case=case) != alone
+    assert factors("b", "b", seed=2, case=case) != alone
+
+
+def test_a_body_put_into_a_scene_changes_no_echo_of_another() -> None:
+    """Fields around a fluctuating hull and a wooden box are the same, whatever stands before them in the file."""
+    box = {"shape": "box", "length_m": 30, "width_m": 9, "height_m": 6}
+    wood = {**box, "name": "w", "material": "wood", "position_m": [0, 450, 0]}
+    hull = {**box, "name": "h", "rcs_dbsm": 20, "swerling": 1, "position_m": [450, 0, 0]}
+    radar = {"range_max_m": 600, "pulse_s": 1e-7, "azimuths": 64, "beamwidth_deg": 10}
+    plain = rs.Simulator(scene([wood, hull], radar=radar)).scan().field
+    more = rs.Simulator(scene([point("new", 100, 100, 15, -90, swerling=1), hull, wood], radar=radar)).scan().field
+    far = np.abs(plain) > 1e-3 * np.abs(plain).max()
+    assert far.sum() > 50
+    np.testing.assert_allclose(more[far], plain[far], rtol=2e-3)  # single precision, and a point 110 dB below

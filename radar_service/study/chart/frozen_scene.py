@@ -55,7 +55,9 @@ def all_scatterers(scene: Scene, fidelity: Fidelity, seed: int) -> ScattererSet:
     """Returns the scatterers of all bodies of a scene."""
     earth_radius = effective_earth_radius(scene.environment.earth_factor)
     antenna, environment = scene.antenna(0.0)[0], scene.environment
-    context = ScatteringContext(scene.radar, fidelity, seed, antenna, environment, scene.bodies, earth_radius)
+    context = ScatteringContext(
+        scene.radar, fidelity, seed, antenna, environment, scene.bodies, earth_radius, scene_name=scene.name
+    )
     return build_scatterers(scene.bodies, range(len(scene.bodies)), context)
 
 
