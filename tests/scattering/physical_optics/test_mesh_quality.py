@@ -65,9 +65,9 @@ def test_a_fine_curve_is_fine_until_the_wavelength_is_shorter() -> None:
 
 
 def test_the_sag_of_a_sphere_too_large_for_its_triangles() -> None:
-    """50 m: 81,920 triangles sag by 3.57 mm, and the message says 9/8 of that."""
+    """50 m: 128,000 triangles sag by 2.28 mm, and the message says 9/8 of that."""
     message = messages(shape="sphere", radius_m=50.0)
-    assert "up to 4.01 mm" in message and "beyond 0.64 mm" in message
+    assert "up to 2.57 mm" in message and "beyond 0.16 mm" in message
 
 
 def test_a_body_too_large_for_its_facets() -> None:
