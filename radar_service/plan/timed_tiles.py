@@ -1,8 +1,8 @@
 """CPU times of the engine's stages over tiles of its second scan, each computed once, in order, as a run computes them.
 
-Where a scan takes less than MAX_SECONDS, every tile is timed. Otherwise stretches of tiles, spread evenly over the scan, are timed
-until that time is spent. A tile before each stretch fills the caches, and is not counted. Visibility updates are counted apart,
-because a tile has few or none of them.
+Where a scan takes less than MAX_SECONDS, every tile is timed. Otherwise stretches of tiles, spread evenly over the scan, are
+timed until that time is spent. A tile before each stretch fills the caches, and is not counted. Visibility updates are counted
+apart, because a tile has few or none of them.
 """
 
 import time
@@ -34,7 +34,9 @@ MICROSECONDS = 1e6  # per second
 class Stopwatch:
     """CPU time [s] of each stage, of azimuths timed, and of each visibility update."""
 
-    stages: dict[str, float] = field(default_factory=lambda: dict.fromkeys(("moving", "receiver", "clutter", "interference", "profiles"), 0.0))
+    stages: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys(("moving", "receiver", "clutter", "interference", "profiles"), 0.0)
+    )
     azimuths: int = 0
     updates: dict[int, float] = field(default_factory=dict)
     _last: float = 0.0
@@ -54,7 +56,10 @@ class Stopwatch:
 
 
 def timed_costs(prepared: Prepared) -> Costs:
-    """CPU time of an azimuth on this machine. It takes MAX_SECONDS of CPU time, or that of two stretches where these take longer."""
+    """CPU time of an azimuth on this machine.
+
+    Measuring takes about MAX_SECONDS of CPU time at most, or that of MIN_TILES tiles where these take longer.
+    """
     watch, begun = Stopwatch(), time.thread_time()
     tiles = -(-prepared.scene.radar.azimuths // prepared.tile)
     for stretch in _stretches(prepared, tiles):
@@ -72,7 +77,7 @@ def timed_costs(prepared: Prepared) -> Costs:
 
 def _stretches(prepared: Prepared, tiles: int) -> Iterator[range]:
     """Stretches of the tiles of a scan: all in one where that is quick, otherwise such that any first few are spread evenly."""
-    for tile in (-3, -2):  # the first one also loads code and allocates memory
+    for tile in (-min(2, tiles), -1):  # the first one also loads code and allocates memory
         begun = time.thread_time()
         _compute(prepared, tile, Stopwatch())
     if (time.thread_time() - begun) * tiles < MAX_SECONDS:
