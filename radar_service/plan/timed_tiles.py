@@ -62,7 +62,7 @@ def timed_costs(prepared: Prepared) -> Costs:
     """
     watch, begun = Stopwatch(), time.thread_time()
     tiles = -(-prepared.scene.radar.azimuths // prepared.tile)
-    for stretch in _stretches(prepared, tiles):
+    for stretch in _stretches(prepared, tiles, watch.updates):
         spent = time.thread_time() - begun
         if watch.azimuths >= MIN_TILES * prepared.tile and spent > MAX_SECONDS:
             break
@@ -75,11 +75,14 @@ def timed_costs(prepared: Prepared) -> Costs:
     return Costs(looks=update / per_update, **{stage: seconds * each for stage, seconds in watch.stages.items()})
 
 
-def _stretches(prepared: Prepared, tiles: int) -> Iterator[range]:
-    """Stretches of the tiles of a scan: all in one where that is quick, otherwise such that any first few are spread evenly."""
+def _stretches(prepared: Prepared, tiles: int, updates: dict[int, float]) -> Iterator[range]:
+    """Stretches of the tiles of a scan: all in one where that is quick, otherwise such that any first few are spread evenly.
+
+    updates: CPU time [s] of visibility updates, to which those of the end of the first scan are added.
+    """
     for tile in (-min(2, tiles), -1):  # the first one also loads code and allocates memory
         begun = time.thread_time()
-        _compute(prepared, tile, Stopwatch())
+        _compute(prepared, tile, Stopwatch(updates=updates))
     if (time.thread_time() - begun) * tiles < MAX_SECONDS:
         yield range(tiles)
         return
@@ -108,7 +111,9 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
     prepared.shadows.at(step)
     if len(prepared.moving):
         prepared.moving.snapshot(step)
-    watch.updates.setdefault(step, watch.lap())
+    update = watch.lap()
+    if step:  # the first one is cached already
+        watch.updates.setdefault(step, update)
     rows = moving_rows(prepared, azimuths)
     watch.add("moving")
     profiles = receive(prepared, azimuths, rows, blind)
