@@ -58,10 +58,11 @@ def test_only_what_faces_something_is_concave() -> None:
     assert concave(dihedral(1.0, 1.0)) == 4
 
 
-def test_a_fine_curve_is_fine_until_the_wavelength_is_shorter() -> None:
+def test_a_fine_curve_is_fine_until_it_is_too_large_for_the_wavelength() -> None:
     ball = {"shape": "sphere", "radius_m": 0.3}
     assert "fine at a wavelength of 31.9 mm" in messages(**ball) and "convex" in messages(**ball)
-    assert "refine those that matter" in messages(wavelengths=0.1, **ball)
+    assert "fine at a wavelength of 3.19 mm" in messages(wavelengths=0.1, **ball)
+    assert "refine those that matter" in messages(wavelengths=0.1, **ball | {"radius_m": 1.0})  # 313 wavelengths
 
 
 def test_the_sag_of_a_sphere_too_large_for_its_triangles() -> None:
