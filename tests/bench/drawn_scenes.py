@@ -16,22 +16,26 @@ WAVEFORMS = (
     {"modulation": "none", "pulse_s": 250e-9, "sample_rate_hz": 20e6},
 )
 BEAMS = ((720, 3.9), (360, 5.0), (1440, 1.9), (2048, 1.2))  # azimuths and beamwidth [degrees]
-FAST = {"speed_kn": 14.0}
 
 
 def drawn_scene(seed: int, folder: Path) -> rs.Scene:
     """A scene; equal for equal seeds. Height maps are written to the folder."""
     rng = np.random.default_rng([1946, seed])
-    reach = float(np.exp(rng.uniform(np.log(1500.0), np.log(9000.0))))
-    made: list[dict[str, Any]] = [_point(rng, k, reach) for k in range(int(rng.integers(0, 60)))]
-    made += [_hull(rng, f"ship {k}", reach, scattering="optics") for k in range(_some(rng, 4))]
+    reach = float(np.exp(rng.uniform(np.log(1500.0), np.log(18_000.0))))
+    spread = float(rng.choice([30.0, 180.0]))  # degrees about north-east within which all bodies are: some tiles have none
+    made: list[dict[str, Any]] = [_point(rng, k, reach, spread) for k in range(int(rng.integers(0, 60)))]
+    made += [_hull(rng, f"ship {k}", reach, spread, scattering="optics") for k in range(_some(rng, 4))]
     made += [
-        _hull(rng, f"declared {k}", reach, rcs_dbsm=30.0, swerling=int(rng.integers(0, 3))) for k in range(_some(rng, 8))
+        _hull(rng, f"declared {k}", reach, spread, rcs_dbsm=30.0, swerling=int(rng.integers(0, 3)))
+        for k in range(_some(rng, 8))
     ]
-    made += [_house(rng, k, reach) for k in range(_some(rng, 40))]
+    made += [_house(rng, k, reach, spread) for k in range(_some(rng, 40))]
     if rng.random() < 0.4:
         made.append(_land(rng, reach, folder))
-    own = {"speed_kn": float(rng.uniform(5, 30)), "course_deg": float(rng.uniform(0, 360))} if rng.random() < 0.5 else {}
+    under_way = (
+        {"speed_kn": float(rng.uniform(5, 30)), "course_deg": float(rng.uniform(0, 360))} if rng.random() < 0.5 else {}
+    )
+    sway = {"roll_deg": 8.0, "roll_period_s": 9.0} if rng.random() < 0.2 else {}
     environment = {
         "noise": bool(rng.random() < 0.7),
         "multipath": bool(rng.random() < 0.4),
@@ -39,7 +43,7 @@ def drawn_scene(seed: int, folder: Path) -> rs.Scene:
         "rain_mm_h": float(rng.choice([0.0, 0.0, 5.0])),
     }
     return rs.load_scene(
-        {"radar": _radar(rng, reach), "own_ship": own, "environment": environment, "body": made,
+        {"radar": _radar(rng, reach), "own_ship": under_way | sway, "environment": environment, "body": made,
          "interference": [{"bearing_deg": 40.0, "prf_hz": 1800.0, "rpm": 30, "level_db": 50}] * int(rng.random() < 0.2)},
         folder=folder,
     )  # fmt: skip
@@ -60,8 +64,8 @@ def _radar(rng: np.random.Generator, reach: float) -> dict[str, Any]:
             "range_max_m": bins * SPEED_OF_LIGHT / (2.0 * rate), "pattern": pattern}  # fmt: skip
 
 
-def _location(rng: np.random.Generator, reach: float, height: float) -> list[float]:
-    bearing, distance = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.1, 0.95) * reach
+def _location(rng: np.random.Generator, reach: float, spread: float, height: float) -> list[float]:
+    bearing, distance = np.deg2rad(45.0 + rng.uniform(-spread, spread)), rng.uniform(0.1, 0.95) * reach
     return [float(distance * np.sin(bearing)), float(distance * np.cos(bearing)), height]
 
 
@@ -69,29 +73,35 @@ def _motion(rng: np.random.Generator) -> dict[str, Any]:
     return {"course_deg": float(rng.uniform(0, 360)), "speed_kn": float(rng.choice([0.0, 6.0, 14.0]))}
 
 
-def _point(rng: np.random.Generator, k: int, reach: float) -> dict[str, Any]:
+def _point(rng: np.random.Generator, k: int, reach: float, spread: float) -> dict[str, Any]:
     return {
         "name": f"point {k}",
         "shape": "point",
-        "position_m": _location(rng, reach, 5.0),
+        "position_m": _location(rng, reach, spread, 5.0),
         "rcs_dbsm": 10.0,
         **_motion(rng),
     }
 
 
-def _hull(rng: np.random.Generator, name: str, reach: float, **kind: Any) -> dict[str, Any]:
+def _hull(rng: np.random.Generator, name: str, reach: float, spread: float, **kind: Any) -> dict[str, Any]:
     length = float(rng.uniform(15, 120))
     size = {"length_m": length, "beam_m": 0.17 * length, "height_m": 0.2 * length}
-    return {"name": name, "shape": "hull", "position_m": _location(rng, reach, 0.0), **size, **_motion(rng), **kind}
+    return {"name": name, "shape": "hull", "position_m": _location(rng, reach, spread, 0.0), **size, **_motion(rng), **kind}
 
 
-def _house(rng: np.random.Generator, k: int, reach: float) -> dict[str, Any]:
+def _house(rng: np.random.Generator, k: int, reach: float, spread: float) -> dict[str, Any]:
     size = {
         "length_m": float(rng.uniform(8, 40)),
         "width_m": float(rng.uniform(8, 20)),
         "height_m": float(rng.uniform(5, 15)),
     }
-    return {"name": f"house {k}", "shape": "box", "position_m": _location(rng, reach, 0.0), "material": "concrete", **size}
+    return {
+        "name": f"house {k}",
+        "shape": "box",
+        "position_m": _location(rng, reach, spread, 0.0),
+        "material": "concrete",
+        **size,
+    }
 
 
 def _land(rng: np.random.Generator, reach: float, folder: Path) -> dict[str, Any]:
