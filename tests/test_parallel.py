@@ -139,7 +139,7 @@ def test_limit_is_in_force_in_the_documented_fidelity_and_while_costs_are_measur
     rs.Simulator(small, "documented").scan()
     assert in_force(seen) and numbers() == host
     measured: list[Numbers] = []
-    monkeypatch.setattr(cost_model, "engine_costs", watched(cost_model.engine_costs, measured))
+    monkeypatch.setattr(cost_model, "timed_costs", watched(cost_model.timed_costs, measured))
     assert rs.Simulator(small).plan.costs is not None
     assert in_force(measured) and numbers() == host
 

@@ -2,7 +2,8 @@
 
 import json
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from radar_service.fidelity import Fidelity
@@ -10,11 +11,21 @@ from radar_service.plan.bodies import bodies
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.effects import effects
 from radar_service.plan.items import PlanItem
-from radar_service.plan.settings_search import all_rests, aspect_db, combine_db, moving_db, multipath_db, resting_db
+from radar_service.plan.settings_search import (
+    all_rests,
+    aspect_db,
+    combine_db,
+    fidelity_for,
+    moving_db,
+    multipath_db,
+    resting_db,
+)
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
+from radar_service.radar.folding import remedies
+from radar_service.radar.parameters import Radar
 from radar_service.scene.world import Scene
 
-METHODS = ("at rest", "moving")
+METHODS = {"at rest": resting_db, "moving": moving_db}
 STAGE = {"looks": "visibility"}  # as text; the other costs have the names of their keys
 NOTHING_KNOWN = EngineStatistics()
 
@@ -97,7 +108,7 @@ def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NO
         statistics.counts,
         statistics.costs,
         None if statistics.costs is None else realtime_factor(scene, statistics.costs),
-        tuple(_caveats(fidelity, errors)),
+        tuple(_caveats(scene, fidelity, errors)),
     )
 
 
@@ -116,15 +127,25 @@ def _field_errors(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics
     return errors
 
 
-def _caveats(fidelity: Fidelity, errors: dict[str, float]) -> list[str]:
+def _caveats(scene: Scene, fidelity: Fidelity, errors: dict[str, float]) -> list[str]:
     """A sentence for each method that cannot keep the error budget."""
     if not fidelity.error_db or not errors:
         return []
-    limit = ErrorBudget(fidelity.error_db).method_db
-    advice = "raise sample_rate_hz, or allow a larger error" if fidelity.kernel_width > 6 else "allow a larger error"
+    budget = ErrorBudget(fidelity.error_db)
+    limit = budget.method_db
     return [
         f"the error budget cannot be kept: it allows methods a field error of {limit:.0f} dB, and with the best settings "
-        f"it is {error:.0f} dB {what}: {advice}"
+        f"it is {error:.0f} dB {what}: {_advice(scene, METHODS[what], budget)}"
         for what, error in errors.items()
         if what in METHODS and error > limit
     ]
+
+
+def _advice(scene: Scene, method_db: Callable[[Radar, Fidelity], float], budget: ErrorBudget) -> str:
+    """What lets the best settings of a method keep the budget."""
+
+    def best_db(changed: Radar) -> float:
+        return method_db(changed, fidelity_for(replace(scene, radar=changed), budget))
+
+    helpful = remedies(scene.radar, best_db, budget.method_db)
+    return ", or ".join(text for text in (helpful, "allow a larger error") if text)

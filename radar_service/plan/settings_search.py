@@ -15,6 +15,7 @@ import scipy.fft
 from radar_service.fidelity import MIN_SCATTERERS, Fidelity
 from radar_service.plan.budget import ErrorBudget
 from radar_service.radar.antenna import grid_rows
+from radar_service.radar.folding import ALIASES, KERNEL_WIDTHS, chirp_error_db, sampling_error_db
 from radar_service.radar.parameters import Radar
 from radar_service.receive.beam import azimuth_kernel, beam_spectrum
 from radar_service.receive.compression import range_kernel, waveform_spectra
@@ -27,7 +28,7 @@ from radar_service.scattering.surface_sampling import MAX_STRATA, density_db, su
 from radar_service.scene.world import Scene
 from radar_service.types import Floats
 
-KERNEL_WIDTHS, BEAM_KERNEL_WIDTHS = (4, 6, 8), (4, 6)
+BEAM_KERNEL_WIDTHS = (4, 6)
 EXTENTS = (1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 12.0, 18.0, 27.0, math.inf)  # beamwidths each side
 BLOCK_SIZES = (16, 1)  # azimuths per block: where range histories are interpolated at all, a block may be long
 INTERPOLATED_DB, EXACT_DB = -61.5, -88.0  # chirps at 12 kn (tests/bench/accuracy_table.py), and `reference` under way
@@ -38,10 +39,8 @@ BEAM_TABLE_DB = {1: -78.0, 8: -96.0}  # by oversampling: docs/engine.md#errors, 
 RESTING_DB, MOVING_DB = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
 DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with a quarter of one targets are missed (chart)
 VISIBILITY_STEPS = {1.0: 20.0, 0.2: 5.0, 0.0: 1.0}  # m, by the minimum budget [dB]: those of the three presets
-FREQUENCIES = 4096  # at which spectra are compared
 ALIASING_MARGIN = 20.0  # dB that kernels keep: their aliases lie along the whole profile, beside still weaker targets
 NEAR_BEST = 1.0  # dB: where no setting keeps the budget, the cheapest within this of the best
-ALIASES = tuple(m for m in range(-4, 5) if m)  # the kernels' transforms fall off: further ones change nothing
 
 
 def combine_db(*errors_db: float) -> float:
@@ -62,14 +61,17 @@ def aliasing_db(kernel: Kernel, frequency: Floats, power: Floats) -> float:
 
 @lru_cache(maxsize=64)
 def kernel_db(radar: Radar, width: int) -> float:
-    """Relative error [dB] of gridding echoes along range with a kernel of `width` bins; -inf where the pulse is the kernel."""
+    """Relative error [dB] of echoes along range, sampled and gridded with a kernel of `width` bins.
+
+    It holds what the samples fold of the pulse's spectrum. -inf where the pulse is the kernel.
+    """
     kernel = range_kernel(radar, width)
     if isinstance(kernel, PulseKernel):
         return -math.inf
-    frequency = scipy.fft.fftfreq(FREQUENCIES)
+    if radar.modulation == "lfm":
+        return chirp_error_db(radar, width)
     transmitted, filtered = waveform_spectra(radar)
-    spectrum = transmitted(frequency * radar.sample_rate) * filtered(frequency * radar.sample_rate)
-    return aliasing_db(kernel, frequency, np.abs(spectrum) ** 2)
+    return sampling_error_db(lambda f: transmitted(f) * filtered(f), kernel.transform, radar.sample_rate)
 
 
 @lru_cache(maxsize=64)

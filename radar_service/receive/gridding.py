@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
+from radar_service.kaiser_bessel import kernel_transform, shape_parameter
 from radar_service.types import Complexes, Floats, Indices, Profiles, Singles
 
 Tables = tuple[Singles, ...]  # of a kernel, with none, one and two of its derivatives
@@ -30,9 +31,8 @@ class Kernel:
 
     @property
     def beta(self) -> float:
-        """Shape parameter (Beatty, Nishimura and Pauly 2005, eq. 5)."""
-        s = max(self.oversampling, 1.1)  # below, the kernel degenerates; the error is then that of the grid itself
-        return float(np.pi * np.sqrt(max((self.width / s) ** 2 * (s - 0.5) ** 2 - 0.8, 0.1)))
+        """As `shape_parameter`."""
+        return shape_parameter(self.width, self.oversampling)
 
     def weights(self, x: Floats) -> tuple[Indices, Floats]:
         """First sample (E,) and weights (E, width) of points at positions x (E,) [samples]."""
@@ -52,9 +52,7 @@ class Kernel:
 
     def transform(self, frequency: Floats) -> Floats:
         """The kernel's Fourier transform at `frequency` [cycles per sample]."""
-        root = np.sqrt(np.asarray(self.beta**2 - (np.pi * self.width * frequency) ** 2, dtype=np.complex128))
-        ratio = np.where(np.abs(root) > 1e-9, np.sinh(root) / np.where(root == 0, 1.0, root), 1.0)
-        return np.asarray(self.width * ratio.real / np.i0(self.beta), dtype=np.float64)
+        return kernel_transform(frequency, self.width, self.beta)
 
     def _value(self, offset: Floats) -> Floats:
         inside = np.clip(1.0 - (2.0 * offset / self.width) ** 2, 0.0, None)

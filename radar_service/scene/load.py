@@ -125,7 +125,7 @@ class _Loader:
             start = terrain.position
             self._warn(f"{location}.heightmap", body.heightmap, terrain.loaded)
         else:
-            mesh = self._mesh(body, location, scattering == "optics")
+            mesh = self._mesh(body, location, self.radar.wavelength if scattering == "optics" else None)
         self._count(mesh, location)
         motion = motion_from_model(body, start, location, self._read_track)
         rcs = None if body.rcs_dbsm is None else 10.0 ** (body.rcs_dbsm / 10.0)
@@ -156,7 +156,7 @@ class _Loader:
         max_range = np.inf if self.radar.second_time_around else self.radar.range_max
         return Coverage(float(knots[0, 0]), float(knots[0, 1]), max_range + travel)
 
-    def _mesh(self, body: BodyModel, location: str, optics: bool) -> Mesh | None:
+    def _mesh(self, body: BodyModel, location: str, wavelength: float | None) -> Mesh | None:
         if body.mesh is not None:
             loaded = self._mesh_file(body, f"{location}.mesh")
             self._warn(f"{location}.mesh", body.mesh, loaded)
@@ -164,8 +164,8 @@ class _Loader:
         if body.shape is None or body.shape == "point":
             return None
         sizes = {key: getattr(body, key) for key in SHAPE_SIZES[body.shape]}
-        key = (body.shape, optics, *sizes.values())
-        return self._cached(key, lambda: LoadedMesh(shape_mesh(str(body.shape), sizes, optics), ())).mesh
+        key = (body.shape, wavelength, *sizes.values())
+        return self._cached(key, lambda: LoadedMesh(shape_mesh(str(body.shape), sizes, wavelength), ())).mesh
 
     def _mesh_file(self, body: BodyModel, location: str) -> LoadedMesh:
         name = str(body.mesh)

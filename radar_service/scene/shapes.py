@@ -16,22 +16,29 @@ from radar_service.scene.body import Mesh
 Floats = NDArray[np.float64]
 
 SAG = 0.004  # m between facet and curve: an eighth of an X-band wavelength, Rayleigh's limit for a smooth surface
-# Physical optics adds facets coherently. With this value the error of spheres and cylinders is at most 0.4 dB; with 1 mm it
-# is 1.0 dB; with 4 mm it is 2.5 and 15 dB, because whole strips of a cylinder have the same phase error (9.41 GHz, radius
-# 0.2 to 20 m, 8 to 12 aspects each).
-OPTICS_SAG = 0.0005  # m
-_CURVED = ("sphere", "cylinder")
-_MAX_SPLITS = 6  # 81 920 triangles: a sphere of radius r then has a sag of r / 14 000, above OPTICS_SAG beyond 7 m
+# Physical optics adds facets coherently, and equal facets repeat their error of phase, so it forms a beam of its own. With
+# these sags it is 0.2 dB; with 1/64 of the wavelength it is up to 0.8 dB (tests/scattering/physical_optics/test_curves.py).
+OPTICS_SAG = {"sphere": 1.0 / 300.0, "cylinder": 1.0 / 400.0}  # wavelengths
+_MAX_SPLITS = 6  # 81 920 triangles
 _MAX_SIDES = 2048
+_MAX_OPTICS_SIDES = 4096  # enough for radii up to 7600 wavelengths
+# A sphere with n parts to an edge of the icosahedron has 20 n^2 triangles, which sag by at most 0.292 r / n^2.
+_PARTS_SAG = 0.292
+_MIN_PARTS, _MAX_PARTS = 4, 80  # 80: OPTICS_SAG up to a radius of 73 wavelengths, 1/100 wavelength up to 219
 
 
-def shape_mesh(shape: str, sizes: dict[str, float], optics: bool = False) -> Mesh:
+def shape_mesh(shape: str, sizes: dict[str, float], wavelength: float | None = None) -> Mesh:
     """Returns the mesh of a built-in shape; sizes [m] have the names of the scene file (`radius_m`, ...).
 
-    optics: whether the body scatters by physical optics; curves are then finer (OPTICS_SAG).
+    wavelength: [m] for a body that scatters by physical optics, whose curves are finer (OPTICS_SAG); None for others.
     """
-    fine = {"sag": OPTICS_SAG} if optics and shape in _CURVED else {}
-    return SHAPES[shape](**{key.removesuffix("_m"): value for key, value in sizes.items()}, **fine)
+    plain = {key.removesuffix("_m"): value for key, value in sizes.items()}
+    if wavelength is None or shape not in OPTICS_SAG:
+        return SHAPES[shape](**plain)
+    sag = OPTICS_SAG[shape] * wavelength
+    if shape == "sphere":
+        return fine_sphere(plain["radius"], sag)
+    return cylinder(**plain, sag=sag, max_sides=_MAX_OPTICS_SIDES)
 
 
 def sphere(radius: float, sag: float = SAG) -> Mesh:
@@ -42,6 +49,26 @@ def sphere(radius: float, sag: float = SAG) -> Mesh:
     for _ in range(min(max(splits, 2), _MAX_SPLITS)):
         vertices, faces = _split(vertices, faces)
     return Mesh(radius * vertices, faces)
+
+
+def fine_sphere(radius: float, sag: float) -> Mesh:
+    """Returns a sphere about the origin: facets within `sag` [m] of it, and no more of them than needed, at most 128,000."""
+    parts = math.ceil(min(max(math.sqrt(_PARTS_SAG * radius / sag), _MIN_PARTS), _MAX_PARTS))
+    vertices, faces = _divided(*_icosahedron(), parts)
+    return Mesh(radius * vertices, faces)
+
+
+def _divided(vertices: Floats, faces: NDArray[np.int64], parts: int) -> tuple[Floats, NDArray[np.int64]]:
+    """Divides each edge into parts and each face into parts^2, with all vertices on the unit sphere."""
+    index = {(i, j): number for number, (i, j) in enumerate((i, j) for i in range(parts + 1) for j in range(parts + 1 - i))}
+    upright = [(index[i, j], index[i + 1, j], index[i, j + 1]) for i, j in index if i + j < parts]
+    turned = [(index[i + 1, j], index[i + 1, j + 1], index[i, j + 1]) for i, j in index if i + j < parts - 1]
+    share = np.array([(parts - i - j, i, j) for i, j in index]) / parts
+    points = (share @ vertices[faces]).reshape(-1, 3)
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    parted = np.array(upright + turned) + len(index) * np.arange(len(faces))[:, None, None]
+    _, first, same = np.unique(np.round(points, 9) + 0.0, axis=0, return_index=True, return_inverse=True)
+    return points[first], same.reshape(-1)[parted.reshape(-1, 3)]
 
 
 def _icosahedron() -> tuple[Floats, NDArray[np.int64]]:
@@ -79,9 +106,9 @@ def box(length: float, width: float, height: float) -> Mesh:
     return _prism(np.array(ring), height)
 
 
-def cylinder(radius: float, height: float, sag: float = SAG) -> Mesh:
-    """Returns a closed vertical cylinder above the origin: sides within `sag` [m] of the curve, at most 2048 sides."""
-    sides = 4 * math.ceil(min(max(2.0 * math.pi * math.sqrt(radius / (8.0 * sag)), 16.0), _MAX_SIDES) / 4.0)
+def cylinder(radius: float, height: float, sag: float = SAG, max_sides: int = _MAX_SIDES) -> Mesh:
+    """Returns a closed vertical cylinder above the origin: sides within `sag` [m] of the curve, at most `max_sides`."""
+    sides = 4 * math.ceil(min(max(2.0 * math.pi * math.sqrt(radius / (8.0 * sag)), 16.0), max_sides) / 4.0)
     turn = np.arange(sides) * (2.0 * np.pi / sides)
     return _prism(radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), height)
 

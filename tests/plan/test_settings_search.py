@@ -18,6 +18,7 @@ from radar_service.plan.settings_search import (
     moving_db,
     multipath_db,
     relative_cost,
+    resting_db,
 )
 from radar_service.scattering.surface_sampling import density_db
 from tests.scenes import point, radar, scene
@@ -76,11 +77,26 @@ def test_looser_budgets_are_never_dearer_and_each_is_kept_if_it_can_be() -> None
 
 
 def test_a_kernel_is_widened_where_sampling_is_coarse_and_no_more_than_helps() -> None:
-    """At 1.0 x bandwidth 8 bins reach -47 dB, 6 -44; each azimuth by itself over the full circle would gain 0.7 dB more."""
+    """At 1.0 x bandwidth 8 bins reach -60 dB, 6 -52. A chirp of 15 cycles folds so much that 6 bins are as good as any."""
     chosen = fidelity_for(under_way(sample_rate_hz=50e6), ErrorBudget())
-    assert (chosen.kernel_width, chosen.azimuths_per_block, chosen.beam_extent) == (8, 16, 12.0)
-    text = str(rs.Simulator(under_way(sample_rate_hz=50e6)).plan)
+    assert (chosen.kernel_width, chosen.azimuths_per_block, chosen.beam_extent) == (8, 16, 18.0)
+    short = under_way(sample_rate_hz=50e6, pulse_s=3e-7)
+    assert fidelity_for(short, ErrorBudget()).kernel_width == 6
+    text = str(rs.Simulator(short).plan)
     assert "! the error budget cannot be kept" in text and "raise sample_rate_hz" in text
+
+
+def test_the_error_of_a_short_chirp_holds_what_its_samples_fold() -> None:
+    """-26 dB, as tests/radar/test_folding.py measures; it is in the errors of echoes at rest and of moving ones."""
+    short = radar(pulse_s=8e-8, sample_rate_hz=50e6)
+    assert kernel_db(short, 6) == pytest.approx(-26.6, abs=0.5)
+    assert resting_db(short, BALANCED) == pytest.approx(-26.6, abs=0.5) == moving_db(short, BALANCED)
+
+
+def test_a_long_plain_pulse_has_the_error_of_its_sampled_spectrum() -> None:
+    """Beyond 64 samples a plain pulse is gridded like a chirp: it fills little of the band. A short one is its own kernel."""
+    assert -150.0 < kernel_db(radar(modulation="none", pulse_s=2e-6, sample_rate_hz=75e6), 6) < -60.0
+    assert kernel_db(radar(modulation="none", pulse_s=1e-7), 6) == -math.inf
 
 
 def test_the_choice_is_the_same_every_time() -> None:

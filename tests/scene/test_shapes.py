@@ -12,6 +12,7 @@ from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import shape_mesh
 
 Floats = NDArray[np.float64]
+WAVELENGTH = 0.0319  # m
 SMALL = 1e-12  # relative rounding of a few hundred sums of float64
 
 
@@ -69,28 +70,39 @@ def sag_of_sphere(mesh: Mesh, radius: float) -> float:
 
 @pytest.mark.parametrize("radius", [0.1, 1.0, 10.0])
 def test_curves_by_optics_are_finer(radius: float) -> None:
-    """Phases ask for half a millimetre, bounds end it at 7 m of radius, and shapes without curves stay as they are."""
-    assert sag_of_sphere(shape_mesh("sphere", {"radius_m": radius}, optics=True), radius) < max(0.0005, radius / 14_000)
+    """Phases ask for 1/300 and 1/400 wavelength, bounds end it at 73 wavelengths of radius for spheres, and shapes without
+    curves stay as they are."""
+    fine = shape_mesh("sphere", {"radius_m": radius}, wavelength=WAVELENGTH)
+    assert sag_of_sphere(fine, radius) < max(WAVELENGTH / 300, 0.0000457 * radius)
     size = {"radius_m": radius, "height_m": 3.0}
-    sides = len(shape_mesh("cylinder", size, optics=True).faces) // 4
-    assert radius * (1.0 - math.cos(math.pi / sides)) < 0.0005
-    assert sides > 1.3 * len(shape_mesh("cylinder", size).faces) // 4
+    sides = len(shape_mesh("cylinder", size, wavelength=WAVELENGTH).faces) // 4
+    assert radius * (1.0 - math.cos(math.pi / sides)) < WAVELENGTH / 400
     plain = {"length_m": 4.0, "width_m": 2.0, "height_m": 1.0}
-    assert len(shape_mesh("box", plain, optics=True).faces) == len(shape_mesh("box", plain).faces)
+    assert len(shape_mesh("box", plain, wavelength=WAVELENGTH).faces) == len(shape_mesh("box", plain).faces)
+
+
+@pytest.mark.parametrize("radius", [0.01, 0.2, 1.0])
+def test_a_fine_sphere_is_closed_and_has_no_more_facets_than_needed(radius: float) -> None:
+    mesh = shape_mesh("sphere", {"radius_m": radius}, wavelength=WAVELENGTH)
+    assert open_edges(mesh) == 0 and len(mesh.vertices) == len(mesh.faces) // 2 + 2  # Euler
+    np.testing.assert_allclose(np.linalg.norm(mesh.vertices, axis=1), radius, rtol=SMALL)
+    parts = math.sqrt(len(mesh.faces) / 20)
+    assert parts == 4 or sag_of_sphere(mesh, radius) * (parts / (parts - 1)) ** 2 > 0.95 * WAVELENGTH / 300
 
 
 def test_large_curves_by_optics_stay_within_bounds() -> None:
-    """50 m takes 81,920 triangles, which sag by r / 14 000, as `check` then says; a cylinder has 2048 sides at most."""
-    large = shape_mesh("sphere", {"radius_m": 50.0}, optics=True)
-    assert len(large.faces) == 20 * 4**6 and sag_of_sphere(large, 50.0) < 50.0 / 14_000
-    assert len(shape_mesh("cylinder", {"radius_m": 50_000.0, "height_m": 3.0}, optics=True).faces) == 4 * 2048
+    """50 m takes 128,000 triangles, which sag by r / 21 900, as `check` then says; a cylinder has 4096 sides at most."""
+    large = shape_mesh("sphere", {"radius_m": 50.0}, wavelength=WAVELENGTH)
+    assert len(large.faces) == 20 * 80**2 and sag_of_sphere(large, 50.0) < 50.0 / 21_900
+    endless = shape_mesh("cylinder", {"radius_m": 50_000.0, "height_m": 3.0}, wavelength=WAVELENGTH)
+    assert len(endless.faces) == 4 * 4096
 
 
 def test_the_loader_makes_curves_fine_where_they_scatter_by_optics() -> None:
     ball = {"shape": "sphere", "radius_m": 1.0, "position_m": [0, 900, 0]}
     bodies = [{**ball, "name": "o", "scattering": "optics"}, {**ball, "name": "d", "rcs_dbsm": 5}]
     counts = [len(body.mesh.faces) for body in rs.load_scene({"body": bodies}).bodies if body.mesh is not None]
-    assert counts == [20 * 4**5, 20 * 4**4]
+    assert counts == [20 * 53**2, 20 * 4**4]  # sqrt(0.292 x 300 / 0.0319) = 52.4
 
 
 def test_spheres_stay_within_bounds() -> None:

@@ -12,7 +12,7 @@ from radar_service.scene.body import Body, Mesh
 from radar_service.scene.world import Scene
 
 MAX_CURVE_BEND = math.radians(30.0)  # between facets: less may approximate a curve, more is an edge
-MAX_SAG = 1.0 / 50.0  # of the wavelength, 0.6 mm at X band: curves that sag no more err by 0.5 dB at most (scene/shapes.py)
+MAX_SAG = 1.0 / 200.0  # of the wavelength, 0.16 mm at X band: curves that sag no more err by about 0.2 dB (scene/shapes.py)
 
 
 def mesh_quality(scene: Scene, bounces: int) -> dict[str, list[str]]:
@@ -55,7 +55,7 @@ def _curves(mesh: Mesh, radar: Radar) -> list[str]:
         return [f"curves sag by at most {1e3 * sag:.2g} mm, fine at a wavelength of {1e3 * radar.wavelength:.3g} mm"]
     return [
         f"bends below {math.degrees(MAX_CURVE_BEND):.0f} degrees, if they approximate curves, leave facets up to "
-        f"{1e3 * sag:.3g} mm off them; beyond {1e3 * limit:.2g} mm, 1/50 of the wavelength, curves err by over 0.5 dB: refine "
+        f"{1e3 * sag:.3g} mm off them; beyond {1e3 * limit:.2g} mm, 1/200 of the wavelength, curves err by over 0.2 dB: refine "
         "those that matter"
     ]
 

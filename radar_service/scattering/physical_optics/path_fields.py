@@ -14,7 +14,7 @@ from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
 from radar_service.scattering.physical_optics.facet_integral import corner_phasors, scattering_amplitude
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes
-from radar_service.types import Complexes, Floats, Indices
+from radar_service.types import Complexes, Floats
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from radar_service.constants import KNOT
+from radar_service.radar.folding import least_chirp_error_db, remedies
 from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.error import SceneError
 from radar_service.scene.platform import Platform
 from radar_service.scene.world import World
 
-MIN_UNWINDOWED_PRODUCT = 14.0  # bandwidth x pulse: below, without a window, the field error exceeds -40 dB
-MIN_UNWINDOWED_SAMPLING = 1.1  # sample rate / bandwidth: the same
+MAX_CHIRP_ERROR_DB = -40.0  # of the field, what the samples fold: the default error budget
 MAX_STATIC_EXTENT = 150_000.0  # m between bodies at rest: above, visibility is wrong on 1 % of a 1 m body's surface
 MAX_DOPPLER_SHIFT = 0.5  # range cells c / 2B: the shift within the pulse is not modelled
 MAX_POWER = 1e34  # W: transforms in single precision overflow at 3.4e38
@@ -31,7 +31,7 @@ def pulse_doppler_shift(speed: float, pulse: float, wavelength: float) -> float:
 
 def validity_warnings(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
     """Yields a warning for each setting with which echoes may be inaccurate."""
-    yield from _unwindowed_chirp(radar)
+    yield from _folding(radar)
     yield from _doppler(world, radar, platform)
     yield from _static_extent(world.bodies)
 
@@ -49,23 +49,17 @@ def check_echo_power(radar: Radar, bodies: Sequence[Body]) -> None:
         )
 
 
-def _unwindowed_chirp(radar: Radar) -> Iterator[str]:
-    if radar.modulation != "lfm" or radar.window != "none":
+def _folding(radar: Radar) -> Iterator[str]:
+    """Warns where a chirp's spectrum exceeds the sampled band so far that the field errs."""
+    if radar.modulation != "lfm" or (error := least_chirp_error_db(radar)) <= MAX_CHIRP_ERROR_DB:
         return
     product, ratio = radar.bandwidth * radar.pulse, radar.sample_rate / radar.bandwidth
-    if product < MIN_UNWINDOWED_PRODUCT:
-        yield (
-            f"radar.pulse_s: bandwidth x pulse is {product:.3g} and window is none, so the chirp's spectrum exceeds its "
-            "band "
-            f"and the field error exceeds -40 dB: lengthen the pulse to a product of {MIN_UNWINDOWED_PRODUCT:g} or set "
-            "a window"
-        )
-    elif ratio < MIN_UNWINDOWED_SAMPLING:
-        yield (
-            f"radar.sample_rate_hz: the rate is {ratio:.3g} times the bandwidth and window is none, so the field error "
-            "exceeds -40 dB: "
-            f"sample at {MIN_UNWINDOWED_SAMPLING:g} times the bandwidth or more, or set a window"
-        )
+    helpful = remedies(radar, least_chirp_error_db, MAX_CHIRP_ERROR_DB) or "raise sample_rate_hz and lengthen pulse_s"
+    yield (
+        f"radar.sample_rate_hz: with bandwidth x pulse {product:.3g}, window {radar.window} and {ratio:.3g} x bandwidth, the "
+        f"chirp's spectrum exceeds the sampled band: the field error is {error:.0f} dB, above {MAX_CHIRP_ERROR_DB:.0f} dB: "
+        f"{helpful}"
+    )
 
 
 def _doppler(world: World, radar: Radar, platform: Platform) -> Iterator[str]:

@@ -58,16 +58,17 @@ def test_only_what_faces_something_is_concave() -> None:
     assert concave(dihedral(1.0, 1.0)) == 4
 
 
-def test_a_fine_curve_is_fine_until_the_wavelength_is_shorter() -> None:
+def test_a_fine_curve_is_fine_until_it_is_too_large_for_the_wavelength() -> None:
     ball = {"shape": "sphere", "radius_m": 0.3}
     assert "fine at a wavelength of 31.9 mm" in messages(**ball) and "convex" in messages(**ball)
-    assert "refine those that matter" in messages(wavelengths=0.1, **ball)
+    assert "fine at a wavelength of 3.19 mm" in messages(wavelengths=0.1, **ball)
+    assert "refine those that matter" in messages(wavelengths=0.1, **ball | {"radius_m": 1.0})  # 313 wavelengths
 
 
 def test_the_sag_of_a_sphere_too_large_for_its_triangles() -> None:
-    """50 m: 81,920 triangles sag by 3.57 mm, and the message says 9/8 of that."""
+    """50 m: 128,000 triangles sag by 2.28 mm, and the message says 9/8 of that."""
     message = messages(shape="sphere", radius_m=50.0)
-    assert "up to 4.01 mm" in message and "beyond 0.64 mm" in message
+    assert "up to 2.56 mm" in message and "beyond 0.16 mm" in message
 
 
 def test_a_body_too_large_for_its_facets() -> None:
@@ -83,5 +84,5 @@ def test_a_ship_is_concave_and_declared_bodies_have_no_messages(tmp_path: Path) 
 
 
 def test_a_sphere_made_elsewhere_is_judged_by_its_mesh(tmp_path: Path) -> None:
-    messages_by_n = ["\n".join(mesh_quality(loaded(tmp_path, cube_sphere(0.3, n)), 3)["body"]) for n in (5, 32)]
+    messages_by_n = ["\n".join(mesh_quality(loaded(tmp_path, cube_sphere(0.3, n)), 3)["body"]) for n in (5, 48)]
     assert "refine" in messages_by_n[0] and "fine at" in messages_by_n[1]

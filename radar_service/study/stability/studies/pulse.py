@@ -7,7 +7,6 @@ import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.receive.compression import compression_for
-from radar_service.scene.checks.validity import MIN_UNWINDOWED_PRODUCT
 from radar_service.scene.radar_model import MIN_CHIRP_PRODUCT
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp
@@ -49,11 +48,11 @@ def sampling_rate(fine: int = 1) -> Finding:
         limit=BUDGET_DB,
         limit_reason="the default error budget of the field",
         boundary=crossing(ratios[::-1], np.array(unweighted)[::-1], BUDGET_DB),
-        expected=Expected(1.09, 0.02, "measured; the service warns below 1.1"),
+        expected=Expected(1.09, 0.02, "measured; the service warns where it predicts more than -40 dB"),
         response="warning",
-        instead="a default of 1.5, a warning below 1.1",
-        details="The service refuses a sampling rate below the bandwidth. Without a window it warns below 1.1 times the "
-        "bandwidth. The default is 1.5.",
+        instead="a default of 1.5, a warning with the predicted error",
+        details="The service refuses a sampling rate below the bandwidth. It predicts the error, and warns above -40 dB. The "
+        "default is 1.5.",
     )
 
 
@@ -74,11 +73,10 @@ def short_chirps(fine: int = 1) -> Finding:
         limit=BUDGET_DB,
         limit_reason="the default error budget of the field",
         boundary=crossing(products[::-1], np.array(unweighted)[::-1], BUDGET_DB, log=True),
-        expected=Expected(13.5, 0.04, "measured; the service warns below 14"),
+        expected=Expected(13.5, 0.04, "measured; the service warns where it predicts more than -40 dB"),
         response="warning",
-        instead=f"a warning below {MIN_UNWINDOWED_PRODUCT:g}, a refusal below {MIN_CHIRP_PRODUCT}",
-        details=f"The service refuses a product below {MIN_CHIRP_PRODUCT}. Without a window it warns below "
-        f"{MIN_UNWINDOWED_PRODUCT:g}.",
+        instead=f"a warning with the predicted error, a refusal below {MIN_CHIRP_PRODUCT}",
+        details=f"The service refuses a product below {MIN_CHIRP_PRODUCT}. It predicts the error, and warns above -40 dB.",
     )
 
 

@@ -1,0 +1,70 @@
+"""The error of sampled pulses: what lies beyond the sampled band folds into it, and a gridding kernel folds it otherwise.
+
+Sampling at a delay folds each alias Y(f + m fs) of the compressed pulse's spectrum into the band. Gridding keeps Y(f) alone and
+adds the kernel's aliases, Y(f) K(f + m fs) / K(f). Over random delays the aliases are independent of each other. The error is
+the energy of their differences, as a share of the energy of the sampled pulse.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache, partial
+
+import numpy as np
+import scipy.fft
+
+from radar_service.kaiser_bessel import kernel_transform, shape_parameter
+from radar_service.radar.parameters import Radar
+from radar_service.radar.waveform import compressed_spectrum
+from radar_service.types import Complexes, Floats
+
+FREQUENCIES = 1024  # in the sampled band, at which spectra are compared
+ALIASES = tuple(m for m in range(-4, 5) if m)  # spectra and kernels fall off: further ones change nothing
+KERNEL_WIDTHS = (4, 6, 8)  # samples
+RATES = (1.1, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0)  # sample rates that are proposed, in bandwidths
+LENGTHS = (1.5, 2.0, 3.0, 5.0, 10.0, 20.0)  # pulse lengths that are proposed, in those of the radar
+
+
+def sampling_error_db(spectrum: Callable[[Floats], Complexes], transform: Callable[[Floats], Floats], rate: float) -> float:
+    """Relative field error [dB] of pulses at random delays, spread by a kernel on samples at `rate` [Hz].
+
+    spectrum: of the compressed pulse, a function of frequency [Hz]; transform: of the kernel, of frequency [cycles per sample].
+    """
+    frequency = scipy.fft.fftfreq(FREQUENCIES)
+    inside, own = spectrum(frequency * rate), transform(frequency)
+    error, energy = 0.0, float(np.sum(np.abs(inside) ** 2))
+    for m in ALIASES:
+        folded = spectrum((frequency + m) * rate)
+        error += float(np.sum(np.abs(folded - inside * (transform(frequency + m) / own)) ** 2))
+        energy += float(np.sum(np.abs(folded) ** 2))
+    return float(10.0 * np.log10(error / energy))
+
+
+def chirp_error_db(radar: Radar, width: int) -> float:
+    """Relative field error [dB] of a radar's chirps at random delays, spread by a kernel of `width` samples."""
+    return _chirp_error_db(radar.bandwidth * radar.pulse, radar.sample_rate / radar.bandwidth, radar.window, width)
+
+
+def least_chirp_error_db(radar: Radar) -> float:
+    """Relative field error [dB] of a radar's chirps at random delays, with the kernel that suits them best."""
+    return min(chirp_error_db(radar, width) for width in KERNEL_WIDTHS)
+
+
+@lru_cache(maxsize=256)
+def _chirp_error_db(product: float, ratio: float, window: str, width: int) -> float:
+    """The same for bandwidth x pulse and sample rate / bandwidth, on which alone it depends."""
+    spectrum = partial(compressed_spectrum, bandwidth=1.0, pulse=product, window=window)
+    transform = partial(kernel_transform, width=width, beta=shape_parameter(width, ratio))
+    return sampling_error_db(spectrum, transform, ratio)
+
+
+def remedies(radar: Radar, error_db: Callable[[Radar], float], limit_db: float) -> str:
+    """What brings an error down to `limit_db` [dB], as text: each remedy alone; "" where none does."""
+    rates = [ratio * radar.bandwidth for ratio in RATES if ratio * radar.bandwidth > radar.sample_rate]
+    lengths = [factor * radar.pulse for factor in LENGTHS]
+    changes = [
+        [(f"raise sample_rate_hz to {rate:.4g}", replace(radar, sample_rate=rate)) for rate in rates],
+        [(f"lengthen pulse_s to {length:.3g}", replace(radar, pulse=length)) for length in lengths],
+        [('set window = "hamming"', replace(radar, window="hamming"))] if radar.window == "none" else [],
+    ]
+    helpful = [next((text for text, changed in kind if error_db(changed) <= limit_db), None) for kind in changes]
+    return ", or ".join(text for text in helpful if text is not None)

@@ -1,0 +1,122 @@
+"""Costs of tiles by a clock that the test moves: each stage takes a known time, so costs are known."""
+
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.engine.pipeline import Prepared, prepare
+from radar_service.fidelity import PRESETS
+from radar_service.plan import timed_tiles
+from radar_service.plan.timed_tiles import MAX_SECONDS, MIN_TILES, STRETCHES, timed_costs
+from tests.scenes import point, scene
+
+SMALL = {"azimuths": 960, "beamwidth_deg": 1.5, "range_max_m": 1500, "pulse_s": 2e-6, "rpm": 24}
+MOVING = point("c", -300, 300, speed_kn=12, course_deg=90)
+OTHER = {"bearing_deg": 40, "prf_hz": 2000.0, "rpm": 30, "level_db": 60, "beamwidth_deg": 2}
+
+
+def prepared_from(*bodies: dict[str, Any], **sections: Any) -> Prepared:
+    made: rs.Scene = scene(list(bodies), radar=SMALL, **sections)
+    return prepare(made, PRESETS["balanced"], 0)
+
+
+class Clock:
+    """CPU time that moves only in the stages of tiles, by what each of them takes; it notes the tiles."""
+
+    def __init__(self, patch: pytest.MonkeyPatch, **seconds: float) -> None:
+        self.now, self.tiles = 0.0, list[int]()
+        patch.setattr(time, "thread_time", lambda: self.now)
+        for stage in ("moving_rows", "receive", "add_clutter", "add_interference", "add_resting"):
+            patch.setattr(timed_tiles, stage, self._slow(stage, seconds.get(stage, 0.0)))
+
+    def _slow(self, stage: str, seconds: float) -> Any:
+        original = getattr(timed_tiles, stage)
+
+        def slow(prepared: Prepared, *given: Any) -> Any:
+            self.now += seconds
+            if stage == "add_interference":
+                azimuths = given[1]
+                self.tiles.append(int(azimuths.number[0]) // prepared.tile)
+            return original(prepared, *given)
+
+        return slow
+
+
+def test_each_stage_has_its_own_cost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scan of 30 tiles that takes less than a second is timed tile by tile, in order, after the end of the first scan."""
+    prepared = prepared_from(MOVING, environment={"noise": True, "sea_state": 3}, interference=[OTHER])
+    stages = {"moving_rows": 0.002, "receive": 0.003, "add_clutter": 0.004, "add_interference": 0.005, "add_resting": 0.006}
+    clock = Clock(monkeypatch, **stages)
+    costs, each = timed_costs(prepared), 1e6 / prepared.tile
+    assert (costs.moving, costs.receiver, costs.clutter, costs.interference, costs.profiles) == pytest.approx(
+        [seconds * each for seconds in stages.values()]
+    )
+    tiles = 960 // prepared.tile
+    assert clock.tiles[-tiles:] == list(range(tiles, 2 * tiles)) and set(clock.tiles[:-tiles]) == {tiles - 2, tiles - 1}
+
+
+def test_visibility_updates_cost_their_mean_as_often_as_they_occur(monkeypatch: pytest.MonkeyPatch) -> None:
+    """12 kn for 2.5 s in steps of 5 m: 3.087 updates per scan, of 0.1 s each."""
+    prepared = prepared_from(MOVING)
+    clock = Clock(monkeypatch)
+    update = prepared.shadows.computed
+
+    def slow(step: int) -> Any:
+        clock.now += 0.1
+        return update(step)
+
+    monkeypatch.setattr(prepared.shadows, "computed", slow)
+    costs = timed_costs(prepared)
+    assert costs.looks == pytest.approx(3.087 * 0.1e6 / 960, rel=1e-3)
+    assert costs.total == pytest.approx(costs.looks)
+
+
+def test_the_first_visibility_update_is_cached_and_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A body at 1 kn needs one update a scan, of 0.1 s; that of the first scan is known before."""
+    prepared = prepared_from(MOVING | {"speed_kn": 1.0})
+    prepared.shadows.at(0)
+    clock = Clock(monkeypatch)
+    update = prepared.shadows.computed
+
+    def slow(step: int) -> Any:
+        clock.now += 0.1
+        return update(step)
+
+    monkeypatch.setattr(prepared.shadows, "computed", slow)
+    assert timed_costs(prepared).looks == pytest.approx(0.1e6 / 960)
+
+
+def test_a_slow_scan_is_timed_in_stretches_all_round_until_the_time_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
+    prepared = prepared_from(MOVING)
+    clock = Clock(monkeypatch, receive=0.06)
+    assert timed_costs(prepared).receiver == pytest.approx(0.06 * 1e6 / prepared.tile)
+    assert clock.now < MAX_SECONDS + 0.06 * (1 + 960 / prepared.tile / STRETCHES) + 0.12
+    quarters = (np.array(clock.tiles) % (960 // prepared.tile)) * 4 // (960 // prepared.tile)
+    assert set(quarters.tolist()) == {0, 1, 2, 3}
+
+
+def test_a_very_slow_scan_has_few_tiles_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each tile takes ten seconds: two stretches and the tiles before them."""
+    prepared = prepared_from(MOVING)
+    clock = Clock(monkeypatch, receive=10.0)
+    assert timed_costs(prepared).receiver == pytest.approx(10.0 * 1e6 / prepared.tile)
+    assert len(clock.tiles) <= 2 + 2 * (MIN_TILES + 1)
+
+
+@pytest.mark.parametrize("azimuths", [8, 40, 100])
+def test_a_scan_of_one_or_two_tiles_is_timed_too(azimuths: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And none before the start of the simulation."""
+    radar = SMALL | {"azimuths": azimuths, "beamwidth_deg": 60}
+    prepared = prepare(scene([MOVING], radar=radar), PRESETS["balanced"], 0)
+    clock = Clock(monkeypatch, receive=2.0)
+    assert timed_costs(prepared).receiver > 0.0
+    assert min(clock.tiles) >= 0
+
+
+def test_stages_that_a_scene_lacks_cost_next_to_nothing() -> None:
+    costs = timed_costs(prepared_from(point("t", 0, 500)))
+    assert costs.clutter + costs.interference < 0.2 * costs.total
+    assert costs.profiles > 0.0
