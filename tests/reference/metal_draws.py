@@ -13,6 +13,7 @@ Lengths and ranges are drawn evenly in their logarithm, angles and heights evenl
 | sea reflects | always in rows 1 and 2; in 60 % of the others |
 | hidden | 0 to 95 % of a plate, by a tall wall from one side or a low one from below, at 30 to 95 % of the range |
 | turning | 0.5 to 6 degrees/s either way, a quarter of them due north; 30 % pass at 5 to 40 knots instead |
+| spokes | rows 2 and 6: all within the half-power beam, 720 a scan, 24 rpm, 3.9 degrees, 5 MHz: a body fills one range cell |
 | points | 0.5 to 25 m high, 5 to 40 knots, half of them straight in or out, within 5 antenna heights to 4000 m, up to 60 s late |
 """
 

@@ -180,13 +180,8 @@ def sea_rays(position: Floats, setting: Setting) -> Rays:
 # --------------------------------------------------------------------------------------------------------------- the currents
 
 
-def contributions(
-    elements: Elements, sheet: bool, setting: Setting, screens: Sequence[Screen] = (), linear: bool = False
-) -> Contributions:
-    """What elements return by each number of ways over the sea; the sum over all is the scattered amplitude.
-
-    linear: whether the phase is linear across an element, which then returns sinc times sinc of what its middle would.
-    """
+def contributions(elements: Elements, sheet: bool, setting: Setting, screens: Sequence[Screen] = ()) -> Contributions:
+    """What elements return by each number of ways over the sea; the sum over all is the scattered amplitude."""
     position = elements.position
     direct = direct_rays(position, setting)
     azimuth = np.arctan2(position[:, 0], position[:, 1])
@@ -220,14 +215,6 @@ def current(there: Rays, back: Rays, outward: Floats, upward: Floats, setting: S
     across = upward * there.level - outward * there.rise
     along = there.rise * back.level - there.level * back.rise
     return along * across - (there.level * back.level + there.rise * back.rise) * facing
-
-
-def smeared(elements: Elements, azimuth: Floats, there: Rays, back: Rays, setting: Setting) -> Floats:
-    """Mean (M,) of exp(-j k (d_a + d_b) . r) over elements, to first order."""
-    level = there.level + back.level
-    gradient = np.stack([level * np.sin(azimuth), level * np.cos(azimuth), there.rise + back.rise], axis=1)
-    phase = setting.wavenumber * np.einsum("mij,mj->mi", elements.edges, gradient)
-    return np.sinc(phase[:, 0] / (2 * np.pi)) * np.sinc(phase[:, 1] / (2 * np.pi))
 
 
 # ---------------------------------------------------------------------------------------------------------------- the shadows
@@ -392,9 +379,9 @@ def equal_elements(quad: Floats, size: float) -> Elements:
 
 def screened_elements(quad: Floats, setting: Setting) -> Elements:
     """Elements of a quadrangle on which the shadow of a low wall runs along the first edge: Gauss-Legendre nodes along it;
-    across it equal elements, over which the phase turns by 0.5 rad at most, and 128 or more of them."""
+    across it equal elements, over which the phase turns by 0.3 rad at most (0.4 %), and 128 or more of them."""
     along, across = turns(quad, setting)
-    elements = bilinear(quad, gauss_for(along), midpoints(int(np.ceil(max(across / 0.5, 128.0)))))
+    elements = bilinear(quad, gauss_for(along), midpoints(int(np.ceil(max(across / 0.3, 128.0)))))
     elements.edges[:, 0] = 0.0
     return elements
 
@@ -415,7 +402,7 @@ def pieces(faces: Sequence[Face], setting: Setting, screens: Sequence[Screen], s
             polygons = [part for polygon in polygons for part in beside(polygon, screen)]
         for quad in (quad for polygon in polygons for quad in quadrangles(polygon)):
             elements = screened_elements(quad, setting) if low else smooth_elements(quad, setting)
-            result += [contributions(part, face.sheet, setting, low, bool(low)) for part in chunks(elements)]
+            result += [contributions(part, face.sheet, setting, low) for part in chunks(elements)]
     return result
 
 
