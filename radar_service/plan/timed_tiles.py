@@ -58,7 +58,8 @@ class Stopwatch:
 def timed_costs(prepared: Prepared) -> Costs:
     """CPU time of an azimuth on this machine.
 
-    Measuring takes about MAX_SECONDS of CPU time at most, or that of MIN_TILES tiles where these take longer.
+    Measuring takes about MAX_SECONDS of CPU time, more where tiles are uneven, or that of MIN_TILES tiles where these take
+    longer.
     """
     watch, begun = Stopwatch(), time.thread_time()
     tiles = -(-prepared.scene.radar.azimuths // prepared.tile)
