@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from radar_service.frames import polar_from_map
+from radar_service.propagation.legs import reflection_points
 from radar_service.scene.body import Body
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
@@ -129,3 +130,25 @@ def test_rays_are_counted() -> None:
     before = count.rays
     made.occluded(np.array([[0.0, 900, 15], [900, 0, 15]]), ANTENNA, 0.0)
     assert count.rays == before + 1  # the second line passes far from the box
+
+
+@pytest.mark.parametrize("motion", [{}, MOVES], ids=["at rest", "under way"])
+@pytest.mark.parametrize("earth", [EARTH, np.inf])
+def test_rays_by_the_sea_are_stopped_on_either_part(motion: dict[str, Any], earth: float) -> None:
+    """From 15 m up to 15 m at 900 m the sea reflects half way. A low box stands in the reflection point's place, before it, or
+    behind it: only there it stops the ray, although the direct ray passes above all of them."""
+    target = points((0, 900, 15))
+    for north, height, stopped in ((450, 2, True), (300, 4, False), (300, 6, True), (600, 4, False), (600, 6, True)):
+        made = OcclusionScene(bodies(TARGET, box(north, **{**motion, "height_m": height})), earth)
+        foot, _ = reflection_points(target.position, ANTENNA, earth)
+        assert bool(made.visible_by_sea(target, foot, ANTENNA, 0.0, 1e5)[0]) != stopped
+        assert made.visible(target, ANTENNA, 0.0, 1e5)[0]
+
+
+def test_others_that_may_occlude_stand_between() -> None:
+    made = OcclusionScene(bodies(TARGET, box(400), box(400, 200.0), box(1000), box(500, **MOVES)), EARTH)
+    assert made.other_occluders(0, ANTENNA, 0.0)[0].tolist() == [1, 4]
+    assert made.other_occluders(0, ANTENNA, 60.0)[0].tolist() == [1]
+    assert made.other_occluders(0, ANTENNA, 0.0, movers=False)[0].tolist() == [1]
+    among = made.visible(points((0, 900, 15)), ANTENNA, 0.0, 1e5, True, [])
+    assert not among[0]  # bodies at rest always count
