@@ -31,7 +31,7 @@ def blocks(mesh: Mesh) -> tuple[Block, ...]:
     if np.ptp(corners[:, :, :2].reshape(-1, 2), axis=0).max() <= BLOCK:
         return (_block(corners, np.arange(len(corners))),)
     corners, triangle = cut_triangles(corners, BLOCK)
-    column = np.floor(corners.mean(axis=1)[:, :2] / BLOCK)
+    column = np.floor((corners.mean(axis=1) - mesh.vertices[mesh.faces].min(axis=(0, 1)))[:, :2] / BLOCK)
     _, number = np.unique(column, axis=0, return_inverse=True)
     members = [np.flatnonzero(number.reshape(-1) == n) for n in range(int(number.max()) + 1)]
     return tuple(_block(corners[which], triangle[which]) for which in members)
