@@ -7,9 +7,11 @@ import numpy as np
 
 from radar_service.frames import Polar, distances_from_map
 from radar_service.scene.body import Body
-from radar_service.scene.poses import MAP_POSE, BodyPose, BodyPoses, merged_mesh
+from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh
 from radar_service.trace.embree import RayCount
+from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
+from radar_service.trace.shadow_sectors import shadow_sectors
 from radar_service.types import Flags, Floats, Indices
 
 
@@ -39,12 +41,7 @@ class OcclusionScene:
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
         merged = merged_mesh([body for body in bodies if body.motion.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
-        self._movers = {
-            i: Occluder(body.mesh, earth_radius, rays)
-            for i, body in enumerate(bodies)
-            if body.mesh is not None and not body.motion.at_rest and i not in without
-        }
-        self._poses = BodyPoses([bodies[i] for i in self._movers])
+        self._moving = MovingOccluders(bodies, earth_radius, without, rays)
 
     def visible(self, points: SurfacePoints, antenna: Floats, time: float, max_range: float, movers: bool = True) -> Flags:
         """Which points (E,) have a line of sight to the antenna (3,) at `time` [s].
@@ -54,13 +51,12 @@ class OcclusionScene:
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
-        left = np.flatnonzero(~over & (slant < max_range))
-        for occluder, pose, key in self._occluders(points.body, time, movers):
-            own = (self._resting[points.body] if key is None else points.body == key)[left]
+        visible: Flags = ~over & (slant < max_range)
+        for occluder, pose, key, which in self._occluders(points, np.flatnonzero(visible), antenna, time, movers):
+            left = which[visible[which]]
+            own = self._resting[points.body[left]] if key is None else points.body[left] == key
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
-                left = left[~self._occluded_by(occluder, pose, points, antenna, left, own)]
-        visible = np.zeros(len(position), dtype=np.bool_)
-        visible[left] = True
+                visible[left[self._occluded_by(occluder, pose, points, antenna, left, own)]] = False
         return visible
 
     def occluded(self, position: Floats, antenna: Floats, time: float, movers: bool = True) -> Flags:
@@ -68,14 +64,20 @@ class OcclusionScene:
         occluded = np.zeros(len(position), dtype=np.bool_)
         if self._resting_occluder is not None:
             occluded |= self._resting_occluder.occludes(MAP_POSE, antenna, position)
-        for key, pose in self._mover_poses(time).items() if movers else ():
-            occluded |= self._movers[key].occludes(pose, antenna, position)
+        if movers:
+            distance, _ = distances_from_map(position, antenna, self.earth_radius)
+            for mover in self._moving.before(position, distance, antenna, time):
+                occluded[mover.points] |= mover.occluder.occludes(mover.pose, antenna, position[mover.points])
         return occluded
 
     def resting_shadow_sector(self, antenna: Floats) -> tuple[float, float, float]:
-        """The sector that bodies at rest may occlude, as `Occluder.shadow_sector`; a half width of 0 where nothing rests."""
-        resting = self._resting_occluder
-        return (0.0, 0.0, np.inf) if resting is None else resting.shadow_sector(MAP_POSE, antenna)
+        """The sector that bodies at rest may occlude: azimuth of its middle and half width [rad], ground distance of its start
+        [m]; a half width of 0 where nothing rests."""
+        if self._resting_occluder is None:
+            return 0.0, 0.0, np.inf
+        centre, radius = self._resting_occluder.sphere
+        middle, half, begin = shadow_sectors(centre[None], np.array([radius]), antenna)
+        return float(middle[0]), float(half[0]), float(begin[0])
 
     def shadowed(self, position: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
         """Indices of resting positions that a moving body occludes at `time` [s], each once.
@@ -83,25 +85,26 @@ class OcclusionScene:
         position: (E, 3), visible past all bodies at rest, by rising azimuth; polar: the same relative to the antenna (3,).
         """
         shadowed = [np.zeros(0, dtype=np.int64)]
-        for key, pose in self._mover_poses(time).items() if len(position) else ():
-            occluder = self._movers[key]
-            middle, half, begin = occluder.shadow_sector(pose, antenna)
-            behind = _within(polar.azimuth, middle, half)
-            behind = behind[polar.distance[behind] >= begin]
+        for _, occluder, pose, behind in self._moving.before(position, polar.distance, antenna, time):
             shadowed.append(behind[occluder.occludes(pose, antenna, position[behind])])
         return np.unique(np.concatenate(shadowed))
 
-    def _occluders(self, body: Indices, time: float, movers: bool) -> list[tuple[Occluder, BodyPose, int | None]]:
-        """All occluders at `time` [s], their poses and body indices (None: all bodies at rest). The resting one comes first,
-        but a mover that all points lie on comes before it, as it occludes most of itself."""
-        result: list[tuple[Occluder, BodyPose, int | None]] = []
+    def _occluders(
+        self, points: SurfacePoints, which: Indices, antenna: Floats, time: float, movers: bool
+    ) -> list[tuple[Occluder, BodyPose, int | None, Indices]]:
+        """All that may occlude any of points `which` (W,) at `time` [s]: occluders, their poses, body indices (None: all bodies
+        at rest), and indices of the points. The resting one comes first, but a mover that all points lie on comes before it,
+        as it occludes most of itself."""
+        result: list[tuple[Occluder, BodyPose, int | None, Indices]] = []
         if self._resting_occluder is not None:
-            result.append((self._resting_occluder, MAP_POSE, None))
-        result += [(self._movers[key], pose, key) for key, pose in (self._mover_poses(time) if movers else {}).items()]
-        return sorted(result, key=lambda occluder: occluder[2] is None or not (body == occluder[2]).all())
-
-    def _mover_poses(self, time: float) -> dict[int, BodyPose]:
-        return dict(zip(self._movers, self._poses.each_at(time), strict=True))
+            result.append((self._resting_occluder, MAP_POSE, None, which))
+        if movers:
+            position = points.position[which]
+            distance, _ = distances_from_map(position, antenna, self.earth_radius)
+            for key, occluder, pose, some in self._moving.before(position, distance, antenna, time):
+                result.append((occluder, pose, key, which[some]))
+        own = set(np.unique(points.body[which]).tolist())
+        return sorted(result, key=lambda occluder: {occluder[2]} != own)
 
     def _occluded_by(
         self, occluder: Occluder, pose: BodyPose, points: SurfacePoints, antenna: Floats, which: Indices, own: Flags
@@ -125,11 +128,3 @@ class OcclusionScene:
         on_triangle = triangle >= 0
         last = np.where(on_triangle, first + triangle + 1, first + self._faces[key])
         return first + np.where(on_triangle, triangle, 0), last
-
-
-def _within(azimuth: Floats, middle: float, half: float) -> Indices:
-    """Indices of the rising azimuths (E,) [-pi, pi] that lie within `half` of `middle`, the short way round [rad]."""
-    full_turns = 2.0 * np.pi * np.arange(-1, 2)
-    first = np.searchsorted(azimuth, middle - half + full_turns)
-    last = np.searchsorted(azimuth, middle + half + full_turns, side="right")
-    return np.unique(np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)]))

@@ -48,14 +48,13 @@ def test_occluded_counts_only_triangles_within_reach() -> None:
     assert not made.occluded(ORIGIN, rays()[hit < 0], 1e6).any()
 
 
-def test_a_pickled_scene_builds_its_tree_again_and_hits_the_same() -> None:
-    """Also where it had cast rays before, and where it had cast none."""
+def test_a_pickled_scene_hits_the_same() -> None:
+    """Also where it had cast rays before, and where it had cast none. No tree travels along: it cannot be pickled."""
     used = scene()
     before = used.first_hit(ORIGIN, rays())
     used.hit_distance(before[before >= 0], ORIGIN, rays()[before >= 0])
     for made in (used, scene()):
         copy = pickle.loads(pickle.dumps(made))
-        assert copy.tree is not made.tree
         np.testing.assert_array_equal(copy.first_hit(ORIGIN, rays()), before)
         met = np.flatnonzero(before >= 0)
         args = before[met], ORIGIN, rays()[met]
