@@ -66,8 +66,9 @@ class OcclusionScene:
             occluded |= self._resting_occluder.occludes(MAP_POSE, antenna, position)
         if movers:
             distance, _ = distances_from_map(position, antenna, self.earth_radius)
-            for mover in self._moving.before(position, distance, antenna, time):
-                occluded[mover.points] |= mover.occluder.occludes(mover.pose, antenna, position[mover.points])
+            for _, occluder, pose, behind in self._moving.before(position, distance, antenna, time):
+                left = behind[~occluded[behind]]
+                occluded[left] = occluder.occludes(pose, antenna, position[left])
         return occluded
 
     def resting_shadow_sector(self, antenna: Floats) -> tuple[float, float, float]:

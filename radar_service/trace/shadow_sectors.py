@@ -42,10 +42,12 @@ def points_behind(sectors: ShadowSectors, azimuth: Floats, distance: Floats) -> 
     bodies = _among(sectors, azimuth, float(distance.max()))
     first, last = _edges(rising, sectors.middle[bodies], sectors.half[bodies])
     for row in np.flatnonzero((last > first).any(axis=1)):
-        inside = np.concatenate([np.arange(a, b) for a, b in zip(first[row], last[row], strict=True)])
-        inside = inside[distance[inside] >= sectors.begin[bodies[row]]]
+        body = bodies[row]
+        turns = [np.arange(a, b) for a, b in zip(first[row], last[row], strict=True) if a < b]
+        inside = np.arange(len(order)) if sectors.half[body] >= np.pi else np.concatenate(turns)
+        inside = inside[distance[inside] >= sectors.begin[body]]
         if len(inside):
-            yield int(bodies[row]), np.unique(order[inside])
+            yield int(body), np.sort(order[inside])
 
 
 def _among(sectors: ShadowSectors, azimuth: Floats, farthest: float) -> Indices:

@@ -7,7 +7,7 @@ import itertools
 import threading
 from collections.abc import Callable
 from hashlib import blake2b
-from typing import Protocol
+from typing import Any, Protocol
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -56,7 +56,7 @@ class TreeCache:
 
     def share(self, triangles: Triangles) -> SharedTree:
         """What equal triangles share, whichever scene they belong to."""
-        key = _key(triangles)
+        key = content_key(*triangles)
         with self._lock:
             return self._shared.setdefault(key, SharedTree())
 
@@ -88,10 +88,10 @@ class TreeCache:
         return [shared for shared in list(self._shared.values()) if shared.tree is not None]
 
 
-def _key(triangles: Triangles) -> bytes:
-    """The same for equal triangles alone."""
+def content_key(*arrays: NDArray[Any]) -> bytes:
+    """The same for arrays of equal shapes and contents alone."""
     digest = blake2b(digest_size=16)
-    for part in triangles:
-        digest.update(repr(part.shape).encode())
-        digest.update(np.ascontiguousarray(part).data)
+    for array in arrays:
+        digest.update(repr((array.shape, array.dtype.str)).encode())
+        digest.update(np.ascontiguousarray(array).data)
     return digest.digest()

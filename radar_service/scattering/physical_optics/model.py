@@ -11,8 +11,9 @@ from radar_service.frames import map_from_body
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
-from radar_service.scattering.physical_optics.optical_body import OpticalBody, facet_enlargement, optical_body
+from radar_service.scattering.physical_optics.optical_body import OpticalBody, facet_enlargement
 from radar_service.scattering.physical_optics.patches import concave_sides
+from radar_service.scattering.physical_optics.shared_bodies import optical_bodies
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPose, map_from_bodies, pose_at
@@ -35,8 +36,7 @@ class PhysicalOptics:
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """As `ScatteringModel.build`."""
-        optical = [optical_body(body, context.radar, context.fidelity.bounces, context.rays) for body in bodies]
-        return cls(bodies, key, optical)
+        return cls(bodies, key, optical_bodies(bodies, context.radar, context.fidelity.bounces, context.rays))
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
