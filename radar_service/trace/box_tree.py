@@ -15,25 +15,33 @@ from radar_service.trace.moller_trumbore import watertight_pairs
 from radar_service.types import Flags, Floats, Indices, Singles
 
 WIDTH = 4  # boxes or triangles in a box
-MAX_PAIRS = 2**16  # of rays and boxes worked on at once: some 30 MB of temporaries
+MAX_PAIRS = 2**15  # of rays and boxes worked on at once, which the L2 cache holds; twice or half as many are slower
 MARGIN = 1e-7  # of the size of all triangles, on each box: far more than float64 rounds
 TINY = 1e-300  # instead of 0 in a direction, so that 0 / 0 never occurs
 BITS = 21  # of each coordinate in a place on the curve
 
 
 class Boxes(NamedTuple):
-    """Axis-aligned boxes (B,): their low and high corners (B, 3)."""
+    """Axis-aligned boxes (B,): their low and high corners (3, B)."""
 
     low: Floats
     high: Floats
 
 
 class Pairs(NamedTuple):
-    """Rays (P,) and boxes (P,) of a level that may meet. The last level is that of the triangles."""
+    """Rays (P,) and boxes (P,) of a level that may meet. The last level is that of the triangles.
+
+    enters: (P,) where each ray enters the box around these, in its lengths.
+    """
 
     level: int
     ray: Indices
     box: Indices
+    enters: Floats
+
+    def chosen(self, which: Indices) -> "Pairs":
+        """The pairs `which` (N,)."""
+        return Pairs(self.level, self.ray.take(which), self.box.take(which), self.enters.take(which))
 
 
 class BoxTree:
@@ -45,8 +53,9 @@ class BoxTree:
         self._order = np.argsort(_curve((low + high) / 2.0), kind="stable")
         self._vertices, self._faces = vertices, faces[self._order]
         margin = MARGIN * float(np.max(high.max(axis=0) - low.min(axis=0)))
-        levels = [Boxes(low[self._order] - margin, high[self._order] + margin)]
-        while len(levels[-1].low) > WIDTH:
+        low, high = low[self._order].T - margin, high[self._order].T + margin
+        levels = [Boxes(np.ascontiguousarray(low), np.ascontiguousarray(high))]
+        while levels[-1].low.shape[1] > WIDTH:
             levels.append(_enclosing(levels[-1]))
         self._levels = levels[::-1]  # from the root to the triangles
 
@@ -73,15 +82,15 @@ class BoxTree:
     def _crossings(self, origins: Singles, directions: Singles, reach: Floats) -> Iterator[tuple[Indices, Indices, Floats]]:
         """Rays, triangles and distances (N,) of crossings within `reach` (M,), which the caller may shorten meanwhile."""
         origin, direction = origins.astype(np.float64), directions.astype(np.float64)
-        inverse = 1.0 / np.where(direction == 0.0, TINY, direction)
-        rays, top = np.arange(len(direction)), len(self._levels[0].low)
-        left = [Pairs(0, np.repeat(rays, top), np.tile(np.arange(top), len(rays)))]
+        lines = np.ascontiguousarray(origin.T), np.ascontiguousarray(1.0 / np.where(direction == 0.0, TINY, direction).T)
+        rays, top = np.arange(len(direction)), self._levels[0].low.shape[1]
+        left = [Pairs(0, np.repeat(rays, top), np.tile(np.arange(top), len(rays)), np.zeros(len(rays) * top))]
         while left:
             pairs = left.pop()
             if len(pairs.ray) > MAX_PAIRS:
-                left += _halves(pairs)
+                left += _far_and_near(pairs)
                 continue
-            pairs = self._entering(pairs, origin, inverse, reach)
+            pairs = self._entering(pairs, *lines, reach)
             if pairs.level + 1 < len(self._levels):
                 left.append(self._children(pairs))
             elif len(pairs.ray):
@@ -91,29 +100,35 @@ class BoxTree:
                 yield pairs.ray[hit], self._order[pairs.box[hit]], distance[hit]
 
     def _entering(self, pairs: Pairs, origin: Floats, inverse: Floats, reach: Floats) -> Pairs:
-        """The pairs whose ray enters the box within its reach."""
-        boxes, start, slope = self._levels[pairs.level], origin[pairs.ray], inverse[pairs.ray]
-        one, other = (boxes.low[pairs.box] - start) * slope, (boxes.high[pairs.box] - start) * slope
-        enters, leaves = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
-        kept = np.flatnonzero((enters <= leaves) & (leaves >= 0.0) & (enters <= reach[pairs.ray]))
-        return Pairs(pairs.level, pairs.ray[kept], pairs.box[kept])
+        """The pairs whose ray enters the box within its reach; origin and inverse direction of the rays (3, M)."""
+        pairs = pairs.chosen(np.flatnonzero(pairs.enters <= reach.take(pairs.ray)))
+        boxes = self._levels[pairs.level]
+        enters, leaves = np.zeros(len(pairs.ray)), reach.take(pairs.ray)
+        for axis in range(3):
+            start, slope = origin[axis].take(pairs.ray), inverse[axis].take(pairs.ray)
+            one = (boxes.low[axis].take(pairs.box) - start) * slope
+            other = (boxes.high[axis].take(pairs.box) - start) * slope
+            np.maximum(enters, np.minimum(one, other), out=enters)
+            np.minimum(leaves, np.maximum(one, other), out=leaves)
+        return pairs._replace(enters=enters).chosen(np.flatnonzero(enters <= leaves))
 
     def _children(self, pairs: Pairs) -> Pairs:
-        count = len(self._levels[pairs.level + 1].low)
+        count = self._levels[pairs.level + 1].low.shape[1]
         child = (pairs.box[:, None] * WIDTH + np.arange(WIDTH)).ravel()
-        kept = np.flatnonzero(child < count)
-        return Pairs(pairs.level + 1, np.repeat(pairs.ray, WIDTH)[kept], child[kept])
+        ray, enters = np.repeat(pairs.ray, WIDTH), np.repeat(pairs.enters, WIDTH)
+        return Pairs(pairs.level + 1, ray, child, enters).chosen(np.flatnonzero(child < count))
 
 
-def _halves(pairs: Pairs) -> list[Pairs]:
-    middle = len(pairs.ray) // 2
-    return [Pairs(pairs.level, pairs.ray[part], pairs.box[part]) for part in (slice(middle, None), slice(middle))]
+def _far_and_near(pairs: Pairs) -> list[Pairs]:
+    """Two halves. The nearer one comes last, so it is worked on first, and what it hits shortens rays of the other."""
+    order, middle = np.argsort(pairs.enters, kind="stable"), len(pairs.ray) // 2
+    return [pairs.chosen(order[middle:]), pairs.chosen(order[:middle])]
 
 
 def _enclosing(boxes: Boxes) -> Boxes:
     """Boxes around each WIDTH of these in turn."""
-    first = np.arange(0, len(boxes.low), WIDTH)
-    return Boxes(np.minimum.reduceat(boxes.low, first), np.maximum.reduceat(boxes.high, first))
+    first = np.arange(0, boxes.low.shape[1], WIDTH)
+    return Boxes(np.minimum.reduceat(boxes.low, first, axis=1), np.maximum.reduceat(boxes.high, first, axis=1))
 
 
 def _curve(points: Floats) -> NDArray[np.uint64]:
