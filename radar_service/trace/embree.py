@@ -42,7 +42,9 @@ class EmbreeTree:
     def __init__(self, vertices: Singles, faces: NDArray[np.int32]) -> None:
         self._scene = EmbreeScene(_device(), robust=True)  # non-robust leaks 9 % of rays at shared edges
         TriangleMesh(self._scene, vertices, faces)
-        self._scene.run(np.zeros((1, 3), dtype=np.float32), np.ones((1, 3), dtype=np.float32))  # two threads must not commit it
+        self._scene.run(
+            np.zeros((1, 3), dtype=np.float32), np.ones((1, 3), dtype=np.float32)
+        )  # two threads must not commit it
 
     def first_hit(self, origins: Singles, directions: Singles) -> Indices:
         """As `Tree.first_hit`."""

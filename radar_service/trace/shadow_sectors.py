@@ -55,7 +55,9 @@ def _among(sectors: ShadowSectors, azimuth: Floats, farthest: float) -> Indices:
     relative = wrap_angle(azimuth - azimuth[0])
     low, high = float(relative.min()), float(relative.max())
     aside = np.abs(wrap_angle(sectors.middle - (azimuth[0] + (low + high) / 2.0)))
-    return np.flatnonzero((aside <= sectors.half + (high - low) / 2.0 + 1e-9) & (sectors.begin <= farthest))  # 1e-9: rounding
+    return np.flatnonzero(
+        (aside <= sectors.half + (high - low) / 2.0 + 1e-9) & (sectors.begin <= farthest)
+    )  # 1e-9: rounding
 
 
 def _edges(rising: Floats, middle: Floats, half: Floats) -> tuple[Indices, Indices]:

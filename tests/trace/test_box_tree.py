@@ -82,7 +82,10 @@ def test_reach_ends_a_ray_and_nothing_lies_behind_it() -> None:
     vertices, faces = np.array([[0, 0, 5], [4, 0, 5], [0, 4, 5]], dtype=np.float32), np.array([[0, 1, 2]], dtype=np.int32)
     origins, up = np.ones((1, 3), dtype=np.float32), np.array([[0, 0, 2]], dtype=np.float32)
     tree = BoxTree(vertices, faces)
-    assert [bool(tree.occluded(origins, up, np.array([reach], dtype=np.float32))[0]) for reach in (1.9, 2.1)] == [False, True]
+    assert [bool(tree.occluded(origins, up, np.array([reach], dtype=np.float32))[0]) for reach in (1.9, 2.1)] == [
+        False,
+        True,
+    ]
     assert not tree.occluded(origins, -up, np.array([100], dtype=np.float32)).any()
     assert tree.first_hit(origins, np.concatenate([up, -up])[:1]).tolist() == [0]
     assert tree.first_hit(origins, -up).tolist() == [-1]
@@ -96,7 +99,13 @@ def test_rays_along_axes_and_faces_meet_what_they_should() -> None:
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
     tree = BoxTree(np.stack([np.zeros(30), y.ravel(), z.ravel()], 1).astype(np.float32), faces)
     east = np.array([[1, 0, 0]], dtype=np.float32)
-    for y_value, z_value, met in ((0.3, 0.2, True), (4.0, 1.0, True), (9.0, 2.0, True), (9.01, 1.0, False), (4.0, -0.01, False)):
+    for y_value, z_value, met in (
+        (0.3, 0.2, True),
+        (4.0, 1.0, True),
+        (9.0, 2.0, True),
+        (9.01, 1.0, False),
+        (4.0, -0.01, False),
+    ):
         origin = np.array([[-2, y_value, z_value]], dtype=np.float32)
         assert (tree.first_hit(origin, east)[0] >= 0) == met, (y_value, z_value)
 
