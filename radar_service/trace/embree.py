@@ -3,10 +3,9 @@
 Trees work in float32, so triangles are stored about their own centre. A tree decides only which triangle a ray meets first,
 or whether a path is blocked; `hit_distance` computes the distance in float64. This file works around defects of embreex: a mesh
 added after the first ray is ignored, the array `dists` is overwritten, float64 input raises, tnear is always 0, and each scene
-without a device makes one of its own, of which a process may have some 1000 (docs/limits.md#where-it-breaks).
+without a device makes one of its own, of which a process can have some 1000 (docs/decisions/0003-two-tracers.md).
 """
 
-import os
 import warnings
 from functools import cache, cached_property
 from typing import Any
@@ -58,12 +57,8 @@ class EmbreeTree:
 
 @cache
 def _device() -> Any:
-    """One device for all trees of a process: each takes a thread key of the system, which has 1024."""
+    """One device for all trees of a process: each device takes thread keys, of which a process has 1024."""
     return EmbreeDevice()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_device.cache_clear)  # the threads of a device stay behind
 
 
 def build_tree(vertices: Singles, faces: NDArray[np.int32]) -> Tree:

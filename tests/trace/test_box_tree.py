@@ -110,7 +110,9 @@ def test_rays_along_axes_and_faces_meet_what_they_should() -> None:
         assert (tree.first_hit(origin, east)[0] >= 0) == met, (y_value, z_value)
 
 
-def test_of_coincident_triangles_the_first_is_met() -> None:
+@pytest.mark.parametrize("pairs", [2**15, 5])
+def test_of_coincident_triangles_the_first_is_met(monkeypatch: pytest.MonkeyPatch, pairs: int) -> None:
+    monkeypatch.setattr(box_tree, "MAX_PAIRS", pairs)
     vertices = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0]], dtype=np.float32)
     tree = BoxTree(vertices, np.array([[0, 1, 2]] * 9, dtype=np.int32))
     assert tree.first_hit(np.ones((1, 3), dtype=np.float32), np.array([[0, 0, -1]], dtype=np.float32)).tolist() == [0]
