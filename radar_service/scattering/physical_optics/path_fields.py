@@ -76,9 +76,7 @@ def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], one: int, other: i
     corner, edge, spreading = (column.take(both, axis=1) * 2.0 for column in phases[one])
     if other != one:
         second = lit.rays[other].chosen(both)
-        corner, edge, spreading = (
-            (a + b).take(both, axis=1) for a, b in zip(phases[one], phases[other], strict=True)
-        )
+        corner, edge, spreading = ((a + b).take(both, axis=1) for a, b in zip(phases[one], phases[other], strict=True))
     normal = lit.normal.take(both, axis=0) * lit.side[both, one, None]
     surface = areas(lit.corners.take(both, axis=0)) * share[both]
     amplitude = _amplitude(first, second, normal, surface, wave)
