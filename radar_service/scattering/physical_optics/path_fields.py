@@ -14,7 +14,7 @@ from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
 from radar_service.scattering.physical_optics.facet_integral import corner_phasors, scattering_amplitude
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes
-from radar_service.types import Complexes, Floats, Indices
+from radar_service.types import Complexes, Floats
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,7 @@ def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], one: int, other: i
     corner, edge, spreading = (column.take(both, axis=1) * 2.0 for column in phases[one])
     if other != one:
         second = lit.rays[other].chosen(both)
-        corner, edge, spreading = (
-            (a + b).take(both, axis=1) for a, b in zip(phases[one], phases[other], strict=True)
-        )
+        corner, edge, spreading = ((a + b).take(both, axis=1) for a, b in zip(phases[one], phases[other], strict=True))
     normal = lit.normal.take(both, axis=0) * lit.side[both, one, None]
     surface = areas(lit.corners.take(both, axis=0)) * share[both]
     amplitude = _amplitude(first, second, normal, surface, wave)

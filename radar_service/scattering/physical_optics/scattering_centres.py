@@ -69,7 +69,12 @@ def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Cel
     number = column * extent[2] + (z - first[2])
     strides = (int(extent[1] * extent[2]), int(extent[2]), 1)
     corner, share = np.empty((8, len(points)), dtype=np.int64), np.empty((8, len(points)))
-    aside = [(1.0 - inside_x) * (1.0 - inside_y), (1.0 - inside_x) * inside_y, inside_x * (1.0 - inside_y), inside_x * inside_y]
+    aside = [
+        (1.0 - inside_x) * (1.0 - inside_y),
+        (1.0 - inside_x) * inside_y,
+        inside_x * (1.0 - inside_y),
+        inside_x * inside_y,
+    ]
     for n in range(4):
         corner[2 * n] = number + (strides[0] * (n // 2) + strides[1] * (n % 2))
         corner[2 * n + 1] = corner[2 * n] + 1
