@@ -34,7 +34,7 @@ from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.types import Complexes, Floats
 
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
-TUBES_ACROSS = 24  # tubes across a flat patch that bounces: their ragged edge is then some 1 % of its area
+TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea

@@ -19,7 +19,7 @@ from radar_service.types import Floats, Indices
 # m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
 OFFSET = 1e-3
 OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
-MAX_HALVINGS = 8
+MAX_HALVINGS = 4
 MAX_DIVIDED = 3_000  # halves of tubes at once
 SAMPLES = 0.02 / 3.0 + 0.98 * np.array([[1 / 3] * 3, [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # centre and corners, off the edges
 GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
