@@ -74,16 +74,17 @@ class BodyFacets:
         )
 
 
-def body_facets(block: Block, cell: float, edge: float, tubes: Floats, max_tubes: int) -> BodyFacets:
+def body_facets(block: Block, cell: float, edge: float) -> BodyFacets:
     """The facets of a block, summed in cells of size `cell` [m]: coarse ones with edges of at most SHADOW_EDGE, fine ones with
-    edges of at most `edge`, and at most `tubes` (F,) on each of the block's triangles."""
+    edges of at most `edge` [m]."""
     coarse, origin = cut_triangles(block.mesh.vertices[block.mesh.faces], SHADOW_EDGE)
     count = len(coarse)
     mesh = Mesh(coarse.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
-    fine = cut_facets(mesh, tubes[origin], edge, max_tubes)
+    fine = cut_facets(mesh, edge)
     none = np.zeros((count, 0))
     sizes = np.full(count, cell)
-    surface = Surface(coarse, block.triangle[origin], np.arange(count), sizes, fine.longest, none.astype(np.int8), none)
+    longest = np.full(count, edge * fine.enlargement)
+    surface = Surface(coarse, block.triangle[origin], np.arange(count), sizes, longest, none.astype(np.int8), none)
     return BodyFacets(surface, *welded(fine.corners), _starts(np.bincount(fine.triangle, minlength=count)))
 
 

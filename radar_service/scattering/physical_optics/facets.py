@@ -9,7 +9,6 @@ from radar_service.scene.body import Mesh
 from radar_service.types import Floats, Indices
 
 MAX_FACETS = 60_000  # of one block of a body (`blocks`): some 100 MB and 60 ms while they are evaluated
-MAX_TUBES = 4_000  # of these, how many it may have for its rebounces, beyond what its size needs
 ENLARGEMENT_STEP = 2.0**0.5  # one more cut through a right isosceles triangle shortens its longest edge by this
 MAX_BEND = 0.3  # rad, two-way, over half an edge (docs/engine.md#errors)
 # Of the beam's width and of the range cell that a facet and a cell may take: what weighs them is linear in between
@@ -63,7 +62,6 @@ class Facets:
     centre: (M, 3), the centroid [m].
     normal: (M, 3), of unit length.
     triangle: (M,) of the mesh that each was cut from.
-    longest: (F,) the edge that was allowed on each of the triangles [m].
     enlargement: how much longer than requested the edges may be, 1 if not at all.
     """
 
@@ -71,7 +69,6 @@ class Facets:
     centre: Floats
     normal: Floats
     triangle: Indices
-    longest: Floats
     enlargement: float
 
     def __post_init__(self) -> None:
@@ -82,27 +79,21 @@ class Facets:
         return len(self.triangle)
 
 
-def cut_facets(mesh: Mesh, tube: Floats, longest: float, max_tubes: int = MAX_TUBES, max_facets: int = MAX_FACETS) -> Facets:
-    """The triangles of a mesh cut until no edge exceeds `longest` [m], nor on triangle f tube[f] [m], `tube` (F,).
+def cut_facets(mesh: Mesh, longest: float, max_facets: int = MAX_FACETS) -> Facets:
+    """The triangles of a mesh cut until no edge exceeds `longest` [m].
 
-    `longest` grows where it would make more than `max_facets` facets, and more than the mesh has triangles; then the tubes
-    grow together where they would add more than `max_tubes`.
+    `longest` grows where it would make more than `max_facets` facets, and more than the mesh has triangles.
     """
     whole = mesh.vertices[mesh.faces]
     bound, enlargement = max(max_facets, len(whole)), 1.0
-    while (plain := _cut(whole, np.full(len(whole), longest * enlargement), bound)) is None:
+    while (cut := _cut(whole, np.full(len(whole), longest * enlargement), bound)) is None:
         enlargement *= ENLARGEMENT_STEP
-    corners, origin = plain
-    allowed, wider = min(len(origin) + max_tubes, bound), 1.0
-    while (cut := _cut(corners, np.minimum(tube * wider, longest * enlargement)[origin], allowed)) is None:
-        wider *= ENLARGEMENT_STEP
-    edges = np.minimum(tube * wider, longest * enlargement)
-    corners, triangle = cut[0], origin[cut[1]]
+    corners, triangle = cut
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(cross, axis=1)
     sound = double > 0.0
     corners = corners[sound]
-    return Facets(corners, corners.mean(axis=1), cross[sound] / double[sound, None], triangle[sound], edges, enlargement)
+    return Facets(corners, corners.mean(axis=1), cross[sound] / double[sound, None], triangle[sound], enlargement)
 
 
 def cut_triangles(corners: Floats, longest: Floats | float) -> tuple[Floats, Indices]:
@@ -128,6 +119,11 @@ def _cut(corners: Floats, longest: Floats, limit: int) -> tuple[Floats, Indices]
     joined, origin = (np.concatenate(column) for column in zip(*done, strict=True))
     order = np.argsort(origin, kind="stable")
     return joined[order], origin[order]
+
+
+def halves(corners: Floats) -> Floats:
+    """Both halves (2 M, 3, 3) of triangles (M, 3, 3) cut across their longest edge."""
+    return _halved(corners, ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).argmax(axis=1))
 
 
 def _halved(corners: Floats, edge: Indices) -> Floats:

@@ -11,17 +11,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
+from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.shadow_edges import Parts, visible_parts
+from radar_service.scattering.surface_sampling import triangle_frames
+from radar_service.scene.body import Mesh
 from radar_service.types import Flags, Floats, Indices
+
+SAME_NORMAL, SAME_OFFSET = 1e-4, 1e-3  # planes that differ by less, the latter in m, count as one
 
 
 class Planes(NamedTuple):
-    """Of the triangles (F,) of a mesh: a point (F, 3) [m], the unit normal (F, 3), 0 where there is no area, and where other
-    parts of the mesh rise before its front and its back (F, 2)."""
+    """Of the triangles (F,) of a mesh: a point (F, 3) [m], the unit normal (F, 3), 0 where there is no area, where other parts of
+    the mesh rise before its front and its back (F, 2), and the number of the plane (F,), one for all triangles in it."""
 
     point: Floats
     normal: Floats
     may_rebounce: Flags
+    number: Indices
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> "Planes":
+        """The planes of a mesh."""
+        point, normal, _ = triangle_frames(mesh)
+        offset = np.einsum("ij,ij->i", point, normal)[:, None]
+        alike = np.round(np.concatenate([normal / SAME_NORMAL, offset / SAME_OFFSET], axis=1)) + 0.0
+        return cls(point, normal, concave_sides(mesh), np.unique(alike, axis=0, return_inverse=True)[1].reshape(-1))
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, MAX_TUBES, EdgeLimits, cut_facets
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, lit_surface
-from radar_service.scattering.physical_optics.patches import concave_sides, outward_side, patch_sizes
+from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
     PathFields,
     Wave,
@@ -34,7 +34,7 @@ from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.types import Complexes, Floats
 
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
-TUBES_ACROSS = 24  # tubes across a flat patch that bounces: their ragged edge is then some 1 % of its area
+TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
@@ -120,9 +120,10 @@ class OpticalBody:
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
         """What bounces on the body, by path, leg by leg out and back."""
+        smallest = np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength)
         for out, launch in enumerate(legs):
             tubes = launched_tubes(lit, out, self.wave.polarization, self.planes)
-            for bounce, arrived in enumerate(hits(tubes, self.planes, self.scene, self.bounces), 2):
+            for bounce, arrived in enumerate(hits(tubes, self.planes, self.scene, self.bounces, smallest), 2):
                 above = arrived.chosen(np.flatnonzero(arrived.centre[:, 2] > water))
                 for back, receive in enumerate(legs):
                     fields = tube_fields(above, launch, receive, self.wave)
@@ -139,12 +140,8 @@ class OpticalBody:
         return BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
 
     def _cut(self, number: int, cell: float, edge: float) -> BodyFacets:
-        """A block cut to this longest edge [m], finer where its flat patches reflect onto other parts of the body."""
-        block = self.blocks[number]
-        tube = np.clip(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength, edge)
-        reflects = self.planes.may_rebounce.any(axis=1) & (self.bounces > 1)
-        tubes = np.where(reflects, tube, edge)[block.triangle]
-        return body_facets(block, cell, edge, tubes, max(MAX_TUBES // len(self.blocks), 1))
+        """A block cut to this longest edge [m]."""
+        return body_facets(self.blocks[number], cell, edge)
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
@@ -156,7 +153,7 @@ def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:
     )
     if len(largest.faces) + 16.0 * area / limit**2 <= MAX_FACETS:  # halving leaves some limit^2 / 8 a piece, slivers less
         return 1.0
-    return cut_facets(largest, np.full(len(largest.faces), limit), limit, max_tubes=0).enlargement
+    return cut_facets(largest, limit).enlargement
 
 
 def edge_limits(radar: Radar, mesh: Mesh) -> EdgeLimits:
@@ -171,7 +168,7 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
     mesh, parts = body.mesh, blocks(body.mesh)
     return OpticalBody(
         mesh,
-        Planes(*triangle_frames(mesh)[:2], concave_sides(mesh)),
+        Planes.of(mesh),
         parts,
         Wave(radar.wavelength, radar.polarization),
         edge_limits(radar, mesh),

@@ -107,13 +107,14 @@ def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Float
 def tube_fields(tubes: RayTubes, launch: BodyLeg, receive: BodyLeg, wave: Wave) -> PathFields:
     """What tubes scatter where they are into a leg.
 
-    A point stands for the whole path. It lies between the path's two ends on the body, and behind them by half of what lies in
+    As of facets, only the lit side of a surface scatters. A point stands for the whole path. It lies between the path's two ends on the body, and behind them by half of what lies in
     between, at a range of exactly half the path. Then the phase is that of the path, and both change alike as the antenna moves:
     by Fermat's principle a path changes with the rays of its two ends alone, whose mean is the point's.
     """
-    seen = receive.visible(tubes.centre, tubes.triangle)
-    tubes = tubes.chosen(np.flatnonzero(seen))
     back = receive.rays(tubes.centre)
+    lit = np.flatnonzero(np.einsum("ij,ij->i", tubes.normal, back.direction) + back.tilt * tubes.normal[:, 2] < 0.0)
+    seen = lit[receive.visible(tubes.centre.take(lit, axis=0), tubes.triangle[lit])]
+    tubes, back = tubes.chosen(seen), back.chosen(seen)
     offset = tubes.corners.transpose(1, 0, 2) - tubes.centre
     edges = np.roll(tubes.corners, -1, axis=1).transpose(1, 0, 2) - np.roll(tubes.corners, -2, axis=1).transpose(1, 0, 2)
     ahead, bent = _spherical(offset, tubes), -_across2(edges, tubes) / (8.0 * tubes.length)

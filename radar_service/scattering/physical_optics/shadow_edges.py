@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.scattering.physical_optics.facets import halves
 from radar_service.types import Flags, Floats, Indices
 
 Visible = Callable[[Floats, Indices], Flags]
@@ -104,7 +105,7 @@ def _resolved(corners: Floats, origin: Indices, triangle: Indices, visible: Visi
         mixed = np.flatnonzero(~pure)
         cut, rest = _cut_along_edges(corners[mixed], origin[mixed], triangle, flags[mixed], visible, effort)
         done += [Parts(corners[pure], origin[pure], count[pure] / len(lattice)), cut]
-        corners, origin = _halves(corners[mixed[rest]]), np.tile(origin[mixed[rest]], 2)
+        corners, origin = halves(corners[mixed[rest]]), np.tile(origin[mixed[rest]], 2)
     return Parts(*(np.concatenate(column) for column in zip(*done, strict=True)))
 
 
@@ -172,12 +173,3 @@ def _split(ordered: Floats, line: Floats, origin: Indices, tip: Flags) -> Parts:
     parts = [np.stack(part, axis=1) for part in ([a, ab, ac], [ab, b, c], [ab, c, ac])]
     share = np.concatenate([tip, ~tip, ~tip]).astype(np.float64)
     return Parts(np.concatenate(parts), np.tile(origin, 3), share)
-
-
-def _halves(corners: Floats) -> Floats:
-    """Both halves (2 M, 3, 3) of triangles (M, 3, 3), cut across their longest edge."""
-    edges = ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).argmax(axis=1)
-    turn = (edges[:, None] + np.arange(3)) % 3
-    a, b, c = np.take_along_axis(corners, turn[:, :, None], axis=1).transpose(1, 0, 2)
-    middle = (a + b) / 2.0
-    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])

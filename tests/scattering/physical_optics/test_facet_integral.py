@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.facet_integral import (
     NEARLY_FLAT,
+    corner_phasors,
     mean_phasor,
     polarization_of,
     scattering_amplitude,
@@ -77,24 +78,64 @@ def test_halves_make_the_whole() -> None:
     assert abs(sum(phased) / 2 - whole) < 1e-12
 
 
+def dense(count: int = 500) -> Floats:
+    """Barycentric coordinates (3, count^2) of the centroids of as many like triangles."""
+    i, j = (g.ravel() for g in np.meshgrid(np.arange(count), np.arange(count), indexing="ij"))
+    up, down = i + j < count, i + j < count - 1
+    s = np.concatenate([i[up] + 1 / 3, i[down] + 2 / 3]) / count
+    t = np.concatenate([j[up] + 1 / 3, j[down] + 2 / 3]) / count
+    return np.stack([1 - s - t, s, t])
+
+
+WEIGHTS = dense()
+
+
+@pytest.mark.parametrize("around", [0.0, 3e5])
+@pytest.mark.parametrize("spread", [0.003, 0.02, 0.1, 1.0, 5.0, 30.0])
+def test_corner_means_are_those_of_linear_weights(spread: float, around: float) -> None:
+    """Each corner's barycentric coordinate times exp(j phi), whose phases are of any size, as those of a whole path; their sum
+    is the mean. Dense elements err by (spread / 500)^2 / 35, the series by 1e-5 of phases up to 0.05 rad."""
+    rng = np.random.default_rng(5)
+    for _ in range(4):
+        phases = around + rng.normal(size=3) * spread
+        exact = (WEIGHTS * np.exp(1j * (phases @ WEIGHTS))).mean(axis=1)
+        result = corner_phasors(phases[:, None], np.zeros((3, 1)))[:, 0]
+        np.testing.assert_allclose(result, exact, atol=2e-5 + (np.ptp(phases) / 500) ** 2 / 35)
+        assert abs(result.sum() - mean_phasor(phases[:, None])[0]) < 2e-5
+
+
 @pytest.mark.parametrize(("bend", "error"), [(0.15, 1e-3), (0.3, 4e-3)])
 @pytest.mark.parametrize("spread", [0.01, 0.3, 1.0, 5.0, 30.0])
-def test_a_bent_phase_and_a_taper_are_integrated(spread: float, bend: float, error: float) -> None:
-    """Against 360,000 small triangles, whose own error is (spread / 600)^2 / 36 of 1: interpolation at six points
-    errs by some bend^2 / 25, and leaves out bend times taper. Linear phase alone errs by a third of the bend."""
+def test_a_bent_phase_is_integrated(spread: float, bend: float, error: float) -> None:
+    """Weights 1 and linear ones: interpolation at six points errs by some bend^2 / 25. Of weights that
+    differ it leaves out a fifth of bend / 3, which belongs to the corner opposite. A linear phase alone errs by a third of it."""
     rng = np.random.default_rng(5)
-    i, j = (g.ravel() for g in np.meshgrid(np.arange(600), np.arange(600), indexing="ij"))
-    up, down = i + j < 600, i + j < 599
-    s = np.concatenate([i[up] + 1 / 3, i[down] + 2 / 3]) / 600
-    t = np.concatenate([j[up] + 1 / 3, j[down] + 2 / 3]) / 600
-    weights = np.stack([1 - s - t, s, t])
     for _ in range(4):
-        phases, bends, tapers = rng.normal(size=3) * spread, -rng.uniform(0, bend, 3), rng.normal(size=3) * 0.005
-        between = sum(4 * bends[k] * weights[k - 1] * weights[k - 2] for k in range(3))
-        exact = np.mean(np.exp(1j * (phases @ weights + between)) * (1 + tapers @ weights))
-        result = mean_phasor(phases[:, None], bends[:, None], tapers[:, None])[0]
-        assert abs(result - exact) < error + 1e-4
-        assert spread > 1.0 or abs(mean_phasor(phases[:, None])[0] - exact) > 2 * error
+        phases, bends, taper = rng.normal(size=3) * spread, -rng.uniform(0, bend, 3), rng.uniform(0, 1, 3)
+        between = sum(4 * bends[k] * WEIGHTS[k - 1] * WEIGHTS[k - 2] for k in range(3))
+        field = np.exp(1j * (phases @ WEIGHTS + between))
+        result = corner_phasors(phases[:, None], bends[:, None])[:, 0]
+        assert abs(result.sum() - field.mean()) < error + 1e-4
+        assert abs(taper @ result - np.mean((taper @ WEIGHTS) * field)) < error + bend / 15 * np.ptp(taper) + 1e-4
+        assert spread > 1.0 or abs(mean_phasor(phases[:, None])[0] - field.mean()) > 2 * error
+
+
+def test_corner_means_of_flat_and_steep_triangles_meet() -> None:
+    """At the spread where the series takes over, to the terms that it leaves out."""
+    shape, bends = np.array([0.0, 0.3, 1.0])[:, None] * NEARLY_FLAT, np.array([0.01, -0.02, 0.03])[:, None]
+    below, above = (corner_phasors(shape * (1 + s), bends) for s in (-1e-7, 1e-7))
+    np.testing.assert_allclose(below, above, atol=2e-5)
+
+
+def test_corner_means_follow_their_corners() -> None:
+    """Whatever the order of the corners, also where phases are the same."""
+    phases, bends = np.array([0.4, -2.0, 5.0]), np.array([0.1, 0.05, -0.1])
+    first = corner_phasors(phases[:, None], bends[:, None])[:, 0]
+    for order in ([1, 0, 2], [2, 1, 0], [1, 2, 0]):
+        turned = corner_phasors(phases[order][:, None], bends[order][:, None])[:, 0]
+        np.testing.assert_allclose(turned, first[order], rtol=1e-12)
+    alike = corner_phasors(np.array([[1.0], [1.0], [4.0]]), np.zeros((3, 1)))[:, 0]
+    assert alike[0] == pytest.approx(alike[1], rel=1e-9)
 
 
 @pytest.mark.parametrize("polarization", ["h", "v"])

@@ -58,9 +58,13 @@ def section_over_the_sea(made: rs.Scene, earth: float, state: int) -> float:
     polar = polar_from_map(position, antenna, earth)
     geometry = specular_geometry(polar.distance, position[:, 2], float(antenna[2]), earth)
     ratio = reflected_field_ratio(geometry, WAVELENGTH, made.radar.polarization, rms_wave_height(state), miller_brown)
-    ratio = ratio * np.sqrt(
-        elevation_gain(made.radar, geometry.elevation_reflected) / elevation_gain(made.radar, geometry.elevation_direct)
-    )  # with the phase of exp(-jk dR) a way
+    ratio = (
+        ratio
+        * np.exp(-1j * K * geometry.excess)
+        * np.sqrt(
+            elevation_gain(made.radar, geometry.elevation_reflected) / elevation_gain(made.radar, geometry.elevation_direct)
+        )
+    )
     gain = elevation_gain(made.radar, polar.elevation) * (np.linalg.norm(pose.position - antenna) / polar.range) ** 2
     return float(abs(np.sum(echoes.amplitude * gain * ratio**echoes.path * np.exp(-2j * K * polar.range))) ** 2)
 

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.path_fields import FacetBends, facet_fields
+from radar_service.scattering.physical_optics.path_fields import facet_fields, facet_phases
 from radar_service.scene.poses import MAP_POSE
 from tests.scattering.physical_optics.meshes import WAVELENGTH, optical
 from tests.scenes import scene
 
-K = 2 * np.pi / WAVELENGTH
 PLATE = {"name": "p", "shape": "plate", "width_m": 0.5, "height_m": 0.3, "scattering": "optics", "position_m": [0, 900, 5]}
 
 
@@ -29,9 +28,19 @@ def test_a_bistatic_plate_follows_the_closed_form(polarization: str, incident: f
     antennas = [middle + 4000.0 * np.array([np.sin(a), np.cos(a), 0.0]) for a in angles]
     legs = tuple(BodyLeg(False, MAP_POSE, antenna, np.inf, seen, crowded=False, thin=False) for antenna in antennas)
     lit = body.lit_facets(legs, -np.inf)
-    bends = [FacetBends.of(lit.corners, lit.centre, rays) for rays in lit.rays]
-    fields = facet_fields(lit, bends, 0, 1, body.wave)
-    result = np.sum(fields.amplitude * np.exp(-1j * K * (fields.length - 8000.0)))
+    fields = facet_fields(lit, facet_phases(lit, body.wave), 0, 1, body.wave)
+    result = fields.sum()
     peak = np.sqrt(4 * np.pi) * 0.15 / WAVELENGTH
     expected = peak * np.cos(angles).sum() * np.sinc(0.5 * np.sin(angles).sum() / WAVELENGTH)
     assert abs(result) == pytest.approx(abs(expected), abs=0.01 * peak)
+
+
+def test_a_field_is_what_its_corners_share() -> None:
+    """The first moment of a plate's field, seen from its normal, lies at its middle; a point is there once for all facets."""
+    body = optical(scene([PLATE]))
+    middle = body.mesh.vertices.mean(axis=0)
+    leg = BodyLeg(False, MAP_POSE, middle + [0.0, 4000.0, 0.0], np.inf, seen, crowded=False, thin=False)
+    lit = body.lit_facets((leg,), -np.inf)
+    fields = facet_fields(lit, facet_phases(lit, body.wave), 0, 0, body.wave)
+    assert len(fields) == len(np.unique(lit.points, axis=0)) < lit.corner.size
+    np.testing.assert_allclose(((fields @ lit.points) / fields.sum()).real, middle, atol=1e-4)

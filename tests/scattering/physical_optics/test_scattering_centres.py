@@ -1,91 +1,98 @@
-"""Scattering centres have the field of the points that they replace."""
-
-from collections.abc import Callable
+"""Scattering centres: shares of points at the nodes of a lattice."""
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from radar_service.scattering.physical_optics.path_fields import PathFields
-from radar_service.scattering.physical_optics.scattering_centres import scattering_centres
+from radar_service.scattering.physical_optics.scattering_centres import DROPPED, UPRIGHT, Lattice, strongest
 
 K = 2 * np.pi / 0.03186
 Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
-def by_way_of(antenna: Floats) -> Callable[[Floats], tuple[Floats, Complexes]]:
-    """Whole paths from an antenna and back, and their weights."""
-
-    def at(points: Floats) -> tuple[Floats, Complexes]:
-        length = 2 * np.linalg.norm(points - antenna, axis=1)
-        return length, 4 / length**2 + 0j
-
-    return at
+def points_in(count: int, low: float, high: float) -> Floats:
+    return np.random.default_rng(3).uniform([-20, -15, low], [20, 15, high], size=(count, 3))
 
 
-def fields(points: Floats, amplitude: Complexes, antenna: Floats, cell: float) -> PathFields:
-    return PathFields(points, amplitude, *by_way_of(antenna)(points), np.full(len(points), cell))
+def lattice(points: Floats, size: float | Floats, flattest: float = np.inf, lowest: float = -np.inf) -> Lattice:
+    return Lattice.over(points, np.broadcast_to(size, len(points)), flattest, lowest)
 
 
-def merged(points: Floats, amplitude: Complexes, antenna: Floats, cell: float) -> tuple[Floats, Complexes]:
-    return scattering_centres(fields(points, amplitude, antenna, cell), by_way_of(antenna), K)
+@pytest.mark.parametrize("lowest", [-np.inf, -1.37])
+@pytest.mark.parametrize("mixed", [False, True])
+def test_shares_reproduce_every_linear_weight(lowest: float, mixed: bool) -> None:
+    """Shares are none below 0 and add up to 1, and weights that are linear have the same sums at nodes as at points, to
+    rounding. So has every point by itself, whatever sizes the cells have."""
+    points = points_in(3000, -1.37, 9.0)
+    size = np.where(points[:, 0] > 3.0, 0.7, 1.9) if mixed else 1.9
+    made = lattice(points, size, 1.5, lowest)
+    assert made.share.min() >= 0.0
+    np.testing.assert_allclose(made.share.sum(axis=0), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(np.einsum("cm,cmx->mx", made.share, made.nodes[made.corner]), points, atol=1e-11)
+    amplitude = np.exp(1j * np.arange(3000.0))
+    sums = made.sums(slice(3000), amplitude)
+    np.testing.assert_allclose(sums.sum(), amplitude.sum(), atol=1e-9)
+    np.testing.assert_allclose(sums @ made.nodes, amplitude @ points, atol=1e-7)
 
 
-def test_centres_are_exact_for_the_antenna_and_last_for_a_while() -> None:
-    """Same field at the antenna, spreading of each point included, but for -50 dB of the strongest centre; after a turn of the
-    aspect by d each centre errs by k cell d (sqrt 3: diagonals)."""
-    rng = np.random.default_rng(3)
-    points = rng.uniform(-20, 20, size=(9000, 3))
-    amplitude = rng.normal(size=9000) + 1j * rng.normal(size=9000)
-    antenna = np.array([900.0, 700.0, 30.0])
-    centre, strength = merged(points, amplitude, antenna, 2.0)
-    assert len(centre) < 0.8 * len(points)
-
-    def field(position: Floats, value: Complexes, antenna: Floats) -> complex:
-        length, weight = by_way_of(antenna)(position)
-        return complex(np.sum(value * weight * np.exp(-1j * K * length))) * 1140.6**2
-
-    dropped = 10 ** (-50 / 20) * np.abs(strength).max()
-    assert abs(field(points, amplitude, antenna) - field(centre, strength, antenna)) < 1.1 * dropped  # spreading: 4 %
-    turned = antenna + [0.02, -0.02, 0.0]
-    error = abs(field(points, amplitude, turned) - field(centre, strength, turned))
-    turn = np.hypot(0.02, 0.02) / np.linalg.norm(antenna)
-    assert 0.0 < error < K * 2.0 * 1.8 * turn * np.abs(amplitude).sum()
-    assert error < 0.05 * abs(field(points, amplitude, turned))
+def test_sums_take_some_of_the_points() -> None:
+    points = points_in(100, 0.0, 5.0)
+    made, amplitude = lattice(points, 2.0), np.arange(1.0, 101.0) + 0j
+    both = made.sums(slice(40), amplitude[:40]) + made.sums(slice(40, 100), amplitude[40:])
+    np.testing.assert_allclose(both, made.sums(slice(100), amplitude), rtol=1e-12)
 
 
-def test_cells_stay_where_they_are_on_the_body() -> None:
-    """Silent points elsewhere, or another antenna, leave two points in the cells that they had."""
-    points = np.array([[0.1, 0.1, 0.1], [1.9, 1.9, 1.9], [2.1, 0.5, 0.5], [-7.3, 3.0, 1.0]])
-    for antenna in (np.array([500.0, 10.0, 20.0]), np.array([-300.0, 400.0, 20.0])):
-        for count, centres in ((2, 1), (3, 2), (4, 3)):
-            assert len(merged(points[:count], np.ones(count, dtype=complex), antenna, 2.0)[0]) == centres
+@pytest.mark.parametrize("lowest", [-0.4, 0.0, 2.3])
+def test_no_node_lies_below_the_water(lowest: float) -> None:
+    """Also where points round to just below it."""
+    points = points_in(500, lowest, 4.0)
+    points[:50, 2] = lowest - 1e-15
+    made = lattice(points, 1.5, 1.0, lowest)
+    assert made.nodes[:, 2].min() == lowest
+    assert made.share.min() > -1e-12
 
 
-def test_cells_may_be_flatter_than_long() -> None:
-    points = np.array([[0.5, 0.5, 0.2], [0.5, 0.5, 1.8]])
-    antenna = np.array([500.0, 10.0, 20.0])
-    made = fields(points, np.ones(2, dtype=complex), antenna, 3.0)
-    for flattest, centres in ((np.inf, 1), (1.5, 2)):
-        assert len(scattering_centres(made, by_way_of(antenna), K, flattest)[0]) == centres
+def test_nodes_stay_where_they_are_on_the_body() -> None:
+    """Other points add nodes and move none; every node is a corner of some point's cell."""
+    points = points_in(200, 0.0, 9.0)
+    few, many = (lattice(points[:n], 2.0, lowest=0.0) for n in (20, 200))
+    assert {tuple(node) for node in few.nodes} <= {tuple(node) for node in many.nodes}
+    np.testing.assert_allclose(few.nodes[few.corner[:, :20]], many.nodes[many.corner[:, :20]])
+    assert (np.bincount(many.corner.ravel(), minlength=len(many.nodes)) > 0).all()
+
+
+def test_cells_are_upright_or_as_flat_as_asked() -> None:
+    points = points_in(500, 0.0, 9.0)
+    for flattest, height in ((np.inf, 1.5 * UPRIGHT), (0.9, 0.9)):
+        levels = np.unique(lattice(points, 1.5, flattest, 0.0).nodes[:, 2])
+        np.testing.assert_allclose(np.diff(levels), height)
+
+
+def test_a_held_node_errs_with_the_square_of_its_phase() -> None:
+    """A side of 12 m that turns about the vertical: with theta the change of phase from node to node, its field is that of
+    its points to theta^2 / 12 (theta^4 / 240 more). Points that lie at one node each would err by theta."""
+    points = np.linspace([-6.0, 0.0, 0.0], [6.0, 0.0, 0.0], 4801)
+    made = lattice(points, 0.75)
+    sums = made.sums(slice(4801), np.full(4801, 1.0 / 4801 + 0j))
+    errors = []
+    for theta in (0.1, 0.2, 0.4):
+        gradient = theta / 0.75
+        field = [np.sum(a * np.exp(1j * gradient * p[:, 0])) for a, p in ((1.0 / 4801, points), (sums, made.nodes))]
+        errors.append(1.0 - abs(field[1] / field[0]))
+    np.testing.assert_allclose(errors, np.array([0.1, 0.2, 0.4]) ** 2 / 12.0, rtol=0.05)
 
 
 def test_nothing_stays_nothing() -> None:
-    centre, strength = merged(np.zeros((0, 3)), np.zeros(0, dtype=complex), np.ones(3), 2.0)
-    assert len(centre) == len(strength) == 0
+    made = lattice(np.zeros((0, 3)), 2.0)
+    assert len(made.nodes) == 0 and len(made.sums(slice(0), np.zeros(0, dtype=np.complex128))) == 0
+    assert len(strongest(np.zeros(0))) == 0
 
 
-def test_silent_points_make_no_nan() -> None:
-    centre, strength = merged(np.ones((3, 3)), np.zeros(3, dtype=complex), np.array([50.0, 0, 0]), 2.0)
-    assert np.isfinite(centre).all() and (strength == 0).all()
-
-
-def test_what_is_left_out_is_faint_even_together() -> None:
-    """One strong point and a thousand faint ones that add up to just under -50 dB of it: gone; just over: only what is
-    over stays."""
-    points = np.arange(1001)[:, None] * np.array([0.0, 10.0, 0.0])
-    antenna = np.array([1e5, 0.0, 0.0])
-    for total, left in ((0.99, 1), (1.5, 335)):
-        amplitude = np.full(1001, total * 10 ** (-50 / 20) / 1000, dtype=complex)
-        amplitude[500] = 1.0
-        assert abs(len(merged(points, amplitude, antenna, 2.0)[0]) - left) <= 1
+@pytest.mark.parametrize(("total", "left"), [(0.99, 1), (1.5, 335)])
+def test_what_is_left_out_is_faint_even_together(total: float, left: int) -> None:
+    """One strong centre and a thousand faint ones that add up to just under -50 dB of it: gone; over: only what is over
+    stays."""
+    level = np.full(1001, total * DROPPED / 1000)
+    level[500] = 1.0
+    kept = strongest(level)
+    assert abs(len(kept) - left) <= 1 and 500 in kept and (np.diff(kept) > 0).all()
