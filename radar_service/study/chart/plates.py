@@ -5,6 +5,7 @@ permittivity of sea water.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy.special import fresnel
@@ -43,12 +44,16 @@ def plates(wavelength: float, polarization: str) -> list[CanonicalTarget]:
         return np.asarray(np.abs(across(turn, a, wavelength) * standing) ** 2 * facing(1.0, 1.0))
 
     def partly_hidden(turn: Floats) -> Floats:
-        left = a / 2.0 + (0.5 - HIDDEN) * a / np.cos(turn)  # the shadow's edge stays on one line of sight
-        return np.abs(across(turn, left, wavelength)) ** 2 * facing(1.0, a)
+        edge = (HIDDEN - 0.5) * a / np.cos(turn)  # the shadow's edge stays on one line of sight
+        field = near_across(turn, edge, a / 2.0, DISTANCE, wavelength) * near_across(
+            0.0, -a / 2.0, a / 2.0, DISTANCE, wavelength
+        )
+        return np.asarray(np.abs(field) ** 2 * facing(1.0, 1.0))
 
     def long_at(distance: float) -> Callable[[Floats], Floats]:
-        upright = fresnel_integral(a, 0.0, 1.0, distance, wavelength)
-        return lambda turn: np.abs(near_across(turn, long, distance, wavelength) * upright) ** 2 * facing(1.0, 1.0)
+        upright = near_across(0.0, -a / 2.0, a / 2.0, distance, wavelength)
+        field = partial(near_across, low=-long / 2.0, high=long / 2.0, distance=distance, wavelength=wavelength)
+        return lambda turn: np.abs(field(turn) * upright) ** 2 * facing(1.0, 1.0)
 
     return [
         CanonicalTarget("plate over the sea", tall, lobe, over_sea, facing(a, long), over_sea=True),
@@ -65,21 +70,17 @@ def across(turn: Floats, width: float | Floats, wavelength: float) -> Floats:
     return np.asarray(width * np.cos(turn) * np.sinc(2.0 * width / wavelength * np.sin(turn)))
 
 
-def near_across(turn: Floats, width: float, distance: float, wavelength: float) -> Complexes:
-    """Returns the same of a plate in the near field, by Fresnel integrals."""
-    return np.asarray(np.cos(turn) * fresnel_integral(width, np.sin(turn), np.cos(turn) ** 2, distance, wavelength))
+def near_across(turn: Floats | float, low: Floats | float, high: float, distance: float, wavelength: float) -> Complexes:
+    """Returns the same integrals (K,) [m] from `low` to `high` right of the middle [m], of a plate at a distance [m].
 
-
-def fresnel_integral(
-    width: float, slope: Floats | float, bend: Floats | float, distance: float, wavelength: float
-) -> Complexes:
-    """Returns integrals (K,) [m] of exp(-2jk (slope u + bend u^2 / 2R)) over a width [m] about u = 0; R: distance [m]."""
-    k = 2.0 * np.pi / wavelength
-    slope, bend = np.asarray(slope, dtype=np.float64), np.asarray(bend, dtype=np.float64)
-    shift, scale = slope * distance / bend, np.sqrt(2.0 * k * bend / (np.pi * distance))
-    sine, cosine = fresnel(scale * (np.multiply.outer(np.array([-0.5, 0.5]), np.full(slope.shape, width)) + shift))
-    whole = np.diff(cosine - 1j * sine, axis=0)[0] / scale
-    return np.asarray(whole * np.exp(1j * k * slope**2 * distance / bend))
+    The phase of the way out and back is 2k (R - u sin t + (u cos t)^2 / 2R), so these are Fresnel integrals.
+    """
+    k, bend = 2.0 * np.pi / wavelength, np.cos(turn) ** 2
+    shift, scale = -np.sin(turn) * distance / bend, np.sqrt(2.0 * k * bend / (np.pi * distance))
+    ends = (fresnel(scale * (end + shift)) for end in (high, low))
+    last, first = (cosine - 1j * sine for sine, cosine in ends)
+    phase = k * np.sin(turn) ** 2 * distance / bend
+    return np.asarray(np.cos(turn) * (last - first) / scale * np.exp(1j * phase))
 
 
 def up_the_sea(height: float, wavelength: float, polarization: str) -> complex:

@@ -5,7 +5,7 @@ import pytest
 
 from radar_service.propagation.sea_surface import sea_water_permittivity
 from radar_service.study.chart.canonical_targets import DISTANCE, SIDE, CanonicalTarget
-from radar_service.study.chart.plates import ANTENNA_HEIGHT, HIDDEN, LONG, NEAR, fresnel_integral, plates
+from radar_service.study.chart.plates import ANTENNA_HEIGHT, HIDDEN, LONG, NEAR, across, near_across, plates
 from tests.reference import metal_on_water as oracle
 from tests.reference.metal_on_water import LIGHT, Face, Screen, Setting
 
@@ -39,7 +39,7 @@ def test_a_plate_that_stands_on_the_sea(polarization: str) -> None:
 
 
 def test_a_plate_behind_a_screen() -> None:
-    """1e-3: the wave bends by 0.02 rad over the plate, and the shadow's edge moves by 1e-6 of the width."""
+    """1e-4: the shadow's edge moves by 1e-6 of the width, and so do the cubes of small lengths over the distance."""
     plate = target("plate behind a screen")
     assert plate.screen is not None
     mesh, share, aside = plate.screen
@@ -49,8 +49,8 @@ def test_a_plate_behind_a_screen() -> None:
     screen = Screen(low, np.array([size[0], 0.0, 0.0]), np.array([0.0, 0.0, 2 * oracle.UPRIGHT]))
     turns = SHARES * plate.max_turn
     exact = [summed(oracle.plate(SIDE_M, SIDE_M), t, DISTANCE, FREE.antenna_height, FREE, screen) for t in turns]
-    np.testing.assert_allclose(plate.cross_section(turns), exact, rtol=2e-3)
-    assert plate.cross_section(np.zeros(1))[0] == pytest.approx((1.0 - HIDDEN) ** 2 * plate.facing, rel=1e-9)
+    np.testing.assert_allclose(plate.cross_section(turns), exact, rtol=1e-3)
+    assert plate.cross_section(np.zeros(1))[0] == pytest.approx((1.0 - HIDDEN) ** 2 * plate.facing, rel=1e-2)
 
 
 @pytest.mark.parametrize(("name", "distance"), [("plate near by", NEAR * WAVELENGTH), ("turning plate", DISTANCE)])
@@ -63,8 +63,8 @@ def test_a_long_plate_near_by_and_far_off(name: str, distance: float) -> None:
     assert plate.distance == distance and (plate.rate > 0.0) == (name == "turning plate")
 
 
-def test_fresnel_integral_of_a_flat_wave_is_a_sinc() -> None:
-    """Far off; 1e-5: k W^2 / 4R."""
-    slope = np.array([0.0, 0.01, 0.05])
-    result = fresnel_integral(1.0, slope, np.ones(3), 1e7, WAVELENGTH)
-    np.testing.assert_allclose(np.abs(result), np.abs(np.sinc(2.0 * slope / WAVELENGTH)), atol=1e-5)
+def test_far_off_the_fresnel_integrals_are_a_sinc() -> None:
+    """1e-5: k W^2 / 4R."""
+    turn = np.array([0.0, 0.01, -0.05])
+    result = near_across(turn, -0.5, 0.5, 1e7, WAVELENGTH)
+    np.testing.assert_allclose(np.abs(result), np.abs(across(turn, 1.0, WAVELENGTH)), atol=1e-5)

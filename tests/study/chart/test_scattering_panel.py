@@ -21,7 +21,7 @@ def test_a_corner_needs_as_many_bounces_as_it_has_faces() -> None:
 
 @pytest.mark.parametrize("polarization", ["h", "v"])
 def test_plates_over_the_sea_in_shadow_near_by_and_turning(polarization: str) -> None:
-    """Physical optics: each draw within 0.05 dB, turning within 0.25 dB (theta^2 / 8 of 0.66 rad between nodes). A declared
+    """Physical optics: each draw within 0.05 dB, turning within 0.5 dB (theta^2 / 8 of 0.66 rad between nodes). A declared
     cross-section is that of the far field in free space, in full view: it errs by decibels wherever one of these fails."""
     made = frozen(scene([PLATE], radar={**SMALL, "polarization": polarization}))
     groups = all_targets(made.radar.wavelength, polarization)
@@ -37,7 +37,7 @@ def test_plates_over_the_sea_in_shadow_near_by_and_turning(polarization: str) ->
 
     by_optics, by_declared = errors(optics), errors(declared)
     for name, limit in (("plate over the sea", 0.05), ("plate behind a screen", 0.05), ("plate near by", 0.05),
-                        ("turning plate", 0.25)):  # fmt: skip
+                        ("turning plate", 0.5)):  # fmt: skip
         assert np.abs(by_optics[name]).max() < limit, name
     for name in ("plate over the sea", "plate behind a screen", "plate near by"):
         assert np.abs(by_declared[name]).min() > 3.0, name

@@ -15,9 +15,10 @@ from radar_service.study.chart.plates import ANTENNA_HEIGHT, RATE
 from radar_service.study.chart.scattering_panel import all_targets
 from radar_service.study.chart.turntables import coherent_cross_sections, random_turns, turntables
 from tests.scenes import scene
-from tests.study.chart.settings import PLATE
+from tests.study.chart.settings import PLATE, SMALL
 
 MADE: Scene = frozen(scene([PLATE]))
+WIDE: Scene = frozen(scene([PLATE], radar=SMALL))
 GROUPS = dict(zip(("at rest", "over the sea", "turning"), all_targets(MADE.radar.wavelength, "h"), strict=True))
 TURNS = {name: random_turns(group, 3, 5) for name, group in GROUPS.items()}
 
@@ -73,14 +74,13 @@ def test_the_plate_over_the_sea_stands_on_it() -> None:
 
 
 def test_a_turning_plate_is_interpolated_between_nodes() -> None:
-    """Two or more nodes within the beam, and the field of the spoke between them: 0.05 dB (docs/engine.md#errors, -44 dB)."""
-    made = tables("turning")
+    """Several nodes within a wide beam, and spokes between them: 11 % of power for theta^2 / 8 of 0.66 rad (`beam_passage`)."""
+    made = turntables(WIDE, GROUPS["turning"], TURNS["turning"], "optics", PRESETS["balanced"], 0)
     assert made.passages is not None
     crossing = made.passages.crossing(0, float(made.spokes[0]) / made.scene.radar.azimuths)
     assert len(made.passages.nodes(0, crossing)) > 1
-    target = GROUPS["turning"][0]
-    at_spokes = replace(made, passages=None)
+    target, at_spokes = GROUPS["turning"][0], replace(made, passages=None)
     for draw in range(3):
         result, exact = made.cross_sections(draw), at_spokes.cross_sections(draw)
-        assert result == pytest.approx(exact, rel=0.012)
-        assert exact == pytest.approx(target.cross_section(TURNS["turning"][draw]), rel=1e-3)
+        assert result == pytest.approx(exact, rel=0.11) and result != exact
+        assert exact == pytest.approx(target.cross_section(TURNS["turning"][draw, :1]), rel=1e-3)
