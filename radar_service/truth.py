@@ -14,6 +14,7 @@ from radar_service.trace.occluder import beyond_horizon
 from radar_service.types import Floats
 
 SURFACE_SAMPLES = 64  # points of a body's surface whose visibility is tested
+REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # by how many tests a body passes, in this order
 
 
 class GroundTruth:
@@ -28,31 +29,30 @@ class GroundTruth:
         scene = self.scene
         antenna = scene.antenna(time)[0]
         own = scene.own_ship.pose(time)
+        poses = [body.motion.pose(time) for body in scene.bodies]
+        samples = zip(self._surface_samples, poses, strict=True)
+        positions = [map_from_body(points, pose.position[0], float(pose.heading[0])) for points, pose in samples]
+        reasons = self._why_invisible(positions, antenna, time)
         bodies = tuple(
-            self._body(body, samples, antenna, time)
-            for body, samples in zip(scene.bodies, self._surface_samples, strict=True)
+            self._record(body.name, pose, antenna, reason, body.mmsi)
+            for body, pose, reason in zip(scene.bodies, poses, reasons, strict=True)
         )
         return Truth(time, self._record("own ship", own, antenna, "", None), bodies)
 
-    def _body(self, body: Body, samples: Floats, antenna: Floats, time: float) -> BodyTruth:
-        pose = body.motion.pose(time)
-        positions = map_from_body(samples, pose.position[0], float(pose.heading[0]))
-        return self._record(body.name, pose, antenna, self._why_invisible(positions, antenna, time), body.mmsi)
-
-    def _why_invisible(self, positions: Floats, antenna: Floats, time: float) -> str:
-        """The reason why none of the positions (W, 3) is visible; "" where one is."""
-        polar = polar_from_map(positions, antenna, self.earth_radius)
+    def _why_invisible(self, positions: list[Floats], antenna: Floats, time: float) -> list[str]:
+        """For each body the reason why none of its positions (W, 3) is visible; "" where one is."""
+        if not positions:
+            return []
+        point = np.concatenate(positions)
+        polar = polar_from_map(point, antenna, self.earth_radius)
         near = apparent_range(self.scene.radar, polar.range) <= self.scene.radar.range_max
-        if not near.any():
-            return "beyond range"
-        over = beyond_horizon(polar.distance, positions[:, 2], float(antenna[2]), self.earth_radius)
-        if not (near & ~over).any():
-            return "below horizon"
-        lit = ~self.scene.blind(np.full(len(positions), time), polar.azimuth)
-        if not (near & ~over & lit).any():
-            return "blind sector"
-        candidates = positions[near & ~over & lit]
-        return "shadowed" if self.line_of_sight.occluded(candidates, antenna, time).all() else ""
+        over = beyond_horizon(polar.distance, point[:, 2], float(antenna[2]), self.earth_radius)
+        lit = near & ~over & ~self.scene.blind(np.full(len(point), time), polar.azimuth)
+        visible = lit.copy()
+        visible[lit] = ~self.line_of_sight.occluded(point[lit], antenna, time)
+        first = np.cumsum([0, *(len(own) for own in positions[:-1])])
+        passed = [np.logical_or.reduceat(flags, first) for flags in (near, near & ~over, lit, visible)]
+        return [REASONS[count] for count in np.sum(passed, axis=0).tolist()]
 
     def _record(self, name: str, pose: Pose, antenna: Floats, reason: str, mmsi: int | None) -> BodyTruth:
         position = pose.position[0]

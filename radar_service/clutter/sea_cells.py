@@ -81,7 +81,7 @@ class SeaCells:
         self._outward = np.stack([np.sin(self._azimuth), np.cos(self._azimuth)], axis=1)
         self._sweeps: BlockCache[int, list[ShadowSweep]] = BlockCache(KEPT_SCANS)
         self._open = self._open_sea()
-        movers = len(line_of_sight.moving_shadow_sectors(self._antenna(0.0), 0.0))
+        movers = len(line_of_sight.moving_shadow_sectors(self._antenna(0.0), 0.0).middle)
         if self._rests:
             self._shadow_all_round()
         static = self._rests and not movers
@@ -138,7 +138,8 @@ class SeaCells:
         period = self.scene.radar.rotation_period
         times = np.linspace(scan * period, (scan + 1) * period, int(np.ceil(period / SWEEP_STEP)) + 1)
         sectors = [self.line_of_sight.moving_shadow_sectors(self._antenna(time), time) for time in times.tolist()]
-        return [_swept([each[i] for each in sectors]) for i in range(len(sectors[0]))]
+        each = [list(zip(*(column.tolist() for column in one), strict=True)) for one in sectors]
+        return [_swept([at[i] for at in each]) for i in range(len(each[0]))]
 
     def _crosses(self, sweep: ShadowSweep, start: int, stop: int) -> bool:
         """Whether rows start to stop (exclusive) lie in a sweep."""

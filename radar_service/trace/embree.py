@@ -1,19 +1,31 @@
-"""Ray tests by Embree. This is the only module that imports embreex.
+"""Ray tests by Embree, or by `trace.box_tree` where embreex is not installed. This is the only module that imports embreex.
 
-Embree works in float32, so triangles are stored about their own centre. Embree decides only which triangle a ray meets first,
+Trees work in float32, so triangles are stored about their own centre. A tree decides only which triangle a ray meets first,
 or whether a path is blocked; `hit_distance` computes the distance in float64. This file works around defects of embreex: a mesh
-added after the first ray is ignored, the array `dists` is overwritten, float64 input raises, tnear is always 0.
+added after the first ray is ignored, the array `dists` is overwritten, float64 input raises, tnear is always 0, and each scene
+without a device makes one of its own, of which a process can have some 1000 (docs/decisions/0003-two-tracers.md).
 """
 
-from functools import cached_property
+import warnings
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from radar_service.trace.box_tree import BoxTree
+from radar_service.trace.tree_cache import SharedTree, Tree, TreeCache, Triangles
+from radar_service.types import Flags, Floats, Indices, Singles
+
+try:
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore import EmbreeDevice
+    from embreex.rtcore_scene import EmbreeScene
+except ImportError:  # no wheel for this platform: pyproject.toml names those that have one
+    EmbreeScene = None
+
+MAX_TREES = 32_768  # a scene may have 10,000 bodies; 70,000 trees of boxes took 5 KB each and worked (tests/bench)
+LAZY_FACES = 1024  # larger meshes take more than some ms, so their trees are built with the scene and not under the beam
 
 
 class RayCount:
@@ -23,9 +35,52 @@ class RayCount:
         self.rays = 0
 
 
+class EmbreeTree:
+    """A tree of Embree's, with the interface of `Tree`."""
+
+    def __init__(self, vertices: Singles, faces: NDArray[np.int32]) -> None:
+        self._scene = EmbreeScene(_device(), robust=True)  # non-robust leaks 9 % of rays at shared edges
+        TriangleMesh(self._scene, vertices, faces)
+        self._scene.run(
+            np.zeros((1, 3), dtype=np.float32), np.ones((1, 3), dtype=np.float32)
+        )  # two threads must not commit it
+
+    def first_hit(self, origins: Singles, directions: Singles) -> Indices:
+        """As `Tree.first_hit`."""
+        return np.asarray(self._scene.run(origins, directions), dtype=np.int64)
+
+    def occluded(self, origins: Singles, directions: Singles, reach: Singles) -> Flags:
+        """As `Tree.occluded`."""
+        hits = self._scene.run(origins, directions, dists=reach.copy(), query="OCCLUDED")
+        return np.asarray(np.asarray(hits) >= 0)
+
+
+@cache
+def _device() -> Any:
+    """One device for all trees of a process: each device takes thread keys, of which a process has 1024."""
+    return EmbreeDevice()
+
+
+def build_tree(vertices: Singles, faces: NDArray[np.int32]) -> Tree:
+    """A tree by the fastest tracer of this platform."""
+    if EmbreeScene is not None:
+        return EmbreeTree(vertices, faces)
+    _warn_of_slow_rays()
+    return BoxTree(vertices, faces)
+
+
+@cache
+def _warn_of_slow_rays() -> None:
+    text = "embreex is not installed (it has no wheel for Linux on ARM): rays are traced by a slower tracer"
+    warnings.warn(text, RuntimeWarning, stacklevel=2)
+
+
+TREES = TreeCache(build_tree, MAX_TREES)
+
+
 class TriangleScene:
-    """Triangles for ray tests: vertices (V, 3) [m] and faces (F, 3) in any one frame. Pickling leaves `tree` (Embree's) out,
-    and unpickling builds it again."""
+    """Triangles for ray tests: vertices (V, 3) [m] and faces (F, 3) in any one frame. Equal ones share a tree. Pickling leaves
+    the tree out."""
 
     def __init__(self, vertices: Floats, faces: NDArray[np.int64], rays: RayCount | None = None) -> None:
         """rays: counts the rays cast, where given."""
@@ -33,35 +88,32 @@ class TriangleScene:
         self.centre: Floats = (used.min(axis=0) + used.max(axis=0)) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
         self._vertices, self._faces, self._count = vertices, faces, rays or RayCount()
-        self._build()
+        self._build_large()
 
-    def _build(self) -> None:
-        """Hands the triangles to Embree, which builds its tree at the first ray."""
-        self.tree = EmbreeScene(robust=True)  # non-robust leaks 9 % of rays at shared edges
-        TriangleMesh(self.tree, (self._vertices - self.centre).astype(np.float32), self._faces.astype(np.int32))
+    def _build_large(self) -> None:
+        self._shared: SharedTree | None = None
+        if len(self._faces) > LAZY_FACES:
+            self._tree()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name not in ("tree", "_planes")}
+        return {name: value for name, value in self.__dict__.items() if name not in ("_shared", "_planes")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._build()
+        self._build_large()
 
     def first_hit(self, origin: Floats, direction: Floats) -> NDArray[np.int64]:
         """Index of the first triangle that each ray meets, -1 where none. origin (3,) or (M, 3), direction (M, 3)."""
         if len(direction) == 0:
             return np.zeros(0, dtype=np.int64)
-        origins, directions = self._as_float32(origin, direction)
-        return np.asarray(self.tree.run(origins, directions), dtype=np.int64)
+        return self._tree().first_hit(*self._as_float32(origin, direction))
 
     def occluded(self, origin: Floats, direction: Floats, reach: Floats | float) -> NDArray[np.bool_]:
         """Whether each ray meets a triangle within `reach` (M,), in lengths of `direction`."""
         if len(direction) == 0:
             return np.zeros(0, dtype=np.bool_)
-        origins, directions = self._as_float32(origin, direction)
-        dists = np.array(np.broadcast_to(reach, (len(directions),)), dtype=np.float32)
-        hits = self.tree.run(origins, directions, dists=dists, query="OCCLUDED")
-        return np.asarray(np.asarray(hits) >= 0)
+        within = np.broadcast_to(np.asarray(reach, dtype=np.float32), (len(direction),))
+        return self._tree().occluded(*self._as_float32(origin, direction), within)
 
     def hit_distance(self, triangle: NDArray[np.int64], origin: Floats, direction: Floats) -> Floats:
         """Where each ray meets the plane of its triangle, in lengths of `direction`, in float64. Shapes (M,), as above."""
@@ -80,7 +132,15 @@ class TriangleScene:
         normal = np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], axis=1)  # half the time of np.cross
         return normal, np.einsum("ij,ij->i", normal, a)
 
-    def _as_float32(self, origin: Floats, direction: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    def _tree(self) -> Tree:
+        if self._shared is None:
+            self._shared = TREES.share(self._triangles())
+        return TREES.tree(self._shared, self._triangles)
+
+    def _triangles(self) -> Triangles:
+        return (self._vertices - self.centre).astype(np.float32), self._faces.astype(np.int32)
+
+    def _as_float32(self, origin: Floats, direction: Floats) -> tuple[Singles, Singles]:
         self._count.rays += len(direction)
         origins = np.broadcast_to(origin - self.centre, direction.shape)
         return np.ascontiguousarray(origins, dtype=np.float32), np.ascontiguousarray(direction, dtype=np.float32)

@@ -9,9 +9,11 @@ import numpy as np
 
 from radar_service.frames import Polar, distances_from_map
 from radar_service.scene.body import Body
-from radar_service.scene.poses import MAP_POSE, BodyPose, BodyPoses, merged_mesh
+from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh
 from radar_service.trace.embree import RayCount
+from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
+from radar_service.trace.shadow_sectors import ShadowSectors, shadow_sectors
 from radar_service.types import Flags, Floats, Indices
 
 
@@ -25,7 +27,8 @@ class SurfacePoints(NamedTuple):
 
 
 class Shadow(NamedTuple):
-    """What one body occludes: its sector, as `Occluder.shadow_sector`, and which positions (W, 3) on the map in it."""
+    """What one body occludes: its sector, azimuth of its middle and half width [rad] and ground distance
+    of its start [m], and which positions (W, 3) on the map in it."""
 
     sector: tuple[float, float, float]
     occludes: Callable[[Floats], Flags]
@@ -41,7 +44,6 @@ class OcclusionScene:
         themselves; rays: counts the rays cast, where given."""
         self.earth_radius = earth_radius
         self._resting: Flags = np.array([body.motion.at_rest for body in bodies], dtype=np.bool_)
-        self._bodies = tuple(bodies)
         self._occludes: Flags = np.array(
             [b.mesh is not None and i not in without for i, b in enumerate(bodies)], dtype=np.bool_
         )
@@ -53,13 +55,7 @@ class OcclusionScene:
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
         merged = merged_mesh([body for body in bodies if body.motion.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
-        self._movers = {
-            i: Occluder(body.mesh, earth_radius, rays)
-            for i, body in enumerate(bodies)
-            if body.mesh is not None and not body.motion.at_rest and i not in without
-        }
-        self._poses = BodyPoses([bodies[i] for i in self._movers])
-        self._last_poses: tuple[float, dict[int, BodyPose]] = (np.nan, {})
+        self._moving = MovingOccluders(bodies, earth_radius, without, rays)
 
     def visible(
         self,
@@ -78,13 +74,13 @@ class OcclusionScene:
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
-        left = np.flatnonzero(~over & (slant < max_range))
-        for occluder, pose, key in self._occluders(points.body, time, movers, among):
-            own = (self._resting[points.body] if key is None else points.body == key)[left]
+        visible: Flags = ~over & (slant < max_range)
+        every = np.flatnonzero(visible)
+        for occluder, pose, key, which in self._occluders(points, every, antenna, time, movers, among):
+            left = which[visible[which]]
+            own = self._resting[points.body[left]] if key is None else points.body[left] == key
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
-                left = left[~self._occluded_by(occluder, pose, points, antenna, left, own)]
-        visible = np.zeros(len(position), dtype=np.bool_)
-        visible[left] = True
+                visible[left[self._occluded_by(occluder, pose, points, antenna, left, own)]] = False
         return visible
 
     def visible_by_sea(
@@ -105,20 +101,25 @@ class OcclusionScene:
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
-        left = np.flatnonzero(~over & (slant < max_range))
-        for occluder, pose, key in self._occluders(points.body, time, movers, among):
-            own = (self._resting[points.body] if key is None else points.body == key)[left]
+        visible: Flags = ~over & (slant < max_range)
+        every = np.flatnonzero(visible)
+        for occluder, pose, key, which in self._occluders(points, every, antenna, time, movers, among):
+            left = which[visible[which]]
+            own = self._resting[points.body[left]] if key is None else points.body[left] == key
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
-                left, own = self._not_hidden(left, own, occluder.occludes(pose, antenna, reflection.take(left, axis=0)))
-                left = left[~self._occluded_by(occluder, pose, points, reflection.take(left, axis=0), left, own)]
-        visible = np.zeros(len(position), dtype=np.bool_)
-        visible[left] = True
+                hidden = occluder.occludes(pose, antenna, reflection.take(left, axis=0))
+                visible[left[hidden]] = False
+                left, own = left[~hidden], own[~hidden]
+                visible[left[self._occluded_by(occluder, pose, points, reflection.take(left, axis=0), left, own)]] = False
         return visible
 
     def other_occluders(self, body: int, antenna: Floats, time: float, movers: bool = True) -> tuple[Indices, Floats]:
         """Indices (O,) and radii (O,) [m] in plan of the other bodies that may occlude a body from the antenna (3,),
         by a quick test in plan."""
-        plan = self._plan if not len(self._movers) else self._plan_at(time)
+        plan = self._plan
+        if len(self._moving.keys):
+            plan = plan.copy()
+            plan[self._moving.keys, :2] = self._moving.middles(antenna, time)
         line, radius = plan[body, :2] - antenna[:2], plan[:, 2]
         toward = plan[:, :2] - antenna[:2]
         along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
@@ -127,38 +128,41 @@ class OcclusionScene:
         near[body] = False
         return np.flatnonzero(near), radius[near]
 
-    def _plan_at(self, time: float) -> Floats:
-        """Middle and radius (B, 3) of all bodies in plan at `time` [s]."""
-        plan = self._plan.copy()
-        for b in np.flatnonzero(~self._resting & self._occludes):
-            plan[b, :2] = self._bodies[b].middle_at(time)[:2]
-        return plan
-
     def occluded(self, position: Floats, antenna: Floats, time: float, movers: bool = True) -> Flags:
         """Which positions (W, 3) on the map any body occludes from the antenna (3,) at `time` [s]; movers: as in `visible`."""
         occluded = np.zeros(len(position), dtype=np.bool_)
         if self._resting_occluder is not None:
             occluded |= self._resting_occluder.occludes(MAP_POSE, antenna, position)
-        for key, pose in self._mover_poses(time).items() if movers else ():
-            occluded |= self._movers[key].occludes(pose, antenna, position)
+        if movers:
+            distance, _ = distances_from_map(position, antenna, self.earth_radius)
+            for _, occluder, pose, behind in self._moving.before(position, distance, antenna, time):
+                left = behind[~occluded[behind]]
+                occluded[left] = occluder.occludes(pose, antenna, position[left])
         return occluded
 
     def resting_shadow_sector(self, antenna: Floats) -> tuple[float, float, float]:
-        """The sector that bodies at rest may occlude, as `Occluder.shadow_sector`; a half width of 0 where nothing rests."""
-        resting = self._resting_occluder
-        return (0.0, 0.0, np.inf) if resting is None else resting.shadow_sector(MAP_POSE, antenna)
+        """The sector that bodies at rest may occlude: azimuth of its middle and half width [rad], ground distance of its start
+        [m]; a half width of 0 where nothing rests."""
+        if self._resting_occluder is None:
+            return 0.0, 0.0, np.inf
+        centre, radius = self._resting_occluder.sphere
+        middle, half, begin = shadow_sectors(centre[None], np.array([radius]), antenna)
+        return float(middle[0]), float(half[0]), float(begin[0])
 
-    def moving_shadow_sectors(self, antenna: Floats, time: float) -> list[tuple[float, float, float]]:
-        """The sector that each moving body may occlude at `time` [s], as `Occluder.shadow_sector`."""
-        return [self._movers[key].shadow_sector(pose, antenna) for key, pose in self._mover_poses(time).items()]
+    def moving_shadow_sectors(self, antenna: Floats, time: float) -> ShadowSectors:
+        """The sectors that the moving bodies may occlude at `time` [s]."""
+        return self._moving.sectors(antenna, time)
 
     def moving_shadows(self, numbers: Sequence[int], antenna: Floats, time: float) -> list[Shadow]:
         """Shadows of moving bodies by their numbers in `moving_shadow_sectors` at `time` [s]."""
-        movers = list(self._mover_poses(time).items()) if numbers else []
+        if not numbers:
+            return []
+        middle, half, begin = self._moving.sectors(antenna, time)
+        keys = [int(self._moving.keys[number]) for number in numbers]
         shadows = []
-        for key, pose in (movers[number] for number in numbers):
-            occluder = self._movers[key]
-            shadows.append(Shadow(occluder.shadow_sector(pose, antenna), partial(occluder.occludes, pose, antenna)))
+        for number, (occluder, pose, _) in zip(numbers, self._moving.chosen(keys, antenna, time), strict=True):
+            sector = float(middle[number]), float(half[number]), float(begin[number])
+            shadows.append(Shadow(sector, partial(occluder.occludes, pose, antenna)))
         return shadows
 
     def shadowed(self, position: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
@@ -167,39 +171,34 @@ class OcclusionScene:
         position: (E, 3), visible past all bodies at rest, by rising azimuth; polar: the same relative to the antenna (3,).
         """
         shadowed = [np.zeros(0, dtype=np.int64)]
-        for key, pose in self._mover_poses(time).items() if len(position) else ():
-            occluder = self._movers[key]
-            middle, half, begin = occluder.shadow_sector(pose, antenna)
-            behind = _within(polar.azimuth, middle, half)
-            behind = behind[polar.distance[behind] >= begin]
+        for _, occluder, pose, behind in self._moving.before(position, polar.distance, antenna, time):
             shadowed.append(behind[occluder.occludes(pose, antenna, position[behind])])
         return np.unique(np.concatenate(shadowed))
 
     def _occluders(
-        self, body: Indices, time: float, movers: bool, among: Collection[int] | None
-    ) -> list[tuple[Occluder, BodyPose, int | None]]:
-        """All occluders at `time` [s], their poses and body indices (None: all bodies at rest). The resting one comes first,
-        but a mover that all points lie on comes before it, as it occludes most of itself."""
-        result: list[tuple[Occluder, BodyPose, int | None]] = []
+        self,
+        points: SurfacePoints,
+        which: Indices,
+        antenna: Floats,
+        time: float,
+        movers: bool,
+        among: Collection[int] | None,
+    ) -> list[tuple[Occluder, BodyPose, int | None, Indices]]:
+        """All that may occlude any of points `which` (W,) at `time` [s]: occluders, their poses, body indices (None: all bodies
+        at rest), and indices of the points. The resting one comes first, but a mover that all points lie on comes before it,
+        as it occludes most of itself."""
+        result: list[tuple[Occluder, BodyPose, int | None, Indices]] = []
+        own = set(np.unique(points.body[which]).tolist())
         if self._resting_occluder is not None:
-            result.append((self._resting_occluder, MAP_POSE, None))
-        result += [(self._movers[key], pose, key) for key, pose in (self._mover_poses(time) if movers else {}).items()]
-        if among is not None:
-            result = [
-                occluder for occluder in result if occluder[2] is None or occluder[2] in among or (body == occluder[2]).any()
-            ]
-        return sorted(result, key=lambda occluder: occluder[2] is None or not (body == occluder[2]).all())
-
-    def _mover_poses(self, time: float) -> dict[int, BodyPose]:
-        at, poses = self._last_poses
-        if at != time:
-            poses = dict(zip(self._movers, self._poses.each_at(time), strict=True))
-            self._last_poses = time, poses  # one assignment: another thread finds either this or its own
-        return poses
-
-    @staticmethod
-    def _not_hidden(which: Indices, own: Flags, hidden: Flags) -> tuple[Indices, Flags]:
-        return which[~hidden], own[~hidden]
+            result.append((self._resting_occluder, MAP_POSE, None, which))
+        if movers and among is not None:
+            result += [(*mover, which) for mover in self._moving.chosen(own.union(among), antenna, time)]
+        elif movers:
+            position = points.position[which]
+            distance, _ = distances_from_map(position, antenna, self.earth_radius)
+            for key, occluder, pose, some in self._moving.before(position, distance, antenna, time):
+                result.append((occluder, pose, key, which[some]))
+        return sorted(result, key=lambda occluder: {occluder[2]} != own)
 
     def _occluded_by(
         self, occluder: Occluder, pose: BodyPose, points: SurfacePoints, origin: Floats, which: Indices, own: Flags
@@ -225,11 +224,3 @@ class OcclusionScene:
         on_triangle = triangle >= 0
         last = np.where(on_triangle, first + triangle + 1, first + self._faces[key])
         return first + np.where(on_triangle, triangle, 0), last
-
-
-def _within(azimuth: Floats, middle: float, half: float) -> Indices:
-    """Indices of the rising azimuths (E,) [-pi, pi] that lie within `half` of `middle`, the short way round [rad]."""
-    full_turns = 2.0 * np.pi * np.arange(-1, 2)
-    first = np.searchsorted(azimuth, middle - half + full_turns)
-    last = np.searchsorted(azimuth, middle + half + full_turns, side="right")
-    return np.unique(np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)]))

@@ -1,6 +1,7 @@
 """Rays against triangles in float64, without a tree: the specification's algorithm 1 as printed, and a scale-free one.
 
-Both answer for every ray and every triangle, so they cost rays x triangles: they check Embree and do not replace it.
+Both answer for every ray and every triangle, so they cost rays x triangles: they check Embree and do not replace it. Pairs of a
+ray and a triangle serve `trace.box_tree`, which chooses them.
 """
 
 from collections.abc import Callable
@@ -45,7 +46,16 @@ def watertight_crossings(origin: Floats, direction: Floats, corners: Floats) -> 
     Shapes as `printed_crossings`. Two triangles that share an edge compute the same products for it with opposite sign, so
     a ray is on one side or the other or on it, never beside both. Source: Woop, Benthin and Wald, JCGT 2 (2013).
     """
-    moved = corners[None] - np.broadcast_to(origin, direction.shape)[:, None, None]
+    return _watertight(corners[None] - np.broadcast_to(origin, direction.shape)[:, None, None], direction)
+
+
+def watertight_pairs(origin: Floats, direction: Floats, corners: Floats) -> Floats:
+    """The same for each ray and one triangle of its own: distances (M,). origin, direction: (M, 3); corners: (M, 3, 3)."""
+    return _watertight((corners - origin[:, None])[:, None], direction)[:, 0]
+
+
+def _watertight(moved: Floats, direction: Floats) -> Floats:
+    """Distances (M, F) of rays (M, 3) to triangles, whose corners `moved` (M, F, 3, 3) are relative to the rays' origins."""
     x, y, along = _sheared(moved, direction)
     u = x[2] * y[1] - y[2] * x[1]
     v = x[0] * y[2] - y[0] * x[2]

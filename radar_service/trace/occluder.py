@@ -28,13 +28,10 @@ class Occluder:
         self._earth_radius = earth_radius
         self._scene.first_hit(np.zeros(3), np.array([[0.0, 0.0, 1.0]]))  # builds the tree now, not under the first beam
 
-    def shadow_sector(self, pose: BodyPose, antenna: Floats) -> tuple[float, float, float]:
-        """The sector that the body may occlude: azimuth of its middle and half width [rad], ground distance of its start [m]."""
-        centre = map_from_body(self._scene.centre, pose.position, pose.heading)
-        east, north = centre[:2] - antenna[:2]
-        distance, radius = float(np.hypot(east, north)), self._scene.radius * 1.01 + 1.0  # 1 m: the bend and rounding
-        half = float(np.arcsin(radius / distance)) if distance > radius else np.pi
-        return float(np.arctan2(east, north)), half, max(0.0, distance - radius)
+    @property
+    def sphere(self) -> tuple[Floats, float]:
+        """Middle (3,) and radius [m] of the curved body's bounding sphere, in its own frame."""
+        return self._scene.centre, self._scene.radius
 
     def may_occlude(self, pose: BodyPose, antenna: Floats, points: Floats) -> bool:
         """Whether this body may occlude any of `points` (E, 3) of others from `antenna` (3,), on the map [m].

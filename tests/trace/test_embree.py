@@ -1,12 +1,21 @@
-"""Embree's answers against float64, and the same from a tree that unpickling built again."""
+"""Embree's answers against float64, any number of scenes, and the same without embreex."""
 
+import gc
 import pickle
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from radar_service.trace.embree import RayCount, TriangleScene
+import radar_service as rs
+from radar_service.trace import embree
+from radar_service.trace.box_tree import BoxTree
+from radar_service.trace.embree import LAZY_FACES, RayCount, TriangleScene
 from radar_service.trace.moller_trumbore import watertight_crossings
+from radar_service.trace.tree_cache import TreeCache
+from tests.scenes import scene as scene_of
 from tests.trace.test_occluder import hills
 
 MESH = hills(1, 300.0)
@@ -48,14 +57,13 @@ def test_occluded_counts_only_triangles_within_reach() -> None:
     assert not made.occluded(ORIGIN, rays()[hit < 0], 1e6).any()
 
 
-def test_a_pickled_scene_builds_its_tree_again_and_hits_the_same() -> None:
-    """Also where it had cast rays before, and where it had cast none."""
+def test_a_pickled_scene_hits_the_same() -> None:
+    """Also where it had cast rays before, and where it had cast none. No tree travels along: it cannot be pickled."""
     used = scene()
     before = used.first_hit(ORIGIN, rays())
     used.hit_distance(before[before >= 0], ORIGIN, rays()[before >= 0])
     for made in (used, scene()):
         copy = pickle.loads(pickle.dumps(made))
-        assert copy.tree is not made.tree
         np.testing.assert_array_equal(copy.first_hit(ORIGIN, rays()), before)
         met = np.flatnonzero(before >= 0)
         args = before[met], ORIGIN, rays()[met]
@@ -85,3 +93,131 @@ def test_a_scene_far_from_the_origin_is_as_exact(offset: float) -> None:
     down = np.array([[0.0, 0, -1], [0.0, 0, -1]])
     origin = np.array([[5.0, 0.002, 1.0], [5.0, -0.002, 1.0]]) + offset
     assert made.first_hit(origin, down).tolist() == [0, -1]
+
+
+def in_process(script: str) -> str:
+    """What a script prints in a process of its own, whose death is an error."""
+    root = Path(__file__).parents[2]
+    run = subprocess.run([sys.executable, "-c", script], cwd=root, capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, f"exit status {run.returncode}: {run.stderr[-2000:]}"
+    return run.stdout
+
+
+MANY = """
+import numpy as np
+from radar_service.trace.embree import TREES, TriangleScene
+corners, face, up = np.eye(3), np.array([[0, 1, 2]]), np.array([[0.0, 0, 1]])
+scenes = [TriangleScene(corners * size, face) for size in range(1, 1301)]
+print(*(scene.first_hit(np.array([size / 4.0, size / 4.0, -1]), up)[0] for size, scene in enumerate(scenes, 1)), TREES.live)
+del scenes
+print(TREES.live)
+"""
+
+
+def test_thirteen_hundred_scenes_live_at_once() -> None:
+    """embreex with a device for each scene dies at the 1017th. All trees go with their scenes."""
+    together, after = in_process(MANY).splitlines()
+    assert together.split() == ["0"] * 1300 + ["1300"]
+    assert after == "0"
+
+
+def own_trees(monkeypatch: pytest.MonkeyPatch, maximum: int, build=embree.build_tree) -> TreeCache:
+    """A cache for this test alone."""
+    trees = TreeCache(build, maximum)
+    monkeypatch.setattr(embree, "TREES", trees)
+    return trees
+
+
+def test_equal_scenes_share_a_tree_and_a_dropped_one_is_built_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    trees = own_trees(monkeypatch, 2)
+    scenes = [TriangleScene(MESH.vertices + offset, MESH.faces) for offset in (0.0, 64.0)]  # the same about their centres
+    expected = [made.first_hit(ORIGIN, rays()) for made in scenes]
+    assert trees.live == trees.builds == 1
+    others = [TriangleScene(MESH.vertices * scale, MESH.faces) for scale in (2.0, 3.0, 4.0)]
+    for other in others:
+        other.first_hit(ORIGIN, rays())
+        assert trees.live <= 2
+    for made, hits in zip(scenes, expected, strict=True):
+        np.testing.assert_array_equal(made.first_hit(ORIGIN, rays()), hits)
+    assert trees.builds == 5
+    del scenes, others, made, other
+    gc.collect()
+    assert trees.live == 0
+
+
+def test_large_meshes_are_built_at_once_and_small_ones_at_their_first_ray(monkeypatch: pytest.MonkeyPatch) -> None:
+    trees = own_trees(monkeypatch, 9)
+    small, large = (hills(1, 300.0, posts) for posts in (12, 24))
+    assert len(small.faces) <= LAZY_FACES < len(large.faces)
+    made = TriangleScene(small.vertices, small.faces)
+    assert trees.live == 0
+    made.first_hit(ORIGIN, rays())
+    assert trees.live == 1
+    packed = pickle.dumps(TriangleScene(large.vertices, large.faces))
+    assert trees.builds == 2
+    pickle.loads(packed)
+    assert trees.builds == 3
+
+
+BOXES = [
+    {"name": f"b{k}", "shape": "box", "length_m": 8 + k % 50 / 10, "width_m": 4 + k // 50 / 5, "height_m": 5, "material": "steel",
+     "position_m": [700 * np.sin(k), 700 * np.cos(k), 0], "speed_kn": 4 + k % 7, "course_deg": k * 37 % 360}
+    for k in range(100)
+]  # fmt: skip
+
+
+def some_spokes(bodies: list[dict[str, object]]) -> np.ndarray:
+    sim = rs.Simulator(scene_of(bodies, radar={"range_max_m": 900, "azimuths": 90, "beamwidth_deg": 5}), "fast")
+    return np.concatenate([block.field for block, _ in zip(sim.blocks(scans=1), range(2), strict=False)])
+
+
+SWAP = """
+from tests.trace.test_embree import FLEET, some_spokes
+import radar_service as rs
+from tests.scenes import scene
+held = [rs.Simulator(scene(FLEET, radar={"azimuths": 90, "beamwidth_deg": 5}), "fast") for _ in range(2)]
+print(*(next(iter(sim.blocks())).time.size for sim in held))
+"""
+FLEET = [
+    {"name": f"b{k}", "shape": "box", "length_m": 8 + k % 6, "width_m": 4, "height_m": 5, "material": "steel",
+     "position_m": [(300 + 5 * k) * np.sin(k), (300 + 5 * k) * np.cos(k), 0], "speed_kn": 4 + k % 7, "course_deg": k * 37 % 360}
+    for k in range(506)
+]  # fmt: skip
+
+
+def test_506_moving_steel_boxes_run_in_two_simulators_at_once() -> None:
+    """In a process of its own, as it killed the process: 2024 trees."""
+    assert in_process(SWAP).split() == ["16", "16"]
+
+
+def test_a_bound_below_the_bodies_of_a_scene_changes_no_byte(monkeypatch: pytest.MonkeyPatch) -> None:
+    """100 moving boxes, no two of them equal, in room for 8 trees."""
+    expected = some_spokes(BOXES)
+    trees = own_trees(monkeypatch, 8)
+    assert some_spokes(BOXES).tobytes() == expected.tobytes()
+    assert trees.builds > 100 and trees.live <= 8
+
+
+def test_without_embree_spokes_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No line of sight here passes within rounding of an edge."""
+    expected = some_spokes(BOXES[:40])
+    own_trees(monkeypatch, 99, BoxTree)
+    assert some_spokes(BOXES[:40]).tobytes() == expected.tobytes() and np.abs(expected).max() > 0.0
+
+
+MISSING = """
+import sys, warnings
+for name in ("embreex", "embreex.rtcore", "embreex.rtcore_scene", "embreex.mesh_construction"):
+    sys.modules[name] = None
+warnings.simplefilter("always")
+with warnings.catch_warnings(record=True) as caught:
+    import radar_service as rs
+    sim = rs.Simulator(rs.load_scene("open-sea"), "fast")
+    next(iter(sim.blocks()))
+print(*(w.message for w in caught if issubclass(w.category, RuntimeWarning)), sep="|")
+"""
+
+
+def test_a_process_without_embreex_warns_once_and_works() -> None:
+    (warning,) = in_process(MISSING).split("|")
+    assert "embreex is not installed" in warning and "slower" in warning

@@ -9,8 +9,10 @@ import pytest
 from radar_service.frames import polar_from_map
 from radar_service.propagation.legs import reflection_points
 from radar_service.scene.body import Body
+from radar_service.scene.poses import pose_at
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
+from radar_service.trace.occluder import Occluder
 from tests.scenes import point, scene
 
 EARTH = 4 / 3 * 6_371_000.0
@@ -152,3 +154,27 @@ def test_others_that_may_occlude_stand_between() -> None:
     assert made.other_occluders(0, ANTENNA, 0.0, movers=False)[0].tolist() == [1]
     among = made.visible(points((0, 900, 15)), ANTENNA, 0.0, 1e5, True, [])
     assert not among[0]  # bodies at rest always count
+
+
+def test_a_body_among_many_movers_is_tested_against_those_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """400 boxes all round, at 300 to 2300 m: 20 m wide and 2 pi 1300 m round, a line of sight meets some 400 x 25 / 8168 = 1.2
+    of them, and its own box. Each pair tried would be 400."""
+    rng = np.random.default_rng(8)
+    azimuth, distance = rng.uniform(-np.pi, np.pi, 400), rng.uniform(300, 2300, 400)
+    many = bodies(*(box(r * np.cos(a), r * np.sin(a), **MOVES) for a, r in zip(azimuth, distance, strict=True)))
+    made, tried = OcclusionScene(many, EARTH), []
+    original = Occluder.may_occlude
+
+    def counting(self: Occluder, *args: Any) -> bool:
+        tried.append(self)
+        return original(self, *args)
+
+    monkeypatch.setattr(Occluder, "may_occlude", counting)
+    middles = [(r * np.sin(a), r * np.cos(a), 20.0) for a, r in zip(azimuth, distance, strict=True)]
+    visible = [bool(made.visible(points(middle, body=k), ANTENNA, 0.0, 1e5)[0]) for k, middle in enumerate(middles)]
+    assert len(tried) < 5 * 400
+    alone = [Occluder(body.mesh, EARTH) for body in many if body.mesh is not None]
+    each = [one.occludes(pose_at(body, 0.0), ANTENNA, np.array(middles)) for one, body in zip(alone, many, strict=True)]
+    others = np.array(each) & ~np.eye(400, dtype=np.bool_)
+    np.testing.assert_array_equal(visible, ~others.any(axis=0))
+    assert 50 < np.count_nonzero(visible) < 350

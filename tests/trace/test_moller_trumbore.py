@@ -3,7 +3,12 @@ import pytest
 import trimesh
 
 from radar_service.trace.embree import TriangleScene
-from radar_service.trace.moller_trumbore import TriangleList, printed_crossings, watertight_crossings
+from radar_service.trace.moller_trumbore import (
+    TriangleList,
+    printed_crossings,
+    watertight_crossings,
+    watertight_pairs,
+)
 
 TESTS = pytest.mark.parametrize("crossings", [printed_crossings, watertight_crossings])
 UNIT = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
@@ -120,3 +125,16 @@ def test_degenerate_triangles_are_never_met() -> None:
     line = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]])
     for crossings in (printed_crossings, watertight_crossings):
         assert crossings(np.array([0.5, 0.0, 1.0]), DOWN, line)[0, 0] == np.inf
+
+
+def test_pairs_are_the_same_crossings_as_of_every_triangle() -> None:
+    vertices, faces = ball()
+    random = np.random.default_rng(3)
+    origin = random.normal(scale=2.0, size=(400, 3))
+    rays = random.normal(scale=0.3, size=(400, 3)) - origin
+    triangle = random.integers(len(faces), size=400)
+    every = watertight_crossings(origin, rays, vertices[faces])
+    triangle[:200] = every[:200].argmin(axis=1)  # many that are met
+    pairs = watertight_pairs(origin, rays, vertices[faces[triangle]])
+    np.testing.assert_array_equal(pairs, every[np.arange(400), triangle])
+    assert np.count_nonzero(np.isfinite(pairs)) > 150

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,20 @@ from radar_service.scene.body import Mesh
 from radar_service.types import Floats, Indices
 
 SHADOW_EDGE = 4.0  # m; shadows are sampled at a pitch of 2 m at least
+HASH = np.uint64(0x9E3779B97F4A7C15)  # odd, its bits look drawn: two of 1e5 points share a hash with a chance of 3e-10
+
+
+class FineFacets(NamedTuple):
+    """Fine facets (K,) cut from triangles of a surface.
+
+    origin: (K,) the triangle that each comes from.
+    corner: (3, K) index of each corner in `points`; facets that meet share them.
+    points: (V, 3) [m].
+    """
+
+    origin: Indices
+    corner: Indices
+    points: Floats
 
 
 @dataclass(frozen=True)
@@ -19,12 +34,14 @@ class BodyFacets:
     """Coarse facets (M,) and the fine ones that they consist of (N,).
 
     surface: the coarse facets.
-    fine: (N, 3, 3) corners of the fine ones [m], in the order of the coarse ones.
+    fine: (3, N) index of the fine ones' corners in `points`, in the order of the coarse ones.
+    points: (V, 3) [m].
     first: (M + 1,) index of the first fine one of each coarse one, and their number.
     """
 
     surface: Surface
-    fine: Floats
+    fine: Indices
+    points: Floats
     first: Indices
 
     @classmethod
@@ -37,17 +54,24 @@ class BodyFacets:
             surface = surface.joined(part.surface)
         counts = np.concatenate([np.diff(part.first) for part in parts])
         surface = replace(surface, facet=np.arange(len(surface)))
-        return cls(surface, np.concatenate([part.fine for part in parts]), _starts(counts))
+        offset = _starts(np.array([len(part.points) for part in parts]))[:-1]
+        fine = np.concatenate([part.fine + before for part, before in zip(parts, offset, strict=True)], axis=1)
+        return cls(surface, fine, np.concatenate([part.points for part in parts]), _starts(counts))
 
-    def cut(self, surface: Surface) -> tuple[Floats, Indices]:
-        """Fine facets (K, 3, 3) of triangles of the body, and the triangle that each comes from (K,)."""
+    def cut(self, surface: Surface) -> FineFacets:
+        """The fine facets of triangles of the body."""
         whole, parts = np.flatnonzero(surface.facet >= 0), np.flatnonzero(surface.facet < 0)
         facet = surface.facet[whole]
         counts = self.first[facet + 1] - self.first[facet]
         begin = np.repeat(self.first[facet] - _starts(counts)[:-1], counts)
-        fine = self.fine.take(begin + np.arange(len(begin)), axis=0)
+        corner, used = _renumbered(self.fine.take(begin + np.arange(len(begin)), axis=1), len(self.points))
         cut, origin = cut_triangles(surface.corners[parts], surface.longest[parts])
-        return np.concatenate([fine, cut]), np.concatenate([np.repeat(whole, counts), parts[origin]])
+        more, points = welded(cut)
+        return FineFacets(
+            np.concatenate([np.repeat(whole, counts), parts[origin]]),
+            np.concatenate([corner, more + len(used)], axis=1),
+            np.concatenate([self.points.take(used, axis=0), points]),
+        )
 
 
 def body_facets(block: Block, cell: float, edge: float, tubes: Floats, max_tubes: int) -> BodyFacets:
@@ -60,7 +84,30 @@ def body_facets(block: Block, cell: float, edge: float, tubes: Floats, max_tubes
     none = np.zeros((count, 0))
     sizes = np.full(count, cell)
     surface = Surface(coarse, block.triangle[origin], np.arange(count), sizes, fine.longest, none.astype(np.int8), none)
-    return BodyFacets(surface, fine.corners, _starts(np.bincount(fine.triangle, minlength=count)))
+    return BodyFacets(surface, *welded(fine.corners), _starts(np.bincount(fine.triangle, minlength=count)))
+
+
+def welded(corners: Floats) -> tuple[Indices, Floats]:
+    """Indices (3, M) of the corners of triangles (M, 3, 3) in points (V, 3), each of which is there once.
+
+    Corners are the same where all their bits are: halves of an edge that two triangles share have the same middle.
+    """
+    every = corners.transpose(1, 0, 2).reshape(-1, 3) + 0.0  # -0 becomes 0
+    mixed = np.zeros(len(every), dtype=np.uint64)
+    for bits in every.view(np.uint64).T:
+        mixed ^= bits
+        mixed ^= mixed >> np.uint64(32)  # round numbers differ in their high bits alone, and products pass nothing down
+        mixed *= HASH
+        mixed ^= mixed >> np.uint64(29)
+    _, first, number = np.unique(mixed, return_index=True, return_inverse=True)
+    return number.reshape(3, -1), every[first]
+
+
+def _renumbered(index: Indices, count: int) -> tuple[Indices, Indices]:
+    """Indices (3, N) below `count` among those that occur, and these (V,)."""
+    occurs = np.zeros(count, dtype=np.bool_)
+    occurs[index] = True
+    return (np.cumsum(occurs) - 1)[index], np.flatnonzero(occurs)
 
 
 def _starts(counts: Indices) -> Indices:

@@ -33,8 +33,11 @@ def mean_phasor(phases: Floats) -> Complexes:
     Gordon's (1975) line integral without its poles.
     """
     low, middle, high = ordered = np.sort(phases, axis=0)
-    result = _flat_mean(low, middle, high)
-    steep = np.flatnonzero(high - low > NEARLY_FLAT)
+    flat = high - low <= NEARLY_FLAT
+    gentle, steep = np.flatnonzero(flat), np.flatnonzero(~flat)
+    around = middle[gentle]
+    result = np.empty(len(low), dtype=np.complex128)
+    result[gentle] = _flat_mean(low[gentle] - around, np.zeros(len(gentle)), high[gentle] - around) * np.exp(1j * around)
     result[steep] = _linear_mean(_Edges.of(*ordered[:, steep]))
     return result
 
@@ -55,7 +58,8 @@ def corner_phasors(phases: Floats, bends: Floats) -> Complexes:
     flat = ordered[2] - ordered[0] <= NEARLY_FLAT
     gentle, steep = np.flatnonzero(flat), np.flatnonzero(~flat)
     result = np.empty(phases.shape, dtype=np.complex128)
-    result[:, gentle] = _flat_corners(ordered[:, gentle], opposite[:, gentle])
+    middle = ordered[1, gentle]
+    result[:, gentle] = _flat_corners(ordered[:, gentle] - middle, opposite[:, gentle]) * np.exp(1j * middle)
     result[:, steep] = _steep_corners(_Edges.of(*ordered[:, steep]), opposite[:, steep])
     own = np.empty_like(result)
     np.put_along_axis(own, order, result, axis=0)
@@ -150,7 +154,7 @@ def scattering_amplitude(
     field: Floats,
     received: Floats,
     normal: Floats,
-    surface: Complexes,
+    surface: Complexes | Floats,
     wavelength: float,
 ) -> Complexes:
     """Scattering amplitude [m] (M,) of conducting facets toward the radar, received with a polarization.

@@ -66,6 +66,8 @@ class Surface:
 class LitFacets:
     """Facets (M,) that some of L legs light.
 
+    corner: (3, M) index of each corner in `points`.
+    points: (V, 3) in the body's frame [m].
     corners: (M, 3, 3) [m].
     centre: (M, 3), the centroid [m].
     normal: (M, 3) of the mesh's triangle.
@@ -73,8 +75,11 @@ class LitFacets:
     cell: (M,) size of the cells in which their fields are summed [m].
     side, share: (M, L) as of `Surface`.
     rays: of each leg at the centroids.
+    lengths: of each leg to the points (V,) [m].
     """
 
+    corner: Indices
+    points: Floats
     corners: Floats
     centre: Floats
     normal: Floats
@@ -83,6 +88,14 @@ class LitFacets:
     side: NDArray[np.int8]
     share: Floats
     rays: tuple[LegRays, ...]
+    lengths: tuple[Floats, ...]
+
+    @property
+    def point_cell(self) -> Floats:
+        """The size of the cells at the points (V,) [m]."""
+        size = np.empty(len(self.points))
+        size[self.corner] = self.cell
+        return size
 
 
 def lit_surface(surface: Surface, legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8]) -> Surface:

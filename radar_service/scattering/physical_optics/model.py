@@ -13,8 +13,9 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, Visible
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
-from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement, optical_body
+from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement
 from radar_service.scattering.physical_optics.patches import concave_sides
+from radar_service.scattering.physical_optics.shared_bodies import optical_bodies
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPose, map_from_bodies, pose_at
@@ -39,7 +40,7 @@ class PhysicalOptics:
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """As `ScatteringModel.build`."""
-        optical = [optical_body(body, context.radar, context.fidelity.bounces, context.rays) for body in bodies]
+        optical = optical_bodies(bodies, context.radar, context.fidelity.bounces, context.rays)
         return cls(bodies, key, optical, context.environment.multipath)
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:

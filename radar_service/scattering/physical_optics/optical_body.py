@@ -17,10 +17,10 @@ from radar_service.scattering.physical_optics.facets import MAX_FACETS, MAX_TUBE
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, lit_surface
 from radar_service.scattering.physical_optics.patches import concave_sides, outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
-    FacetBends,
     PathFields,
     Wave,
     facet_fields,
+    facet_phases,
     path_phasor,
     tube_fields,
 )
@@ -82,14 +82,24 @@ class OpticalBody:
         water: height of the sea in the body's frame [m]; nothing below it scatters.
         """
         lit = self.lit_facets(legs, water)
-        bends = [FacetBends.of(lit.corners, lit.centre, rays) for rays in lit.rays]
+        phases = facet_phases(lit, self.wave)
         tubes = list(self._tube_fields(lit, legs, water))
-        result = []
-        for one, other in PATHS if len(legs) > 1 else PATHS[:1]:
-            single = facet_fields(lit, bends, one, other, self.wave)
-            single = single._replace(amplitude=single.amplitude * self.reflectivity**0.5)
-            parts = [single, *(field for path, field in tubes if path == one + other)]
-            result.append(self._centres(one + other, PathFields.joined(parts), legs[one], legs[other], water))
+        paths = PATHS if len(legs) > 1 else PATHS[:1]
+        fields = [facet_fields(lit, phases, one, other, self.wave) * self.reflectivity**0.5 for one, other in paths]
+        parts = [[field for path, field in tubes if path == one + other] for one, other in paths]
+        position = np.concatenate([lit.points, *(field.position for part in parts for field in part)])
+        cell = np.concatenate([lit.point_cell, *(field.cell for part in parts for field in part)])
+        lattice = Lattice.over(position, cell, FLATTEST if len(legs) > 1 else np.inf, water)
+        lengths = [leg.length(lattice.nodes) for leg in legs]
+        result, begin = [], len(lit.points)
+        for (one, other), field, part in zip(paths, fields, parts, strict=True):
+            sums = lattice.sums(slice(len(lit.points)), field)
+            amplitude = np.concatenate([np.zeros(0, dtype=np.complex128), *(field.amplitude for field in part)])
+            sums += lattice.sums(slice(begin, begin + len(amplitude)), amplitude)
+            begin += len(amplitude)
+            sums *= path_phasor(-lengths[one] - lengths[other], self.wave)
+            kept = strongest(np.abs(sums))
+            result.append(PathCentres(one + other, lattice.nodes[kept], sums[kept]))
         return result
 
     def lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
@@ -99,18 +109,14 @@ class OpticalBody:
         surface = facets.surface.chosen(origin)
         surface = replace(surface, corners=above, facet=np.where((above == surface.corners).all((1, 2)), surface.facet, -1))
         lit = lit_surface(surface, legs, self.planes, self.outside)
-        corners, origin = facets.cut(lit)
-        centre, triangle = corners.mean(axis=1), lit.triangle[origin]
-        normal, rays = self.planes.normal.take(triangle, axis=0), tuple(leg.rays(centre) for leg in legs)
-        return LitFacets(corners, centre, normal, triangle, lit.cell[origin], lit.side[origin], lit.share[origin], rays)
-
-    def _centres(self, path: int, fields: PathFields, one: BodyLeg, other: BodyLeg, water: float) -> PathCentres:
-        flattest = FLATTEST if other.by_sea else np.inf
-        lattice = Lattice.over(fields, flattest, water)
-        nodes = lattice.nodes
-        sums = lattice.sums(fields) * path_phasor(-one.length(nodes) - other.length(nodes), self.wave)
-        kept = strongest(np.abs(sums))
-        return PathCentres(path, nodes[kept], sums[kept])
+        origin, corner, points = facets.cut(lit)
+        corners = points[corner.T]
+        centre, triangle = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0, lit.triangle[origin]
+        rays, lengths = tuple(leg.rays(centre) for leg in legs), tuple(leg.length(points) for leg in legs)
+        return LitFacets(
+            corner, points, corners, centre, self.planes.normal.take(triangle, axis=0), triangle, lit.cell[origin],
+            lit.side[origin], lit.share[origin], rays, lengths,
+        )  # fmt: skip
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
         """What bounces on the body, by path, leg by leg out and back."""

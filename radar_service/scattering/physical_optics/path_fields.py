@@ -42,45 +42,53 @@ class PathFields(NamedTuple):
     amplitude: Complexes
     cell: Floats
 
-    @classmethod
-    def joined(cls, parts: "Sequence[PathFields]") -> "PathFields":
-        """All fields of several parts."""
-        return cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
-
-class FacetBends(NamedTuple):
-    """Of one leg over facets (M,): how much longer it is to the corners than to the centroid (3, M), and how much shorter to the
-    middle of each edge than the mean of its ends, by the opposite corner (3, M) [m], negative."""
+class LegPhases(NamedTuple):
+    """Phases of one leg over facets (M,), each (3, M) [rad]: at the corners; by how much that at the middle of each edge exceeds
+    the mean of its ends, by the opposite corner; and by how much the spreading lowers the field at the corners, a share."""
 
     corner: Floats
     edge: Floats
-
-    @classmethod
-    def of(cls, corners: Floats, centre: Floats, rays: LegRays) -> "FacetBends":
-        """Over facets (M, 3, 3) with centroids (M, 3)."""
-        by_corner = corners.transpose(1, 0, 2)
-        edges = np.roll(by_corner, -1, axis=0) - np.roll(by_corner, -2, axis=0)
-        return cls(rays.detours(by_corner - centre), rays.sags(edges) / 4.0)
+    spreading: Floats
 
 
-def facet_fields(lit: LitFacets, bends: Sequence[FacetBends], one: int, other: int, wave: Wave) -> PathFields:
-    """What facets scatter from leg `one` into leg `other`, and the other way round where they differ.
+def facet_phases(lit: LitFacets, wave: Wave) -> list[LegPhases]:
+    """The phases of each leg over lit facets."""
+    by_corner = np.ascontiguousarray(lit.corners.transpose(1, 0, 2))
+    edges = by_corner[[1, 2, 0]] - by_corner[[2, 0, 1]]
+    result = []
+    for rays, lengths in zip(lit.rays, lit.lengths, strict=True):
+        corner = lengths[lit.corner]
+        bend = rays.sags(edges) * (-wave.wavenumber / 4.0)
+        result.append(LegPhases(-wave.wavenumber * corner, bend, corner / rays.length - 1.0))
+    return result
 
-    Each facet gives three fields at its corners, whose sum is right for whatever weighs them linearly over the facet. So what
+
+def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], one: int, other: int, wave: Wave) -> Complexes:
+    """What facets scatter from leg `one` into leg `other`, and the other way round where they differ, at their points (V,).
+
+    The field of a facet is shared by its corners so that the sum is right for whatever weighs it linearly over the facet. So what
     neighbours give at a common edge cancels, as it should.
     """
     share = lit.share[:, one] * (lit.share[:, other] if other != one else 1.0)
     both = np.flatnonzero((share > 0.0) & (lit.side[:, one] == lit.side[:, other]))
-    first, second = lit.rays[one].chosen(both), lit.rays[other].chosen(both)
-    path = [-wave.wavenumber * (a[:, both] + b[:, both]) for a, b in zip(bends[one], bends[other], strict=True)]
-    oblique = 1.0 - 0.5 * (bends[one].corner[:, both] / first.length + bends[other].corner[:, both] / second.length)
-    corners = lit.corners.take(both, axis=0)
-    surface = areas(corners) * share[both] * path_phasor(first.length + second.length, wave)
+    first = second = lit.rays[one].chosen(both)
+    corner, edge, spreading = (column.take(both, axis=1) * 2.0 for column in phases[one])
+    if other != one:
+        second = lit.rays[other].chosen(both)
+        corner, edge, spreading = ((a + b).take(both, axis=1) for a, b in zip(phases[one], phases[other], strict=True))
     normal = lit.normal.take(both, axis=0) * lit.side[both, one, None]
-    orders = [(first, second)] if one == other else [(first, second), (second, first)]
-    amplitude = sum((_amplitude(a, b, normal, surface, wave) for a, b in orders), np.zeros(len(both), dtype=np.complex128))
-    parts = corner_phasors(*path) * oblique * amplitude
-    return PathFields(corners.transpose(1, 0, 2).reshape(-1, 3), parts.reshape(-1), np.tile(lit.cell[both], 3))
+    surface = areas(lit.corners.take(both, axis=0)) * share[both]
+    amplitude = _amplitude(first, second, normal, surface, wave)
+    if other != one:
+        amplitude += _amplitude(second, first, normal, surface, wave)
+    parts = corner_phasors(corner, edge)
+    parts *= (1.0 - 0.5 * spreading) * amplitude
+    index = lit.corner.take(both, axis=1).ravel()
+    total = np.empty(len(lit.points), dtype=np.complex128)
+    total.real = np.bincount(index, parts.real.ravel(), len(total))
+    total.imag = np.bincount(index, parts.imag.ravel(), len(total))
+    return total
 
 
 def path_phasor(length: Floats, wave: Wave) -> Complexes:
@@ -91,7 +99,7 @@ def path_phasor(length: Floats, wave: Wave) -> Complexes:
     return phasor
 
 
-def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Complexes, wave: Wave) -> Complexes:
+def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Floats, wave: Wave) -> Complexes:
     field, received = launch.polarization(wave.polarization), receive.polarization(wave.polarization)
     return scattering_amplitude(launch.direction, field, received, normal, surface, wave.wavelength)
 

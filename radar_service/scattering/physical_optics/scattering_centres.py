@@ -6,12 +6,10 @@ The lattice is fixed in the body's frame, so centres do not jump while the anten
 """
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.scattering.physical_optics.path_fields import PathFields
 from radar_service.types import Complexes, Floats, Indices
 
 DROPPED = 10.0 ** (-50.0 / 20.0)  # of the strongest centre's amplitude: all that are left out, whatever their phases
@@ -20,11 +18,11 @@ UPRIGHT = 2.0  # height of a cell over its length: range hardly changes with hei
 
 @dataclass(frozen=True)
 class Lattice:
-    """Nodes (N,) about some fields (M,), those that a field has a share in.
+    """Nodes (N,) about some points (M,), those that a point has a share in.
 
     nodes: (N, 3) in the body's frame [m].
-    corner: (8, M) the node at each corner of each field's cell.
-    share: (8, M) of the field there; they add up to 1.
+    corner: (8, M) the node at each corner of each point's cell.
+    share: (8, M) of the point there; they add up to 1.
     """
 
     nodes: Floats
@@ -32,50 +30,77 @@ class Lattice:
     share: Floats
 
     @classmethod
-    def over(cls, fields: PathFields, flattest: float, lowest: float) -> "Lattice":
-        """The lattice of some fields; flattest: maximum height of a cell [m]; lowest: height below which no node lies [m]."""
-        parts = [_lattice(fields, size, flattest, lowest) for size in np.unique(fields.cell)]
-        if len(parts) == 1:
-            return cls(*parts[0][1:])
-        return _joined(parts, len(fields.cell))
+    def over(cls, points: Floats, cell: Floats, flattest: float, lowest: float) -> "Lattice":
+        """The lattice about points (M, 3) [m].
 
-    def sums(self, fields: PathFields) -> Complexes:
-        """The sum (N,) of all fields' shares at each node."""
+        cell: (M,) length and width of the cells [m]; flattest: their maximum height [m]; lowest: height below which no node
+        lies [m].
+        """
+        sizes = np.unique(cell)
+        if len(sizes) == 1:
+            return cls(*_lattice(points, float(sizes[0]), flattest, lowest))
+        members = [np.flatnonzero(cell == size) for size in sizes]
+        parts = [_lattice(points[m], float(size), flattest, lowest) for m, size in zip(members, sizes, strict=True)]
+        return _joined(parts, members, len(points))
+
+    def sums(self, which: slice, amplitude: Complexes) -> Complexes:
+        """The sum (N,) at each node of the shares of amplitudes (W,) at points `which`."""
         total = np.zeros(len(self.nodes), dtype=np.complex128)
-        for corner, share in zip(self.corner, self.share, strict=True):
-            total.real += np.bincount(corner, share * fields.amplitude.real, len(total))
-            total.imag += np.bincount(corner, share * fields.amplitude.imag, len(total))
+        real, imaginary = np.ascontiguousarray(amplitude.real), np.ascontiguousarray(amplitude.imag)
+        for corner, share in zip(self.corner[:, which], self.share[:, which], strict=True):
+            total.real += np.bincount(corner, share * real, len(total))
+            total.imag += np.bincount(corner, share * imaginary, len(total))
         return total
 
 
-def _lattice(fields: PathFields, size: float, flattest: float, lowest: float) -> tuple[Indices, Floats, Indices, Floats]:
-    """The fields with cells of a size (K,), and their nodes (N, 3), corners (8, K) and shares (8, K)."""
-    which = np.flatnonzero(fields.cell == size)
-    steps, base = (
-        np.array([size, size, min(UPRIGHT * size, flattest)]),
-        np.array([0.0, 0.0, lowest if np.isfinite(lowest) else 0.0]),
+Cells = tuple[Floats, Indices, Floats]  # as of a `Lattice`
+
+
+def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Cells:
+    """The lattice about points (M, 3) with cells of one size [m]."""
+    bottom = lowest if np.isfinite(lowest) else 0.0
+    steps, base = np.array([size, size, min(UPRIGHT * size, flattest)]), np.array([0.0, 0.0, bottom])
+    (x, inside_x), (y, inside_y), (z, inside_z) = (
+        _cells((points[:, axis] - base[axis]) / steps[axis], axis == 2 and bool(np.isfinite(lowest))) for axis in range(3)
     )
-    place = (fields.position[which] - base) / steps
-    cell = np.floor(place).astype(np.int64)
-    if np.isfinite(lowest):
-        cell[:, 2] = np.maximum(cell[:, 2], 0)
-    inside, first = place - cell, cell.min(axis=0, initial=0)
-    extent = cell.max(axis=0, initial=0) - first + 2
-    strides = np.array([extent[1] * extent[2], extent[2], 1])
-    number = (cell - first) @ strides
-    corners = list(product((0, 1), repeat=3))
-    places = np.stack([number + np.array(corner) @ strides for corner in corners])
-    shares = np.stack([np.prod(np.where(corner, inside, 1.0 - inside), axis=1) for corner in corners])
-    used = np.flatnonzero(np.bincount(places.ravel(), minlength=int(np.prod(extent))))
-    index = np.empty(int(np.prod(extent)), dtype=np.int64)
+    first = np.array([axis.min(initial=0) for axis in (x, y, z)])
+    extent = np.array([axis.max(initial=0) for axis in (x, y, z)]) - first + 2
+    column = (x - first[0]) * extent[1] + (y - first[1])
+    number = column * extent[2] + (z - first[2])
+    strides = (int(extent[1] * extent[2]), int(extent[2]), 1)
+    corner, share = np.empty((8, len(points)), dtype=np.int64), np.empty((8, len(points)))
+    aside = [
+        (1.0 - inside_x) * (1.0 - inside_y),
+        (1.0 - inside_x) * inside_y,
+        inside_x * (1.0 - inside_y),
+        inside_x * inside_y,
+    ]
+    for n in range(4):
+        corner[2 * n] = number + (strides[0] * (n // 2) + strides[1] * (n % 2))
+        corner[2 * n + 1] = corner[2 * n] + 1
+        np.multiply(aside[n], inside_z, out=share[2 * n + 1])
+        np.subtract(aside[n], share[2 * n + 1], out=share[2 * n])
+    occurs = np.zeros(int(np.prod(extent)), dtype=np.bool_)
+    occurs[corner] = True
+    used = np.flatnonzero(occurs)
+    index = np.empty(len(occurs), dtype=np.int64)
     index[used] = np.arange(len(used))
     nodes = np.stack(np.unravel_index(used, tuple(extent)), axis=1) + first
-    return which, nodes * steps + base, index[places], shares
+    return nodes * steps + base, index[corner], share
 
 
-def _joined(parts: list[tuple[Indices, Floats, Indices, Floats]], count: int) -> Lattice:
+def _cells(place: Floats, from_zero: bool) -> tuple[Indices, Floats]:
+    """Cells (M,) along one axis and the places (M,) inside them, 0 to 1; from_zero: no cell is below 0, where points may round
+    to."""
+    cell = np.floor(place)
+    if from_zero:
+        np.maximum(cell, 0.0, out=cell)
+    return cell.astype(np.int64), place - cell
+
+
+def _joined(parts: list[Cells], members: list[Indices], count: int) -> Lattice:
     corner, share, nodes, first = np.zeros((8, count), dtype=np.int64), np.zeros((8, count)), [np.zeros((0, 3))], 0
-    for which, points, corners, shares in parts:
+    for (points, corners, shares), which in zip(parts, members, strict=True):
         corner[:, which], share[:, which] = corners + first, shares
         nodes.append(points)
         first += len(points)

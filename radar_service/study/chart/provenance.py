@@ -11,9 +11,16 @@ HERE = Path(__file__)
 
 def machine() -> dict[str, str | int]:
     """Returns the processor and the versions that CPU times depend on."""
-    libraries = {name: version(name) for name in ("numpy", "scipy", "embreex")}
+    libraries = {name: _version(name) for name in ("numpy", "scipy", "embreex")}
     return {"processor": _processor(), "cores": os.cpu_count() or 1, "system": platform.platform(),
             "python": platform.python_version(), **libraries}  # fmt: skip
+
+
+def _version(library: str) -> str:
+    try:
+        return version(library)
+    except PackageNotFoundError:  # embreex, where it has no wheel
+        return "not installed"
 
 
 def _processor() -> str:

@@ -1,6 +1,7 @@
 """The commit and the machine of a measurement."""
 
 import subprocess
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
@@ -30,3 +31,16 @@ def test_outside_of_a_checkout_the_version_stands_for_the_commit(tmp_path: Path,
 def test_a_machine_names_what_times_depend_on() -> None:
     machine = provenance.machine()
     assert {"processor", "cores", "system", "python", "numpy", "scipy", "embreex"} == set(machine) and all(machine.values())
+
+
+def test_a_missing_library_is_named_as_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """embreex has no wheel for Linux on ARM."""
+
+    def version(name: str) -> str:
+        if name == "embreex":
+            raise PackageNotFoundError(name)
+        return "1.0"
+
+    monkeypatch.setattr(provenance, "version", version)
+    machine = provenance.machine()
+    assert (machine["embreex"], machine["numpy"]) == ("not installed", "1.0")

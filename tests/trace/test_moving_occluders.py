@@ -1,0 +1,49 @@
+"""Which moving bodies come before which points, and where they are meanwhile."""
+
+import pickle
+
+import numpy as np
+
+from radar_service.trace.moving_occluders import MovingOccluders
+from tests.scenes import scene
+
+FLAT = np.inf
+ANTENNA = np.array([0.0, 0.0, 15.0])
+BOX = {"shape": "box", "length_m": 20, "width_m": 20, "height_m": 40, "rcs_dbsm": 0, "speed_kn": 10}
+
+
+def moving(*given: tuple[float, float, float], without: tuple[int, ...] = ()) -> MovingOccluders:
+    """Boxes at east, north, on a course [deg], behind one at rest that does not count."""
+    bodies = [{**BOX, "name": "rests", "position_m": [0, 50, 0], "speed_kn": 0}]
+    for k, (east, north, course) in enumerate(given):
+        bodies.append({**BOX, "name": f"b{k}", "position_m": [east, north, 0], "course_deg": course})
+    return MovingOccluders(scene(bodies).bodies, FLAT, without)
+
+
+def before(made: MovingOccluders, points: np.ndarray, time: float) -> dict[int, list[int]]:
+    distance = np.hypot(points[:, 0], points[:, 1])
+    return {mover.key: mover.points.tolist() for mover in made.before(points, distance, ANTENNA, time)}
+
+
+POINTS = np.array([[0.0, 900, 5], [900, 0, 5], [0, 300, 5], [0, -900, 5]])
+
+
+def test_each_comes_with_the_points_behind_it_alone() -> None:
+    made = moving((0, 400, 90), (400, 0, 0), (-400, -400, 0))
+    assert before(made, POINTS, 0.0) == {1: [0], 2: [1]}
+    assert before(moving((0, 400, 90), (400, 0, 0), without=(1,)), POINTS, 0.0) == {2: [1]}
+    assert before(moving(), POINTS, 0.0) == {}
+
+
+def test_they_are_where_they_are_at_the_time() -> None:
+    """10 kn to the east, from 400 m west of north: after 77.8 s the box stands before the first and the third point."""
+    made = moving((-400, 200, 90))
+    assert before(made, POINTS, 0.0) == {}
+    assert before(made, POINTS, 77.8) == {1: [0, 2]}
+    ((_, _, pose, _),) = made.before(POINTS, np.hypot(POINTS[:, 0], POINTS[:, 1]), ANTENNA, 77.8)
+    np.testing.assert_allclose(pose.position, [-400 + 77.8 * 10 * 1852 / 3600, 200, 0], atol=1e-9)  # rounding
+
+
+def test_a_pickled_copy_answers_the_same() -> None:
+    made = moving((0, 400, 90), (400, 0, 0))
+    assert before(pickle.loads(pickle.dumps(made)), POINTS, 1.0) == before(made, POINTS, 1.0) == {1: [0], 2: [1]}
