@@ -21,7 +21,7 @@ def test_a_corner_needs_as_many_bounces_as_it_has_faces() -> None:
 
 @pytest.mark.parametrize("polarization", ["h", "v"])
 def test_plates_over_the_sea_in_shadow_near_by_and_turning(polarization: str) -> None:
-    """Physical optics: each draw within 0.05 dB, turning within 0.5 dB (theta^2 / 8 of 0.66 rad between nodes). A declared
+    """Physical optics: each draw within 0.05 dB, turning within 0.5 dB (docs/engine.md#errors). A declared
     cross-section is that of the far field in free space, in full view: it errs by decibels wherever one of these fails."""
     made = frozen(scene([PLATE], radar={**SMALL, "polarization": polarization}))
     groups = all_targets(made.radar.wavelength, polarization)
