@@ -16,10 +16,9 @@ from radar_service.study.chart.plates import ANTENNA_HEIGHT, RATE
 from radar_service.study.chart.scattering_panel import all_targets
 from radar_service.study.chart.turntables import coherent_cross_sections, random_turns, turntables
 from tests.scenes import scene
-from tests.study.chart.settings import PLATE, SMALL
+from tests.study.chart.settings import PLATE
 
 MADE: Scene = frozen(scene([PLATE]))
-WIDE: Scene = frozen(scene([PLATE], radar=SMALL))
 GROUPS = dict(zip(("at rest", "over the sea", "turning"), all_targets(MADE.radar.wavelength, "h"), strict=True))
 TURNS = {name: random_turns(group, 3, 5) for name, group in GROUPS.items()}
 
@@ -75,11 +74,11 @@ def test_the_plate_over_the_sea_stands_on_it() -> None:
 
 
 def test_a_turning_plate_is_interpolated_between_nodes() -> None:
-    """Four times as fast, in a wide beam: several nodes, and spokes between them. The amplitude between two nodes errs by
+    """Four times as fast: several nodes, and spokes between them. The amplitude between two nodes errs by
     theta^2 / 8 at most, theta the phase from node to node (`beam_passage`)."""
     (target,) = GROUPS["turning"]
     fast = [replace(target, rate=4.0 * RATE)]
-    made = turntables(WIDE, fast, TURNS["turning"], "optics", PRESETS["balanced"], 0)
+    made = turntables(MADE, fast, TURNS["turning"], "optics", PRESETS["balanced"], 0)
     assert made.passages is not None
     crossing = made.passages.crossing(0, float(made.spokes[0]) / made.scene.radar.azimuths)
     assert len(made.passages.nodes(0, crossing)) > 1
