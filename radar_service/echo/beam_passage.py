@@ -70,8 +70,8 @@ class BeamPassages:
         ]
         self._sway = 0.0 if scene.own_ship.sway is None else float(scene.own_ship.sway.amplitude[:2].sum())
         self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
-        heard = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
-        self._reach = extent if extent >= np.pi else min(extent, heard)
+        received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
+        self._reach = extent if extent >= np.pi else min(extent, received)
         self._nodes: BlockCache[tuple[int, int], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
         self._schedules: BlockCache[tuple[int, int], Indices] = BlockCache(4 * max(1, len(bodies)))
         self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * max(1, len(bodies)))

@@ -7,7 +7,15 @@ import pytest
 from numpy.typing import NDArray
 
 from radar_service.clutter.texture_law import TextureLaw
-from radar_service.clutter.texture_rows import CHUNK, TextureGrid, TextureRows, blended, outward_units
+from radar_service.clutter.texture_rows import (
+    CHUNK,
+    IndependentRows,
+    Lines,
+    TextureGrid,
+    TextureRows,
+    blended,
+    outward_units,
+)
 
 ROWS, STEP, LIFETIME = 64, 2.0, 4.0
 ALONE = np.ones(1)  # overlap of a beam that covers one row
@@ -122,10 +130,20 @@ def test_drift_beyond_the_whole_range_stays_texture() -> None:
 
 
 def test_a_field_of_independent_rows_is_circular() -> None:
-    """Its first columns follow its last, so a run of columns may begin anywhere."""
-    field = rows()._independent._field(3).rows(0, ROWS)
-    np.testing.assert_array_equal(field[:, -CHUNK:], field[:, :CHUNK])
-    assert abs(correlation(field[:, -CHUNK - 1], field[:, -CHUNK])) > 0.8
+    """A run of columns may begin anywhere: one that begins before the first column goes on smoothly beyond its start."""
+    distance = (np.arange(200, dtype=np.float64) + 0.5) * STEP
+    grid = TextureGrid(ROWS, 2.0, STEP, distance, LIFETIME, np.zeros(2), at_anchor)
+    fields = IndependentRows(TextureLaw(20.0, 10.0, 0.0, 0.0), grid, seed=2)
+
+    def begun(column: int) -> NDArray[Any]:
+        moved, outward = np.zeros((ROWS, 2)), outward_units(ROWS)
+        number, share = np.full(ROWS, 3), np.ones(ROWS, dtype=np.float32)
+        return fields.rows(Lines(np.arange(ROWS), number, share, moved, moved + column * STEP * outward, outward), 0)
+
+    half = CHUNK // 2  # so that columns that move together lie on both sides
+    before, first = begun(-half), begun(0)
+    np.testing.assert_array_equal(before[:, half:], first[:, :-half])
+    assert correlation(before[:, half - 1], before[:, half]) > 0.8
 
 
 def test_rows_do_not_depend_on_earlier_requests_nor_on_their_grouping() -> None:

@@ -24,10 +24,11 @@ def starts(count: int, seed: int = 1) -> NDArray[np.float64]:
 
 
 def test_field_is_normal_with_unit_power() -> None:
-    """Points far apart; Kolmogorov-Smirnov, and the variance to 5 sigma of 65,000 / 2 independent patches."""
+    """Points far apart; Kolmogorov-Smirnov, and the variance to 5 sigma of 65,000 / 2 independent patches and of the points."""
     drawn = values(starts(4000), 0.0, np.zeros(1)).ravel()
     assert scipy.stats.kstest(drawn, "norm").pvalue > LEVEL
-    assert np.mean(TILE._field.astype(np.float64) ** 2) == pytest.approx(1.0, abs=5 * np.sqrt(2 / 30_000))
+    drawn = values(starts(300_000), 0.0, np.zeros(1))
+    assert np.mean(drawn**2) == pytest.approx(1.0, abs=5 * np.sqrt(2 / 30_000 + 2 / 300_000))
 
 
 @pytest.mark.parametrize(

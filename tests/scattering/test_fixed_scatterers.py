@@ -89,8 +89,8 @@ def test_scatterers_depend_on_names_alone(model: type[FixedScatterers]) -> None:
 
     def positions(names: str, wanted: str, scene_name: str = "test", seed: int = 3) -> np.ndarray:
         made = scene([named[name] for name in names])
-        built = model.build(made.bodies, np.arange(len(names)), replace(context(made), scene_name=scene_name, seed=seed))
-        return np.asarray(built._position[built._body == names.index(wanted)])
+        settings = replace(context(made), scene_name=scene_name, seed=seed)
+        return model.sample(made.bodies[names.index(wanted)], settings).position
 
     alone = positions("b", "b")
     for names in ("ab", "cba", "bc"):

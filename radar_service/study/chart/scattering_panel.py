@@ -6,23 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radar_service.fidelity import PRESETS
-from radar_service.scattering.model import Instant
-from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.body import Scattering
-from radar_service.scene.poses import BodyPoses, map_from_ordered_bodies
 from radar_service.scene.world import Scene
-from radar_service.study.chart.canonical_targets import (
-    DISTANCE,
-    CanonicalTarget,
-    canonical_targets,
-    coherent_cross_sections,
-    random_turns,
-    turntable_scene,
-)
-from radar_service.study.chart.frozen_scene import all_scatterers
+from radar_service.study.chart.canonical_targets import CanonicalTarget, canonical_targets
+from radar_service.study.chart.plates import plates
 from radar_service.study.chart.point import Point, time_interleaved
 from radar_service.study.chart.power_panel import mean_and_spread
-from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.study.chart.turntables import Turntables, random_turns, turntables
 from radar_service.types import Floats
 
 BOUNCES = (1, 2, 3)
@@ -35,34 +25,38 @@ class Model:
 
     family: str
     setting: str
-    scatterers: ScattererSet
-    occlusion: OcclusionScene
-    scene: Scene
+    tables: tuple[Turntables, ...]
     preset: str | None
 
     def cross_sections(self, draw: int) -> Floats:
         """Returns the cross-sections (T,) [m^2] of all targets at the turns of a draw."""
-        antenna, time = self.scene.antenna(0.0)[0], float(draw)
-        echoes = self.scatterers.echoes(antenna, Instant(time, self.occlusion, 2.0 * DISTANCE))
-        poses = BodyPoses(self.scatterers.bodies).each_at(time)
-        position = map_from_ordered_bodies(echoes.position, echoes.body, poses)
-        count = len(self.scatterers)
-        return coherent_cross_sections(self.scene.radar, antenna, position, echoes.amplitude, echoes.body, count)
+        return np.concatenate([table.cross_sections(draw) for table in self.tables])
 
 
-def scattering_models(scene: Scene, targets: list[CanonicalTarget], turns: Floats, seed: int) -> list[Model]:
-    """Returns declared cross-sections, diffuse surfaces, and physical optics with one to three bounces."""
+def all_targets(wavelength: float, polarization: str) -> list[list[CanonicalTarget]]:
+    """Returns all targets, those together that share a scene: at rest in free space, over the sea, and turning."""
+    each = [*canonical_targets(wavelength), *plates(wavelength, polarization)]
+    at_rest = [target for target in each if not target.over_sea and not target.rate]
+    return [at_rest, [target for target in each if target.over_sea], [target for target in each if target.rate]]
+
+
+def scattering_models(scene: Scene, groups: list[list[CanonicalTarget]], turns: Floats, seed: int) -> list[Model]:
+    """Returns declared cross-sections, diffuse surfaces, and physical optics with one to three bounces.
+
+    groups: targets that share a scene; turns: (S, T) [rad] of all of them.
+    """
     presets: dict[int, list[str]] = {}
     for name, preset in PRESETS.items():
         if preset.engine == "corrected":
             presets.setdefault(preset.bounces, []).append(name)
+    columns = np.split(turns, np.cumsum([len(group) for group in groups])[:-1], axis=1)
 
     def model(
         family: str, setting: str, scattering: Scattering | None, bounces: int = 1, preset: str | None = None
     ) -> Model:
-        turntables = turntable_scene(scene, targets, turns, scattering)
-        scatterers = all_scatterers(turntables, replace(PRESETS["balanced"], bounces=bounces), seed)
-        return Model(family, setting, scatterers, OcclusionScene(turntables.bodies, np.inf), turntables, preset)
+        fidelity = replace(PRESETS["balanced"], bounces=bounces)
+        tables = (turntables(scene, *one, scattering, fidelity, seed) for one in zip(groups, columns, strict=True))
+        return Model(family, setting, tuple(tables), preset)
 
     optics = [
         model("physical optics", f"{b} bounce{'s' * (b > 1)}", "optics", b, ", ".join(presets.get(b, [])) or None)
@@ -76,9 +70,10 @@ def scattering_points(scene: Scene, draws: int, seed: int, done: Callable[[], ob
 
     A model is evaluated once a scan, so each azimuth bears its share of the time. `done` is called after each evaluation.
     """
-    targets = canonical_targets(scene.radar.wavelength)
+    groups = all_targets(scene.radar.wavelength, scene.radar.polarization)
+    targets = [target for group in groups for target in group]
     turns = random_turns(targets, draws, seed)
-    models = scattering_models(scene, targets, turns, seed)
+    models = scattering_models(scene, groups, turns, seed)
     theory = np.stack([target.cross_section(turns[:, k]) for k, target in enumerate(targets)], axis=1)
     for model in models:
         model.cross_sections(0)  # facets are cut once for a distance; that is not timed
