@@ -127,7 +127,7 @@ def moving_rows(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles | None:
     """Moving echoes spread on grid rows (K, size), before compression; None where there are none."""
     rows: Profiles | None = None
     compression = prepared.compression
-    for first, stop in _blocks(prepared, azimuths):
+    for first, stop in blocks(prepared, azimuths):
         echoes = moving_echoes(prepared, azimuths.part(first, stop))
         if not len(echoes.range):
             continue
@@ -144,7 +144,7 @@ def visibility_steps(prepared: Prepared, azimuths: AzimuthTimes) -> Indices:
     return np.asarray(azimuths.time // prepared.moving.visibility.interval, dtype=np.int64)
 
 
-def _blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, int]]:
+def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, int]]:
     """First and end of the blocks of a tile, each within one visibility step, so that no azimuth has the shadows of another."""
     steps, size = visibility_steps(prepared, azimuths), prepared.fidelity.azimuths_per_block
     edges = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), len(steps)]
