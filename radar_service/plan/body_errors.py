@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.beam_passage import HELD_PHASE
+from radar_service.echo.beam_passage import HELD_PHASE, MAX_PHASE
 from radar_service.fidelity import Fidelity
 from radar_service.plan.closest_approach import nearest_and_top
 from radar_service.plan.run import NEAREST, BodyRun, body_run
@@ -22,10 +22,8 @@ from radar_service.scattering.surface_sampling import density_db
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
 
-ASPECT_DB = -40.0  # field between nodes, or of one that is held, at most (echo.beam_passage)
-BETWEEN_LOBES_DB = (
-    20.0  # of a slow body at HELD_PHASE, where its cells cancel; it falls with the square (tests/plan/test_body_errors.py)
-)
+NODES = 0.08  # of MAX_PHASE squared: the field between nodes so far apart, measured (tests/plan/test_body_errors.py)
+HELD = 0.1  # of the field, at HELD_PHASE: likewise that of one node, between lobes; it falls with the square
 ASPECT_FLOOR_DB = -65.0  # centres that are left out, at other moments others
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (physical_optics.shadow_edges)
@@ -85,8 +83,8 @@ def aspect_db(body: Body, scene: Scene, run: BodyRun) -> float:
     turned = 2.0 * np.pi / radar.wavelength * size * rate * radar.rotation_period * radar.beamwidth / (2.0 * np.pi)
     if turned == 0.0:
         return -math.inf
-    slow = ASPECT_DB + BETWEEN_LOBES_DB + 40.0 * math.log10(turned / HELD_PHASE)
-    return min(ASPECT_DB, combine_db(slow, ASPECT_FLOOR_DB))
+    error = min(HELD * (turned / HELD_PHASE) ** 2, NODES * MAX_PHASE**2)
+    return combine_db(20.0 * math.log10(error), ASPECT_FLOOR_DB)
 
 
 def _optics(body: Body, scene: Scene, run: BodyRun) -> tuple[float, list[str]]:
@@ -94,13 +92,12 @@ def _optics(body: Body, scene: Scene, run: BodyRun) -> tuple[float, list[str]]:
     assert body.mesh is not None
     distance, radar = max(run.nearest, NEAREST), scene.radar
     times, edge = facet_enlargement(body, radar, distance), edge_limits(radar, body.mesh).longest_edge(distance)
-    now = facet_enlargement(body, radar, max(run.start - body.radius, NEAREST))
     size = float(np.linalg.norm(np.ptp(body.mesh.vertices, axis=0)))
     shadow = SHADOW_SHARE / math.sqrt(2.0) * min(1.0, times * edge / size) ** 1.5
     errors, remarks = [20.0 * math.log10(1.0 + shadow)], []
     if times > 1.0:
         errors.append(FACETS_DB * times**2)
-    if times > now:
+    if times > 1.0 and times > facet_enlargement(body, radar, max(run.start - body.radius, NEAREST)):
         remarks.append(f"at its closest, {run.nearest:.0f} m, facets are {times:.1f} times too long: {errors[-1]:.1g} dB")
     sag = curve_sag(body.mesh)
     curves = CURVES_DB * sag / (MAX_SAG * radar.wavelength)
@@ -118,7 +115,7 @@ def _declared(body: Body, scene: Scene, run: BodyRun, scatterers: int | None) ->
         return 0.0, []
     wide = 2.0 * body.radius > cell_spacing(scene.radar).azimuth * max(run.approach, NEAREST)
     remark = "at its closest it is wider than the beam; " if wide else ""
-    return WIDE_DB if wide else TURNED_DB, [f"{remark}its phases are drawn anew at each visibility step"]
+    return WIDE_DB if wide else TURNED_DB, [f"{remark}its phases change at each visibility step, its energy does not"]
 
 
 def _diffuse(body: Body, scene: Scene, fidelity: Fidelity, run: BodyRun, scatterers: int | None) -> tuple[float, list[str]]:
@@ -138,14 +135,19 @@ def _diffuse(body: Body, scene: Scene, fidelity: Fidelity, run: BodyRun, scatter
 
 
 def _split_paths(body: Body, scene: Scene) -> list[str]:
-    """Where the way by the sea is so much longer that it should be an echo of its own."""
+    """Where the way by the sea is so much longer that it should be an echo of its own; not of land."""
     nearest, top = nearest_and_top(body, scene)
-    if not 0.0 < top < math.inf:
+    if not 0.0 < top < math.inf or _excess_cells(nearest, top, scene) <= EXCESS_SHARE:
         return []
-    cell = max(
-        scene.radar.range_resolution, 0.0 if scene.radar.modulation == "lfm" else SPEED_OF_LIGHT * scene.radar.pulse / 2.0
-    )
-    excess = float(specular_geometry(max(nearest, NEAREST), top, scene.radar.height).excess)
-    if excess <= EXCESS_SHARE * cell:
+    nearest = body_run(body, scene).nearest
+    cells = _excess_cells(nearest, top, scene)
+    if cells <= EXCESS_SHARE or body.radius > nearest:
         return []
-    return [f"at its closest the way by the sea is {excess / cell:.1g} range cells longer; the echo keeps the direct range"]
+    return [f"at its closest the way by the sea is {cells:.2g} range cells longer; the echo keeps the direct range"]
+
+
+def _excess_cells(distance: float, top: float, scene: Scene) -> float:
+    """How many range cells longer the way by the sea is, to a height `top` [m] at `distance` [m]."""
+    radar = scene.radar
+    cell = radar.range_resolution if radar.modulation == "lfm" else SPEED_OF_LIGHT * radar.pulse / 2.0
+    return float(specular_geometry(max(distance, NEAREST), top, radar.height).excess) / cell

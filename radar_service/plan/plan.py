@@ -26,6 +26,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scene.world import Scene
 
 METHODS = {"at rest": resting_db, "moving": moving_db}
+ASPECTS = "of aspects, moving"
 STAGE = {"looks": "visibility"}  # as text; the other costs have the names of their keys
 NOTHING_KNOWN = EngineStatistics()
 ROUNDING = 1.02  # of an error budget: more is beyond it
@@ -121,7 +122,7 @@ def _field_errors(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics
         if not all_rests(scene):
             errors["moving"] = moving_db(scene.radar, fidelity)
         modelled = statistics.culling.applied_to(scene)
-        others = {"of sea reflection, moving": multipath_db(modelled, fidelity), "of aspects, moving": aspects_db(scene)}
+        others = {"of sea reflection, moving": multipath_db(modelled, fidelity), ASPECTS: aspects_db(scene)}
         errors |= {what: error for what, error in others.items() if math.isfinite(error)}
     if statistics.culling.effects:
         errors["of culled effects"] = combine_db(*statistics.culling.effects.values())
@@ -134,7 +135,9 @@ def _caveats(scene: Scene, fidelity: Fidelity, errors: dict[str, float]) -> list
         return []
     budget = ErrorBudget(fidelity.error_db)
     limit = budget.method_db
-    return [
+    aspects = errors.get(ASPECTS, -math.inf)
+    turning = f"the error budget cannot be kept for metal that turns fast: its field errs by up to {aspects:.0f} dB"
+    return [turning] * (aspects > budget.field_db) + [
         f"the error budget cannot be kept: it allows methods a field error of {limit:.0f} dB, and with the best settings "
         f"it is {error:.0f} dB {what}: {_advice(scene, METHODS[what], budget)}"
         for what, error in errors.items()

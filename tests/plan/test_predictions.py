@@ -46,8 +46,8 @@ def error_db(field: np.ndarray[Any, Any], exact: np.ndarray[Any, Any]) -> float:
 @pytest.mark.parametrize("name", SCENES)
 def test_errors_keep_the_budget_and_the_prediction(name: str) -> None:
     """Against `reference` with everything in it, on the same scatterers, looked at as often: below -40 dB (required), below the
-    plan's own prediction, and below the -54 dB that `balanced` has at worst but for aspects. It is no slower than `balanced` where
-    that keeps the budget."""
+    plan's own prediction, and below the -54 dB that `balanced` has at worst but for aspects. It is no slower than `balanced`
+    where that keeps the budget."""
     sim, plan, chosen = planned(name), planned(name).plan, planned(name).fidelity
     sim.skip_to(0)
     points = replace(
