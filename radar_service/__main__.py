@@ -23,10 +23,10 @@ from radar_service.parallel import BLAS_LIMIT
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.realtime import plan_in_time
+from radar_service.plan.remarks import body_remarks
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records import SpokeBlock
 from radar_service.scan import Scan, save_scans, scan_of
-from radar_service.scattering.physical_optics.mesh_quality import mesh_quality
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
@@ -213,7 +213,7 @@ def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
 def run_check(options: argparse.Namespace) -> int:
     """Prints what a scene contains."""
     scene = load_scene(options.scene)
-    print(describe(scene, mesh_quality(scene, fidelity_for(scene, ErrorBudget()).bounces)))
+    print(describe(scene, body_remarks(scene, fidelity_for(scene, ErrorBudget()))))
     return 0
 
 

@@ -10,6 +10,7 @@ Arithmetic runs in tiles that are the same however spokes are grouped afterwards
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -37,7 +38,7 @@ from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Flags, Floats, Profiles, Singles
+from radar_service.types import Flags, Floats, Indices, Profiles, Singles
 
 MAX_TILE = 32  # azimuths
 TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 azimuths at least
@@ -125,17 +126,31 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles:
 def moving_rows(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles | None:
     """Moving echoes spread on grid rows (K, size), before compression; None where there are none."""
     rows: Profiles | None = None
-    compression, count = prepared.compression, prepared.fidelity.azimuths_per_block
-    for first in range(0, len(azimuths.time), count):
-        echoes = moving_echoes(prepared, azimuths.part(first, first + count))
+    compression = prepared.compression
+    for first, stop in blocks(prepared, azimuths):
+        echoes = moving_echoes(prepared, azimuths.part(first, stop))
         if not len(echoes.range):
             continue
         if rows is None:
             rows = np.zeros((len(azimuths.time), compression.size), dtype=np.complex64)
         step = prepared.scene.radar.range_step
         migration = echoes.range_migration * np.float32(1.0 / step)
-        compression.spread(rows[first : first + count], _column(echoes.range, step), migration, echoes.amplitude)
+        compression.spread(rows[first:stop], _column(echoes.range, step), migration, echoes.amplitude)
     return rows
+
+
+def visibility_steps(prepared: Prepared, azimuths: AzimuthTimes) -> Indices:
+    """The number (K,) of the visibility step of each azimuth."""
+    return np.asarray(azimuths.time // prepared.moving.visibility.interval, dtype=np.int64)
+
+
+def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, int]]:
+    """First and end of the blocks of a tile, each within one visibility step, so that no azimuth has the shadows of another."""
+    steps, size = visibility_steps(prepared, azimuths), prepared.fidelity.azimuths_per_block
+    edges = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), len(steps)]
+    for start, end in pairwise(edges):
+        for first in range(start, end, size):
+            yield first, min(first + size, end)
 
 
 def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes) -> BeamWeightedEchoes:

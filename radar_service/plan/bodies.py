@@ -3,11 +3,14 @@
 import numpy as np
 
 from radar_service.fidelity import Fidelity
+from radar_service.plan.body_errors import body_error
 from radar_service.plan.items import PlanItem
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.scattering.models import scattering_model
+from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
+from radar_service.types import Floats, Indices
 
 NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of range"
 
@@ -19,13 +22,20 @@ def bodies(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> li
 
 
 def _microseconds(scene: Scene, statistics: EngineStatistics) -> list[float | None]:
-    """CPU time of each body while the radar turns [us]: moving bodies share that of moving echoes by their echoes."""
+    """CPU time of each body while the radar turns [us]: moving bodies share that of moving echoes by their echoes, and those by
+    physical optics that of their aspects."""
     if statistics.costs is None or statistics.bodies is None:
         return [None] * len(scene.bodies)
     moving = np.array([not _rests(body, scene) for body in scene.bodies], dtype=np.bool_)
+    metal = np.array([issubclass(scattering_model(body), PhysicalOptics) for body in scene.bodies], dtype=np.bool_)
     echoes = np.where(moving, statistics.bodies.echoes, 0)
-    each = statistics.costs.moving / max(int(echoes.sum()), 1)
-    return [float(count * each) for count in echoes]
+    shares = (_shared(statistics.costs.moving, echoes), _shared(statistics.costs.aspects, echoes * metal))
+    return [float(time) for time in shares[0] + shares[1]]
+
+
+def _shared(cost: float, count: Indices) -> Floats:
+    """A cost shared (B,) by counts (B,)."""
+    return np.asarray(count * (cost / max(int(count.sum()), 1)))
 
 
 def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatistics, microseconds: float | None) -> PlanItem:
@@ -43,8 +53,9 @@ def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatisti
     model = scattering_model(body, fidelity.sampler)
     scatterers = None if statistics.bodies is None else int(statistics.bodies.scatterers[key])
     how = model.description(body, scene, fidelity, "computed once" if _rests(body, scene) else "computed at each azimuth")
-    error = model.error_db(body, scene, fidelity, scatterers)
-    return PlanItem(what, True, how + _counted(body, key, statistics), error, microseconds=microseconds)
+    error = body_error(body, statistics.culling.applied_to(scene), fidelity, scatterers)
+    text = "; ".join((how + _counted(body, key, statistics), *error.remarks))
+    return PlanItem(what, True, text, error.power_db, error.field_db, microseconds)
 
 
 def _counted(body: Body, key: int, statistics: EngineStatistics) -> str:

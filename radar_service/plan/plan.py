@@ -8,12 +8,12 @@ from typing import Any
 
 from radar_service.fidelity import Fidelity
 from radar_service.plan.bodies import bodies
+from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.effects import effects
 from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import (
     all_rests,
-    aspect_db,
     combine_db,
     fidelity_for,
     moving_db,
@@ -26,8 +26,10 @@ from radar_service.radar.parameters import Radar
 from radar_service.scene.world import Scene
 
 METHODS = {"at rest": resting_db, "moving": moving_db}
+ASPECTS = "of aspects, moving"
 STAGE = {"looks": "visibility"}  # as text; the other costs have the names of their keys
 NOTHING_KNOWN = EngineStatistics()
+ROUNDING = 1.02  # of an error budget: more is beyond it
 
 
 @dataclass(frozen=True)
@@ -99,16 +101,16 @@ def _counted(counts: Counts) -> str:
 
 def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NOTHING_KNOWN) -> Plan:
     """The plan of a scene at a fidelity, as far as its statistics are known."""
-    errors = _field_errors(scene, fidelity, statistics)
+    errors, items = _field_errors(scene, fidelity, statistics), bodies(scene, fidelity, statistics)
     return Plan(
         fidelity.name,
-        (*effects(scene, fidelity, statistics), *bodies(scene, fidelity, statistics)),
+        (*effects(scene, fidelity, statistics), *items),
         asdict(fidelity),
         errors,
         statistics.counts,
         statistics.costs,
         None if statistics.costs is None else realtime_factor(scene, statistics.costs),
-        tuple(_caveats(scene, fidelity, errors)),
+        (*_caveats(scene, fidelity, errors), *_weak_bodies(fidelity, items)),
     )
 
 
@@ -120,7 +122,7 @@ def _field_errors(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics
         if not all_rests(scene):
             errors["moving"] = moving_db(scene.radar, fidelity)
         modelled = statistics.culling.applied_to(scene)
-        others = {"of sea reflection, moving": multipath_db(modelled, fidelity), "of aspects, moving": aspect_db(scene)}
+        others = {"of sea reflection, moving": multipath_db(modelled, fidelity), ASPECTS: aspects_db(scene)}
         errors |= {what: error for what, error in others.items() if math.isfinite(error)}
     if statistics.culling.effects:
         errors["of culled effects"] = combine_db(*statistics.culling.effects.values())
@@ -133,11 +135,26 @@ def _caveats(scene: Scene, fidelity: Fidelity, errors: dict[str, float]) -> list
         return []
     budget = ErrorBudget(fidelity.error_db)
     limit = budget.method_db
-    return [
+    aspects = errors.get(ASPECTS, -math.inf)
+    turning = f"the error budget cannot be kept for metal that turns fast: its field errs by up to {aspects:.0f} dB"
+    return [turning] * (aspects > budget.field_db) + [
         f"the error budget cannot be kept: it allows methods a field error of {limit:.0f} dB, and with the best settings "
         f"it is {error:.0f} dB {what}: {_advice(scene, METHODS[what], budget)}"
         for what, error in errors.items()
         if what in METHODS and error > limit
+    ]
+
+
+def _weak_bodies(fidelity: Fidelity, items: list[PlanItem]) -> list[str]:
+    """A sentence where bodies exceed the error budget at some time of the run."""
+    errors = {item.what: item.power_db for item in items if item.modelled and item.power_db is not None}
+    over = {what: error for what, error in errors.items() if error > fidelity.error_db * ROUNDING}
+    if not over or not fidelity.error_db:
+        return []
+    worst = max(over, key=lambda what: over[what])
+    others = f", and {len(over) - 1} other{'s' if len(over) > 2 else ''}" if len(over) > 1 else ""
+    return [
+        f"over the run the mean power of {worst}{others} errs by more than the error budget, by {over[worst]:.2g} dB at most"
     ]
 
 

@@ -41,7 +41,8 @@ def plan_in_time(
 def estimated_factor(scene: Scene, known: Plan, step: float) -> float:
     """The pace at another error budget `step` [dB], estimated from the measured costs of a known plan.
 
-    Gridding costs grow with scatterers and beam extent, visibility updates with scatterers and their number per scan.
+    Gridding costs grow with scatterers and beam extent, visibility updates with scatterers and their number per scan. Physical
+    optics is evaluated as the beam passes, as often whatever the budget.
     """
     assert known.costs is not None
     old, new = (fidelity_for(scene, ErrorBudget(budget)) for budget in (known.settings["error_db"], step))

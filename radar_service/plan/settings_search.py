@@ -23,7 +23,6 @@ from radar_service.receive.gridding import Kernel
 from radar_service.receive.plain_pulse import PulseKernel
 from radar_service.scattering.fixed_scatterers import FixedScatterers
 from radar_service.scattering.models import scattering_model
-from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.surface_sampling import MAX_STRATA, density_db, surface_db
 from radar_service.scene.world import Scene
 from radar_service.types import Floats
@@ -34,7 +33,6 @@ BLOCK_SIZES = (16, 1)  # azimuths per block: where range histories are interpola
 INTERPOLATED_DB, EXACT_DB = -61.5, -88.0  # chirps at 12 kn (tests/bench/accuracy_table.py), and `reference` under way
 MULTIPATH_DB = -62.0  # gains held over blocks where they hardly change, phases less (echo.sea_paths)
 MULTIPATH_PEAK_DB = 4.3  # |F|^4 is 16 at its peaks and 6 on average over all phases
-ASPECT_DB = -40.0  # physical optics between its nodes: 0.04 theta^2 over a beam (echo.beam_passage)
 BEAM_TABLE_DB = {1: -78.0, 8: -96.0}  # by oversampling: docs/engine.md#errors, and 18 dB less for 8 times as many entries
 RESTING_DB, MOVING_DB = -82.0, -88.0  # single precision and tables: chart of the harbour, `reference` under way
 DENSITIES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # scatterers per cell; with a quarter of one targets are missed (chart)
@@ -113,22 +111,17 @@ def motion_db(fidelity: Fidelity) -> float:
 
 
 def multipath_db(scene: Scene, fidelity: Fidelity) -> float:
-    """Predicted relative field error [dB] of sea reflection on moving echoes, at any time of a run beyond 5 antenna heights.
+    """Predicted relative field error [dB] of sea reflection on moving echoes, at any time of a run.
 
-    The beam is cut where sea reflection may be at its peak, while the target is in a null on boresight. It is -inf without
-    multipath or motion, and where each azimuth is computed by itself with the full circle of the beam.
+    It is relative to the rms field over the lobe: the beam is cut where sea reflection may be at its peak, and with the budget of
+    the methods a null is right down to WEAK_TARGET_DB below its lobe. It is -inf without multipath or motion, and where each
+    azimuth is computed by itself with the full circle of the beam.
     """
     if not scene.environment.multipath or all_rests(scene):
         return -math.inf
     held = MULTIPATH_DB if fidelity.azimuths_per_block > 1 else -math.inf
     total = 10.0 ** (held / 10.0) + 10.0 ** ((extent_db(scene.radar, fidelity.beam_extent) + MULTIPATH_PEAK_DB) / 10.0)
     return 10.0 * math.log10(total) if total > 0.0 else -math.inf
-
-
-def aspect_db(scene: Scene) -> float:
-    """Predicted relative field error [dB] of interpolating physical optics between aspects; -inf where none changes."""
-    turning = (body for body in scene.bodies if not (scene.own_ship.at_rest and body.motion.at_rest))
-    return ASPECT_DB if any(issubclass(scattering_model(body), PhysicalOptics) for body in turning) else -math.inf
 
 
 def _min_scatterers(scene: Scene, budget: ErrorBudget) -> int:
@@ -168,7 +161,8 @@ def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
         replace(chosen, beam_extent=extent, azimuths_per_block=size, beam_table_oversampling=oversampling)
         for extent, size, oversampling in itertools.product(EXTENTS, BLOCK_SIZES, BEAM_TABLE_DB)
     ]
-    return _cheapest(radar, beams, [moving_db(radar, choice) for choice in beams], budget.method_db)
+    errors = [combine_db(moving_db(radar, choice), multipath_db(scene, choice)) for choice in beams]
+    return _cheapest(radar, beams, errors, budget.method_db)
 
 
 def _cheapest(radar: Radar, choices: list[Fidelity], errors: list[float], allowed: float) -> Fidelity:

@@ -42,6 +42,7 @@ class Costs:
     clutter: sea and rain.
     interference: pulses of other radars.
     profiles: schedule, resting profiles, detection and hand-over.
+    aspects: physical optics as the beam passes; the gridding of its echoes is in `moving`.
     """
 
     looks: float
@@ -50,11 +51,12 @@ class Costs:
     clutter: float
     interference: float
     profiles: float
+    aspects: float = 0.0
 
     @property
     def total(self) -> float:
         """The sum of all stages [us]."""
-        return self.looks + self.moving + self.receiver + self.clutter + self.interference + self.profiles
+        return self.looks + self.moving + self.aspects + self.receiver + self.clutter + self.interference + self.profiles
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,11 @@ from radar_service.engine.pipeline import (
     add_clutter,
     add_interference,
     add_resting,
+    blocks,
     moving_rows,
     receive,
     tile_azimuths,
+    visibility_steps,
 )
 from radar_service.plan.statistics import Costs
 from radar_service.receive.detection import square_law
@@ -35,7 +37,7 @@ class Stopwatch:
     """CPU time [s] of each stage, of azimuths timed, and of each visibility update."""
 
     stages: dict[str, float] = field(
-        default_factory=lambda: dict.fromkeys(("moving", "receiver", "clutter", "interference", "profiles"), 0.0)
+        default_factory=lambda: dict.fromkeys(("moving", "receiver", "clutter", "interference", "profiles", "aspects"), 0.0)
     )
     azimuths: int = 0
     updates: dict[int, float] = field(default_factory=dict)
@@ -108,13 +110,12 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
     azimuths = tile_azimuths(prepared, scan, number * prepared.tile)
     blind = prepared.scene.blind(azimuths.time, azimuths.boresight)
     watch.add("profiles")
-    step = int(azimuths.middle // prepared.moving.visibility.interval)
-    prepared.shadows.at(step)
-    if len(prepared.moving):
-        prepared.moving.snapshot(step)
-    update = watch.lap()
-    if step:  # the first one is cached already
-        watch.updates.setdefault(step, update)
+    for step in np.unique(visibility_steps(prepared, azimuths)).tolist():
+        _update(prepared, step, watch)
+    if len(prepared.moving.passages):
+        for first, stop in blocks(prepared, azimuths):  # the results are cached for the rows
+            prepared.moving.passing(azimuths.part(first, stop))
+    watch.add("aspects")
     rows = moving_rows(prepared, azimuths)
     watch.add("moving")
     profiles = receive(prepared, azimuths, rows, blind)
@@ -130,3 +131,13 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
     prepared.scene.own_ship.pose(azimuths.time)
     watch.add("profiles")
     watch.azimuths += len(azimuths.time)
+
+
+def _update(prepared: Prepared, step: int, watch: Stopwatch) -> None:
+    """Computes a visibility update; the first of all is cached already and not counted."""
+    prepared.shadows.at(step)
+    if len(prepared.moving):
+        prepared.moving.snapshot(step)
+    update = watch.lap()
+    if step:
+        watch.updates.setdefault(step, update)

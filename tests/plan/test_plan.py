@@ -7,10 +7,11 @@ from dataclasses import asdict
 import pytest
 
 from radar_service.fidelity import PRESETS
+from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import Culling
 from radar_service.plan.plan import plan_for
-from radar_service.plan.settings_search import ASPECT_DB, fidelity_for, moving_db, multipath_db, resting_db
+from radar_service.plan.settings_search import fidelity_for, moving_db, multipath_db, resting_db
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics
 from tests.scenes import point, scene
 
@@ -91,7 +92,7 @@ def test_errors_of_changing_aspects_are_predicted() -> None:
     aspects = "of aspects, moving"
     assert aspects not in plan_for(scene([plate]), PRESETS["balanced"]).field_db
     for made in (scene([plate], own_ship={"speed_kn": 9}), scene([plate | {"course_deg": 20, "speed_kn": 4}])):
-        assert plan_for(made, PRESETS["balanced"]).field_db[aspects] == ASPECT_DB
+        assert plan_for(made, PRESETS["balanced"]).field_db[aspects] == aspects_db(made)
 
 
 def test_the_documented_engine_predicts_no_errors() -> None:

@@ -49,10 +49,10 @@ def test_estimates_that_promise_too_much_are_not_believed(monkeypatch: pytest.Mo
 
 def test_a_budget_that_is_not_kept_is_stated() -> None:
     kept = plan_in_time(under_way(), 1e-6, planned, ErrorBudget(1.0))
-    assert kept.settings["error_db"] == 1.0 and not kept.caveats
+    assert kept.settings["error_db"] == 1.0 and "real time" not in " ".join(kept.caveats)
     both = plan_in_time(under_way(), 1e9, planned, ErrorBudget(1.0))
     assert both.settings["error_db"] == STEPS_DB[-1]
-    assert "an error budget of 1 dB cannot run at 1e+09 x real time" in both.caveats[0]
+    assert "an error budget of 1 dB cannot run at 1e+09 x real time" in " ".join(both.caveats)
 
 
 def test_estimates_rise_with_the_budget_and_are_the_plan_s_own_at_its_own() -> None:

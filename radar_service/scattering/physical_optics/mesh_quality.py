@@ -1,6 +1,7 @@
 """Mesh quality for physical optics, as `check` reports it: facet sizes, concavity, curvature."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -12,20 +13,22 @@ from radar_service.scene.body import Body, Mesh
 from radar_service.scene.world import Scene
 
 MAX_CURVE_BEND = math.radians(30.0)  # between facets: less may approximate a curve, more is an edge
-MAX_SAG = 1.0 / 200.0  # of the wavelength, 0.16 mm at X band: curves that sag no more err by about 0.2 dB (scene/shapes.py)
+MAX_SAG, CURVES_DB = (
+    1.0 / 200.0,
+    0.2,
+)  # of the wavelength, 0.16 mm at X band: curves that sag so err by about 0.2 dB (scene/shapes.py)
 
 
-def mesh_quality(scene: Scene, bounces: int) -> dict[str, list[str]]:
-    """Sentences about each body by physical optics, by its name, for its pose at t = 0."""
+def mesh_quality(scene: Scene, bounces: int, nearest: Mapping[str, float]) -> dict[str, list[str]]:
+    """Sentences about each body by physical optics, by its name; nearest: least distance over the run [m], by name."""
     return {
-        body.name: _body_quality(body, body.mesh, scene, bounces)
+        body.name: _body_quality(body, body.mesh, scene, bounces, nearest[body.name])
         for body in scene.bodies
         if body.scattering == "optics" and body.mesh is not None
     }
 
 
-def _body_quality(body: Body, mesh: Mesh, scene: Scene, bounces: int) -> list[str]:
-    distance = math.dist(body.middle_at(0.0), scene.antenna(0.0)[0]) - body.radius
+def _body_quality(body: Body, mesh: Mesh, scene: Scene, bounces: int, distance: float) -> list[str]:
     limit = edge_limits(scene.radar, mesh).longest_edge(distance)
     corners = mesh.vertices[mesh.faces]
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.plan.run import body_run
 from radar_service.scattering.physical_optics.mesh_quality import concave, curve_sag, mesh_quality
 from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import box, cylinder, dihedral, plate, sphere
@@ -19,7 +20,12 @@ def messages(wavelengths: float = 1.0, **body: Any) -> str:
     """Of one body 1 km off, at a multiple of the wavelength of 9.41 GHz."""
     made = {"name": "b", "scattering": "optics", "position_m": [0, 1000, 0], **body}
     scene = rs.load_scene({"radar": {"frequency_hz": 9.41e9 / wavelengths}, "body": [made]})
-    return "\n".join(mesh_quality(scene, 3)["b"])
+    return "\n".join(judged(scene)["b"])
+
+
+def judged(scene: rs.Scene) -> dict[str, list[str]]:
+    """What is told of bodies at their closest."""
+    return mesh_quality(scene, 3, {body.name: body_run(body, scene).nearest for body in scene.bodies})
 
 
 @pytest.mark.parametrize(("radius", "sag"), [(0.3, 0.004), (2.0, 0.0005)])
@@ -76,13 +82,20 @@ def test_a_body_too_large_for_its_facets() -> None:
     assert "too large for fine facets: at most 60000" in message and "bends" not in message
 
 
+def test_a_body_is_judged_at_its_closest_and_not_at_the_start() -> None:
+    """The same body 3 km off, where its facets are fine, and on a course towards 20 m off."""
+    far = {"shape": "box", "length_m": 60.0, "width_m": 60.0, "height_m": 20.0, "position_m": [62, 3000, 0]}
+    assert "too large" not in messages(**far)
+    assert "too large" in messages(**far, speed_kn=20, course_deg=180, heading_deg=0)
+
+
 def test_a_ship_is_concave_and_declared_bodies_have_no_messages(tmp_path: Path) -> None:
     ship = loaded(tmp_path, coaster())
-    assert "concave: " in mesh_quality(ship, 3)["body"][0] and "up to 3 bounces" in mesh_quality(ship, 3)["body"][0]
+    assert "concave: " in judged(ship)["body"][0] and "up to 3 bounces" in judged(ship)["body"][0]
     declared = {"name": "b", "shape": "plate", "width_m": 1.0, "height_m": 1.0, "rcs_dbsm": 3}
-    assert mesh_quality(rs.load_scene({"body": [declared]}), 3) == {}
+    assert judged(rs.load_scene({"body": [declared]})) == {}
 
 
 def test_a_sphere_made_elsewhere_is_judged_by_its_mesh(tmp_path: Path) -> None:
-    messages_by_n = ["\n".join(mesh_quality(loaded(tmp_path, cube_sphere(0.3, n)), 3)["body"]) for n in (5, 48)]
+    messages_by_n = ["\n".join(judged(loaded(tmp_path, cube_sphere(0.3, n)))["body"]) for n in (5, 48)]
     assert "refine" in messages_by_n[0] and "fine at" in messages_by_n[1]

@@ -1,0 +1,141 @@
+"""How a body passes the antenna over a whole run: its closest approach, its highest turn rate, its highest speeds.
+
+A run lasts from the start until all courses are final and ranges increase for good. A loop runs for one period; where the other
+ship moves as well, loops run to HORIZON. Between knots both ships move straight or turn slowly, so that each piece has its own
+closest approach, and is sampled evenly in aspect about it.
+"""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.echo.visibility import mast_speed
+from radar_service.scene.body import Body
+from radar_service.scene.motion import Motion
+from radar_service.scene.world import Scene
+from radar_service.types import Floats
+
+HORIZON = 3600.0  # s: length of a run of loops that do not repeat together
+PER_ARC = 16  # pieces of an arc
+MAX_PIECES = 4096  # of a run; a longer track is sampled at as many of its knots
+ASPECTS = np.tan(np.linspace(-1.54, 1.54, 33))  # rad from the closest approach: it passes within 3 % of its distance
+LEVER = 1e-3  # s over which rates are taken
+NEAREST = 16.0  # m: no part of a body counts as nearer, as in `echo.beam_passage`
+
+
+class BodyRun(NamedTuple):
+    """What a body does over a run, seen from the antenna.
+
+    nearest: least ground distance of its nearest part [m], at least 0.
+    approach: least ground distance of its middle [m].
+    time: when its middle is nearest [s].
+    turn: highest rate at which its aspect changes [rad/s].
+    radial: highest rate of range [m/s].
+    sea_turn: highest rate of the angle between the direct ray and the one by the sea [rad/s].
+    start: ground distance of its middle at the start [m].
+    """
+
+    nearest: float
+    approach: float
+    time: float
+    turn: float
+    radial: float
+    sea_turn: float
+    start: float
+
+
+def body_run(body: Body, scene: Scene) -> BodyRun:
+    """How a body passes the antenna. Rates are those of the nearest part of the body while it is in range."""
+    time = sample_times(body, scene)
+    offset, later = _offset(body, scene, time), _offset(body, scene, time + LEVER)
+    distance, heading = np.hypot(offset[:, 0], offset[:, 1]), _heading(body, time)
+    part = np.maximum(distance - body.radius, NEAREST)
+    velocity = (later - offset) / LEVER
+    unit = offset[:, :2] / np.maximum(distance, 1e-9)[:, None]
+    sway = mast_speed(scene)
+    radial = np.abs(np.einsum("ij,ij->i", velocity[:, :2], unit)) + sway
+    aside = np.abs(velocity[:, 0] * unit[:, 1] - velocity[:, 1] * unit[:, 0]) + sway
+    aside += radial * np.minimum(1.0, body.radius / np.maximum(distance, NEAREST))  # of its ends, where it is long
+    turn = np.abs(np.angle(np.exp(1j * (_heading(body, time + LEVER) - heading)))) / LEVER + aside / part
+    closest = int(np.argmin(distance))
+    heard = part <= max(scene.radar.range_max, float(part.min()))
+    lean = 0.0 if scene.own_ship.sway is None else scene.radar.height  # the mast sways about the water line
+    return BodyRun(
+        nearest=max(0.0, float(distance[closest]) - body.radius - lean),
+        approach=float(distance[closest]),
+        time=float(time[closest]),
+        turn=float(turn[heard].max()),
+        radial=float(radial[heard].max()),
+        sea_turn=float((2.0 * scene.radar.height * radial / part**2)[heard].max()),
+        start=float(distance[0]),
+    )
+
+
+def ends_at_horizon(body: Body, scene: Scene) -> bool:
+    """Whether the run is that of loops which do not repeat together, and ends at HORIZON."""
+    end, repeats = _end(body.motion, scene.own_ship)
+    return repeats and end not in (body.motion.period, scene.own_ship.period)
+
+
+def sample_times(body: Body, scene: Scene) -> Floats:
+    """Times (K,) [s] of a run at which a body is observed, those about its closest approach among them."""
+    motions = (body.motion, scene.own_ship)
+    end, repeats = _end(*motions)
+    knots = np.concatenate([[0.0, end], *(_knots(motion, end if repeats else None) for motion in motions)])
+    knots = np.unique(knots[(knots >= 0.0) & (knots <= end)])
+    knots = knots[:: max(1, len(knots) // MAX_PIECES)]
+    place = _offset(body, scene, knots)[:, :2]
+    length, step = np.diff(knots), np.diff(place, axis=0)
+    if not repeats:
+        away = (_offset(body, scene, knots[-1:] + 1.0) - _offset(body, scene, knots[-1:]))[:, :2]
+        speed = float(np.linalg.norm(away))
+        reach = (scene.radar.range_max + body.radius + float(np.linalg.norm(place[-1]))) / speed if speed > 0.0 else 0.0
+        length, step = np.append(length, reach), np.concatenate([step, away * reach])
+        place = np.concatenate([place, place[-1:]])
+    return np.concatenate([[0.0], _about_approach(knots[: len(length)], length, place[: len(length)], step).ravel()])
+
+
+def _about_approach(start: Floats, length: Floats, place: Floats, step: Floats) -> Floats:
+    """Times (P, S) within pieces that begin at `start` (P,), evenly in aspect about the closest approach of each.
+
+    length: (P,) [s]; place, step: (P, 2) where each begins, and its way [m].
+    """
+    velocity = step / np.maximum(length, 1e-9)[:, None]
+    speed = np.maximum(np.linalg.norm(velocity, axis=1), 1e-9)
+    approach = -np.einsum("ij,ij->i", place, velocity) / speed**2
+    abeam = np.linalg.norm(place + velocity * approach[:, None], axis=1)
+    elapsed = approach[:, None] + (np.maximum(abeam, NEAREST) / speed)[:, None] * ASPECTS
+    return np.asarray(start[:, None] + np.clip(elapsed, 0.0, length[:, None]))
+
+
+def _end(one: Motion, other: Motion) -> tuple[float, bool]:
+    """The last time [s] at which a course changes, and whether loops end the run there."""
+    periods = {motion.period for motion in (one, other) if motion.period is not None}
+    last = max(0.0, float(one.time[-1]), float(other.time[-1]))
+    if not periods:
+        return last, False
+    together = len(periods) == 1 and all(motion.at_rest or motion.period is not None for motion in (one, other))
+    return (max(periods), True) if together else (max(HORIZON, last), True)
+
+
+def _knots(motion: Motion, end: float | None) -> Floats:
+    """Knots of a motion up to `end` [s], those within its arcs among them; end: None for a motion that does not repeat."""
+    knots = motion.time
+    if motion.arcs is not None or motion.turning:
+        knots = np.concatenate([np.linspace(a, b, PER_ARC, endpoint=False) for a, b in pairwise(knots)] + [knots[-1:]])
+    if motion.period is None or end is None:
+        return knots
+    return np.asarray((knots + motion.period * np.arange(int(end / motion.period) + 1)[:, None]).ravel())
+
+
+def _offset(body: Body, scene: Scene, time: Floats) -> Floats:
+    """Middle of a body relative to the antenna's foot (K, 3) [m], mast upright."""
+    pose = body.motion.pose(time)
+    c, s, (east, north, up) = np.cos(pose.heading), np.sin(pose.heading), body.middle
+    middle = np.stack([c * east + s * north, c * north - s * east, np.full(len(time), up)], axis=-1)
+    return np.asarray(pose.position + middle - scene.own_ship.pose(time).position)
+
+
+def _heading(body: Body, time: Floats) -> Floats:
+    return np.asarray(body.motion.pose(time).heading)

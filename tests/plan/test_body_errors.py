@@ -1,0 +1,106 @@
+"""Errors predicted for bodies over a run: against the engine where it has them, else by hand."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.echo.beam_passage import MAX_PHASE, BeamPassages
+from radar_service.fidelity import PRESETS
+from radar_service.plan.body_errors import NODES, BodyError, aspects_db, body_error
+from radar_service.plan.budget import ErrorBudget
+from radar_service.plan.settings_search import fidelity_for
+from radar_service.scattering.surface_sampling import density_db
+from tests.plan.scenes import HOUSE, SHIP, WAY, made
+from tests.plan.test_predictions import error_db
+from tests.scenes import point
+
+FINE = {"azimuths": 720, "beamwidth_deg": 3.9}
+PLATE = {"name": "p", "shape": "plate", "width_m": 2, "height_m": 1, "heading_deg": 0, "scattering": "optics"}
+
+
+def error_of(body: dict[str, Any], scatterers: int | None = None, **sections: Any) -> BodyError:
+    world = made([body], **sections)
+    return body_error(world.bodies[0], world, PRESETS["balanced"], scatterers)
+
+
+def every_azimuth(passages: BeamPassages, n: int, crossing: int) -> np.ndarray[Any, Any]:
+    """Nodes at all azimuths within 12 beamwidths of a crossing, for `BeamPassages._scheduled`."""
+    return np.asarray(crossing + np.arange(-94, 95))
+
+
+PASSES = {
+    "5 m at 300 m": {"width_m": 5, "position_m": [-60, 300, 9], "speed_kn": 12, "course_deg": 90},
+    "1 m at 90 m": {"width_m": 1, "position_m": [-20, 90, 9], "speed_kn": 25, "course_deg": 90},
+    "5 m at 90 m": {"width_m": 5, "position_m": [-20, 90, 9], "speed_kn": 25, "course_deg": 90},
+    "1 m ahead": {"width_m": 1, "position_m": [5, 600, 9], "speed_kn": 30, "course_deg": 180},
+}
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_aspects_err_no_more_than_predicted_at_any_time(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against one evaluation at every azimuth, while the body passes. The prediction is made before the first scan."""
+    world = made([PLATE | PASSES[name]], FINE)
+    chosen, errors = fidelity_for(world, ErrorBudget()), []
+    for scan in (1, 4):
+        planned, exact = (rs.Simulator(world, chosen) for _ in range(2))
+        for sim in (planned, exact):
+            sim.skip_to(scan)
+        field = planned.scan().field
+        with monkeypatch.context() as patch:
+            patch.setattr(BeamPassages, "_scheduled", every_azimuth)
+            errors.append(error_db(field, exact.scan().field))
+    assert max(errors) < aspects_db(world)
+
+
+def test_bodies_that_keep_their_aspect_have_no_such_error() -> None:
+    at_rest = made([PLATE | {"position_m": [0, 500, 9]}])
+    assert aspects_db(at_rest) == -math.inf
+    assert error_of(PLATE | {"position_m": [0, 500, 9]}).field_db is None
+
+
+def test_slow_and_far_bodies_err_less() -> None:
+    near, far = (aspects_db(made([PLATE | {"position_m": [-50, north, 9], "speed_kn": 12, "course_deg": 90}]))
+                 for north in (100, 1300))  # fmt: skip
+    assert near == pytest.approx(20 * math.log10(NODES * MAX_PHASE**2), abs=0.1) and -65.0 <= far < -50.0
+
+
+def test_facets_are_judged_at_the_closest_approach() -> None:
+    """A ship of 60 m far off, and the same on its way to the antenna."""
+    ship = SHIP | {"scattering": "optics", "position_m": [30, 1400, 0], "length_m": 150, "beam_m": 30, "height_m": 30}
+    far, coming = error_of(ship), error_of(ship | {"speed_kn": 20, "course_deg": 180, "heading_deg": 0})
+    assert far.power_db is not None and coming.power_db is not None and far.power_db < coming.power_db
+    assert not any("at its closest" in remark for remark in far.remarks)
+    assert any("times too long" in remark for remark in coming.remarks)
+
+
+def test_surfaces_that_come_nearer_have_fewer_scatterers_in_a_cell() -> None:
+    """From 762 m to 76 m: a tenth of them; where the body has more than that, by its least number, it is what it has."""
+    house = HOUSE | {"heading_deg": 0, "position_m": [76.2, 758.2, 0], "speed_kn": 10, "course_deg": 180}
+    error = error_of(house)
+    assert error.power_db == pytest.approx(density_db(0.4), rel=0.01) and "0.4 scatterers" in error.remarks[0]
+    assert (error_of(house, 100_000).power_db or 0.0) == pytest.approx(density_db(4.0))
+    assert error_of(HOUSE).remarks == ()
+
+
+def test_declared_hulls_err_between_visibility_steps_where_they_move() -> None:
+    ship = SHIP | {"rcs_dbsm": 30, "position_m": [-30, 500, 0]}
+    assert error_of(ship).power_db == 0.0
+    assert error_of(ship | WAY, 400).power_db == pytest.approx(0.2)
+    wide = error_of(ship | {"length_m": 200, "speed_kn": 12, "course_deg": 180}, 400)
+    assert wide.power_db == pytest.approx(0.4) and "wider than the beam" in wide.remarks[0]
+    assert error_of(ship | WAY, 1).power_db == 0.0
+
+
+def test_a_much_longer_way_by_the_sea_is_stated_where_it_comes_to_be() -> None:
+    """15 m and 10 m up: at 100 m the way by the sea is 2.93 m longer, a cell of 3.0 m; at 2 km 0.15 m."""
+    sea = {"environment": {"multipath": True}}
+    far = point("t", 0, 2000, 10)
+    assert error_of(far, **sea).remarks == ()
+    (remark,) = error_of(point("t", 100, 2000, 10, speed_kn=20, course_deg=180), **sea).remarks
+    assert "0.98 range cells longer" in remark
+    assert error_of(far | {"speed_kn": 20, "course_deg": 0}, **sea).remarks == ()
+    crossing = point("t", 2000, 2000, 5, speed_kn=10, course_deg=270)
+    assert error_of(crossing, own_ship={"speed_kn": 20, "course_deg": 0}, **sea).remarks == ()
