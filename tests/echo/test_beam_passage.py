@@ -12,6 +12,7 @@ from radar_service.echo.beam_passage import MAX_PHASE, BeamPassages, _hats, _out
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine.pipeline import Engine, Prepared, prepare
 from radar_service.fidelity import PRESETS
+from radar_service.scattering.physical_optics.facets import EXTENT_SHARE
 from radar_service.scene.body import Body
 from radar_service.scene.motion import Motion
 from tests.reference.compressed_pulse import sinc2_beam
@@ -167,7 +168,7 @@ def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_
     nodes = fast.nodes(0, crossing)
     gaps, off = np.diff(nodes), np.abs(nodes[:-1] + np.diff(nodes) / 2 - crossing)
     assert nodes[0] < crossing < nodes[-1] and gaps[np.argmin(off)] == gaps.min() < gaps[0] / 2
-    rate = 2 * np.pi / WAVELENGTH * np.hypot(10.0, 1.0) * np.deg2rad(3.0)  # of its ends: it is one cell
+    rate = 2 * np.pi / WAVELENGTH * 10.0 * EXTENT_SHARE * np.deg2rad(3.0)  # of the ends of a cell
     assert gaps.min() == np.floor(MAX_PHASE / rate / made.radar.spoke_period)
     every = np.diff(passages(made, "reference").nodes(0, crossing))
     assert set(every.tolist()) == {gaps.min()}
