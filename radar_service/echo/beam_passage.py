@@ -5,8 +5,8 @@ sides of the crossing, which is the spoke nearest to where the boresight points 
 is w E1 + (1 - w) E2, each with its own exact range histories; w falls linearly in time. A body that hardly changes has one node.
 
 An echo stands for `coherence` metres of the body. Their ends change their phase against its middle at the rate omega, which is
-k coherence x (rate of the line of sight in the body's frame). Echoes at the nodes of a lattice follow that to first order: a field
-held over the phase theta errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12.
+k coherence x (rate of the line of sight in the body's frame). Echoes on a lattice follow that to first order: a field held
+over the phase theta errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12.
 """
 
 from dataclasses import replace

@@ -111,7 +111,8 @@ def under_the_beam(made: rs.Scene, scan: rs.Scan) -> tuple[Any, Any]:
 @pytest.mark.parametrize("scattering", ["optics", "diffuse"])
 def test_a_mesh_may_lie_far_from_its_origin(tmp_path: Path, scattering: str) -> None:
     """As tiles of a map do: the same field to -48 dB as from a mesh about its origin, though that lies where the beam never
-    comes meanwhile, on the other side of an own ship at 40 kn; nodes of the lattice lie elsewhere on it. Float32 along the lines of sight may see a point or two more of
+    comes meanwhile, on the other side of an own ship at 40 kn; its lattice lies elsewhere.
+    Float32 along the lines of sight may see a point or two more of
     the many that lie on the edge of a shadow (diffuse: -40 dB)."""
     fields = []
     for east, north in ((0.0, 0.0), (1800.0, -1200.0)):

@@ -73,8 +73,8 @@ def test_points_where_paths_end_would_not_do(tmp_path: Path) -> None:
 
 def test_a_corner_reflects_from_its_apex(tmp_path: Path) -> None:
     """However its rays run, the path through a corner is that to its apex and back: there stand the points of all tubes that
-    bounced three times, to 3 cm (the lines of sight to two ends 0.6 m apart differ by 0.6 mrad, across 1 m: 0.6 mm; halves of a tube begin a part of
-    its 10 cm aside)."""
+    bounced three times, to 3 cm (the lines of sight to two ends 0.6 m apart differ by 0.6 mrad, across 1 m:
+    0.6 mm; halves of a tube of 10 cm begin a little aside)."""
     body = optical(loaded(tmp_path, trihedral(0.6, 1, True)))
     here = toward([1, 0.9, 1.1], 1000)
     _, (_, thrice) = bounced(body, here, 3)
@@ -108,8 +108,8 @@ def test_paths_run_either_way(tmp_path: Path) -> None:
 
 
 def test_tubes_are_divided_where_they_hit_an_edge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Plates of 0.6 and 0.222 m across and 0.5 m along their fold, seen at 45 degrees: either lights 0.222 x 0.5 m of the other. Tubes
-    of 2 cm leave a ragged edge of less than 1 % of the area; undivided ones of 10 cm of more than 1.2 %."""
+    """Plates of 0.6 and 0.222 m across and 0.5 m along their fold, seen at 45 degrees: either lights 0.222 x 0.5 m
+    of the other. Tubes of 2 cm leave a ragged edge of less than 1 % of the area; undivided ones of 10 cm of more than 1.2 %."""
     body = optical(loaded(tmp_path, np.concatenate([dihedral(0.6, 0.5, 1)[:2], 0.37 * dihedral(0.6, 0.5 / 0.37, 1)[2:]])))
     errors = []
     for halvings in (8, 0):
