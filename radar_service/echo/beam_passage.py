@@ -5,8 +5,8 @@ sides of the crossing, which is the spoke nearest to where the boresight points 
 is w E1 + (1 - w) E2, each with its own exact range histories; w falls linearly in time. A body that hardly changes has one node.
 
 An echo stands for `coherence` metres of the body. Their ends change their phase against its middle at the rate omega, which is
-k coherence x (rate of the line of sight in the body's frame). A linear interpolation over the phase theta errs by theta^2 / 8 at
-the ends, a node that is held errs by theta.
+k coherence x (rate of the line of sight in the body's frame). Echoes on a lattice follow that to first order: a field held
+over the phase theta errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12.
 """
 
 from dataclasses import replace
@@ -26,9 +26,9 @@ from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Flags, Floats, Indices, Singles
 
-MAX_PHASE = 0.4  # rad between nodes: theta^2 / 8 is 2 % at the ends, 0.041 theta^2 or -44 dB rms over time and echo
-HELD_PHASE = 0.33  # rad, rms over the beam: a node that is held errs by 0.58 of it over an echo, -40 dB
-EDGE_PHASE = 0.4  # rad at the edge of the main beam: likewise 8 % or 0.7 dB
+MAX_PHASE = 0.4  # rad between nodes: on the way from one to the next, cells lose up to theta^2 / 12, 1.3 % or 0.12 dB
+HELD_PHASE = 0.15  # rad, rms over the beam: a node that is held errs by theta^2 / 3, -42 dB
+EDGE_PHASE = 0.14  # rad at the edge of the main beam: likewise -44 dB
 MAIN_BEAM = 0.1  # one-way gain: 20 dB of two-way power, down to which each spoke keeps its aspect to 1 dB
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets

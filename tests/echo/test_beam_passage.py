@@ -12,6 +12,7 @@ from radar_service.echo.beam_passage import MAX_PHASE, BeamPassages, _hats, _out
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine.pipeline import Engine, Prepared, prepare
 from radar_service.fidelity import PRESETS
+from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scene.body import Body
 from radar_service.scene.motion import Motion
 from tests.reference.compressed_pulse import sinc2_beam
@@ -161,15 +162,17 @@ def test_a_body_that_outruns_the_beam_is_evaluated_all_the_same() -> None:
 def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_the_beam_looks() -> None:
     slow = passages(scene([PLATE | {"speed_kn": 5, "course_deg": 0}]))
     assert len(slow.nodes(0, slow.crossing(0, 3.0))) == 1
-    made, time = turning_plate(10.0, 95_000.0, 90.0, 2, 24, 0.0)
+    made, time = turning_plate(40.0, 95_000.0, 90.0, 2, 24, 0.0)
     fast = passages(made)
     crossing = fast.crossing(0, time / made.radar.rotation_period)
     nodes = fast.nodes(0, crossing)
     gaps, off = np.diff(nodes), np.abs(nodes[:-1] + np.diff(nodes) / 2 - crossing)
-    assert nodes[0] < crossing < nodes[-1] and gaps[np.argmin(off)] == gaps.min() < gaps[0] / 2
-    rate = 2 * np.pi / WAVELENGTH * np.hypot(10.0, 1.0) * np.deg2rad(3.0)  # of its ends: it is one cell
+    assert nodes[0] < crossing < nodes[-1] and gaps[np.argmin(off)] == gaps.min()
+    cell = optical_body(made.bodies[0], made.radar, 1).coherence(95_000.0)
+    rate = 2 * np.pi / WAVELENGTH * cell * np.deg2rad(3.0)  # of its ends
     assert gaps.min() == np.floor(MAX_PHASE / rate / made.radar.spoke_period)
     every = np.diff(passages(made, "reference").nodes(0, crossing))
+    assert len(nodes) < len(every) / 4
     assert set(every.tolist()) == {gaps.min()}
 
 

@@ -13,7 +13,7 @@ ENLARGEMENT_STEP = 2.0**0.5  # one more cut through a right isosceles triangle s
 MAX_BEND = 0.3  # rad, two-way, over half an edge (docs/engine.md#errors)
 # Of the beam's width and of the range cell that a facet and a cell may take: what weighs them is linear in between
 BEAM_SHARE, RANGE_SHARE = 1.0 / 6.0, 1.0 / 4.0
-EXTENT_SHARE = 1.0 / 6.0  # of the body, likewise: its sidelobes are what is left of many cells
+EXTENT_SHARE = 1.0 / 9.0  # of the body, likewise: its sidelobes are what is left of many cells
 FACET_SHARE = 3.0 / 5.0  # of the range cell, of a facet: few lie along the line of sight
 NEAREST = 16.0  # m; nearer than this facets are as fine as at 16 m: no marine antenna observes nearer bodies
 

@@ -107,7 +107,9 @@ def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Float
 def tube_fields(tubes: RayTubes, launch: BodyLeg, receive: BodyLeg, wave: Wave) -> PathFields:
     """What tubes scatter where they are into a leg.
 
-    As of facets, only the lit side of a surface scatters. A point stands for the whole path. It lies between the path's two ends on the body, and behind them by half of what lies in
+    As of facets, only the lit side of a surface scatters.
+
+    A point stands for the whole path. It lies between the path's two ends on the body, and behind them by half of what lies in
     between, at a range of exactly half the path. Then the phase is that of the path, and both change alike as the antenna moves:
     by Fermat's principle a path changes with the rays of its two ends alone, whose mean is the point's.
     """

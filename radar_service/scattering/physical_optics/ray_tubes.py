@@ -111,7 +111,7 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, smallest: 
         divided = np.flatnonzero(mixed)
         if not len(divided):
             break
-        tubes = _halved(tubes.chosen(divided))
+        tubes = halved(tubes.chosen(divided))
     return _projected(RayTubes.joined(done), planes)
 
 
@@ -124,7 +124,7 @@ def _sampled(tubes: RayTubes, planes: Planes, scene: TriangleScene) -> tuple[Ray
     return replace(tubes, direction=direction, field=field), hit
 
 
-def _halved(tubes: RayTubes) -> RayTubes:
+def halved(tubes: RayTubes) -> RayTubes:
     """Both halves of each tube (2 M,), where it is about to be reflected."""
     twice, corners = tubes.chosen(np.tile(np.arange(len(tubes)), 2)), halves(tubes.corners)
     centre = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.plan.plan import plan_for
-from radar_service.scattering.physical_optics.facets import MAX_BEND, EdgeLimits, bend_edge, cut_facets
+from radar_service.scattering.physical_optics.facets import MAX_BEND, EdgeLimits, bend_edge, cut_facets, halves
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement
 from radar_service.scene.shapes import box, sphere
 from tests.scenes import scene
@@ -24,43 +24,25 @@ def longest_edges(corners: Floats) -> Floats:
 
 def test_facets_cover_every_triangle_and_are_short_enough() -> None:
     mesh = box(90.0, 13.0, 18.0)
-    cut = cut_facets(mesh, np.full(len(mesh.faces), 2.0), 2.0)
+    cut = cut_facets(mesh, 2.0)
     assert longest_edges(cut.corners).max() <= 2.0
     np.testing.assert_allclose(np.bincount(cut.triangle, areas(cut.corners)), areas(mesh.vertices[mesh.faces]), rtol=1e-12)
     np.testing.assert_allclose(cut.centre, cut.corners.mean(axis=1), atol=1e-12)
     assert cut.enlargement == 1.0
 
 
-def test_tubes_are_finer_only_where_requested() -> None:
-    mesh = box(10.0, 10.0, 10.0)
-    tube = np.where(np.arange(len(mesh.faces)) == 3, 0.4, 2.0)
-    cut = cut_facets(mesh, tube, 2.0)
-    assert longest_edges(cut.corners[cut.triangle == 3]).max() <= 0.4
-    assert longest_edges(cut.corners[cut.triangle != 3]).min() > 1.0
-
-
 def test_too_many_facets_are_enlarged() -> None:
     """A 300 m ship at close quarters: the bound holds, and `enlargement` is how much longer the edges are."""
     mesh = box(300.0, 50.0, 40.0)
-    cut = cut_facets(mesh, np.full(len(mesh.faces), 0.4), 0.4, max_facets=5000)
+    cut = cut_facets(mesh, 0.4, max_facets=5000)
     assert len(cut) <= 5000 and cut.enlargement > 4.0
     assert longest_edges(cut.corners).max() <= 0.4 * cut.enlargement
     assert areas(cut.corners).sum() == pytest.approx(areas(mesh.vertices[mesh.faces]).sum(), rel=1e-12)
 
 
-def test_tubes_have_a_budget_of_their_own() -> None:
-    mesh = box(30.0, 30.0, 30.0)
-    plain, fine = (
-        cut_facets(mesh, np.full(len(mesh.faces), 2.0), 2.0),
-        cut_facets(mesh, np.full(len(mesh.faces), 0.01), 2.0, max_tubes=7000),
-    )
-    assert len(plain) < len(fine) <= len(plain) + 7000
-    assert fine.enlargement == 1.0
-
-
 def test_a_mesh_finer_than_the_bound_is_taken_as_it_is() -> None:
     mesh = sphere(1.0)
-    assert len(cut_facets(mesh, np.full(len(mesh.faces), 5.0), 5.0, max_facets=10)) == len(mesh.faces)
+    assert len(cut_facets(mesh, 5.0, max_facets=10)) == len(mesh.faces)
 
 
 def test_the_plan_reports_enlarged_facets() -> None:
@@ -79,9 +61,17 @@ def test_the_phase_bends_by_the_bound_over_half_an_edge() -> None:
     assert 2 * np.pi / 0.03186 * (edge / 2) ** 2 / 500.0 == pytest.approx(MAX_BEND)
 
 
-def test_cells_lie_within_range_cell_and_beam() -> None:
-    """c/2B far off; an eighth of the beam near by, at the lower end of the half octave; facets no longer than cells."""
-    limits = EdgeLimits(3.0, np.deg2rad(1.0), 0.03186)
-    assert limits.cell(5000.0) == 3.0
-    assert np.deg2rad(1.0) / 8 * 200.0 / 2**0.5 < limits.cell(200.0) <= np.deg2rad(1.0) / 8 * 200.0
-    assert all(limits.longest_edge(d) <= limits.cell(d) for d in np.geomspace(1.0, 2e4, 50))
+def test_cells_lie_within_range_cell_beam_and_extent() -> None:
+    """A quarter of c/2B far off; a sixth of the beam near by, at the lower end of the half octave; a ninth of a small body."""
+    limits = EdgeLimits(3.0, np.deg2rad(1.0), 0.03186, 100.0)
+    assert limits.cell(5000.0) == 0.75
+    assert np.deg2rad(1.0) / 6 * 200.0 / 2**0.5 < limits.cell(200.0) <= np.deg2rad(1.0) / 6 * 200.0
+    assert EdgeLimits(3.0, np.deg2rad(1.0), 0.03186, 3.6).cell(5000.0) == pytest.approx(0.4)
+    assert all(limits.longest_edge(d) <= 0.6 * 3.0 for d in np.geomspace(1.0, 2e4, 50))
+
+
+def test_halves_cut_the_longest_edge() -> None:
+    corners = np.random.default_rng(2).normal(size=(50, 3, 3))
+    both = halves(corners)
+    np.testing.assert_allclose(areas(both[:50]) + areas(both[50:]), areas(corners))
+    assert (longest_edges(both) <= np.tile(longest_edges(corners), 2)).all()
