@@ -78,9 +78,10 @@ def aspects_db(scene: Scene) -> float:
 def passing_shadows_db(scene: Scene) -> float:
     """Predicted relative field error [dB] of metal while the shadow of another body passes it: it stays between two nodes.
 
-    -inf where no body can pass before another that is metal.
+    -inf where no body can pass before another that is metal and moves relative to the antenna.
     """
-    metal = [body for body in scene.bodies if issubclass(scattering_model(body), PhysicalOptics)]
+    moving = [body for body in scene.bodies if not (scene.own_ship.at_rest and body.motion.at_rest)]
+    metal = [body for body in moving if issubclass(scattering_model(body), PhysicalOptics)]
     return max((_passing_shadow_db(body, scene) for body in metal), default=-math.inf)
 
 
