@@ -25,15 +25,14 @@ def map_from_headings(points: Array, heading: Array) -> Array:
 
 def reference_field(made: rs.Scene, engine: Engine, scan: int) -> Array:
     """The field of the echoes in each visibility snapshot of the engine, every azimuth at its own instant."""
-    radar, prepared = made.radar, engine.prepared
-    tile, block = prepared.tile, prepared.fidelity.azimuths_per_block
-    rows = []
-    tiles = [np.arange(start, min(start + tile, radar.azimuths)) for start in range(0, radar.azimuths, tile)]
-    for index in (tile[k : k + block] for tile in tiles for k in range(0, len(tile), block)):
+    radar, visibility = made.radar, engine.prepared.moving.visibility
+    rows, every = [], np.arange(radar.azimuths)
+    steps = ((scan * radar.azimuths + every) * radar.spoke_period // visibility.interval).astype(int)
+    for step in np.unique(steps):
+        index = every[steps == step]
         number = scan * radar.azimuths + index
         time = number * radar.spoke_period
-        visibility = prepared.moving.visibility
-        echoes = prepared.moving.snapshot(int(time[len(time) // 2] // visibility.interval)).echoes
+        echoes = engine.prepared.moving.snapshot(int(step)).echoes
         position = np.empty((len(time), len(echoes), 3))
         for b, body in enumerate(visibility.scatterers.bodies):
             own, pose = echoes.body == b, body.motion.pose(time)

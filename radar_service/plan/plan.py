@@ -8,7 +8,7 @@ from typing import Any
 
 from radar_service.fidelity import Fidelity
 from radar_service.plan.bodies import bodies
-from radar_service.plan.body_errors import aspects_db
+from radar_service.plan.body_errors import aspects_db, passing_shadows_db
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.effects import effects
 from radar_service.plan.items import PlanItem
@@ -39,7 +39,8 @@ class Plan:
     fidelity: its name.
     choices: one item for each effect and body.
     settings: the fields of the Fidelity.
-    field_db: predicted relative field errors [dB]: at rest, moving, of sea reflection, of aspects, of culled effects.
+    field_db: predicted relative field errors [dB]: at rest, moving, of sea reflection, of aspects, of shadows that pass
+        metal, of culled effects.
     counts: what the engine computes; None before it is prepared.
     costs: CPU times per azimuth [us]; None before they are measured.
     realtime_factor: simulated seconds per second of one thread of this machine; None without costs.
@@ -122,7 +123,11 @@ def _field_errors(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics
         if not all_rests(scene):
             errors["moving"] = moving_db(scene.radar, fidelity)
         modelled = statistics.culling.applied_to(scene)
-        others = {"of sea reflection, moving": multipath_db(modelled, fidelity), ASPECTS: aspects_db(scene)}
+        others = {
+            "of sea reflection, moving": multipath_db(modelled, fidelity),
+            ASPECTS: aspects_db(scene),
+            "of shadows that pass metal": passing_shadows_db(scene),
+        }
         errors |= {what: error for what, error in others.items() if math.isfinite(error)}
     if statistics.culling.effects:
         errors["of culled effects"] = combine_db(*statistics.culling.effects.values())

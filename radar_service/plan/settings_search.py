@@ -113,9 +113,9 @@ def motion_db(fidelity: Fidelity) -> float:
 def multipath_db(scene: Scene, fidelity: Fidelity) -> float:
     """Predicted relative field error [dB] of sea reflection on moving echoes, at any time of a run.
 
-    It is relative to the rms field over the lobe: the beam is cut where sea reflection may be at its peak, and with the budget of
-    the methods a null is right down to WEAK_TARGET_DB below its lobe. It is -inf without multipath or motion, and where each
-    azimuth is computed by itself with the full circle of the beam.
+    It is relative to the rms field of the lobe: the beam is cut where sea reflection may be at its peak, while the target is in a
+    null on boresight. It is -inf without multipath or motion, and where each azimuth is computed by itself with the full circle
+    of the beam.
     """
     if not scene.environment.multipath or all_rests(scene):
         return -math.inf
@@ -161,7 +161,7 @@ def fidelity_for(scene: Scene, budget: ErrorBudget) -> Fidelity:
         replace(chosen, beam_extent=extent, azimuths_per_block=size, beam_table_oversampling=oversampling)
         for extent, size, oversampling in itertools.product(EXTENTS, BLOCK_SIZES, BEAM_TABLE_DB)
     ]
-    errors = [combine_db(moving_db(radar, choice), multipath_db(scene, choice)) for choice in beams]
+    errors = [max(moving_db(radar, choice), multipath_db(scene, choice) - MULTIPATH_PEAK_DB) for choice in beams]
     return _cheapest(radar, beams, errors, budget.method_db)
 
 

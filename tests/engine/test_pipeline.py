@@ -12,7 +12,15 @@ import pytest
 
 import radar_service as rs
 from radar_service.constants import KNOT
-from radar_service.engine.pipeline import Engine, Prepared, prepare, profiles, tile_azimuths
+from radar_service.engine.pipeline import (
+    Engine,
+    Prepared,
+    blocks,
+    prepare,
+    profiles,
+    tile_azimuths,
+    visibility_steps,
+)
 from radar_service.fidelity import PRESETS
 from tests.reference.compressed_pulse import point_field, sinc2_beam
 from tests.scenes import point, scene
@@ -333,3 +341,17 @@ def test_silent_and_transparent_bodies() -> None:
     plain, silent, transparent = levels(), levels(silent=[0]), levels(transparent=[0])
     assert silent[0] < 1e-6 * plain[0] and silent[1] < 1e-4 * transparent[1]
     assert transparent[0] > 0.1 * plain[0] and plain[1] < 1e-4 * transparent[1]
+
+
+def test_a_block_lies_within_one_visibility_step() -> None:
+    """12 kn in steps of 5 m: 0.81 s, so that steps end within tiles. Blocks cover every azimuth of a scan once, in order, and
+    none has more azimuths than the fidelity says."""
+    made = scene([point("t", 0, 500)], own_ship={"speed_kn": 12, "course_deg": 30})
+    prepared, inner = prepare(made, PRESETS["balanced"], 0), 0
+    for start in range(0, made.radar.azimuths, prepared.tile):
+        azimuths = tile_azimuths(prepared, 1, start)
+        steps, parts = visibility_steps(prepared, azimuths), list(blocks(prepared, azimuths))
+        assert [n for first, stop in parts for n in range(first, stop)] == list(range(len(azimuths.time)))
+        assert all(len(np.unique(steps[first:stop])) == 1 and stop - first <= 16 for first, stop in parts)
+        inner += len(np.unique(steps)) - 1
+    assert inner >= 3

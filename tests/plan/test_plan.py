@@ -97,3 +97,24 @@ def test_errors_of_changing_aspects_are_predicted() -> None:
 
 def test_the_documented_engine_predicts_no_errors() -> None:
     assert plan_for(moving_scene(multipath=True), PRESETS["documented"]).field_db == {}
+
+
+def test_bodies_that_exceed_the_budget_late_in_a_run_are_caveats() -> None:
+    """A house that own ship passes keeps the scatterers of the start. At rest it keeps the budget."""
+    house = {"name": "house", "shape": "box", "length_m": 100, "width_m": 100, "height_m": 9, "position_m": [100, 1500, 0],
+             "material": "concrete", "scattering": "diffuse"}  # fmt: skip
+    passed, still = scene([house], own_ship={"speed_kn": 12, "course_deg": 0}), scene([house])
+    (caveat,) = plan_for(passed, fidelity_for(passed, ErrorBudget())).caveats
+    assert "over the run the mean power of body house errs by more than the error budget" in caveat
+    assert plan_for(still, fidelity_for(still, ErrorBudget())).caveats == ()
+    assert plan_for(passed, PRESETS["balanced"]).caveats == ()  # a preset promises no budget
+
+
+def test_metal_that_turns_too_fast_is_a_caveat() -> None:
+    plate = {"name": "p", "shape": "plate", "width_m": 5, "height_m": 1, "scattering": "optics", "heading_deg": 0}
+    fast = scene([plate | {"position_m": [-60, 60, 9], "speed_kn": 40, "course_deg": 90}])
+    plan = plan_for(fast, fidelity_for(fast, ErrorBudget()))
+    over = plan.field_db["of aspects, moving"] > -40.0
+    assert any("metal that turns fast" in caveat for caveat in plan.caveats) == over
+    slow = scene([plate | {"position_m": [-60, 900, 9], "speed_kn": 3, "course_deg": 90}])
+    assert plan_for(slow, fidelity_for(slow, ErrorBudget())).caveats == ()

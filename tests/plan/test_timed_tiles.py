@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.echo.beam_passage import BeamPassages
 from radar_service.engine.pipeline import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from radar_service.plan import timed_tiles
@@ -120,3 +121,21 @@ def test_stages_that_a_scene_lacks_cost_next_to_nothing() -> None:
     costs = timed_costs(prepared_from(point("t", 0, 500)))
     assert costs.clutter + costs.interference < 0.2 * costs.total
     assert costs.profiles > 0.0
+
+
+def test_physical_optics_has_its_own_cost_and_bodies_without_it_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each evaluation of a plate takes 10 ms; it passes the beam once a scan with two nodes or more."""
+    plate = {"name": "p", "shape": "plate", "width_m": 3, "height_m": 2, "scattering": "optics", "position_m": [-300, 300, 0],
+             "speed_kn": 12, "course_deg": 90}  # fmt: skip
+    prepared = prepared_from(plate)
+    clock, evaluated = Clock(monkeypatch), BeamPassages.evaluated
+
+    def slow(passages: BeamPassages, n: int, spoke: int) -> Any:
+        clock.now += 0.01
+        return evaluated(passages, n, spoke)
+
+    monkeypatch.setattr(BeamPassages, "evaluated", slow)
+    costs = timed_costs(prepared)
+    assert costs.aspects >= 0.01 * 1e6 / 960 and costs.moving == 0.0
+    assert costs.total == pytest.approx(costs.aspects)
+    assert timed_costs(prepared_from(MOVING)).aspects == 0.0

@@ -1,0 +1,117 @@
+"""Budgets over a whole run: late, at the closest approach, and where motion, sea, shadow and turn meet.
+
+Against `reference` on the same points, whose metal is tested against independent oracles (tests/reference), with the aspect of
+each azimuth.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.constants import KNOT
+from radar_service.echo.beam_passage import BeamPassages
+from radar_service.fidelity import PRESETS, Fidelity
+from radar_service.plan.body_errors import aspects_db
+from radar_service.plan.budget import ErrorBudget
+from radar_service.plan.plan import plan_for
+from radar_service.plan.settings_search import fidelity_for
+from tests.plan.scenes import made
+from tests.plan.test_body_errors import every_azimuth
+from tests.scenes import point
+
+BUDGET = ErrorBudget()
+SEA = {"environment": {"multipath": True}}
+FINE = {"azimuths": 360, "beamwidth_deg": 3.9, "range_max_m": 1400}
+SPEED = 40 * KNOT
+LOBE = 0.05  # of the range: an echo in a null is judged by the rms field within so much of it
+
+
+def scans(scene: rs.Scene, fidelity: Fidelity, numbers: range) -> list[np.ndarray[Any, Any]]:
+    """The fields of some scans."""
+    fields, sim = [], rs.Simulator(scene, fidelity)
+    for number in numbers:
+        sim.skip_to(number)
+        fields.append(sim.scan().field)
+    return fields
+
+
+def exact(chosen: Fidelity) -> Fidelity:
+    """`reference` on the points and in the visibility steps of a fidelity."""
+    kept = {name: getattr(chosen, name) for name in ("scatterers_per_cell", "min_scatterers", "visibility_step")}
+    return replace(PRESETS["reference"], **kept)
+
+
+def energy(field: np.ndarray[Any, Any]) -> float:
+    return float(np.sum(np.abs(field) ** 2))
+
+
+def lobe_energy(scene: rs.Scene, scan: int) -> float:
+    """Mean energy of the first scans of 21 scenes whose target starts within LOBE of where it is in the middle of a scan."""
+    radar, (body,) = scene.radar, scene.bodies
+    place = body.motion.pose((scan + 0.5) * radar.rotation_period).position[0]
+    energies = []
+    for share in np.linspace(1.0 - LOBE, 1.0 + LOBE, 21):
+        at = point("t", float(place[0]), float(place[1]) * share, float(place[2]), 20)
+        energies.append(energy(rs.Simulator(made([at], FINE, **SEA), PRESETS["balanced"]).scan().field))
+    return float(np.mean(energies))
+
+
+def errors_of_approach(height: float, change: Any = None) -> list[float]:
+    """Errors [dB] of scans of a point that passes 60 m off at 40 kn, each relative to its field or that of its lobe."""
+    scene = made([point("t", 60, 1300, height, 20, speed_kn=40, course_deg=180)], FINE, **SEA)
+    chosen = replace(fidelity_for(scene, BUDGET), **(change or {}))
+    numbers = range(2, 25, 3)
+    pairs = zip(scans(scene, chosen, numbers), scans(scene, exact(chosen), numbers), numbers, strict=True)
+    return [10 * np.log10(energy(a - e) / max(energy(e), lobe_energy(scene, n))) for a, e, n in pairs]
+
+
+@pytest.mark.parametrize("height", [2.0, 8.0])
+def test_a_fast_approach_over_the_sea_keeps_the_budget_at_every_range(height: float) -> None:
+    """From 1200 to 80 m (5.3 antenna heights), through lobes and nulls: -40 dB."""
+    assert max(errors_of_approach(height)) < BUDGET.field_db
+
+
+def test_a_shorter_beam_misses_the_budget_in_this_approach() -> None:
+    assert max(errors_of_approach(2.0, {"beam_extent": 3.0})) > BUDGET.field_db
+
+
+def test_power_is_that_of_reference_out_of_nulls() -> None:
+    """0.5 dB, at each scan whose echo is not 10 dB below its lobe."""
+    scene = made([point("t", 60, 1300, 8.0, 20, speed_kn=40, course_deg=180)], FINE, **SEA)
+    chosen, numbers = fidelity_for(scene, BUDGET), range(2, 25, 4)
+    for a, e in zip(scans(scene, chosen, numbers), scans(scene, exact(chosen), numbers), strict=True):
+        assert abs(10 * np.log10(energy(a) / energy(e))) < BUDGET.target_db
+
+
+STEEL = {"material": "steel", "scattering": "optics"}
+SCREEN = {"name": "screen", "shape": "box", "length_m": 30, "width_m": 6, "height_m": 6, "rcs_dbsm": 25,
+          "position_m": [-40, 260, 0], "heading_deg": 90, "speed_kn": 10, "course_deg": 90}  # fmt: skip
+BARGE = {"name": "barge", "shape": "box", "length_m": 8, "width_m": 4, "height_m": 5} | STEEL
+TURN = {"position_m": [-25, 420, 0],
+        "waypoints": [{"position_m": [5, 420], "speed_kn": 8}, {"position_m": [40, 380], "speed_kn": 8}]}  # fmt: skip
+OWN = {"own_ship": {"waypoints": [{"position_m": [20, 25], "speed_kn": 12}, {"position_m": [80, 20], "speed_kn": 12}]}}
+COMBINED: dict[str, tuple[list[dict[str, Any]], dict[str, Any]]] = {
+    "passing metal over the sea": ([BARGE | {"position_m": [-40, 300, 0], "speed_kn": 12, "course_deg": 90}], SEA),
+    "turning metal in a passing shadow": ([BARGE | TURN, SCREEN], {}),
+    "turning metal in a passing shadow over the sea": ([BARGE | TURN, SCREEN], SEA),
+    "metal and a shadow from a ship that turns": ([BARGE | {"position_m": [0, 400, 0]}, SCREEN], SEA | OWN),
+}
+
+
+@pytest.mark.parametrize("name", COMBINED)
+def test_movement_sea_shadow_and_turn_together_keep_the_budget(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The predicted error of the plan in each scan about the closest approach, and 0.5 dB of its power."""
+    bodies, sections = COMBINED[name]
+    scene = made(bodies, FINE | {"range_max_m": 600}, **sections)
+    chosen, numbers = fidelity_for(scene, BUDGET), range(1, 8, 3)
+    predicted = plan_for(scene, chosen).field_db
+    assert aspects_db(scene) in predicted.values()
+    fields = scans(scene, chosen, numbers)
+    monkeypatch.setattr(BeamPassages, "_scheduled", every_azimuth)
+    for a, e in zip(fields, scans(scene, exact(chosen), numbers), strict=True):
+        error = 10 * np.log10(energy(a - e) / energy(e))
+        assert error < 20 * np.log10(sum(10 ** (one / 20) for one in predicted.values()))
+        assert abs(10 * np.log10(energy(a) / energy(e))) < BUDGET.target_db
