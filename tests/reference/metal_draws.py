@@ -8,6 +8,7 @@ Lengths and ranges are drawn evenly in their logarithm, angles and heights evenl
 | sizes | 0.3 to 8 m; near field: plates and boxes of 2 to 8 m |
 | range | 100 to 4000 m; near field: 60 to 400 m; turning: 100 to 2000 m, passing: 60 to 300 m |
 | aspect | within 3 lobes of a face's normal (60 %; 75 % in shadow, near and turning; near: within 2.5 degrees), else anywhere |
+| aspect in shadow | at most 80 degrees off the normal: beyond, 0.1 mm of the wall moves the shadow by a millimetre |
 | lowest point | the water (30 %), else up to 6 m above it; waterline: 5 to 95 % of the height lies below it |
 | antenna | 5 to 40 m; either polarization; vertical beam 15 to 30 degrees; sea state 0 to 5; earth 4/3 (80 %) or flat |
 | sea reflects | always in rows 1 and 2; in 60 % of the others |
@@ -28,6 +29,7 @@ from tests.reference.metal_on_water import EARTH, Face, Floats, Screen, Setting
 
 KNOT = 1852.0 / 3600.0  # m/s
 NEIGHBOURS = 16
+STEEPEST = np.deg2rad(80.0)  # off the normal of a plate in shadow
 PERIOD, BEAMWIDTH = 2.5, np.deg2rad(3.9)  # of the default radar: s per scan, and rad
 BANDWIDTH, PULSE, HAMMING = 5e6, 10e-6, (0.54, 0.46)
 CELL = oracle.LIGHT / (2.0 * BANDWIDTH)  # m: every body lies within one range cell, so that a spoke holds one amplitude
@@ -321,8 +323,10 @@ def moving_point(number: int, rng: np.random.Generator) -> Draw:
 def shadowed(number: int, rng: np.random.Generator) -> Draw:
     """Row 3: plates partly hidden."""
     shape = flat_plate(log_uniform(rng, 0.3, 8.0), log_uniform(rng, 0.3, 8.0))
-    draw = metal(3, number, rng, any_setting(rng, 0.6), shape, log_uniform(rng, 100.0, 4000.0), any_aspect(rng, shape, 0.75),
-                 rng.uniform(0.0, 6.0))  # fmt: skip
+    setting, distance, aspect = any_setting(rng, 0.6), log_uniform(rng, 100.0, 4000.0), any_aspect(rng, shape, 0.75)
+    while abs(np.cos(aspect - shape.normals[0][0])) < np.cos(STEEPEST):
+        aspect = any_aspect(rng, shape, 0.0)
+    draw = metal(3, number, rng, setting, shape, distance, aspect, rng.uniform(0.0, 6.0))
     wall = Wall(rng.uniform(0.3, 0.95), rng.uniform(0.0, 0.95), bool(rng.random() < 0.5), float(rng.choice([-1.0, 1.0])))
     return replace(draw, wall=wall)
 

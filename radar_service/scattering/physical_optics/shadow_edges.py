@@ -15,7 +15,7 @@ from radar_service.types import Flags, Floats, Indices
 
 Visible = Callable[[Floats, Indices], Flags]
 
-INSET = 0.02  # of the way from a corner to the centroid: samples stay off edges, where neighbours would occlude them
+INSET = 0.002  # of the way from a corner to the centroid: samples stay off edges, where neighbours would occlude them
 FEWEST = 2  # rows of the coarsest lattice of samples: three corners; the centroid goes with them
 MAX_ROWS = 14
 MAX_SAMPLES = 6_000  # for the first pass over one body, where that is more than the coarsest lattice
