@@ -83,9 +83,9 @@ class BeamPassages:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths; None where none do."""
         spoke = azimuths.time / self._scene.radar.spoke_period
         parts, fades = [], []
-        for n, crossing in self._passing(azimuths.middle, middle, half):
+        for n, crossing in self.passing(azimuths.middle, middle, half):
             nodes = self.nodes(n, crossing)
-            for node, fade in zip(nodes, _hats(nodes, spoke), strict=True):
+            for node, fade in zip(nodes, hats(nodes, spoke), strict=True):
                 if fade.any():
                     parts.append(self._node(n, int(node)))
                     fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
@@ -114,7 +114,7 @@ class BeamPassages:
         turns = self._bearings(0.0)[0] / (2.0 * np.pi) % 1.0
         return [self.nodes(n, self.crossing(n, float(turns[n]))) for n in range(len(self))]
 
-    def _passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
+    def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
         if not self._aspects:
             return []
@@ -150,8 +150,8 @@ class BeamPassages:
         spacing = np.sqrt(np.maximum(1.0, MAIN_BEAM / gain)) * MAX_PHASE / np.maximum(rate, MAX_PHASE / reach / 2.0)
         held = rate * (reach - np.abs(offset)) * gain <= HELD_PHASE
         first = max(1, int(spacing[half - 1 : half + 2].min()))
-        before = _outward(offset[half:], spacing[half::-1], held[half::-1], first // 2)
-        after = _outward(offset[half:], spacing[half:], held[half:], first - first // 2)
+        before = outward_nodes(offset[half:], spacing[half::-1], held[half::-1], first // 2)
+        after = outward_nodes(offset[half:], spacing[half:], held[half:], first - first // 2)
         return crossing + np.concatenate([-before[::-1], after])
 
     def _held_spokes(self, reach: float, aside: float) -> float:
@@ -226,7 +226,7 @@ def _sidelobe_envelope(radar: Radar) -> Floats:
     return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
 
 
-def _outward(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:
+def outward_nodes(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:
     """Whole offsets (M,) from `first` on [spokes], as far apart as `spacing` (S,) allows at each of `offset` (S,).
 
     They end past the last offset, or where the last node may be held (S,) from there on.
@@ -240,7 +240,7 @@ def _outward(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indice
     return np.array(nodes, dtype=np.int64)
 
 
-def _hats(nodes: Indices, spoke: Floats) -> Singles:
+def hats(nodes: Indices, spoke: Floats) -> Singles:
     """Weights (M, K) of nodes (M,) at spokes (K,): linear between neighbours, and those of the outer nodes beyond."""
     place = np.interp(spoke, nodes, np.arange(len(nodes)))
     weight: Singles = np.maximum(0.0, 1.0 - np.abs(place - np.arange(len(nodes))[:, None])).astype(np.float32)

@@ -59,15 +59,15 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
     aside += radial * np.minimum(1.0, body.radius / np.maximum(distance, NEAREST))  # of its ends, where it is long
     turn = np.abs(np.angle(np.exp(1j * (_heading(body, time + LEVER) - heading)))) / LEVER + aside / part
     closest = int(np.argmin(distance))
-    heard = part <= max(scene.radar.range_max, float(part.min()))
+    received = part <= max(scene.radar.range_max, float(part.min()))
     lean = 0.0 if scene.own_ship.sway is None else scene.radar.height  # the mast sways about the water line
     return BodyRun(
         nearest=max(0.0, float(distance[closest]) - body.radius - lean),
         approach=float(distance[closest]),
         time=float(time[closest]),
-        turn=float(turn[heard].max()),
-        radial=float(radial[heard].max()),
-        sea_turn=float((2.0 * scene.radar.height * radial / part**2)[heard].max()),
+        turn=float(turn[received].max()),
+        radial=float(radial[received].max()),
+        sea_turn=float((2.0 * scene.radar.height * radial / part**2)[received].max()),
         start=float(distance[0]),
     )
 

@@ -21,11 +21,10 @@ MAX_FACES = 16  # plane faces that are sampled one by one
 ALIKE = 0.8  # cosine between normals of surfaces whose heights are averaged: not those of a wall and a roof
 NORMAL_WEIGHT = 1.5  # of normals against positions over their rms, where strata are cut: least error over boxes and hulls
 ONE_PER_CELL = 0.93  # dB, error and spread of the mean power of surfaces; chart of the harbour: 0.98, with 4 0.44, 16 0.23
-STRATIFIED, LOBES = (
-    24.0,
-    2.0,
-)  # dB, rms error of the mean power of hulls, spheres, cylinders and boxes: 24 / N, and 2 / sqrt(N)
+# dB, rms error of the mean power of hulls, spheres, cylinders and boxes: 24 / N, and 2 / sqrt(N)
+STRATIFIED, LOBES = 24.0, 2.0
 RANDOM, RANDOM_LOBES = 4.3, 7.5  # dB over sqrt(N), of more points than strata (tests/plan/test_power.py has all four)
+FEATURE_DIGITS = 6  # of a body's size: a mesh 2 km from its origin is rounded to 1e-12 of that
 
 
 def density_db(per_cell: float) -> float:
@@ -165,8 +164,10 @@ def _stratified(
     strata = parts * 2**halvings
     number = strata * CANDIDATES
     points = _along_mesh(mesh, area, expected, number, rng, (rng.random((2, 1)) + np.outer(R2, np.arange(number))) % 1.0)
-    size = np.sqrt(np.average(np.sum((points.position - points.position.mean(axis=0)) ** 2, axis=1)))
-    feature = np.column_stack([points.position / max(size, 1e-9), NORMAL_WEIGHT * normal[points.triangle]])
+    offset = points.position - points.position.mean(axis=0)
+    size = np.sqrt(np.average(np.sum(offset**2, axis=1)))
+    feature = np.column_stack([offset / max(size, 1e-9), NORMAL_WEIGHT * normal[points.triangle]])
+    feature = np.round(feature, FEATURE_DIGITS)  # the same groups wherever the mesh lies in its frame
     group = _compact_groups(feature, parts, halvings)
     chosen = group[np.arange(strata), rng.integers(CANDIDATES, size=strata)]
     height, weight = points.position[group, 2], points.area[group]

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.echo.beam_passage import MAX_PHASE, BeamPassages, _hats, _outward
+from radar_service.echo.beam_passage import MAX_PHASE, BeamPassages, hats, outward_nodes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine.pipeline import Engine, Prepared, prepare
 from radar_service.fidelity import PRESETS
@@ -143,7 +143,7 @@ def test_a_passage_due_north_is_one_over_the_boundary_of_scans() -> None:
         found = []
         for number in (scan * radar.azimuths - 5, scan * radar.azimuths + 5):
             boresight, time = radar.schedule(np.array([number]))
-            found.append(each._passing(float(time[0]), float(boresight[0]), 0.1))
+            found.append(each.passing(float(time[0]), float(boresight[0]), 0.1))
         assert found[0] == found[1] and abs(found[0][0][1] - scan * radar.azimuths) < 5
 
 
@@ -195,15 +195,15 @@ def test_sea_reflection_and_nearness_make_more_nodes() -> None:
 
 def test_nodes_are_at_whole_spokes_as_far_apart_as_allowed() -> None:
     offset, never = np.linspace(0.0, 100.0, 11), np.zeros(11, dtype=bool)
-    np.testing.assert_array_equal(_outward(offset, np.full(11, 30.0), never, 15), [15, 45, 75, 105])
-    np.testing.assert_array_equal(_outward(np.array([0.0, 2.0, 4.0]), np.full(3, 0.2), never[:3], 1), [1, 2, 3, 4])
-    assert _outward(offset, np.where(offset > 45, 50.0, 10.0), never, 10).tolist() == [10, 20, 30, 40, 50, 100]
-    assert _outward(offset, np.full(11, 300.0), never, 150).tolist() == [150]
-    assert _outward(offset, np.full(11, 30.0), offset > 35, 15).tolist() == [15, 45]
+    np.testing.assert_array_equal(outward_nodes(offset, np.full(11, 30.0), never, 15), [15, 45, 75, 105])
+    np.testing.assert_array_equal(outward_nodes(np.array([0.0, 2.0, 4.0]), np.full(3, 0.2), never[:3], 1), [1, 2, 3, 4])
+    assert outward_nodes(offset, np.where(offset > 45, 50.0, 10.0), never, 10).tolist() == [10, 20, 30, 40, 50, 100]
+    assert outward_nodes(offset, np.full(11, 300.0), never, 150).tolist() == [150]
+    assert outward_nodes(offset, np.full(11, 30.0), offset > 35, 15).tolist() == [15, 45]
 
 
 def test_fields_fade_linearly_from_node_to_node_and_stay_beyond() -> None:
-    hats = _hats(np.array([10, 20, 24]), np.array([5.0, 10.0, 12.5, 20.0, 23.0, 30.0]))
+    hats = hats(np.array([10, 20, 24]), np.array([5.0, 10.0, 12.5, 20.0, 23.0, 30.0]))
     np.testing.assert_allclose(hats.sum(axis=0), 1.0)
     np.testing.assert_allclose(hats[:, 2], [0.75, 0.25, 0.0])
     np.testing.assert_allclose(hats[:, 4], [0.0, 0.25, 0.75])
