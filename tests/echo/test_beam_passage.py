@@ -203,11 +203,11 @@ def test_nodes_are_at_whole_spokes_as_far_apart_as_allowed() -> None:
 
 
 def test_fields_fade_linearly_from_node_to_node_and_stay_beyond() -> None:
-    hats = hats(np.array([10, 20, 24]), np.array([5.0, 10.0, 12.5, 20.0, 23.0, 30.0]))
-    np.testing.assert_allclose(hats.sum(axis=0), 1.0)
-    np.testing.assert_allclose(hats[:, 2], [0.75, 0.25, 0.0])
-    np.testing.assert_allclose(hats[:, 4], [0.0, 0.25, 0.75])
-    np.testing.assert_allclose(hats[:, [0, 5]], [[1, 0], [0, 0], [0, 1]])
+    weights = hats(np.array([10, 20, 24]), np.array([5.0, 10.0, 12.5, 20.0, 23.0, 30.0]))
+    np.testing.assert_allclose(weights.sum(axis=0), 1.0)
+    np.testing.assert_allclose(weights[:, 2], [0.75, 0.25, 0.0])
+    np.testing.assert_allclose(weights[:, 4], [0.0, 0.25, 0.75])
+    np.testing.assert_allclose(weights[:, [0, 5]], [[1, 0], [0, 0], [0, 1]])
 
 
 def test_bytes_do_not_depend_on_threads_or_history() -> None:

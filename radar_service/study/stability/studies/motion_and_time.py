@@ -95,8 +95,11 @@ def slow_turns(fine: int = 1) -> Finding:
 
 def _block_error(scene: Scene, tile: int | None) -> float:
     """Returns the field error [dB] of the first scan, with `tile` spokes in a block, or as many as the engine chooses."""
-    prepared, radar = _prepared(scene), scene.radar
-    engine = Engine(prepared if tile is None else replace(prepared, tile=tile))
+    radar, prepared = scene.radar, _prepared(scene)
+    if tile is not None:  # blocks end where a visibility step does, so one of these is as long as a tile
+        step = tile * radar.spoke_period * scene.bodies[0].motion.top_speed
+        prepared = replace(_prepared(scene, step), tile=tile)
+    engine = Engine(prepared)
     field = np.concatenate([field for _, field, _ in engine.tiles(0)])
     azimuth, time = radar.schedule(np.arange(radar.azimuths))
     return error_db(field, point_fields(scene, time, azimuth, engine.range))
@@ -126,8 +129,8 @@ def doppler_in_the_pulse(fine: int = 1) -> Finding:
     )
 
 
-def _prepared(scene: Scene) -> Prepared:
-    return prepare(scene, PRESETS["balanced"], 0)
+def _prepared(scene: Scene, visibility_step: float = PRESETS["balanced"].visibility_step) -> Prepared:
+    return prepare(scene, replace(PRESETS["balanced"], visibility_step=visibility_step), 0)
 
 
 def months(fine: int = 1) -> Finding:
