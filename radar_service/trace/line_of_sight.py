@@ -68,8 +68,8 @@ class OcclusionScene:
     ) -> Flags:
         """Which points (E,) have a line of sight to the antenna (3,) at `time` [s].
 
-        max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; among: the only ones of these
-        that can, besides the points' own body, where that is known from `other_occluders`.
+        max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; among: the only bodies
+        that can, besides the points' own one, where that is known from `other_occluders`.
         """
         return self._seen(points, None, antenna, time, max_range, movers, among)
 
@@ -195,7 +195,8 @@ class OcclusionScene:
         as it occludes most of itself."""
         result: list[tuple[Occluder, BodyPose, int | None, Indices]] = []
         own = set(np.unique(points.body[which]).tolist())
-        if self._resting_occluder is not None:
+        resting = among is None or bool(self._resting[[*own, *among]].any())
+        if self._resting_occluder is not None and resting:
             result.append((self._resting_occluder, MAP_POSE, None, which))
         if movers and among is not None:
             result += [(*mover, which) for mover in self._moving.chosen(own.union(among), antenna, time)]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.scattering.physical_optics.blocks import Block
+from radar_service.scattering.physical_optics.corner_samples import CornerSamples, renumbered
 from radar_service.scattering.physical_optics.facets import cut_facets, cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import Surface
 from radar_service.scene.body import Mesh
@@ -37,12 +38,14 @@ class BodyFacets:
     fine: (3, N) index of the fine ones' corners in `points`, in the order of the coarse ones.
     points: (V, 3) [m].
     first: (M + 1,) index of the first fine one of each coarse one, and their number.
+    samples: at the corners of the coarse ones.
     """
 
     surface: Surface
     fine: Indices
     points: Floats
     first: Indices
+    samples: CornerSamples
 
     @classmethod
     def joined(cls, parts: "Sequence[BodyFacets]") -> "BodyFacets":
@@ -56,7 +59,8 @@ class BodyFacets:
         surface = replace(surface, facet=np.arange(len(surface)))
         offset = _starts(np.array([len(part.points) for part in parts]))[:-1]
         fine = np.concatenate([part.fine + before for part, before in zip(parts, offset, strict=True)], axis=1)
-        return cls(surface, fine, np.concatenate([part.points for part in parts]), _starts(counts))
+        samples = CornerSamples.joined([part.samples for part in parts])
+        return cls(surface, fine, np.concatenate([part.points for part in parts]), _starts(counts), samples)
 
     def cut(self, surface: Surface) -> FineFacets:
         """The fine facets of triangles of the body."""
@@ -64,7 +68,7 @@ class BodyFacets:
         facet = surface.facet[whole]
         counts = self.first[facet + 1] - self.first[facet]
         begin = np.repeat(self.first[facet] - _starts(counts)[:-1], counts)
-        corner, used = _renumbered(self.fine.take(begin + np.arange(len(begin)), axis=1), len(self.points))
+        used, corner = renumbered(self.fine.take(begin + np.arange(len(begin)), axis=1), len(self.points))
         cut, origin = cut_triangles(surface.corners[parts], surface.longest[parts])
         more, points = welded(cut)
         return FineFacets(
@@ -85,7 +89,10 @@ def body_facets(block: Block, cell: float, edge: float) -> BodyFacets:
     sizes = np.full(count, cell)
     longest = np.full(count, edge * fine.enlargement)
     surface = Surface(coarse, block.triangle[origin], np.arange(count), sizes, longest, none.astype(np.int8), none)
-    return BodyFacets(surface, *welded(fine.corners), _starts(np.bincount(fine.triangle, minlength=count)))
+    corner, points = welded(coarse)
+    samples = CornerSamples.of(points, corner, origin, block.mesh.vertices[block.mesh.faces].mean(axis=1))
+    samples = samples._replace(triangle=block.triangle[samples.triangle])
+    return BodyFacets(surface, *welded(fine.corners), _starts(np.bincount(fine.triangle, minlength=count)), samples)
 
 
 def welded(corners: Floats) -> tuple[Indices, Floats]:
@@ -102,13 +109,6 @@ def welded(corners: Floats) -> tuple[Indices, Floats]:
         mixed ^= mixed >> np.uint64(29)
     _, first, number = np.unique(mixed, return_index=True, return_inverse=True)
     return number.reshape(3, -1), every[first]
-
-
-def _renumbered(index: Indices, count: int) -> tuple[Indices, Indices]:
-    """Indices (3, N) below `count` among those that occur, and these (V,)."""
-    occurs = np.zeros(count, dtype=np.bool_)
-    occurs[index] = True
-    return (np.cumsum(occurs) - 1)[index], np.flatnonzero(occurs)
 
 
 def _starts(counts: Indices) -> Indices:

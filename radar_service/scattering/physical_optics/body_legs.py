@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.frames import body_rotation, map_from_body
-from radar_service.propagation.legs import Leg, direct_leg, sea_leg
+from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_leg
 from radar_service.scene.poses import BodyPose
 from radar_service.types import Flags, Floats, Indices
 
@@ -89,7 +89,8 @@ class BodyLeg:
 
     def length(self, points: Floats) -> Floats:
         """Lengths (M,) of the leg to points (M, 3) in the body's frame [m]."""
-        return self._leg(points).length
+        position = map_from_body(points, self.pose.position, self.pose.heading)
+        return leg_length(position, self.antenna, self.earth_radius, self.by_sea)
 
     def _leg(self, points: Floats) -> Leg:
         position = map_from_body(points, self.pose.position, self.pose.heading)

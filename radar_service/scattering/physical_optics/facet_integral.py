@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 NEARLY_FLAT = 0.05  # rad of phase across a triangle; below it the series' next term is 0.05^4/720 = 9e-9 of the area
-SMALL = 0.3  # argument of a spherical Bessel function below which its series errs by less than 1e-8
+SMALL = 0.3  # argument of a spherical Bessel function below which its series errs by less than 1e-9
 
 
 def triangle_phases(corners: Floats, centre: Floats, gradient: Floats, wavenumber: float) -> Complexes:
@@ -38,7 +38,7 @@ def mean_phasor(phases: Floats) -> Complexes:
     around = middle[gentle]
     result = np.empty(len(low), dtype=np.complex128)
     result[gentle] = _flat_mean(low[gentle] - around, np.zeros(len(gentle)), high[gentle] - around) * np.exp(1j * around)
-    result[steep] = _linear_mean(_Edges.of(*ordered[:, steep]))
+    result[steep] = _linear_mean(_Edges.of(ordered[:, steep], phasors(ordered[:, steep])))
     return result
 
 
@@ -50,20 +50,28 @@ def corner_phasors(phases: Floats, bends: Floats) -> Complexes:
     these. Linear phases are integrated in closed form; the factor of the bends is interpolated from corners and middles of
     edges (Filon 1928), its products with the linear phase are integrated too, and half of each goes to either end of its edge.
     """
+    return shared_means(phases, phasors(phases), 4.0 * (phasors(bends) - 1.0))
+
+
+def shared_means(phases: Floats, at_corner: Complexes, bubble: Complexes) -> Complexes:
+    """As `corner_phasors`, by exp(j phi) at the corners and 4 (exp(j bend) - 1) at the edges, each (3, M)."""
     order = np.argsort(phases, axis=0)
-    ordered = np.take_along_axis(phases, order, axis=0)
-    bubble = np.empty(phases.shape, dtype=np.complex128)
-    bubble.real, bubble.imag = 4.0 * np.cos(bends) - 4.0, 4.0 * np.sin(bends)
-    opposite = np.take_along_axis(bubble, order, axis=0)
+    ordered, at_corner, opposite = (np.take_along_axis(each, order, axis=0) for each in (phases, at_corner, bubble))
     flat = ordered[2] - ordered[0] <= NEARLY_FLAT
     gentle, steep = np.flatnonzero(flat), np.flatnonzero(~flat)
     result = np.empty(phases.shape, dtype=np.complex128)
-    middle = ordered[1, gentle]
-    result[:, gentle] = _flat_corners(ordered[:, gentle] - middle, opposite[:, gentle]) * np.exp(1j * middle)
-    result[:, steep] = _steep_corners(_Edges.of(*ordered[:, steep]), opposite[:, steep])
+    result[:, gentle] = _flat_corners(ordered[:, gentle] - ordered[1, gentle], opposite[:, gentle]) * at_corner[1, gentle]
+    result[:, steep] = _steep_corners(_Edges.of(ordered[:, steep], at_corner[:, steep]), opposite[:, steep])
     own = np.empty_like(result)
     np.put_along_axis(own, order, result, axis=0)
     return own
+
+
+def phasors(phase: Floats) -> Complexes:
+    """exp(j phase), of the same shape; half the time of numpy's complex exp."""
+    result = np.empty(phase.shape, dtype=np.complex128)
+    result.real, result.imag = np.cos(phase), np.sin(phase)
+    return result
 
 
 class _Edges(NamedTuple):
@@ -80,28 +88,37 @@ class _Edges(NamedTuple):
     upper_bubble: Complexes
 
     @classmethod
-    def of(cls, low: Floats, middle: Floats, high: Floats) -> "_Edges":
-        return cls(high - low, *_edge_moments(low, middle), *_edge_moments(high, middle))
+    def of(cls, phases: Floats, at_corner: Complexes) -> "_Edges":
+        (low, middle, high), (begin, end, top) = phases, at_corner
+        return cls(high - low, *_edge_moments(middle - low, begin, end), *_edge_moments(middle - high, top, end))
 
 
-def _edge_moments(begin: Floats, end: Floats) -> tuple[Complexes, Complexes, Complexes]:
-    half = (end - begin) / 2.0
+def _edge_moments(rise: Floats, begin: Complexes, end: Complexes) -> tuple[Complexes, Complexes, Complexes]:
+    """The moments of edges (M,) along which the phase rises by `rise`, by exp(j phi) at their ends: integrals by parts."""
+    short = np.flatnonzero(np.abs(rise) <= 2.0 * SMALL)
+    step = np.empty(len(rise), dtype=np.complex128)
+    step.real, step.imag = 0.0, -1.0 / np.where(np.abs(rise) <= 2.0 * SMALL, 1.0, rise)
+    plain = (end - begin) * step
+    toward = (end - plain) * step
+    bubble = toward - (end - 2.0 * toward) * step
+    plain[short], toward[short], bubble[short] = _short_edge_moments(rise[short], end[short])
+    return plain, toward, bubble
+
+
+def _short_edge_moments(rise: Floats, end: Complexes) -> tuple[Complexes, Complexes, Complexes]:
+    """As `_edge_moments`, without differences of what hardly differs."""
+    half = rise / 2.0
     zeroth, first_over = _bessel(half)
-    centre = np.empty(len(half), dtype=np.complex128)
-    middle = (begin + end) / 2.0
-    centre.real, centre.imag = np.cos(middle), np.sin(middle)
+    centre = end * phasors(-half)
     plain = centre * zeroth
     return plain, (plain + 1j * centre * (half * first_over)) / 2.0, centre * (first_over / 2.0)
 
 
 def _bessel(z: Floats) -> tuple[Floats, Floats]:
-    """Spherical Bessel functions j0(z) and j1(z) / z, (M,)."""
-    zeroth = np.sinc(z / np.pi)
+    """Spherical Bessel functions j0(z) and j1(z) / z, (M,), of small arguments: their series."""
     z2 = z * z
-    first_over = (1.0 - z2 / 10.0 * (1.0 - z2 / 28.0)) / 3.0
-    large = np.flatnonzero(np.abs(z) > SMALL)
-    first_over[large] = (zeroth[large] - np.cos(z[large])) / z2[large]
-    return zeroth, first_over
+    zeroth = 1.0 - z2 / 6.0 * (1.0 - z2 / 20.0 * (1.0 - z2 / 42.0))
+    return zeroth, (1.0 - z2 / 10.0 * (1.0 - z2 / 28.0 * (1.0 - z2 / 54.0))) / 3.0
 
 
 def _linear_mean(edges: _Edges) -> Complexes:

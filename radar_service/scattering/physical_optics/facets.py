@@ -121,6 +121,13 @@ def _cut(corners: Floats, longest: Floats, limit: int) -> tuple[Floats, Indices]
     return joined[order], origin[order]
 
 
+def areas(corners: Floats) -> Floats:
+    """Areas (M,) of triangles (M, 3, 3) [m^2]."""
+    (ux, uy, uz), (vx, vy, vz) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return np.asarray(np.sqrt(x * x + y * y + z * z) / 2.0)
+
+
 def halves(corners: Floats) -> Floats:
     """Both halves (2 M, 3, 3) of triangles (M, 3, 3) cut across their longest edge."""
     return _halved(corners, ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).argmax(axis=1))

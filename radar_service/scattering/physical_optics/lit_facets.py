@@ -11,8 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
+from radar_service.scattering.physical_optics.corner_samples import CornerSamples
+from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.patches import concave_sides
-from radar_service.scattering.physical_optics.shadow_edges import Parts, visible_parts
+from radar_service.scattering.physical_optics.shadow_edges import (
+    lattice_over,
+    sampled,
+    smallest_area,
+    visible_parts,
+    visible_share,
+)
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Mesh
 from radar_service.types import Flags, Floats, Indices
@@ -22,20 +30,23 @@ SAME_NORMAL, SAME_OFFSET = 1e-4, 1e-3  # planes that differ by less, the latter 
 
 class Planes(NamedTuple):
     """Of the triangles (F,) of a mesh: a point (F, 3) [m], the unit normal (F, 3), 0 where there is no area, where other parts of
-    the mesh rise before its front and its back (F, 2), and the number of the plane (F,), one for all triangles in it."""
+    the mesh rise before its front and its back (F, 2), and the number of the plane (F,), one for all triangles in it; and the area
+    of the whole mesh [m^2]."""
 
     point: Floats
     normal: Floats
     may_rebounce: Flags
     number: Indices
+    area: float
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Planes":
         """The planes of a mesh."""
-        point, normal, _ = triangle_frames(mesh)
+        point, normal, area = triangle_frames(mesh)
         offset = np.einsum("ij,ij->i", point, normal)[:, None]
         alike = np.round(np.concatenate([normal / SAME_NORMAL, offset / SAME_OFFSET], axis=1)) + 0.0
-        return cls(point, normal, concave_sides(mesh), np.unique(alike, axis=0, return_inverse=True)[1].reshape(-1))
+        number = np.unique(alike, axis=0, return_inverse=True)[1].reshape(-1)
+        return cls(point, normal, concave_sides(mesh), number, float(area.sum()))
 
 
 @dataclass(frozen=True)
@@ -112,16 +123,19 @@ class LitFacets:
         return size
 
 
-def lit_surface(surface: Surface, legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8]) -> Surface:
+def lit_surface(
+    surface: Surface, legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8], samples: CornerSamples
+) -> Surface:
     """The triangles that any of the legs reaches, cut at the edges of all shadows.
 
-    outside: (F,) as from `outward_side`; the inner side of a closed body is never lit.
+    outside: (F,) as from `outward_side`; the inner side of a closed body is never lit; samples: of the coarse facets.
     """
     side = _lit_sides(surface, legs, planes, outside)
-    lit = replace(surface, side=side, share=(side != 0).astype(np.float64))
-    lit = lit.chosen(np.flatnonzero(side.any(axis=1)))
+    lit = replace(surface, side=side).chosen(np.flatnonzero(side.any(axis=1)))
+    columns = [_first_shares(lit, lit.side[:, number], leg, planes, samples) for number, leg in enumerate(legs)]
+    lit = replace(lit, share=np.stack(columns, axis=1))
     for number, leg in enumerate(legs):
-        lit = _past_shadows(lit, number, leg, planes)
+        lit = _past_shadows(lit, number, leg, planes.area)
     return lit.chosen(np.flatnonzero((lit.share > 0.0).any(axis=1)))
 
 
@@ -136,22 +150,28 @@ def _lit_sides(surface: Surface, legs: Sequence[BodyLeg], planes: Planes, outsid
     return np.stack(sides, axis=1).astype(np.int8)
 
 
-def _past_shadows(lit: Surface, number: int, leg: BodyLeg, planes: Planes) -> Surface:
+def _first_shares(lit: Surface, side: NDArray[np.int8], leg: BodyLeg, planes: Planes, samples: CornerSamples) -> Floats:
+    """The share (M,) of each triangle that a leg reaches, by a few samples; NaN where these differ and it is to be cut."""
+    share, corners, triangle = np.zeros(len(lit)), lit.corners, lit.triangle
+    searched = leg.crowded | planes.may_rebounce[triangle, np.where(side > 0, 0, 1)]
+    common = (lit.facet >= 0) & (not leg.thin)
+    small = areas(corners) < smallest_area(leg.crowded, planes.area)
+    plain, whole, others = (np.flatnonzero((side != 0) & some) for some in (~searched, searched & common, searched & ~common))
+    share[plain] = leg.visible(corners.take(plain, axis=0).mean(axis=1), triangle[plain])
+    flags = samples.flags(lit.facet[whole], corners[whole], triangle[whole], leg.visible)
+    share[whole] = visible_share(flags, small[whole])
+    flags = sampled(corners[others], triangle[others], lattice_over(corners[others], leg.thin), leg.visible)
+    share[others] = visible_share(flags, small[others])
+    return share
+
+
+def _past_shadows(lit: Surface, number: int, leg: BodyLeg, area: float) -> Surface:
     """The same triangles with the share that this leg reaches; those that the edge of a shadow crosses are cut."""
-    share, side = lit.share.copy(), lit.side[:, number]
-    searched = leg.crowded | planes.may_rebounce[lit.triangle, np.where(side > 0, 0, 1)]
-    plain, crossed = np.flatnonzero((side != 0) & ~searched), np.flatnonzero((side != 0) & searched)
-    share[plain, number] = leg.visible(lit.corners.take(plain, axis=0).mean(axis=1), lit.triangle[plain])
-    whole, parts = visible_parts(lit.corners[crossed], lit.triangle[crossed], leg.visible, leg.crowded, leg.thin)
-    share[crossed, number] = whole
-    lit = replace(lit, share=share)
-    if not len(parts.origin):
+    mixed = np.isnan(lit.share[:, number])
+    if not mixed.any():
         return lit
-    return lit.chosen(np.flatnonzero(~np.isnan(share[:, number]))).joined(_parts(lit, number, crossed, parts))
-
-
-def _parts(lit: Surface, number: int, crossed: Indices, parts: Parts) -> Surface:
+    crossed = np.flatnonzero(mixed)
+    parts = visible_parts(lit.corners[crossed], lit.triangle[crossed], leg.visible, leg.crowded, area)
     result = lit.parts(parts.corners, crossed[parts.origin])
-    share = result.share.copy()
-    share[:, number] = parts.share
-    return replace(result, share=share)
+    result.share[:, number] = parts.share
+    return lit.chosen(np.flatnonzero(~mixed)).joined(result)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -25,7 +26,6 @@ from radar_service.types import Flags, Floats, Indices
 
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
 THIN = 15.0  # m of radius below which a body is searched for as one that casts a thin shadow
-PROBES = 40  # triangles of a body, at the corners of which the shadows of large bodies are searched for
 
 
 class PhysicalOptics:
@@ -86,26 +86,25 @@ class PhysicalOptics:
         others: bodies that may occlude it and their radii [m], as from `OcclusionScene.other_occluders`.
         """
         scene, key, (among, radius) = instant.line_of_sight, int(self.key[b]), others
-        seen = (antenna, instant.time, instant.max_range, instant.movers, among.tolist())
 
-        def visible(points: Floats, triangle: Indices) -> Flags:
+        def visible(points: Floats, triangle: Indices, bodies: list[int]) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
             surface = SurfacePoints(np.full(len(points), key), triangle, position)
+            seen = (antenna, instant.time, instant.max_range, instant.movers, bodies)
             if not by_sea:
                 return scene.visible(surface, *seen)
             return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
 
         thin = bool((radius < THIN).any())
-        crowded = thin or (len(among) > 0 and self._is_shaded(b, pose, visible))
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, crowded, thin)
+        crowded = thin or (len(among) > 0 and self._is_shaded(b, pose, partial(visible, bodies=among.tolist())))
+        seen = partial(visible, bodies=among.tolist() if crowded else [])
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, crowded, thin)
 
     def _is_shaded(self, b: int, pose: BodyPose, visible: Visible) -> bool:
-        """Whether other bodies cast shadows on some of a few points of body b above the water."""
-        mesh = self._optical[b].mesh
-        which = np.linspace(0, len(mesh.faces) - 1, min(len(mesh.faces), PROBES)).astype(np.int64)
-        corners = mesh.vertices[mesh.faces[which]].reshape(-1, 3)
-        corners = corners[corners[:, 2] + pose.position[2] > 0.0]
-        return not visible(corners, np.full(len(corners), -1)).all()
+        """Whether other bodies cast shadows on some of the probes of body b above the water."""
+        probes = self._optical[b].probes
+        probes = probes[probes[:, 2] + pose.position[2] > 0.0]
+        return not visible(probes, np.full(len(probes), -1)).all()
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets, cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, lit_surface
 from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
@@ -37,6 +37,7 @@ FACET_SETS = 4  # kept for each block: a body passes from one half octave of ran
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
+PROBE_EDGE, MAX_PROBES = 8.0, 1000  # m between probes for shadows of bodies larger than `model.THIN`, and their number
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
 
 
@@ -108,7 +109,7 @@ class OpticalBody:
         above, origin = above_water(facets.surface.corners, water)
         surface = facets.surface.chosen(origin)
         surface = replace(surface, corners=above, facet=np.where((above == surface.corners).all((1, 2)), surface.facet, -1))
-        lit = lit_surface(surface, legs, self.planes, self.outside)
+        lit = lit_surface(surface, legs, self.planes, self.outside, facets.samples)
         origin, corner, points = facets.cut(lit)
         corners = points[corner.T]
         centre, triangle = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0, lit.triangle[origin]
@@ -128,6 +129,13 @@ class OpticalBody:
                 for back, receive in enumerate(legs):
                     fields = tube_fields(above, launch, receive, self.wave)
                     yield out + back, fields._replace(amplitude=fields.amplitude * self.reflectivity ** (bounce / 2.0))
+
+    @cached_property
+    def probes(self) -> Floats:
+        """Points (P, 3) spread over the body [m], where shadows of large bodies are searched for."""
+        corners, _ = cut_triangles(self.mesh.vertices[self.mesh.faces], PROBE_EDGE)
+        points = np.unique(corners.reshape(-1, 3), axis=0)
+        return points[:: -(-len(points) // MAX_PROBES)]
 
     def coherence(self, distance: float) -> float:
         """As `PhysicalOptics.coherence`."""

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
-from radar_service.scattering.physical_optics.facet_integral import corner_phasors, scattering_amplitude
+from radar_service.scattering.physical_optics.facet_integral import corner_phasors, phasors, scattering_amplitude, shared_means
+from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes
 from radar_service.types import Complexes, Floats
@@ -44,11 +45,18 @@ class PathFields(NamedTuple):
 
 
 class LegPhases(NamedTuple):
-    """Phases of one leg over facets (M,), each (3, M) [rad]: at the corners; by how much that at the middle of each edge exceeds
-    the mean of its ends, by the opposite corner; and by how much the spreading lowers the field at the corners, a share."""
+    """Phases of one leg over facets (M,) with their corners among points (V,).
+
+    corner: (V,) phase at the points [rad].
+    at_corner: (V,) exp(j corner).
+    at_edge: (3, M) exp(j x), x by how much the phase at the middle of each edge exceeds the mean of its ends, by the opposite
+        corner.
+    spreading: (3, M) by how much the spreading lowers the field at the corners, a share.
+    """
 
     corner: Floats
-    edge: Floats
+    at_corner: Complexes
+    at_edge: Complexes
     spreading: Floats
 
 
@@ -58,9 +66,8 @@ def facet_phases(lit: LitFacets, wave: Wave) -> list[LegPhases]:
     edges = by_corner[[1, 2, 0]] - by_corner[[2, 0, 1]]
     result = []
     for rays, lengths in zip(lit.rays, lit.lengths, strict=True):
-        corner = lengths[lit.corner]
-        bend = rays.sags(edges) * (-wave.wavenumber / 4.0)
-        result.append(LegPhases(-wave.wavenumber * corner, bend, corner / rays.length - 1.0))
+        phase, bend = -wave.wavenumber * lengths, rays.sags(edges) * (-wave.wavenumber / 4.0)
+        result.append(LegPhases(phase, phasors(phase), phasors(bend), lengths[lit.corner] / rays.length - 1.0))
     return result
 
 
@@ -72,20 +79,17 @@ def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], one: int, other: i
     """
     share = lit.share[:, one] * (lit.share[:, other] if other != one else 1.0)
     both = np.flatnonzero((share > 0.0) & (lit.side[:, one] == lit.side[:, other]))
-    first = second = lit.rays[one].chosen(both)
-    corner, edge, spreading = (column.take(both, axis=1) * 2.0 for column in phases[one])
-    if other != one:
-        second = lit.rays[other].chosen(both)
-        corner, edge, spreading = ((a + b).take(both, axis=1) for a, b in zip(phases[one], phases[other], strict=True))
+    first, second, out, back = lit.rays[one].chosen(both), lit.rays[other].chosen(both), phases[one], phases[other]
     normal = lit.normal.take(both, axis=0) * lit.side[both, one, None]
     surface = areas(lit.corners.take(both, axis=0)) * share[both]
     amplitude = _amplitude(first, second, normal, surface, wave)
     if other != one:
         amplitude += _amplitude(second, first, normal, surface, wave)
-    parts = corner_phasors(corner, edge)
-    parts *= (1.0 - 0.5 * spreading) * amplitude
-    index = lit.corner.take(both, axis=1).ravel()
-    total = np.empty(len(lit.points), dtype=np.complex128)
+    corner = lit.corner.take(both, axis=1)
+    at_corner, at_edge = out.at_corner * back.at_corner, (out.at_edge * back.at_edge).take(both, axis=1)
+    parts = shared_means((out.corner + back.corner)[corner], at_corner[corner], 4.0 * (at_edge - 1.0))
+    parts *= (1.0 - 0.5 * (out.spreading + back.spreading).take(both, axis=1)) * amplitude
+    index, total = corner.ravel(), np.empty(len(lit.points), dtype=np.complex128)
     total.real = np.bincount(index, parts.real.ravel(), len(total))
     total.imag = np.bincount(index, parts.imag.ravel(), len(total))
     return total
@@ -93,10 +97,7 @@ def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], one: int, other: i
 
 def path_phasor(length: Floats, wave: Wave) -> Complexes:
     """exp(-j k length) (M,) of paths [m]."""
-    phasor = np.empty(len(length), dtype=np.complex128)
-    phase = -wave.wavenumber * length
-    phasor.real, phasor.imag = np.cos(phase), np.sin(phase)
-    return phasor
+    return phasors(-wave.wavenumber * length)
 
 
 def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Floats, wave: Wave) -> Complexes:
@@ -147,10 +148,3 @@ def _behind(tubes: RayTubes, back: LegRays, length: Floats, launch: BodyLeg, rec
     missing = (length - launch.length(middle) - receive.length(middle)) / 2.0
     steep = np.maximum(np.einsum("ij,ij->i", gradient, gradient), 1e-3)
     return np.asarray(middle + gradient * (missing / steep)[:, None])
-
-
-def areas(corners: Floats) -> Floats:
-    """Areas (M,) of triangles (M, 3, 3) [m^2]."""
-    (ux, uy, uz), (vx, vy, vz) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
-    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    return np.asarray(np.sqrt(x * x + y * y + z * z) / 2.0)

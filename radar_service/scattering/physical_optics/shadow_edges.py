@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.scattering.physical_optics.facets import halves
+from radar_service.scattering.physical_optics.facets import areas, halves
 from radar_service.types import Flags, Floats, Indices
 
 Visible = Callable[[Floats, Indices], Flags]
@@ -26,19 +26,21 @@ class Effort(NamedTuple):
     """How precisely mixed facets are resolved.
 
     rows: of their lattice of samples.
-    searches: along an edge, each for one of SECTIONS parts.
+    sections: parts of an edge, one of which each search finds.
+    searches: one after the other along an edge.
     halvings: how often a facet is halved before it counts by its visible share.
     """
 
     rows: int
+    sections: int
     searches: int
     halvings: int
 
 
-SECTIONS = 10
+SMALLEST = 1e-6  # of the body's area: facets below it count by their visible share, where its own parts shade them
 MANY = 200  # mixed facets on a body: from then on they are resolved as its own shadows are
-FINE = Effort(5, 4, 4)  # shadows of other bodies: their edges are found to 1/10,000 of a facet's edge
-COARSE = Effort(3, 1, 1)  # shadows of the body's own parts, which are many and small
+FINE = Effort(5, 10, 4, 4)  # shadows of other bodies: their edges are found to 1/10,000 of a facet's edge
+COARSE = Effort(2, 2, 6, 1)  # shadows of the body's own parts, which are many and small: to 1/64
 
 
 class Parts(NamedTuple):
@@ -49,19 +51,31 @@ class Parts(NamedTuple):
     share: Floats
 
 
-def visible_parts(corners: Floats, triangle: Indices, visible: Visible, crowded: bool, thin: bool) -> tuple[Floats, Parts]:
-    """Shares (M,) of facets that are visible as a whole (1) or not at all (0), and the parts of those that are mixed (NaN).
+def lattice_over(corners: Floats, thin: bool) -> Floats:
+    """Barycentric coordinates (S, 3) of the samples that find the shadows on facets (M, 3, 3); thin: also small ones."""
+    return _lattice(_rows(corners) if thin else FEWEST)
 
-    corners: (M, 3, 3) [m]; triangle: (M,) of the mesh; crowded: whether other bodies may cast shadows, of
-    which the edges are found precisely; thin: whether small ones may, which more samples find.
+
+def smallest_area(crowded: bool, area: float) -> float:
+    """The area [m^2] below which facets are not cut; arguments as `visible_parts`."""
+    return 0.0 if crowded else SMALLEST * area
+
+
+def visible_share(flags: Flags, whole: Flags | bool) -> Floats:
+    """Shares (M,) of facets that are visible, by their samples (M, S). NaN where these are mixed, but for `whole` (M,), those that
+    are not to be cut."""
+    share = flags.mean(axis=1)
+    return np.where((share % 1.0 == 0.0) | whole, share, np.nan)
+
+
+def visible_parts(corners: Floats, triangle: Indices, visible: Visible, crowded: bool, area: float) -> Parts:
+    """The parts of mixed facets (M,).
+
+    corners: (M, 3, 3) [m]; triangle: (M,) of the mesh; crowded: whether other bodies may cast shadows, of which the edges are
+    found precisely; area: of the whole body [m^2].
     """
-    rows = _rows(corners) if thin else FEWEST
-    flags = _sampled(corners, triangle, _lattice(rows), visible)
-    count = flags.sum(axis=1)
-    share = np.where(count == flags.shape[1], 1.0, 0.0)
-    mixed = np.flatnonzero((count > 0) & (count < flags.shape[1]))
-    share[mixed] = np.nan
-    return share, _resolved(corners[mixed], mixed, triangle, visible, FINE if crowded and len(mixed) < MANY else COARSE)
+    effort = FINE if crowded and len(corners) < MANY else COARSE
+    return _resolved(corners, np.arange(len(corners)), triangle, visible, effort, smallest_area(crowded, area))
 
 
 def _rows(corners: Floats) -> int:
@@ -85,23 +99,26 @@ def _lattice(rows: int) -> Floats:
     return np.asarray(samples + INSET * (1.0 / 3.0 - samples))
 
 
-def _sampled(corners: Floats, triangle: Indices, lattice: Floats, visible: Visible) -> Flags:
+def sampled(corners: Floats, triangle: Indices, lattice: Floats, visible: Visible) -> Flags:
     """Which samples (M, S) of facets are visible."""
     points = np.einsum("sc,mcx->msx", lattice, corners)
     flags = visible(points.reshape(-1, 3), np.repeat(triangle, len(lattice)))
     return flags.reshape(len(corners), len(lattice))
 
 
-def _resolved(corners: Floats, origin: Indices, triangle: Indices, visible: Visible, effort: "Effort") -> Parts:
-    """The parts of mixed facets."""
+def _resolved(
+    corners: Floats, origin: Indices, triangle: Indices, visible: Visible, effort: Effort, smallest: float
+) -> Parts:
+    """The parts of mixed facets; those whose area is below `smallest` [m^2] are not cut."""
     done: list[Parts] = [Parts(np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64), np.zeros(0))]
     lattice = _lattice(effort.rows)
     for level in range(effort.halvings + 1):
         if not len(corners):
             break
-        flags = _sampled(corners, triangle[origin], lattice, visible)
+        flags = sampled(corners, triangle[origin], lattice, visible)
         count = flags.sum(axis=1)
         pure = (count == 0) | (count == len(lattice)) | (level == effort.halvings)
+        pure |= areas(corners) < smallest
         mixed = np.flatnonzero(~pure)
         cut, rest = _cut_along_edges(corners[mixed], origin[mixed], triangle, flags[mixed], visible, effort)
         done += [Parts(corners[pure], origin[pure], count[pure] / len(lattice)), cut]
@@ -120,26 +137,26 @@ def _cut_along_edges(
     turn = (alone[:, None] + np.arange(3)) % 3
     ordered = np.take_along_axis(corners[which], turn[:, :, None], axis=1)
     tip = seen[np.arange(len(which)), alone]
-    line = _shadow_line(ordered, triangle[origin[which]], tip, visible, effort.searches)
+    line = _shadow_line(ordered, triangle[origin[which]], tip, visible, effort)
     explained = _explains(line, turn, flags[which], tip, effort.rows)
     rest = np.setdiff1d(np.arange(len(corners)), which[explained], assume_unique=True)
     return _split(ordered[explained], line[explained], origin[which[explained]], tip[explained]), rest
 
 
-def _shadow_line(ordered: Floats, triangle: Indices, tip: Flags, visible: Visible, searches: int) -> Floats:
+def _shadow_line(ordered: Floats, triangle: Indices, tip: Flags, visible: Visible, effort: Effort) -> Floats:
     """Where the edge of the shadow crosses the first corner's two edges (K, 2), in shares of their length, 0 to 1.
 
     ordered: (K, 3, 3) facets, whose first corner is visible (`tip`) where the others are not, or the other way round.
     """
     low, high = np.zeros((len(ordered), 2)), np.ones((len(ordered), 2))
     inset = ordered + INSET * (ordered.mean(axis=1, keepdims=True) - ordered)
-    share = np.arange(1, SECTIONS) / SECTIONS
-    for _ in range(searches):
+    share = np.arange(1, effort.sections) / effort.sections
+    for _ in range(effort.searches):
         inner = low[:, :, None] + (high - low)[:, :, None] * share
         points = inset[:, :1, None] + inner[:, :, :, None] * (inset[:, 1:] - inset[:, :1])[:, :, None]
         seen = visible(points.reshape(-1, 3), np.repeat(triangle, 2 * len(share))).reshape(inner.shape)
         passed = np.logical_and.accumulate(seen == tip[:, None, None], axis=2).sum(axis=2)
-        step = (high - low) / SECTIONS
+        step = (high - low) / effort.sections
         low, high = low + passed * step, low + (passed + 1) * step
     crossing: Floats = (low + high) / 2.0
     return _extended(crossing)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.scattering.physical_optics.blocks import BLOCK, blocks
-from radar_service.scattering.physical_optics.path_fields import areas
+from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scene.shapes import box
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.scattering.physical_optics.path_fields import areas
+from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.shadow_edges import visible_parts
 
 PLATE = np.array([[[0.0, 0, 0], [1.7, 0, 0], [1.7, 0, 1.7]], [[0.0, 0, 0], [1.7, 0, 1.7], [0, 0, 1.7]]])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.scattering.physical_optics.path_fields import areas
+from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.waterline import above_water
 
 
