@@ -69,7 +69,7 @@ def leg_length(position: Floats, antenna: Floats, earth_radius: float, by_sea: b
     east, north = position[:, 0] - antenna[0], position[:, 1] - antenna[1]
     distance2 = east * east + north * north
     if not by_sea:
-        return np.sqrt(distance2 + (position[:, 2] - antenna[2] - distance2 / (2.0 * earth_radius)) ** 2)
+        return np.asarray(np.sqrt(distance2 + (position[:, 2] - antenna[2] - distance2 / (2.0 * earth_radius)) ** 2))
     ray = reflected_ray(np.sqrt(distance2), position[:, 2], float(antenna[2]), earth_radius)
     return ray.first + ray.second
 

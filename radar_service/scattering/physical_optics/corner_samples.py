@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.scattering.physical_optics.facets import centroids
 from radar_service.scattering.physical_optics.shadow_edges import INSET, Visible
 from radar_service.types import Flags, Floats, Indices
 
@@ -16,12 +17,12 @@ class CornerSamples(NamedTuple):
 
     point: (S, 3) in the body's frame, drawn a little from a triangle's edges to its centroid [m].
     triangle: (S,) of the mesh.
-    index: (3, M) the sample at each corner.
+    corner: (3, M) the sample at each corner.
     """
 
     point: Floats
     triangle: Indices
-    index: Indices
+    corner: Indices
 
     @classmethod
     def of(cls, points: Floats, corner: Indices, triangle: Indices, centre: Floats) -> "CornerSamples":
@@ -41,18 +42,18 @@ class CornerSamples(NamedTuple):
     def joined(cls, parts: "Sequence[CornerSamples]") -> "CornerSamples":
         """The samples of several parts of a body."""
         first = np.cumsum([0, *(len(part.triangle) for part in parts)])
-        index = [part.index + before for part, before in zip(parts, first[:-1], strict=True)]
-        columns = [[getattr(part, name) for part in parts] for name in ("point", "triangle")]
-        return cls(*(np.concatenate(column) for column in columns), np.concatenate(index, axis=1))
+        corner = [part.corner + before for part, before in zip(parts, first[:-1], strict=True)]
+        point, triangle = (np.concatenate(column) for column in zip(*((p.point, p.triangle) for p in parts), strict=True))
+        return cls(point, triangle, np.concatenate(corner, axis=1))
 
     def flags(self, facet: Indices, corners: Floats, triangle: Indices, visible: Visible) -> Flags:
         """Which corners and which centroid (N, 4) of facets (N,) are visible.
 
         facet: (N,) their numbers; corners: (N, 3, 3) [m]; triangle: (N,) of the mesh.
         """
-        index = self.index.take(facet, axis=1)
+        index = self.corner.take(facet, axis=1)
         used, index = renumbered(index, len(self.triangle))
-        points = np.concatenate([self.point.take(used, axis=0), corners.mean(axis=1)])
+        points = np.concatenate([self.point.take(used, axis=0), centroids(corners)])
         seen = visible(points, np.concatenate([self.triangle.take(used), triangle]))
         return np.concatenate([seen[index], seen[None, len(used) :]]).T
 

@@ -56,7 +56,8 @@ def corner_phasors(phases: Floats, bends: Floats) -> Complexes:
 def shared_means(phases: Floats, at_corner: Complexes, bubble: Complexes) -> Complexes:
     """As `corner_phasors`, by exp(j phi) at the corners and 4 (exp(j bend) - 1) at the edges, each (3, M)."""
     order = np.argsort(phases, axis=0)
-    ordered, at_corner, opposite = (np.take_along_axis(each, order, axis=0) for each in (phases, at_corner, bubble))
+    ordered = np.take_along_axis(phases, order, axis=0)
+    at_corner, opposite = (np.take_along_axis(each, order, axis=0) for each in (at_corner, bubble))
     flat = ordered[2] - ordered[0] <= NEARLY_FLAT
     gentle, steep = np.flatnonzero(flat), np.flatnonzero(~flat)
     result = np.empty(phases.shape, dtype=np.complex128)

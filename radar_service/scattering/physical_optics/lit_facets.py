@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
 from radar_service.scattering.physical_optics.corner_samples import CornerSamples
-from radar_service.scattering.physical_optics.facets import areas
+from radar_service.scattering.physical_optics.facets import areas, centroids
 from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.shadow_edges import (
     lattice_over,
@@ -30,8 +30,8 @@ SAME_NORMAL, SAME_OFFSET = 1e-4, 1e-3  # planes that differ by less, the latter 
 
 class Planes(NamedTuple):
     """Of the triangles (F,) of a mesh: a point (F, 3) [m], the unit normal (F, 3), 0 where there is no area, where other parts of
-    the mesh rise before its front and its back (F, 2), and the number of the plane (F,), one for all triangles in it; and the area
-    of the whole mesh [m^2]."""
+    the mesh rise before its front and its back (F, 2), and the number of the plane (F,), one for all triangles in it; and the
+    area of the whole mesh [m^2]."""
 
     point: Floats
     normal: Floats
@@ -140,7 +140,7 @@ def lit_surface(
 
 
 def _lit_sides(surface: Surface, legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8]) -> NDArray[np.int8]:
-    centre, normal = surface.corners.mean(axis=1), planes.normal.take(surface.triangle, axis=0)
+    centre, normal = centroids(surface.corners), planes.normal.take(surface.triangle, axis=0)
     outer = outside.take(surface.triangle)
     sides = []
     for leg in legs:
@@ -156,8 +156,10 @@ def _first_shares(lit: Surface, side: NDArray[np.int8], leg: BodyLeg, planes: Pl
     searched = leg.crowded | planes.may_rebounce[triangle, np.where(side > 0, 0, 1)]
     common = (lit.facet >= 0) & (not leg.thin)
     small = areas(corners) < smallest_area(leg.crowded, planes.area)
-    plain, whole, others = (np.flatnonzero((side != 0) & some) for some in (~searched, searched & common, searched & ~common))
-    share[plain] = leg.visible(corners.take(plain, axis=0).mean(axis=1), triangle[plain])
+    plain, whole, others = (
+        np.flatnonzero((side != 0) & some) for some in (~searched, searched & common, searched & ~common)
+    )
+    share[plain] = leg.visible(centroids(corners.take(plain, axis=0)), triangle[plain])
     flags = samples.flags(lit.facet[whole], corners[whole], triangle[whole], leg.visible)
     share[whole] = visible_share(flags, small[whole])
     flags = sampled(corners[others], triangle[others], lattice_over(corners[others], leg.thin), leg.visible)

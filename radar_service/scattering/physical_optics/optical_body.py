@@ -13,7 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets, cut_triangles
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, centroids, cut_facets, cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, lit_surface
 from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
@@ -112,7 +112,7 @@ class OpticalBody:
         lit = lit_surface(surface, legs, self.planes, self.outside, facets.samples)
         origin, corner, points = facets.cut(lit)
         corners = points[corner.T]
-        centre, triangle = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0, lit.triangle[origin]
+        centre, triangle = centroids(corners), lit.triangle[origin]
         rays, lengths = tuple(leg.rays(centre) for leg in legs), tuple(leg.length(points) for leg in legs)
         return LitFacets(
             corner, points, corners, centre, self.planes.normal.take(triangle, axis=0), triangle, lit.cell[origin],

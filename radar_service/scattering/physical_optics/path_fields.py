@@ -11,7 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
-from radar_service.scattering.physical_optics.facet_integral import corner_phasors, phasors, scattering_amplitude, shared_means
+from radar_service.scattering.physical_optics.facet_integral import (
+    corner_phasors,
+    phasors,
+    scattering_amplitude,
+    shared_means,
+)
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes

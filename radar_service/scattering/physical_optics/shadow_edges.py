@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.scattering.physical_optics.facets import areas, halves
+from radar_service.scattering.physical_optics.facets import areas, centroids, halves
 from radar_service.types import Flags, Floats, Indices
 
 Visible = Callable[[Floats, Indices], Flags]
@@ -40,7 +40,7 @@ class Effort(NamedTuple):
 SMALLEST = 1e-6  # of the body's area: facets below it count by their visible share, where its own parts shade them
 MANY = 200  # mixed facets on a body: from then on they are resolved as its own shadows are
 FINE = Effort(5, 10, 4, 4)  # shadows of other bodies: their edges are found to 1/10,000 of a facet's edge
-COARSE = Effort(2, 2, 6, 1)  # shadows of the body's own parts, which are many and small: to 1/64
+COARSE = Effort(2, 4, 3, 1)  # shadows of the body's own parts, which are many and small: to 1/64
 
 
 class Parts(NamedTuple):
@@ -62,8 +62,8 @@ def smallest_area(crowded: bool, area: float) -> float:
 
 
 def visible_share(flags: Flags, whole: Flags | bool) -> Floats:
-    """Shares (M,) of facets that are visible, by their samples (M, S). NaN where these are mixed, but for `whole` (M,), those that
-    are not to be cut."""
+    """Shares (M,) of facets that are visible, by their samples (M, S). NaN where these are mixed, but for `whole` (M,), those
+    that are not to be cut."""
     share = flags.mean(axis=1)
     return np.where((share % 1.0 == 0.0) | whole, share, np.nan)
 
@@ -113,15 +113,16 @@ def _resolved(
     done: list[Parts] = [Parts(np.zeros((0, 3, 3)), np.zeros(0, dtype=np.int64), np.zeros(0))]
     lattice = _lattice(effort.rows)
     for level in range(effort.halvings + 1):
-        if not len(corners):
-            break
         flags = sampled(corners, triangle[origin], lattice, visible)
         count = flags.sum(axis=1)
         pure = (count == 0) | (count == len(lattice)) | (level == effort.halvings)
         pure |= areas(corners) < smallest
+        done.append(Parts(corners[pure], origin[pure], count[pure] / len(lattice)))
         mixed = np.flatnonzero(~pure)
+        if not len(mixed):
+            break
         cut, rest = _cut_along_edges(corners[mixed], origin[mixed], triangle, flags[mixed], visible, effort)
-        done += [Parts(corners[pure], origin[pure], count[pure] / len(lattice)), cut]
+        done.append(cut)
         corners, origin = halves(corners[mixed[rest]]), np.tile(origin[mixed[rest]], 2)
     return Parts(*(np.concatenate(column) for column in zip(*done, strict=True)))
 
@@ -149,7 +150,7 @@ def _shadow_line(ordered: Floats, triangle: Indices, tip: Flags, visible: Visibl
     ordered: (K, 3, 3) facets, whose first corner is visible (`tip`) where the others are not, or the other way round.
     """
     low, high = np.zeros((len(ordered), 2)), np.ones((len(ordered), 2))
-    inset = ordered + INSET * (ordered.mean(axis=1, keepdims=True) - ordered)
+    inset = ordered + INSET * (centroids(ordered)[:, None] - ordered)
     share = np.arange(1, effort.sections) / effort.sections
     for _ in range(effort.searches):
         inner = low[:, :, None] + (high - low)[:, :, None] * share
