@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.frames import polar_from_map
-from radar_service.propagation.legs import direct_leg, reflection_points, sea_leg
+from radar_service.propagation.legs import direct_leg, leg_length, reflection_points, sea_leg
 from radar_service.propagation.multipath import specular_geometry
 
 ANTENNA = np.array([10.0, -20.0, 15.0])
@@ -24,6 +24,9 @@ def test_lengths_are_those_of_the_echoes(earth: float, distance: float, height: 
     np.testing.assert_allclose(direct_leg(position, ANTENNA, earth).length, polar.range, rtol=1e-14)
     geometry = specular_geometry(polar.distance, position[:, 2], 15.0, earth)
     np.testing.assert_allclose(sea_leg(position, ANTENNA, earth).length, geometry.first + geometry.second, rtol=1e-14)
+    for by_sea, leg in ((False, direct_leg), (True, sea_leg)):
+        length = leg(position, ANTENNA, earth).length
+        np.testing.assert_allclose(leg_length(position, ANTENNA, earth, by_sea), length, rtol=1e-15)
 
 
 @pytest.mark.parametrize("by_sea", [False, True], ids=["direct", "by sea"])

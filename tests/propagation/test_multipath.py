@@ -9,6 +9,7 @@ from radar_service.propagation.multipath import (
     mean_square_factor,
     moved_excess,
     printed_two_ray_factor,
+    reflected_ray,
     specular_geometry,
     two_ray_factor,
     two_rays,
@@ -24,6 +25,19 @@ NULLS = {np.inf: (9416.5, 4708.3, 3138.8, 2354.1, 1883.3), EARTH: (8037.0, 4487.
 
 def test_wavelength_of_the_table() -> None:
     assert multipath.wavelength(9.41e9) == pytest.approx(0.0319, abs=5e-5)  # eq. 1, half its last digit
+
+
+@pytest.mark.parametrize("earth_radius", [np.inf, EARTH])
+def test_the_reflected_ray_is_that_of_the_whole_geometry(earth_radius: float) -> None:
+    """To rounding, on both sides of the horizon and with targets below the sea."""
+    distance, height = np.meshgrid([5.0, 300.0, 5000.0, 30_000.0], [-1.0, 0.0, 2.0, 30.0])
+    ray, whole = (f(distance, height, ANTENNA, earth_radius) for f in (reflected_ray, specular_geometry))
+    for ours, exact in ((ray.reflection, whole.reflection), (ray.first, whole.first), (ray.second, whole.second)):
+        np.testing.assert_allclose(ours, exact, rtol=1e-13)
+    np.testing.assert_allclose(ray.grazing_sine, np.sin(whole.grazing), rtol=1e-12)
+    np.testing.assert_allclose(
+        ray.rise, np.maximum(height, 0) - (distance**2 - ray.reflection**2) / 2 / earth_radius, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("earth_radius", [np.inf, EARTH])

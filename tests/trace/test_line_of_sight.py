@@ -153,7 +153,13 @@ def test_others_that_may_occlude_stand_between() -> None:
     assert made.other_occluders(0, ANTENNA, 60.0)[0].tolist() == [1]
     assert made.other_occluders(0, ANTENNA, 0.0, movers=False)[0].tolist() == [1]
     among = made.visible(points((0, 900, 15)), ANTENNA, 0.0, 1e5, True, [])
-    assert not among[0]  # bodies at rest always count
+    assert not among[0]  # bodies at rest are one occluder, to which the target belongs
+
+
+def test_a_body_under_way_is_tested_against_those_named() -> None:
+    made = OcclusionScene(bodies({**TARGET, **MOVES}, box(400), box(500, 200.0)), EARTH)
+    seen = [bool(made.visible(points((0, 900, 15)), ANTENNA, 0.0, 1e5, True, named)[0]) for named in (None, [], [1])]
+    assert seen == [False, True, False]
 
 
 def test_a_body_among_many_movers_is_tested_against_those_before_it(monkeypatch: pytest.MonkeyPatch) -> None:

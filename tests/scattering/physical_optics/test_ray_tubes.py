@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics import ray_tubes
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.facets import areas
+from radar_service.scattering.physical_optics.optical_body import OpticalBody
 from radar_service.scattering.physical_optics.path_fields import PathFields, tube_fields
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, hits, launched_tubes
 from tests.reference.make_ships import coaster
