@@ -130,7 +130,7 @@ def lit_surface(
 
     outside: (F,) as from `outward_side`; the inner side of a closed body is never lit; samples: of the coarse facets.
     """
-    side = _lit_sides(surface, legs, planes, outside)
+    side = _lit_sides(legs, planes, outside).take(surface.triangle, axis=0)
     lit = replace(surface, side=side).chosen(np.flatnonzero(side.any(axis=1)))
     columns = [_first_shares(lit, lit.side[:, number], leg, planes, samples) for number, leg in enumerate(legs)]
     lit = replace(lit, share=np.stack(columns, axis=1))
@@ -139,14 +139,13 @@ def lit_surface(
     return lit.chosen(np.flatnonzero((lit.share > 0.0).any(axis=1)))
 
 
-def _lit_sides(surface: Surface, legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8]) -> NDArray[np.int8]:
-    centre, normal = centroids(surface.corners), planes.normal.take(surface.triangle, axis=0)
-    outer = outside.take(surface.triangle)
+def _lit_sides(legs: Sequence[BodyLeg], planes: Planes, outside: NDArray[np.int8]) -> NDArray[np.int8]:
+    """Which side (F, L) of each triangle of the mesh each leg lights: that on which the antenna lies, or its mirror image."""
     sides = []
     for leg in legs:
-        rays = leg.rays(centre)
-        side = -np.sign(np.einsum("ij,ij->i", normal, rays.direction) + rays.tilt * normal[:, 2])
-        sides.append(np.where(rays.arrives & (side * outer >= 0.0), side, 0.0))
+        rays = leg.rays(planes.point)
+        side = -np.sign(np.einsum("ij,ij->i", planes.normal, rays.direction) + rays.tilt * planes.normal[:, 2])
+        sides.append(np.where(rays.arrives & (side * outside >= 0.0), side, 0.0))
     return np.stack(sides, axis=1).astype(np.int8)
 
 
