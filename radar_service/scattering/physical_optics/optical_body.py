@@ -36,6 +36,7 @@ from radar_service.types import Complexes, Floats
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
+FAINT = 0.03  # power ratio of the way by the sea below which what bounces and goes it twice is left out
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
 
@@ -115,19 +116,30 @@ class OpticalBody:
         rays, lengths = tuple(leg.rays(centre) for leg in legs), tuple(leg.length(points) for leg in legs)
         return LitFacets(
             corner, points, corners, centre, self.planes.normal.take(triangle, axis=0), triangle, lit.cell[origin],
-            lit.side[origin], lit.share[origin], rays, lengths,
+            lit.side[origin], lit.share[origin], rays, lengths, lit,
         )  # fmt: skip
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
-        """What bounces on the body, by path, leg by leg out and back."""
+        """What bounces on the body, by path, leg by leg out and back.
+
+        The two orders of a mixed path are alike by reciprocity, so one stands for both.
+        """
         smallest = np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength)
+        reached = np.zeros((len(legs), len(self.patch)), dtype=np.bool_)
+        for number in range(len(legs)):
+            reached[number, lit.surface.triangle[lit.surface.share[:, number] > 0.0]] = True
         for out, launch in enumerate(legs):
-            tubes = launched_tubes(lit, out, self.wave.polarization, self.planes)
-            for bounce, arrived in enumerate(hits(tubes, self.planes, self.scene, self.bounces, smallest), 2):
-                above = arrived.chosen(np.flatnonzero(arrived.centre[:, 2] > water))
-                for back, receive in enumerate(legs):
-                    fields = tube_fields(above, launch, receive, self.wave)
-                    yield out + back, fields._replace(amplitude=fields.amplitude * self.reflectivity ** (bounce / 2.0))
+            if launch.strength**2 < FAINT:
+                continue
+            tubes = launched_tubes(lit.surface, out, launch, self.wave.polarization, self.planes)
+            ends = reached[out:].any(axis=0)
+            for bounce, arrived in enumerate(hits(tubes, self.planes, self.scene, self.bounces, smallest, ends), 2):
+                above = arrived.chosen(np.flatnonzero(arrived.centre[2] > water))
+                for back in range(out, len(legs)):
+                    orders = 1.0 if back == out else 2.0
+                    fields = tube_fields(above, launch, legs[back], self.wave, reached[back])
+                    factor = orders * self.reflectivity ** (bounce / 2.0)
+                    yield out + back, fields._replace(amplitude=fields.amplitude * factor)
 
     def coherence(self, distance: float) -> float:
         """As `PhysicalOptics.coherence`."""
