@@ -14,7 +14,7 @@ from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
 from radar_service.scattering.physical_optics.facet_integral import corner_phasors, scattering_amplitude
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, dot
-from radar_service.types import Complexes, Flags, Floats
+from radar_service.types import Complexes, Floats, Indices
 
 
 @dataclass(frozen=True)
@@ -104,25 +104,25 @@ def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Float
     return scattering_amplitude(launch.direction, field, received, normal, surface, wave.wavelength)
 
 
-def tube_fields(tubes: RayTubes, launch: BodyLeg, receive: BodyLeg, wave: Wave, lit: Flags) -> PathFields:
-    """What tubes scatter where they are into a leg.
+def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices, PathFields]:
+    """What tubes scatter where they are into a leg: which of them do, and their fields.
 
-    lit: (F,) whether that leg reaches the triangles at all. As of facets, only the lit side of a surface scatters.
+    As of facets, only the lit side of a surface scatters.
 
     A point stands for the whole path. It lies between the path's two ends on the body, and behind them by half of what lies in
     between, at a range of exactly half the path. Then the phase is that of the path, and both change alike as the antenna moves:
     by Fermat's principle a path changes with the rays of its two ends alone, whose mean is the point's.
     """
-    tubes = tubes.chosen(np.flatnonzero(lit[tubes.triangle]))
     back = receive.rays(tubes.centre.T)
     facing = np.flatnonzero(dot(tubes.normal, back.direction.T) + back.tilt * tubes.normal[2] < 0.0)
     seen = facing[receive.visible(tubes.centre.T.take(facing, axis=0), tubes.triangle[facing])]
     tubes, back = tubes.chosen(seen), back.chosen(seen)
-    surface = _footprints(tubes) * tubes.share * _mean_phasors(tubes, back, wave)
+    share, cell = (column.take(tubes.source) for column in (tubes.launch.share, tubes.launch.cell))
+    surface = areas(tubes.corners.transpose(2, 0, 1)) * share * _mean_phasors(tubes, back, wave)
     received = back.polarization(wave.polarization)
     amplitude = scattering_amplitude(tubes.direction.T, tubes.field.T, received, tubes.normal.T, surface, wave.wavelength)
-    length = tubes.length + back.length
-    return PathFields(_behind(tubes, back, length, launch, receive), amplitude * path_phasor(length, wave), tubes.cell)
+    amplitude *= path_phasor(tubes.length + back.length, wave)
+    return seen, PathFields(_behind(tubes, back), amplitude, cell)
 
 
 def _mean_phasors(tubes: RayTubes, back: LegRays, wave: Wave) -> Complexes:
@@ -138,17 +138,21 @@ def _mean_phasors(tubes: RayTubes, back: LegRays, wave: Wave) -> Complexes:
     return np.asarray(corner_phasors(phases, wave.wavenumber / 8.0 * bent[3:]).sum(axis=0))
 
 
-def _footprints(tubes: RayTubes) -> Floats:
-    """Areas (M,) of tubes' footprints [m^2]."""
-    return areas(tubes.corners.transpose(2, 0, 1))
-
-
-def _behind(tubes: RayTubes, back: LegRays, length: Floats, launch: BodyLeg, receive: BodyLeg) -> Floats:
-    middle = (tubes.begin + tubes.centre) / 2.0
-    gradient = (tubes.launched + back.direction.T) / 2.0
-    missing = (length - launch.length(middle.T) - receive.length(middle.T)) / 2.0
+def _behind(tubes: RayTubes, back: LegRays) -> Floats:
+    """The points (M, 3) that stand for paths; wavefronts about their ends are spheres, which errs by centimetres."""
+    half, launched = (tubes.centre - tubes.begin) / 2.0, tubes.launch.direction.take(tubes.source, axis=1)
+    there = _spherical(half, launched, tubes.first_length)
+    back_there = _spherical(-half, back.direction.T, back.length)
+    missing = (tubes.length - tubes.first_length - there - back_there) / 2.0
+    gradient = (launched + back.direction.T) / 2.0
     steep = np.maximum(dot(gradient, gradient), 1e-3)
-    return np.asarray((middle + gradient * (missing / steep)).T)
+    return np.asarray((tubes.begin + half + gradient * (missing / steep)).T)
+
+
+def _spherical(offset: Floats, direction: Floats, length: Floats) -> Floats:
+    """How much longer a way (M,) is to points at offsets (3, M) [m]."""
+    along = dot(offset, direction)
+    return np.asarray(along + (dot(offset, offset) - along * along) / (2.0 * length))
 
 
 def areas(corners: Floats) -> Floats:

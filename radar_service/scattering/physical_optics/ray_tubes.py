@@ -7,6 +7,7 @@ different planes. Vectors stand by axis, (3, M): numpy works on such columns sev
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,116 +20,163 @@ from radar_service.types import Flags, Floats, Indices
 # m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
 OFFSET = 1e-3
 OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
-MAX_HALVINGS = 6
+MAX_HALVINGS = 4
+CARRIED_HALVINGS = 1  # of tubes that matter only for what they hit next
 MAX_DIVIDED = 6_000  # halves of tubes at once
 INSET = 0.02  # of the way from a corner to the centre: rays start off the edges
 LONGEST = 1.5  # times the longest edge that the phase allows a facet: a tube that hits something is divided above it
 GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
+EVERY = -1  # rank below all: of tubes that count wherever they end
+
+
+class Launch(NamedTuple):
+    """Where tubes start (S,).
+
+    direction: (3, S) of travel before, of unit length.
+    leg: (S,) number of the leg.
+    share: (S,) of the area that the leg reaches.
+    cell: (S,) size of the cell in which fields are summed [m].
+    longest: (S,) edge above which a tube is divided where it hits something [m].
+    rank: (S,) of the surface.
+    least: (S,) rank of the last surface below which tubes do not count.
+    """
+
+    direction: Floats
+    leg: Indices
+    share: Floats
+    cell: Floats
+    longest: Floats
+    rank: Indices
+    least: Indices
 
 
 @dataclass(frozen=True)
 class RayTubes:
     """Ray tubes (M,) where they hit a surface.
 
+    launch: where they start.
+    source: (M,) index of that.
     corners: (3, 3, M) of the footprint, by corner and axis [m].
     centre: (3, M) of the footprint [m].
     normal: (3, M), of unit length, on the lit side.
     triangle: (M,) of the mesh.
     direction: (3, M) of travel, of unit length.
     field: (3, M) that arrives, over that at the first surface.
-    begin: (3, M) centre of the first footprint [m].
-    launched: (3, M) direction of travel before it.
     length: (M,) of the way from the antenna to here [m].
-    share: (M,) of the tube that the leg from the antenna reaches.
-    cell: (M,) size of the cell in which its field is summed [m].
-    longest: (M,) edge above which it is divided where it hits something [m].
+    begin: (3, M) centre of the first footprint [m].
+    first_length: (M,) of the way from the antenna to there [m].
+    bounces: (M,) surfaces on the way here.
     """
 
+    launch: Launch
+    source: Indices
     corners: Floats
     centre: Floats
     normal: Floats
     triangle: Indices
     direction: Floats
     field: Floats
-    begin: Floats
-    launched: Floats
     length: Floats
-    share: Floats
-    cell: Floats
-    longest: Floats
+    begin: Floats
+    first_length: Floats
+    bounces: Indices
 
     def __len__(self) -> int:
-        return len(self.length)
+        return len(self.source)
 
     @classmethod
     def joined(cls, parts: "Sequence[RayTubes]") -> "RayTubes":
-        """The tubes of several parts."""
+        """The tubes of several parts that start in the same places."""
         if len(parts) == 1:
             return parts[0]
-        return cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in cls.__dataclass_fields__))
+        columns = (np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in cls._columns())
+        return cls(parts[0].launch, *columns)
 
     def chosen(self, which: Indices) -> "RayTubes":
         """The tubes `which`."""
-        return RayTubes(*(getattr(self, name).take(which, axis=-1, mode="clip") for name in self.__dataclass_fields__))
+        return RayTubes(self.launch, *(getattr(self, name).take(which, axis=-1, mode="clip") for name in self._columns()))
+
+    @classmethod
+    def _columns(cls) -> list[str]:
+        return list(cls.__dataclass_fields__)[1:]
 
 
-def launched_tubes(surface: Surface, number: int, leg: BodyLeg, polarization: str, planes: Planes) -> RayTubes:
-    """The tubes at the triangles that a leg lights, where anything of the body is there to be hit next.
+def launched_tubes(
+    surface: Surface, legs: Sequence[BodyLeg], polarization: str, planes: Planes, rank: Indices, every: Sequence[bool]
+) -> RayTubes:
+    """The tubes at the triangles that legs light, where anything of the body is there to be hit next.
 
-    number: of the leg among those of `surface`.
+    rank: (F,) of the triangles of the mesh; every: of each leg, whether its tubes count whatever the rank of the last surface.
     """
-    side = surface.side[:, number]
-    rebounces = planes.may_rebounce[surface.triangle, np.where(side > 0, 0, 1)]
-    which = np.flatnonzero((side != 0) & (surface.share[:, number] > 0.0) & rebounces)
-    triangle, corners = surface.triangle[which], np.ascontiguousarray(surface.corners[which].transpose(1, 2, 0))
-    centre = (corners[0] + corners[1] + corners[2]) / 3.0
-    rays = leg.rays(centre.T)
-    direction, field = _columns(rays.direction), _columns(rays.polarization(polarization))
-    normal = _columns(planes.normal.take(triangle, axis=0)) * side[which]
+    parts = [_launched(surface, number, leg, polarization, planes) for number, leg in enumerate(legs)]
+    which = np.concatenate([part[0] for part in parts])
+    leg = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
+    corners, centre, normal, direction, field, length = (
+        np.concatenate(column, axis=-1) for column in zip(*(part[1:] for part in parts), strict=True)
+    )
+    triangle = surface.triangle[which]
+    least = np.where(np.array(every)[leg], EVERY, rank[triangle])
+    launch = Launch(
+        direction, leg, surface.share[which, leg], surface.cell[which], LONGEST * surface.longest[which], rank[triangle], least
+    )
+    count = len(which)
     return RayTubes(
-        corners, centre, normal, triangle, direction, field, centre, direction, rays.length,
-        surface.share[which, number], surface.cell[which], LONGEST * surface.longest[which],
+        launch, np.arange(count), corners, centre, normal, triangle, direction, field, length, centre, length,
+        np.ones(count, dtype=np.int64),
     )  # fmt: skip
 
 
-def hits(
-    tubes: RayTubes, planes: Planes, scene: TriangleScene, bounces: int, smallest: Floats, lit: Flags
-) -> Iterator[RayTubes]:
-    """The tubes after each reflection at a surface, up to `bounces` surfaces in all, the first one counted.
+def _launched(surface: Surface, number: int, leg: BodyLeg, polarization: str, planes: Planes) -> tuple[Indices, ...]:
+    """Of one leg: which triangles; corners, centre and normal of the tubes there, direction, field and length of the leg."""
+    side = surface.side[:, number]
+    rebounces = planes.may_rebounce[surface.triangle, np.where(side > 0, 0, 1)]
+    which = np.flatnonzero((side != 0) & (surface.share[:, number] > 0.0) & rebounces)
+    corners = np.ascontiguousarray(surface.corners[which].transpose(1, 2, 0))
+    centre = (corners[0] + corners[1] + corners[2]) / 3.0
+    normal = by_axis(planes.normal.take(surface.triangle[which], axis=0)) * side[which]
+    rays = leg.rays(centre.T)
+    return which, corners, centre, normal, by_axis(rays.direction), by_axis(rays.polarization(polarization)), rays.length
 
-    smallest: (F,) length of edges below which tubes on each triangle of the mesh are not divided [m]; lit: (F,) whether any leg
-    that receives reaches the triangle, without which no tube ends there.
-    """
+
+class Ends(NamedTuple):
+    """The triangles (F,) of a mesh where tubes end: whether any leg that receives reaches them; their rank; and the length of
+    edges below which tubes on them are not divided [m]."""
+
+    lit: Flags
+    rank: Indices
+    smallest: Floats
+
+
+def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, bounces: int, ends: Ends) -> Iterator[RayTubes]:
+    """The tubes after each reflection at a surface, up to `bounces` surfaces in all, the first one counted."""
     for bounce in range(2, bounces + 1):
-        wanted = lit if bounce == bounces else lit | planes.may_rebounce.any(axis=1)
-        tubes = _reflected(tubes, planes, scene, smallest, wanted)
+        tubes = _reflected(tubes.chosen(_may_hit_more(tubes, planes)), planes, scene, ends, bounce == bounces)
         if not len(tubes):
             return
         yield tubes
 
 
-def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, smallest: Floats, wanted: Flags) -> RayTubes:
+def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends, last: bool) -> RayTubes:
     """The tubes that hit another surface of the body after reflection at this one, divided where parts of one hit different
-    planes; wanted: (F,) triangles where they matter."""
-    tubes = tubes.chosen(_may_hit_more(tubes, planes))
+    planes; last: without those that do not count there."""
     direction, field = specular_reflection(tubes.direction.T, tubes.field.T, tubes.normal.T)
     tubes = replace(tubes, direction=np.ascontiguousarray(direction.T), field=np.ascontiguousarray(field.T))
-    plane = np.append(np.where(wanted, planes.number, -1), -1)  # the last one for rays that hit nothing
-    hit = _hits_of_corners(tubes, scene)
-    done = []
+    plane = np.append(planes.number, -1)  # the last one for rays that hit nothing
+    rank = np.append(np.where(ends.lit, ends.rank, EVERY - 1), EVERY - 1)
+    hit, done = _hits_of_samples(tubes, scene), []
     for level in range(MAX_HALVINGS + 1):
+        counts = rank[hit] >= tubes.launch.least.take(tubes.source)
         number = plane[hit]
+        kept = counts[0] if last else hit[0] >= 0
+        if last or level >= CARRIED_HALVINGS:
+            number[~counts] = -1
         edges = _squared_edges(tubes.corners)
         longest = edges.max(axis=0, initial=0.0)
-        mixed = ((number[1:] != number[0]).any(axis=0) & (longest > smallest[tubes.triangle] ** 2)) | (
-            (number[0] >= 0) & (longest > tubes.longest**2)
-        )
-        if level == MAX_HALVINGS:
-            mixed[:] = False
-        divided = _largest(np.flatnonzero(mixed), longest)
-        ends = number[0] >= 0
-        ends[divided] = False
-        hitting = np.flatnonzero(ends)
+        mixed = (number[1:] != number[0]).any(axis=0) & (longest > ends.smallest.take(tubes.triangle) ** 2)
+        mixed |= counts[0] & (longest > tubes.launch.longest.take(tubes.source) ** 2)
+        divided = _largest(np.flatnonzero(mixed), longest) if level < MAX_HALVINGS else np.zeros(0, dtype=np.int64)
+        kept[divided] = False
+        hitting = np.flatnonzero(kept)
         done.append(replace(tubes.chosen(hitting), triangle=hit[0, hitting]))
         if not len(divided):
             break
@@ -143,18 +191,21 @@ def _largest(which: Indices, size: Floats) -> Indices:
     return np.sort(which[np.argsort(-size[which], kind="stable")[: MAX_DIVIDED // 2]])
 
 
-def _hits_of_corners(tubes: RayTubes, scene: TriangleScene) -> Indices:
+def _hits_of_samples(tubes: RayTubes, scene: TriangleScene) -> Indices:
     """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none."""
     begin = np.concatenate([tubes.centre[None], tubes.corners + INSET * (tubes.centre - tubes.corners)])
-    return _first_hits(begin, tubes, scene)
+    directions = np.broadcast_to(tubes.direction, begin.shape)
+    return _first_hits(begin + _offset(scene) * tubes.normal, directions, scene)
 
 
-def _first_hits(begin: Floats, tubes: RayTubes, scene: TriangleScene) -> Indices:
-    """The triangles (N, M) that rays from points (N, 3, M) hit, which travel as the tubes (M,) do."""
-    count = len(begin)
-    lifted = begin + (OFFSET + OFFSET_RELATIVE * scene.radius) * tubes.normal
-    direction = np.broadcast_to(tubes.direction.T, (count, len(tubes), 3)).reshape(-1, 3)
-    return scene.first_hit(lifted.transpose(0, 2, 1).reshape(-1, 3), direction).reshape(count, -1)
+def _first_hits(begin: Floats, direction: Floats, scene: TriangleScene) -> Indices:
+    """The triangles (N, M) that rays hit from points (N, 3, M) in directions (N, 3, M)."""
+    rays = (vectors.transpose(0, 2, 1).reshape(-1, 3) for vectors in (begin, direction))
+    return scene.first_hit(*rays).reshape(len(begin), begin.shape[2])
+
+
+def _offset(scene: TriangleScene) -> float:
+    return OFFSET + OFFSET_RELATIVE * scene.radius
 
 
 def _squared_edges(corners: Floats) -> Floats:
@@ -166,21 +217,22 @@ def _squared_edges(corners: Floats) -> Floats:
 def _divided(tubes: RayTubes, hit: Indices, edge: Indices, scene: TriangleScene) -> tuple[RayTubes, Indices]:
     """Both halves (2 M,) of each tube, and what their rays (4, 2 M) hit. Corners that they have from the whole tube are not
     traced again."""
-    twice, turn, middle = halved(tubes, edge)
-    at_middle = _first_hits((middle + INSET * (tubes.centre - middle))[None], tubes, scene)[0]
-    at_centre = _first_hits(twice.centre[None], twice, scene)[0]
-    a, b, c = np.take_along_axis(hit[1:], turn, axis=0)
-    corners = np.concatenate([np.stack([a, at_middle, c]), np.stack([at_middle, b, c])], axis=1)
-    return twice, np.concatenate([at_centre[None], corners])
-
-
-def halved(tubes: RayTubes, edge: Indices) -> tuple[RayTubes, Indices, Floats]:
-    """Both halves (2 M,) of each tube where it is reflected, the order (3, M) of the corners in which they are cut, and where
-    (3, M).
-
-    edge: (M,) that is cut in the middle, i from corner i to i + 1.
-    """
     turn = (edge + np.arange(3)[:, None]) % 3
+    twice, middle = halved(tubes, turn)
+    count, aside = len(tubes), middle + INSET * (tubes.centre - middle)
+    centre, onward = (column.reshape(3, 2, count).transpose(1, 0, 2) for column in (twice.centre, twice.direction))
+    begin = np.concatenate([aside[None], centre]) + _offset(scene) * tubes.normal
+    at_middle, first, second = _first_hits(begin, np.concatenate([tubes.direction[None], onward]), scene)
+    a, b, c = np.take_along_axis(hit[1:], turn, axis=0)
+    halves = [np.stack([first, a, at_middle, c]), np.stack([second, at_middle, b, c])]
+    return twice, np.concatenate(halves, axis=1)
+
+
+def halved(tubes: RayTubes, turn: Indices) -> tuple[RayTubes, Floats]:
+    """Both halves (2 M,) of each tube, on the surface where it is, and where it is cut (3, M) [m].
+
+    turn: (3, M) order of the corners; the middle between the first two is where it is cut.
+    """
     a, b, c = np.take_along_axis(tubes.corners, turn[:, None, :], axis=0)
     middle = (a + b) / 2.0
     corners = np.concatenate([np.stack([a, middle, c]), np.stack([middle, b, c])], axis=2)
@@ -192,8 +244,10 @@ def halved(tubes: RayTubes, edge: Indices) -> tuple[RayTubes, Indices, Floats]:
     direction = twice.direction + across / twice.length
     direction /= np.sqrt(dot(direction, direction))
     length = twice.length + along + dot(across, across) / (2.0 * twice.length)
+    first_length = twice.first_length + dot(offset, tubes.launch.direction.take(twice.source, axis=1))
     begin = twice.begin + offset
-    return replace(twice, corners=corners, centre=centre, direction=direction, begin=begin, length=length), turn, middle
+    halves = replace(twice, corners=corners, centre=centre, direction=direction, length=length)
+    return replace(halves, begin=begin, first_length=first_length), middle
 
 
 def _may_hit_more(tubes: RayTubes, planes: Planes) -> Indices:
@@ -203,15 +257,17 @@ def _may_hit_more(tubes: RayTubes, planes: Planes) -> Indices:
 
 def _projected(tubes: RayTubes, planes: Planes) -> RayTubes:
     """Tubes projected along their direction onto the plane of `triangle`, without those that graze it or lie behind it."""
-    point, normal = (_columns(column.take(tubes.triangle, axis=0)) for column in (planes.point, planes.normal))
+    point, normal = (by_axis(column.take(tubes.triangle, axis=0)) for column in (planes.point, planes.normal))
     facing = dot(normal, tubes.direction)
     normal = np.where(facing > 0.0, -normal, normal)
-    facing = np.maximum(np.abs(facing), 1e-9)
-    travel = (dot(tubes.corners.transpose(1, 0, 2), normal[:, None]) - dot(point, normal)) / facing
+    facing = np.abs(facing)
+    height = dot(tubes.corners.transpose(1, 0, 2), normal[:, None]) - dot(point, normal)
+    travel = height / np.maximum(facing, GRAZING)
     corners = tubes.corners + travel[:, None] * tubes.direction
     middle = (travel[0] + travel[1] + travel[2]) / 3.0
-    centre = tubes.centre + middle * tubes.direction
-    projected = replace(tubes, corners=corners, centre=centre, normal=normal, length=tubes.length + middle)
+    centre, length = tubes.centre + middle * tubes.direction, tubes.length + middle
+    bounces = tubes.bounces + 1
+    projected = replace(tubes, corners=corners, centre=centre, normal=normal, length=length, bounces=bounces)
     return projected.chosen(np.flatnonzero((middle > 0.0) & (facing > GRAZING)))
 
 
@@ -220,6 +276,6 @@ def dot(a: Floats, b: Floats) -> Floats:
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-def _columns(vectors: Floats) -> Floats:
+def by_axis(vectors: Floats) -> Floats:
     """Vectors (M, 3) by axis (3, M)."""
     return np.ascontiguousarray(vectors.T)
