@@ -66,6 +66,7 @@ class BodyLeg:
     visible: which points on which triangles the leg reaches past all bodies.
     crowded: whether another body may cast a shadow on this one.
     thin: whether a small one may.
+    strength: no less than the field by this leg over that by the direct one, anywhere on the body.
     """
 
     by_sea: bool
@@ -75,6 +76,7 @@ class BodyLeg:
     visible: Visible
     crowded: bool = True
     thin: bool = True
+    strength: float = 1.0
 
     def rays(self, points: Floats) -> LegRays:
         """The rays at points (M, 3) in the body's frame [m]."""

@@ -24,18 +24,19 @@ from radar_service.scattering.physical_optics.path_fields import (
     path_phasor,
     tube_fields,
 )
-from radar_service.scattering.physical_optics.ray_tubes import hits, launched_tubes
+from radar_service.scattering.physical_optics.ray_tubes import Ends, RayTubes, hits, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
 from radar_service.scattering.physical_optics.waterline import above_water
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import power_reflectivity
 from radar_service.trace.embree import RayCount, TriangleScene
-from radar_service.types import Complexes, Floats
+from radar_service.types import Complexes, Floats, Indices
 
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
+FAINT = 0.03  # power ratio of the way by the sea below which what bounces and goes it twice is left out
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PROBE_EDGE, MAX_PROBES = 8.0, 1000  # m between probes for shadows of bodies larger than `model.THIN`, and their number
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
@@ -61,6 +62,7 @@ class OpticalBody:
     bounces: surfaces in a row that a ray tube follows.
     reflectivity: power ratio at each surface.
     patch: (F,) size of the flat patch of each triangle [m].
+    rank: (F,) of triangles by the size of their patches, the same on one plane.
     outside: (F,) as from `outward_side`.
     facets: by block, cell and longest edge; those of a few half octaves are kept.
     """
@@ -74,6 +76,7 @@ class OpticalBody:
     reflectivity: float
     scene: TriangleScene
     patch: Floats
+    rank: Indices
     outside: NDArray[np.int8]
     facets: BlockCache[tuple[int, float, float], BodyFacets]
 
@@ -116,19 +119,34 @@ class OpticalBody:
         rays, lengths = tuple(leg.rays(centre) for leg in legs), tuple(leg.length(points) for leg in legs)
         return LitFacets(
             corner, points, corners, centre, self.planes.normal.take(triangle, axis=0), triangle, lit.cell[origin],
-            lit.side[origin], lit.share[origin], rays, lengths,
+            lit.side[origin], lit.share[origin], rays, lengths, lit,
         )  # fmt: skip
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
-        """What bounces on the body, by path, leg by leg out and back."""
-        smallest = np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength)
-        for out, launch in enumerate(legs):
-            tubes = launched_tubes(lit, out, self.wave.polarization, self.planes)
-            for bounce, arrived in enumerate(hits(tubes, self.planes, self.scene, self.bounces, smallest), 2):
-                above = arrived.chosen(np.flatnonzero(arrived.centre[:, 2] > water))
-                for back, receive in enumerate(legs):
-                    fields = tube_fields(above, launch, receive, self.wave)
-                    yield out + back, fields._replace(amplitude=fields.amplitude * self.reflectivity ** (bounce / 2.0))
+        """What bounces on the body, by path."""
+        surface, rank = lit.surface, self.rank
+        launches = [leg for leg in legs if leg.strength**2 >= FAINT]
+        every = [len(launches) < len(legs), True]
+        reached = np.zeros((len(legs), len(self.patch)), dtype=np.bool_)
+        for number in range(len(legs)):
+            reached[number, surface.triangle[surface.share[:, number] > 0.0]] = True
+        ends = Ends(reached.any(axis=0), rank, np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength))
+        tubes = launched_tubes(surface, launches, self.wave.polarization, self.planes, rank, every[: len(launches)])
+        arrived = list(hits(tubes, self.planes, self.scene, self.bounces, ends))
+        if not arrived:
+            return
+        tubes = RayTubes.joined(arrived)
+        for back, receive in enumerate(legs):
+            out, first, last = tubes.launch.leg[tubes.source], tubes.launch.rank[tubes.source], rank[tubes.triangle]
+            ranked = np.where(last > first, 2.0, np.where(last == first, 1.0, 0.0))
+            weight = np.where(out == back, np.where(back > 0, 1.0, ranked), 2.0 if len(launches) < len(legs) else ranked)
+            which = np.flatnonzero((weight > 0.0) & reached[back, tubes.triangle] & (tubes.centre[2] > water))
+            seen, fields = tube_fields(tubes.chosen(which), receive, self.wave)
+            seen = which[seen]
+            fields = fields._replace(amplitude=fields.amplitude * weight[seen] * self.reflectivity ** (tubes.bounces[seen] / 2.0))
+            for number in range(len(launches)):
+                some = np.flatnonzero(out[seen] == number)
+                yield number + back, PathFields._make(column[some] for column in fields)
 
     @cached_property
     def probes(self) -> Floats:
@@ -170,20 +188,27 @@ def edge_limits(radar: Radar, mesh: Mesh) -> EdgeLimits:
     return EdgeLimits(radar.range_resolution, radar.beamwidth, radar.wavelength, extent)
 
 
+def ranks(patch: Floats, planes: Planes) -> Indices:
+    """Ranks (F,) of triangles by the size of their patches [m], the same for patches of one size on one plane."""
+    return np.unique(np.stack([patch, planes.number]), axis=1, return_inverse=True)[1].reshape(-1)
+
+
 def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None = None) -> OpticalBody:
     """A body with a mesh, prepared for this radar. rays: counts rays."""
     assert body.mesh is not None
     mesh, parts = body.mesh, blocks(body.mesh)
+    planes, patch = Planes.of(mesh), patch_sizes(mesh)
     return OpticalBody(
         mesh,
-        Planes.of(mesh),
+        planes,
         parts,
         Wave(radar.wavelength, radar.polarization),
         edge_limits(radar, mesh),
         bounces,
         power_reflectivity(body.material.name),
         TriangleScene(mesh.vertices, mesh.faces, rays),
-        patch_sizes(mesh),
+        patch,
+        ranks(patch, planes),
         outward_side(mesh),
         BlockCache(FACET_SETS * len(parts)),
     )

@@ -19,8 +19,8 @@ from radar_service.scattering.physical_optics.facet_integral import (
 )
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
-from radar_service.scattering.physical_optics.ray_tubes import RayTubes
-from radar_service.types import Complexes, Floats
+from radar_service.scattering.physical_optics.ray_tubes import RayTubes, dot
+from radar_service.types import Complexes, Floats, Indices
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Float
     return scattering_amplitude(launch.direction, field, received, normal, surface, wave.wavelength)
 
 
-def tube_fields(tubes: RayTubes, launch: BodyLeg, receive: BodyLeg, wave: Wave) -> PathFields:
-    """What tubes scatter where they are into a leg.
+def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices, PathFields]:
+    """What tubes scatter where they are into a leg: which of them do, and their fields.
 
     As of facets, only the lit side of a surface scatters.
 
@@ -119,37 +119,43 @@ def tube_fields(tubes: RayTubes, launch: BodyLeg, receive: BodyLeg, wave: Wave) 
     between, at a range of exactly half the path. Then the phase is that of the path, and both change alike as the antenna moves:
     by Fermat's principle a path changes with the rays of its two ends alone, whose mean is the point's.
     """
-    back = receive.rays(tubes.centre)
-    lit = np.flatnonzero(np.einsum("ij,ij->i", tubes.normal, back.direction) + back.tilt * tubes.normal[:, 2] < 0.0)
-    seen = lit[receive.visible(tubes.centre.take(lit, axis=0), tubes.triangle[lit])]
+    back = receive.rays(tubes.centre.T)
+    facing = np.flatnonzero(dot(tubes.normal, back.direction.T) + back.tilt * tubes.normal[2] < 0.0)
+    seen = facing[receive.visible(tubes.centre.T.take(facing, axis=0), tubes.triangle[facing])]
     tubes, back = tubes.chosen(seen), back.chosen(seen)
-    offset = tubes.corners.transpose(1, 0, 2) - tubes.centre
-    edges = np.roll(tubes.corners, -1, axis=1).transpose(1, 0, 2) - np.roll(tubes.corners, -2, axis=1).transpose(1, 0, 2)
-    ahead, bent = _spherical(offset, tubes), -_across2(edges, tubes) / (8.0 * tubes.length)
-    phases = -wave.wavenumber * (ahead + back.detours(offset))
-    bends = -wave.wavenumber * (bent + back.sags(edges) / 4.0)
-    surface = areas(tubes.corners) * tubes.share * corner_phasors(phases, bends).sum(axis=0)
+    share, cell = (column.take(tubes.source) for column in (tubes.launch.share, tubes.launch.cell))
+    surface = areas(tubes.corners.transpose(2, 0, 1)) * share * _mean_phasors(tubes, back, wave)
     received = back.polarization(wave.polarization)
-    amplitude = scattering_amplitude(tubes.direction, tubes.field, received, tubes.normal, surface, wave.wavelength)
-    length = tubes.length + back.length
-    return PathFields(_behind(tubes, back, length, launch, receive), amplitude * path_phasor(length, wave), tubes.cell)
+    amplitude = scattering_amplitude(tubes.direction.T, tubes.field.T, received, tubes.normal.T, surface, wave.wavelength)
+    amplitude *= path_phasor(tubes.length + back.length, wave)
+    return seen, PathFields(_behind(tubes, back), amplitude, cell)
 
 
-def _spherical(offset: Floats, tubes: RayTubes) -> Floats:
-    """How much longer the way of a tube's wave is to points around its centre (N, M) [m]; offset: (N, M, 3)."""
-    along = np.einsum("nmi,mi->nm", offset, tubes.direction)
-    return np.asarray(along + _across2(offset, tubes) / (2.0 * tubes.length))
+def _mean_phasors(tubes: RayTubes, back: LegRays, wave: Wave) -> Complexes:
+    """Means (M,) of the phasors of tubes and of their rays back over the footprints, 1 at their centres."""
+    axes = [np.ascontiguousarray(axis.T) for axis in (back.direction, back.level, back.upright)]
+    offset = (tubes.corners - tubes.centre).transpose(1, 0, 2)
+    edges = offset[:, [1, 2, 0]] - offset[:, [2, 0, 1]]
+    vectors = np.concatenate([offset, edges], axis=1)
+    along, back_along, level, upright = (dot(vectors, axis[:, None]) for axis in (tubes.direction, *axes))
+    across = dot(vectors, vectors) - along * along
+    bent = across / tubes.length + level * level / back.length + upright * upright * back.curvature
+    phases = -wave.wavenumber * (along[:3] + back_along[:3] + bent[:3] / 2.0)
+    return np.asarray(corner_phasors(phases, wave.wavenumber / 8.0 * bent[3:]).sum(axis=0))
 
 
-def _across2(vectors: Floats, tubes: RayTubes) -> Floats:
-    """Squared lengths (N, M) of vectors (N, M, 3) across tubes [m^2]."""
-    along = np.einsum("nmi,mi->nm", vectors, tubes.direction)
-    return np.asarray(np.einsum("nmi,nmi->nm", vectors, vectors) - along * along)
+def _behind(tubes: RayTubes, back: LegRays) -> Floats:
+    """The points (M, 3) that stand for paths; wavefronts about their ends are spheres, which errs by centimetres."""
+    half, launched = (tubes.centre - tubes.begin) / 2.0, tubes.launch.direction.take(tubes.source, axis=1)
+    there = _spherical(half, launched, tubes.first_length)
+    back_there = _spherical(-half, back.direction.T, back.length)
+    missing = (tubes.length - tubes.first_length - there - back_there) / 2.0
+    gradient = (launched + back.direction.T) / 2.0
+    steep = np.maximum(dot(gradient, gradient), 1e-3)
+    return np.asarray((tubes.begin + half + gradient * (missing / steep)).T)
 
 
-def _behind(tubes: RayTubes, back: LegRays, length: Floats, launch: BodyLeg, receive: BodyLeg) -> Floats:
-    middle = (tubes.begin + tubes.centre) / 2.0
-    gradient = (tubes.launched + back.direction) / 2.0
-    missing = (length - launch.length(middle) - receive.length(middle)) / 2.0
-    steep = np.maximum(np.einsum("ij,ij->i", gradient, gradient), 1e-3)
-    return np.asarray(middle + gradient * (missing / steep)[:, None])
+def _spherical(offset: Floats, direction: Floats, length: Floats) -> Floats:
+    """How much longer a way (M,) is to points at offsets (3, M) [m]."""
+    along = dot(offset, direction)
+    return np.asarray(along + (dot(offset, offset) - along * along) / (2.0 * length))

@@ -2,159 +2,280 @@
 
 A tube is a triangle throughout: a flat reflector maps corners to corners along parallel lines, so its footprint on the next
 surface is integrated in closed form too. Rays at its centre and near its corners are traced, and it is divided where they hit
-different planes.
+different planes. Vectors stand by axis, (3, M): numpy works on such columns several times faster than on rows of three.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
-from radar_service.scattering.physical_optics.facets import halves
-from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes
+from radar_service.scattering.physical_optics.lit_facets import Planes, Surface
 from radar_service.trace.embree import TriangleScene
-from radar_service.types import Floats, Indices
+from radar_service.types import Flags, Floats, Indices
 
 # m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
 OFFSET = 1e-3
 OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
 MAX_HALVINGS = 4
-MAX_DIVIDED = 3_000  # halves of tubes at once
-SAMPLES = 0.02 / 3.0 + 0.98 * np.array([[1 / 3] * 3, [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # centre and corners, off the edges
+CARRIED_HALVINGS = 1  # of tubes that matter only for what they hit next
+MAX_DIVIDED = 6_000  # halves of tubes at once
+INSET = 0.02  # of the way from a corner to the centre: rays start off the edges
+LONGEST = 1.5  # times the longest edge that the phase allows a facet: a tube that hits something is divided above it
 GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
+EVERY = -1  # rank below all: of tubes that count wherever they end
+
+
+class Launch(NamedTuple):
+    """Where tubes start (S,).
+
+    direction: (3, S) of travel before, of unit length.
+    leg: (S,) number of the leg.
+    share: (S,) of the area that the leg reaches.
+    cell: (S,) size of the cell in which fields are summed [m].
+    longest: (S,) edge above which a tube is divided where it hits something [m].
+    rank: (S,) of the surface.
+    least: (S,) rank of the last surface below which tubes do not count.
+    """
+
+    direction: Floats
+    leg: Indices
+    share: Floats
+    cell: Floats
+    longest: Floats
+    rank: Indices
+    least: Indices
 
 
 @dataclass(frozen=True)
 class RayTubes:
     """Ray tubes (M,) where they hit a surface.
 
-    corners: (M, 3, 3) of the footprint [m].
-    centre: (M, 3) of the footprint [m].
-    normal: (M, 3), of unit length, on the lit side.
+    launch: where they start.
+    source: (M,) index of that.
+    corners: (3, 3, M) of the footprint, by corner and axis [m].
+    centre: (3, M) of the footprint [m].
+    normal: (3, M), of unit length, on the lit side.
     triangle: (M,) of the mesh.
-    direction: (M, 3) of travel, of unit length.
-    field: (M, 3) that arrives, over that at the first surface.
-    begin: (M, 3) centre of the first footprint [m].
-    launched: (M, 3) direction of travel before it.
+    direction: (3, M) of travel, of unit length.
+    field: (3, M) that arrives, over that at the first surface.
     length: (M,) of the way from the antenna to here [m].
-    share: (M,) of the tube that the leg from the antenna reaches.
-    cell: (M,) size of the cell in which its field is summed [m].
+    begin: (3, M) centre of the first footprint [m].
+    first_length: (M,) of the way from the antenna to there [m].
+    bounces: (M,) surfaces on the way here.
     """
 
+    launch: Launch
+    source: Indices
     corners: Floats
     centre: Floats
     normal: Floats
     triangle: Indices
     direction: Floats
     field: Floats
-    begin: Floats
-    launched: Floats
     length: Floats
-    share: Floats
-    cell: Floats
+    begin: Floats
+    first_length: Floats
+    bounces: Indices
 
     def __len__(self) -> int:
-        return len(self.length)
+        return len(self.source)
 
     @classmethod
     def joined(cls, parts: "Sequence[RayTubes]") -> "RayTubes":
-        """The tubes of several parts."""
+        """The tubes of several parts that start in the same places."""
         if len(parts) == 1:
             return parts[0]
-        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__dataclass_fields__))
+        columns = (np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in cls._columns())
+        return cls(parts[0].launch, *columns)
 
     def chosen(self, which: Indices) -> "RayTubes":
         """The tubes `which`."""
-        return RayTubes(*(getattr(self, name).take(which, axis=0) for name in self.__dataclass_fields__))
+        return RayTubes(self.launch, *(getattr(self, name).take(which, axis=-1, mode="clip") for name in self._columns()))
+
+    @classmethod
+    def _columns(cls) -> list[str]:
+        return list(cls.__dataclass_fields__)[1:]
 
 
-def launched_tubes(facets: LitFacets, leg: int, polarization: str, planes: Planes) -> RayTubes:
-    """The tubes at the facets that a leg lights, where anything of the body is there to be hit next."""
-    side = facets.side[:, leg]
-    rebounces = planes.may_rebounce[facets.triangle, np.where(side > 0, 0, 1)]
-    which = np.flatnonzero((side != 0) & (facets.share[:, leg] > 0.0) & rebounces)
-    rays, centre = facets.rays[leg].chosen(which), facets.centre.take(which, axis=0)
+def launched_tubes(
+    surface: Surface, legs: Sequence[BodyLeg], polarization: str, planes: Planes, rank: Indices, every: Sequence[bool]
+) -> RayTubes:
+    """The tubes at the triangles that legs light, where anything of the body is there to be hit next.
+
+    rank: (F,) of the triangles of the mesh; every: of each leg, whether its tubes count whatever the rank of the last surface.
+    """
+    parts = [_launched(surface, number, leg, polarization, planes) for number, leg in enumerate(legs)]
+    which = np.concatenate([part[0] for part in parts])
+    leg = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
+    corners, centre, normal, direction, field, length = (
+        np.concatenate(column, axis=-1) for column in zip(*(part[1:] for part in parts), strict=True)
+    )
+    triangle = surface.triangle[which]
+    least = np.where(np.array(every)[leg], EVERY, rank[triangle])
+    launch = Launch(
+        direction, leg, surface.share[which, leg], surface.cell[which], LONGEST * surface.longest[which], rank[triangle], least
+    )
+    count = len(which)
     return RayTubes(
-        facets.corners.take(which, axis=0), centre, facets.normal[which] * side[which, None], facets.triangle[which],
-        rays.direction, rays.polarization(polarization), centre, rays.direction, rays.length,
-        facets.share[which, leg], facets.cell[which],
+        launch, np.arange(count), corners, centre, normal, triangle, direction, field, length, centre, length,
+        np.ones(count, dtype=np.int64),
     )  # fmt: skip
 
 
-def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, bounces: int, smallest: Floats) -> Iterator[RayTubes]:
-    """The tubes after each reflection at a surface, up to `bounces` surfaces in all, the first one counted.
+def _launched(surface: Surface, number: int, leg: BodyLeg, polarization: str, planes: Planes) -> tuple[Indices, ...]:
+    """Of one leg: which triangles; corners, centre and normal of the tubes there, direction, field and length of the leg."""
+    side = surface.side[:, number]
+    rebounces = planes.may_rebounce[surface.triangle, np.where(side > 0, 0, 1)]
+    which = np.flatnonzero((side != 0) & (surface.share[:, number] > 0.0) & rebounces)
+    corners = np.ascontiguousarray(surface.corners[which].transpose(1, 2, 0))
+    centre = (corners[0] + corners[1] + corners[2]) / 3.0
+    normal = by_axis(planes.normal.take(surface.triangle[which], axis=0)) * side[which]
+    rays = leg.rays(centre.T)
+    return which, corners, centre, normal, by_axis(rays.direction), by_axis(rays.polarization(polarization)), rays.length
 
-    smallest: (F,) length of edges below which tubes on each triangle of the mesh are not divided [m].
-    """
-    for _ in range(1, bounces):
-        tubes = _reflected(tubes, planes, scene, smallest)
+
+class Ends(NamedTuple):
+    """The triangles (F,) of a mesh where tubes end: whether any leg that receives reaches them; their rank; and the length of
+    edges below which tubes on them are not divided [m]."""
+
+    lit: Flags
+    rank: Indices
+    smallest: Floats
+
+
+def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, bounces: int, ends: Ends) -> Iterator[RayTubes]:
+    """The tubes after each reflection at a surface, up to `bounces` surfaces in all, the first one counted."""
+    for bounce in range(2, bounces + 1):
+        tubes = _reflected(tubes.chosen(_may_hit_more(tubes, planes)), planes, scene, ends, bounce == bounces)
         if not len(tubes):
             return
         yield tubes
 
 
-def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, smallest: Floats) -> RayTubes:
+def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends, last: bool) -> RayTubes:
     """The tubes that hit another surface of the body after reflection at this one, divided where parts of one hit different
-    planes."""
-    tubes = tubes.chosen(_may_hit_more(tubes, planes))
-    done = []
+    planes; last: without those that do not count there."""
+    direction, field = specular_reflection(tubes.direction.T, tubes.field.T, tubes.normal.T)
+    tubes = replace(tubes, direction=np.ascontiguousarray(direction.T), field=np.ascontiguousarray(field.T))
+    plane = np.append(planes.number, -1)  # the last one for rays that hit nothing
+    rank = np.append(np.where(ends.lit, ends.rank, EVERY - 1), EVERY - 1)
+    hit, done = _hits_of_samples(tubes, scene), []
     for level in range(MAX_HALVINGS + 1):
-        tube, hit = _sampled(tubes, planes, scene)
-        plane = np.where(hit >= 0, planes.number[hit], -1)
-        longest = np.sqrt(((tubes.corners - np.roll(tubes.corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1, initial=0.0))
-        mixed = (plane != plane[0]).any(axis=0) & (longest > smallest[tubes.triangle])
-        if level == MAX_HALVINGS or 2 * np.count_nonzero(mixed) > MAX_DIVIDED:
-            mixed[:] = False
-        hitting = np.flatnonzero((hit[0] >= 0) & ~mixed)
-        done.append(replace(tube.chosen(hitting), triangle=hit[0, hitting]))
-        divided = np.flatnonzero(mixed)
+        counts = rank[hit] >= tubes.launch.least.take(tubes.source)
+        number = plane[hit]
+        kept = counts[0] if last else hit[0] >= 0
+        if last or level >= CARRIED_HALVINGS:
+            number[~counts] = -1
+        edges = _squared_edges(tubes.corners)
+        longest = edges.max(axis=0, initial=0.0)
+        mixed = (number[1:] != number[0]).any(axis=0) & (longest > ends.smallest.take(tubes.triangle) ** 2)
+        mixed |= counts[0] & (longest > tubes.launch.longest.take(tubes.source) ** 2)
+        divided = _largest(np.flatnonzero(mixed), longest) if level < MAX_HALVINGS else np.zeros(0, dtype=np.int64)
+        kept[divided] = False
+        hitting = np.flatnonzero(kept)
+        done.append(replace(tubes.chosen(hitting), triangle=hit[0, hitting]))
         if not len(divided):
             break
-        tubes = halved(tubes.chosen(divided))
+        tubes, hit = _divided(tubes.chosen(divided), hit[:, divided], edges[:, divided].argmax(axis=0), scene)
     return _projected(RayTubes.joined(done), planes)
 
 
-def _sampled(tubes: RayTubes, planes: Planes, scene: TriangleScene) -> tuple[RayTubes, Indices]:
-    """The tubes as a surface reflects them, and the triangles (S, M) that their samples hit, the first one that of the centre."""
-    direction, field = specular_reflection(tubes.direction, tubes.field, tubes.normal)
-    offset = OFFSET + OFFSET_RELATIVE * scene.radius
-    begin = np.einsum("sc,mcx->smx", SAMPLES, tubes.corners) + offset * tubes.normal
-    hit = scene.first_hit(begin.reshape(-1, 3), np.tile(direction, (len(SAMPLES), 1))).reshape(len(SAMPLES), -1)
-    return replace(tubes, direction=direction, field=field), hit
+def _largest(which: Indices, size: Floats) -> Indices:
+    """Of tubes `which`, as many as may be divided at once, the largest ones by `size`."""
+    if 2 * len(which) <= MAX_DIVIDED:
+        return which
+    return np.sort(which[np.argsort(-size[which], kind="stable")[: MAX_DIVIDED // 2]])
 
 
-def halved(tubes: RayTubes) -> RayTubes:
-    """Both halves of each tube (2 M,), where it is about to be reflected."""
-    twice, corners = tubes.chosen(np.tile(np.arange(len(tubes)), 2)), halves(tubes.corners)
-    centre = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0
+def _hits_of_samples(tubes: RayTubes, scene: TriangleScene) -> Indices:
+    """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none."""
+    begin = np.concatenate([tubes.centre[None], tubes.corners + INSET * (tubes.centre - tubes.corners)])
+    directions = np.broadcast_to(tubes.direction, begin.shape)
+    return _first_hits(begin + _offset(scene) * tubes.normal, directions, scene)
+
+
+def _first_hits(begin: Floats, direction: Floats, scene: TriangleScene) -> Indices:
+    """The triangles (N, M) that rays hit from points (N, 3, M) in directions (N, 3, M)."""
+    rays = (vectors.transpose(0, 2, 1).reshape(-1, 3) for vectors in (begin, direction))
+    return scene.first_hit(*rays).reshape(len(begin), begin.shape[2])
+
+
+def _offset(scene: TriangleScene) -> float:
+    return OFFSET + OFFSET_RELATIVE * scene.radius
+
+
+def _squared_edges(corners: Floats) -> Floats:
+    """Squared lengths (3, M) of the edges of triangles (3, 3, M), edge i from corner i to i + 1 [m^2]."""
+    x, y, z = (corners[[1, 2, 0]] - corners).transpose(1, 0, 2)
+    return np.asarray(x * x + y * y + z * z)
+
+
+def _divided(tubes: RayTubes, hit: Indices, edge: Indices, scene: TriangleScene) -> tuple[RayTubes, Indices]:
+    """Both halves (2 M,) of each tube, and what their rays (4, 2 M) hit. Corners that they have from the whole tube are not
+    traced again."""
+    turn = (edge + np.arange(3)[:, None]) % 3
+    twice, middle = halved(tubes, turn)
+    count, aside = len(tubes), middle + INSET * (tubes.centre - middle)
+    centre, onward = (column.reshape(3, 2, count).transpose(1, 0, 2) for column in (twice.centre, twice.direction))
+    begin = np.concatenate([aside[None], centre]) + _offset(scene) * tubes.normal
+    at_middle, first, second = _first_hits(begin, np.concatenate([tubes.direction[None], onward]), scene)
+    a, b, c = np.take_along_axis(hit[1:], turn, axis=0)
+    halves = [np.stack([first, a, at_middle, c]), np.stack([second, at_middle, b, c])]
+    return twice, np.concatenate(halves, axis=1)
+
+
+def halved(tubes: RayTubes, turn: Indices) -> tuple[RayTubes, Floats]:
+    """Both halves (2 M,) of each tube, on the surface where it is, and where it is cut (3, M) [m].
+
+    turn: (3, M) order of the corners; the middle between the first two is where it is cut.
+    """
+    a, b, c = np.take_along_axis(tubes.corners, turn[:, None, :], axis=0)
+    middle = (a + b) / 2.0
+    corners = np.concatenate([np.stack([a, middle, c]), np.stack([middle, b, c])], axis=2)
+    twice = tubes.chosen(np.tile(np.arange(len(tubes)), 2))
+    centre = (corners[0] + corners[1] + corners[2]) / 3.0
     offset = centre - twice.centre
-    along = np.einsum("ij,ij->i", offset, twice.direction)
-    across = offset - along[:, None] * twice.direction
-    longer = along + np.einsum("ij,ij->i", across, across) / (2.0 * twice.length)
-    direction = twice.direction + across / twice.length[:, None]
-    direction /= np.sqrt(np.einsum("ij,ij->i", direction, direction))[:, None]
-    begin, length = twice.begin + offset, twice.length + longer
-    return replace(twice, corners=corners, centre=centre, direction=direction, begin=begin, length=length)
+    along = dot(offset, twice.direction)
+    across = offset - along * twice.direction
+    direction = twice.direction + across / twice.length
+    direction /= np.sqrt(dot(direction, direction))
+    length = twice.length + along + dot(across, across) / (2.0 * twice.length)
+    first_length = twice.first_length + dot(offset, tubes.launch.direction.take(twice.source, axis=1))
+    begin = twice.begin + offset
+    halves = replace(twice, corners=corners, centre=centre, direction=direction, length=length)
+    return replace(halves, begin=begin, first_length=first_length), middle
 
 
 def _may_hit_more(tubes: RayTubes, planes: Planes) -> Indices:
-    front = np.einsum("ij,ij->i", tubes.normal, planes.normal.take(tubes.triangle, axis=0)) > 0.0
+    front = dot(tubes.normal, planes.normal.take(tubes.triangle, axis=0).T) > 0.0
     return np.flatnonzero(planes.may_rebounce[tubes.triangle, np.where(front, 0, 1)])
 
 
 def _projected(tubes: RayTubes, planes: Planes) -> RayTubes:
     """Tubes projected along their direction onto the plane of `triangle`, without those that graze it or lie behind it."""
-    point, normal = planes.point.take(tubes.triangle, axis=0), planes.normal.take(tubes.triangle, axis=0)
-    facing = np.einsum("ij,ij->i", normal, tubes.direction)
-    normal = np.where(facing[:, None] > 0.0, -normal, normal)
-    facing = -np.abs(facing)
-    steep = np.flatnonzero(facing < -GRAZING)
-    tubes, normal, facing = tubes.chosen(steep), normal[steep], facing[steep]
-    height = np.einsum("mij,mj->mi", tubes.corners - point[steep, None, :], normal)
-    travel = height / -facing[:, None]
-    corners = tubes.corners + travel[:, :, None] * tubes.direction[:, None, :]
-    middle = (travel[:, 0] + travel[:, 1] + travel[:, 2]) / 3.0
-    centre = tubes.centre + middle[:, None] * tubes.direction
-    projected = replace(tubes, corners=corners, centre=centre, normal=normal, length=tubes.length + middle)
-    return projected.chosen(np.flatnonzero(middle > 0.0))
+    point, normal = (by_axis(column.take(tubes.triangle, axis=0)) for column in (planes.point, planes.normal))
+    facing = dot(normal, tubes.direction)
+    normal = np.where(facing > 0.0, -normal, normal)
+    facing = np.abs(facing)
+    height = dot(tubes.corners.transpose(1, 0, 2), normal[:, None]) - dot(point, normal)
+    travel = height / np.maximum(facing, GRAZING)
+    corners = tubes.corners + travel[:, None] * tubes.direction
+    middle = (travel[0] + travel[1] + travel[2]) / 3.0
+    centre, length = tubes.centre + middle * tubes.direction, tubes.length + middle
+    bounces = tubes.bounces + 1
+    projected = replace(tubes, corners=corners, centre=centre, normal=normal, length=length, bounces=bounces)
+    return projected.chosen(np.flatnonzero((middle > 0.0) & (facing > GRAZING)))
+
+
+def dot(a: Floats, b: Floats) -> Floats:
+    """Products (..., M) of vectors (3, ..., M)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def by_axis(vectors: Floats) -> Floats:
+    """Vectors (M, 3) by axis (3, M)."""
+    return np.ascontiguousarray(vectors.T)
