@@ -28,7 +28,7 @@ from radar_service.types import Flags, Floats, Indices, Singles
 
 MAX_PHASE = 0.4  # rad between nodes: on the way from one to the next, cells lose up to theta^2 / 12, 1.3 % or 0.12 dB
 HELD_PHASE = 0.33  # rad times gain, or rms over the beam: up to it a node is held; 3 times as much errs no more (tests)
-EDGE_PHASE = 0.25  # rad at the edge of the main beam: one node errs by 4 %, by 12 % at 0.5 rad (tests/echo/test_beam_passage.py)
+EDGE_PHASE = 0.25  # rad at the edge of the main beam: one node errs by 4 %, at 0.5 rad by 12 % (tests/echo)
 MAIN_BEAM = 0.1  # one-way gain: 20 dB of two-way power, down to which each spoke keeps its aspect to 1 dB
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets
