@@ -58,6 +58,8 @@ class PassingShadows:
         self._resting, self._line_of_sight, self._interval = resting, line_of_sight, interval
         east, north, _ = (resting.position - resting.antenna).T
         self._azimuth = np.arctan2(east, north)  # rising
+        movers = line_of_sight.moving_shadow_sectors(resting.antenna, 0.0).middle
+        self.possible = len(resting) > 0 and len(movers) > 0  # else no echo is ever occluded
         self._steps: BlockCache[int, Echoes] = BlockCache(STEPS)
 
     def at(self, step: int) -> Echoes:
