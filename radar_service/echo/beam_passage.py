@@ -17,6 +17,7 @@ import numpy as np
 from radar_service.block_cache import BlockCache
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
+from radar_service.echo.visibility import mast_speed
 from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Instant
@@ -27,14 +28,15 @@ from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Flags, Floats, Indices, Singles
 
 MAX_PHASE = 0.4  # rad between nodes: on the way from one to the next, cells lose up to theta^2 / 12, 1.3 % or 0.12 dB
-HELD_PHASE = 0.15  # rad, rms over the beam: a node that is held errs by theta^2 / 3, -42 dB
-EDGE_PHASE = 0.14  # rad at the edge of the main beam: likewise -44 dB
+HELD_PHASE = 0.33  # rad times gain, or rms over the beam: up to it a node is held; 3 times as much errs no more (tests)
+EDGE_PHASE = 0.25  # rad at the edge of the main beam: one node errs by 4 %, at 0.5 rad by 12 % (tests/echo)
 MAIN_BEAM = 0.1  # one-way gain: 20 dB of two-way power, down to which each spoke keeps its aspect to 1 dB
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets
 SAMPLES = 33  # instants of a passage at which rates are taken
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
 NODES_PER_BODY = 16  # kept: those in use, and those of threads that are ahead
+SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
 CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
 MARGIN = 1.2  # nodes cover so much more than the beam's extent: bodies move meanwhile
@@ -74,6 +76,9 @@ class BeamPassages:
         self._reach = extent if extent >= np.pi else min(extent, received)
         self._nodes: BlockCache[tuple[int, int], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
         self._schedules: BlockCache[tuple[int, int], Indices] = BlockCache(4 * max(1, len(bodies)))
+        self._speed = np.array([body.motion.top_speed for body in bodies]) + scene.own_ship.top_speed + mast_speed(scene)
+        self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
+        self._sectors: BlockCache[int, tuple[Floats, Floats]] = BlockCache(SLOTS)
         self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * max(1, len(bodies)))
 
     def __len__(self) -> int:
@@ -116,13 +121,26 @@ class BeamPassages:
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
-        if not self._aspects:
+        if not self._aspects or not self._may_pass(time, middle, half):
             return []
         bearing, distance = self._bearings(time)
         off = wrap_angle(bearing - middle)
         near = np.abs(off) <= half + self._sway + _aside(self._radius, distance)
         turns = time / self._scene.radar.rotation_period + off / (2.0 * np.pi)
         return [(int(n), self.crossing(int(n), float(turns[n]))) for n in np.flatnonzero(near)]
+
+    def _may_pass(self, time: float, middle: float, half: float) -> bool:
+        """A quick test for `passing`: whether any body may be there, wherever it is during the slot of time."""
+        number = int(time * SLOTS // self._scene.radar.rotation_period)
+        bearing, aside = self._sectors.get(number, lambda: self._slot_sectors(number))
+        return bool((np.abs(wrap_angle(bearing - middle)) <= half + self._sway + aside).any())
+
+    def _slot_sectors(self, number: int) -> tuple[Floats, Floats]:
+        """Sectors (2 N,) in which all bodies stay during a slot: bearings of their middles at its ends, and half the widths [rad]."""
+        slot = self._scene.radar.rotation_period / SLOTS
+        ends = [self._bearings(max(each, 0) * slot) for each in (number, number + 1)]
+        bearing, distance = (np.concatenate(parts) for parts in zip(*ends, strict=True))
+        return bearing, _aside(np.tile(self._radius + self._speed * slot + self._swing, 2), distance)
 
     def _found_crossing(self, n: int, start: float) -> int:
         """As `crossing`, from a start [turns]."""

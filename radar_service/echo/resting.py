@@ -15,8 +15,10 @@ from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.poses import BodyPoses, map_from_ordered_bodies
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.trace.shadow_sectors import ShadowSectors
 from radar_service.types import Floats, Indices
 
+ROUNDING = 1e-9  # rad, by which azimuths may differ that are computed in two ways
 STEPS = 4  # kept: threads may be this many visibility steps apart before one is computed again
 
 
@@ -54,6 +56,10 @@ class PassingShadows:
     def __init__(self, resting: RestingEchoes, line_of_sight: OcclusionScene, interval: float) -> None:
         """interval: length of a visibility step [s]."""
         self._resting, self._line_of_sight, self._interval = resting, line_of_sight, interval
+        east, north, _ = (resting.position - resting.antenna).T
+        self._azimuth = np.arctan2(east, north)  # rising
+        movers = line_of_sight.moving_shadow_sectors(resting.antenna, 0.0).middle
+        self.possible = len(resting) > 0 and len(movers) > 0  # else no echo is ever occluded
         self._steps: BlockCache[int, Echoes] = BlockCache(STEPS)
 
     def at(self, step: int) -> Echoes:
@@ -64,8 +70,19 @@ class PassingShadows:
         """As `at`, computed anew."""
         resting, echoes = self._resting, self._resting.echoes
         time = (step + 0.5) * self._interval
-        which = self._line_of_sight.shadowed(resting.position, resting.polar, resting.antenna, time)
+        behind = self._behind(self._line_of_sight.moving_shadow_sectors(resting.antenna, time))
+        polar = Polar(*(part[behind] for part in resting.polar))
+        which = behind[self._line_of_sight.shadowed(resting.position[behind], polar, resting.antenna, time)]
         return Echoes(echoes.range[which], echoes.azimuth[which], -echoes.amplitude[which])
+
+    def _behind(self, sectors: ShadowSectors) -> Indices:
+        """Indices of the echoes in any of the sectors, rising: a few of all, found by their order."""
+        behind = np.zeros(len(self._azimuth), dtype=np.bool_)
+        for middle, half, begin in zip(*sectors, strict=True):
+            for turn in (-2.0 * np.pi, 0.0, 2.0 * np.pi):
+                first, last = np.searchsorted(self._azimuth, [middle - half + turn - ROUNDING, middle + half + turn + ROUNDING])
+                behind[first:last] |= self._resting.polar.distance[first:last] >= begin
+        return np.flatnonzero(behind)
 
 
 def resting_echoes(scene: Scene, scatterers: ScattererSet, line_of_sight: OcclusionScene, max_range: float) -> RestingEchoes:

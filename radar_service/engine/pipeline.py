@@ -126,6 +126,8 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles:
 def moving_rows(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles | None:
     """Moving echoes spread on grid rows (K, size), before compression; None where there are none."""
     rows: Profiles | None = None
+    if not len(prepared.moving) and not prepared.shadows.possible:
+        return rows
     compression = prepared.compression
     for first, stop in blocks(prepared, azimuths):
         echoes = moving_echoes(prepared, azimuths.part(first, stop))
@@ -147,7 +149,9 @@ def visibility_steps(prepared: Prepared, azimuths: AzimuthTimes) -> Indices:
 def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, int]]:
     """First and end of the blocks of a tile, each within one visibility step, so that no azimuth has the shadows of another."""
     steps, size = visibility_steps(prepared, azimuths), prepared.fidelity.azimuths_per_block
-    edges = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), len(steps)]
+    edges = [0, len(steps)]
+    if steps[0] != steps[-1]:
+        edges[1:1] = (np.flatnonzero(np.diff(steps)) + 1).tolist()
     for start, end in pairwise(edges):
         for first in range(start, end, size):
             yield first, min(first + size, end)
@@ -158,9 +162,10 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes) -> BeamWeightedEch
     parts: list[BeamWeightedEchoes] = []
     if len(prepared.moving):
         parts += fold_ranges(prepared.moving.echoes, azimuths, prepared.scene.radar)
-    shadows = prepared.shadows.at(int(azimuths.middle // prepared.moving.visibility.interval))
-    if len(shadows.range):
-        parts.append(_beam_weighted(shadows, azimuths.boresight, prepared.scene.radar))
+    if prepared.shadows.possible:
+        shadows = prepared.shadows.at(int(azimuths.middle // prepared.moving.visibility.interval))
+        if len(shadows.range):
+            parts.append(_beam_weighted(shadows, azimuths.boresight, prepared.scene.radar))
     return concatenated(parts, len(azimuths.time))
 
 

@@ -23,7 +23,7 @@ from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
 
 NODES = 0.1  # of MAX_PHASE squared: the field between nodes so far apart, measured (tests/plan/test_body_errors.py)
-HELD = 0.1  # of the field, at HELD_PHASE: likewise that of one node, between lobes; it falls with the square
+HELD = 0.2  # of the field, at HELD_PHASE: that of one node, by its square; 95 % of 73 passing plates err less
 ASPECT_FLOOR_DB = -65.0  # centres that are left out, at other moments others
 PASSING, EDGE_FIELD = 2.0, 0.3  # see `passing_shadows_db`; rms field of a share of a body that is lit too early or too late
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given

@@ -12,7 +12,10 @@ from numpy.typing import NDArray
 
 from radar_service.types import Complexes, Floats, Indices
 
-DROPPED = 10.0 ** (-50.0 / 20.0)  # of the strongest centre's amplitude: all that are left out, whatever their phases
+DROPPED = (
+    1e-5  # of the strongest centre's power: all that are left out; their phases are random. Half of a ship's centres are.
+)
+# Errors of 240 draws of metal on the water do not change by it; at -45 dB some double.
 UPRIGHT = 2.0  # height of a cell over its length: range hardly changes with height
 
 
@@ -108,7 +111,8 @@ def _joined(parts: list[Cells], members: list[Indices], count: int) -> Lattice:
 
 
 def strongest(level: Floats) -> NDArray[np.int64]:
-    """Indices of amplitudes (C,), in their order, without the faintest that add up to DROPPED of the strongest."""
-    order = np.argsort(level)
-    faint = int(np.searchsorted(np.cumsum(level[order]), DROPPED * level.max(initial=0.0), side="right"))
+    """Indices of amplitudes (C,), in their order, without the faintest, whose powers add up to DROPPED of the strongest's."""
+    power = np.square(level)
+    order = np.argsort(power)
+    faint = int(np.searchsorted(np.cumsum(power[order]), DROPPED * power.max(initial=0.0), side="right"))
     return np.sort(order[faint:])
