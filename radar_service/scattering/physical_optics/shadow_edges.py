@@ -27,20 +27,21 @@ class Effort(NamedTuple):
 
     rows: of their lattice of samples.
     sections: parts of an edge, one of which each search finds.
-    searches: one after the other along an edge.
+    searches: one after the other along an edge, until it is known to `precision` [m].
     halvings: how often a facet is halved before it counts by its visible share.
     """
 
     rows: int
     sections: int
     searches: int
+    precision: float
     halvings: int
 
 
 SMALLEST = 1e-6  # of the body's area: facets below it count by their visible share, where its own parts shade them
 MANY = 200  # mixed facets on a body: from then on they are resolved as its own shadows are
-FINE = Effort(5, 10, 4, 4)  # shadows of other bodies: their edges are found to 1/10,000 of a facet's edge
-COARSE = Effort(2, 4, 3, 1)  # shadows of the body's own parts, which are many and small: to 1/64
+FINE = Effort(5, 10, 4, 0.0, 4)  # shadows of other bodies: their edges are found to 1/10,000 of a facet's edge
+COARSE = Effort(2, 4, 3, 0.05, 1)  # shadows of the body's own parts, which are many and small
 
 
 class Parts(NamedTuple):
@@ -149,17 +150,19 @@ def _shadow_line(ordered: Floats, triangle: Indices, tip: Flags, visible: Visibl
 
     ordered: (K, 3, 3) facets, whose first corner is visible (`tip`) where the others are not, or the other way round.
     """
-    low, high = np.zeros((len(ordered), 2)), np.ones((len(ordered), 2))
     inset = ordered + INSET * (centroids(ordered)[:, None] - ordered)
-    share = np.arange(1, effort.sections) / effort.sections
+    begin, way = np.repeat(inset[:, 0], 2, axis=0), (inset[:, 1:] - inset[:, :1]).reshape(-1, 3)
+    length, share = np.linalg.norm(way, axis=1), np.arange(1, effort.sections) / effort.sections
+    low, width = np.zeros(len(way)), np.ones(len(way))
     for _ in range(effort.searches):
-        inner = low[:, :, None] + (high - low)[:, :, None] * share
-        points = inset[:, :1, None] + inner[:, :, :, None] * (inset[:, 1:] - inset[:, :1])[:, :, None]
-        seen = visible(points.reshape(-1, 3), np.repeat(triangle, 2 * len(share))).reshape(inner.shape)
-        passed = np.logical_and.accumulate(seen == tip[:, None, None], axis=2).sum(axis=2)
-        step = (high - low) / effort.sections
-        low, high = low + passed * step, low + (passed + 1) * step
-    crossing: Floats = (low + high) / 2.0
+        wide = np.flatnonzero(width * length > effort.precision)
+        inner = low[wide, None] + width[wide, None] * share
+        points = begin[wide, None] + inner[:, :, None] * way[wide, None]
+        seen = visible(points.reshape(-1, 3), np.repeat(triangle[wide // 2], len(share))).reshape(inner.shape)
+        passed = np.logical_and.accumulate(seen == tip[wide // 2, None], axis=1).sum(axis=1)
+        width[wide] /= effort.sections
+        low[wide] += passed * width[wide]
+    crossing = (low + width / 2.0).reshape(-1, 2)
     return _extended(crossing)
 
 

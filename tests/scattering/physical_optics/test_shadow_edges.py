@@ -69,16 +69,19 @@ def test_nothing_visible_and_nothing_there() -> None:
     assert visible_area(PLATE, lambda p, t: np.zeros(len(p), bool)) == 0.0
 
 
-def test_shadows_of_the_body_itself_are_found_to_a_128th_of_an_edge() -> None:
-    """Three searches for a quarter each, and half of that on either side: 1 / 128 of 1.7 m times the other side, 0.02 m^2."""
+@pytest.mark.parametrize("scale", [1.0, 0.1])
+def test_shadows_of_the_body_itself_are_found_to_five_centimetres(scale: float) -> None:
+    """On plates of 1.7 m and 0.17 m; searches end there, so a small plate takes fewer samples."""
+    asked = []
 
     def visible(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
-        return points[:, 0] > 0.6
+        asked.append(len(points))
+        return points[:, 0] > 0.6 * scale
 
-    parts = visible_parts(PLATE, np.arange(2), visible, False, 2.89)
-    finest = 0.5 / COARSE.sections**COARSE.searches
+    parts = visible_parts(PLATE * scale, np.arange(2), visible, False, 2.89 * scale**2)
     seen = float((areas(parts.corners) * parts.share).sum())
-    assert finest == 1 / 128 and seen == pytest.approx(1.1 * 1.7, abs=finest * 1.7 * 1.7)
+    assert seen == pytest.approx(1.1 * 1.7 * scale**2, abs=COARSE.precision / 2 * 1.7 * scale)
+    assert COARSE.precision == 0.05 and (sum(asked) > 40) == (scale == 1.0)
 
 
 def test_facets_too_small_to_matter_count_by_their_share() -> None:
