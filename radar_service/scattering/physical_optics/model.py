@@ -10,6 +10,7 @@ import numpy as np
 from radar_service.fidelity import Fidelity
 from radar_service.frames import map_from_body
 from radar_service.propagation.legs import reflection_points
+from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, Visible
@@ -31,17 +32,19 @@ THIN = 15.0  # m of radius below which a body is searched for as one that casts 
 class PhysicalOptics:
     """Bodies (B,) by physical optics with up to `Fidelity.bounces` surfaces in a row."""
 
-    def __init__(self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], multipath: bool) -> None:
-        """key: (B,) index of each body in the scene; multipath: whether the sea reflects."""
+    def __init__(
+        self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], context: ScatteringContext
+    ) -> None:
+        """key: (B,) index of each body in the scene."""
         self.bodies, self.key = tuple(bodies), key
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
-        self._optical, self._multipath = tuple(optical), multipath
+        self._optical, self._radar, self._environment = tuple(optical), context.radar, context.environment
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """As `ScatteringModel.build`."""
         optical = optical_bodies(bodies, context.radar, context.fidelity.bounces, context.rays)
-        return cls(bodies, key, optical, context.environment.multipath)
+        return cls(bodies, key, optical, context)
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
@@ -71,7 +74,7 @@ class PhysicalOptics:
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of body b alone, as it is at the instant."""
         pose = pose_at(self.bodies[b], instant.time)
-        over_sea = self._multipath and antenna[2] > 0.0
+        over_sea = self._environment.multipath and antenna[2] > 0.0
         others = instant.line_of_sight.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         ways = (False, True) if over_sea else (False,)
         legs = tuple(self._leg(b, by_sea, pose, antenna, instant, others) for by_sea in ways)
@@ -98,7 +101,19 @@ class PhysicalOptics:
         thin = bool((radius < THIN).any())
         crowded = thin or (len(among) > 0 and self._is_shaded(b, pose, partial(visible, bodies=among.tolist())))
         seen = partial(visible, bodies=among.tolist() if crowded else [])
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, crowded, thin)
+        strength = self._strength(b, pose, antenna) if by_sea else 1.0
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, crowded, thin, strength)
+
+    def _strength(self, b: int, pose: BodyPose, antenna: Floats) -> float:
+        """The most that the field by the sea has of the direct one on body b: at the ends and the middle of its range and
+        height."""
+        body = self.bodies[b]
+        assert body.mesh is not None
+        middle = map_from_body(body.middle, pose.position, pose.heading) - antenna
+        top = max(float(pose.position[2]) + float(body.mesh.vertices[:, 2].max()), 0.0)
+        distance = np.maximum(np.hypot(middle[0], middle[1]) + body.radius * np.array([-1.0, 0.0, 1.0]), 1.0)
+        distances, heights = np.meshgrid(distance, top * np.array([0.0, 0.5, 1.0]))
+        return float(np.abs(radar_two_rays(self._radar, self._environment, distances, heights, antenna[2]).ratio).max())
 
     def _is_shaded(self, b: int, pose: BodyPose, visible: Visible) -> bool:
         """Whether other bodies cast shadows on some of the probes of body b above the water."""

@@ -143,7 +143,9 @@ class OpticalBody:
             which = np.flatnonzero((weight > 0.0) & reached[back, tubes.triangle] & (tubes.centre[2] > water))
             seen, fields = tube_fields(tubes.chosen(which), receive, self.wave)
             seen = which[seen]
-            fields = fields._replace(amplitude=fields.amplitude * weight[seen] * self.reflectivity ** (tubes.bounces[seen] / 2.0))
+            fields = fields._replace(
+                amplitude=fields.amplitude * weight[seen] * self.reflectivity ** (tubes.bounces[seen] / 2.0)
+            )
             for number in range(len(launches)):
                 some = np.flatnonzero(out[seen] == number)
                 yield number + back, PathFields._make(column[some] for column in fields)

@@ -117,7 +117,13 @@ def launched_tubes(
     triangle = surface.triangle[which]
     least = np.where(np.array(every)[leg], EVERY, rank[triangle])
     launch = Launch(
-        direction, leg, surface.share[which, leg], surface.cell[which], LONGEST * surface.longest[which], rank[triangle], least
+        direction,
+        leg,
+        surface.share[which, leg],
+        surface.cell[which],
+        LONGEST * surface.longest[which],
+        rank[triangle],
+        least,
     )
     count = len(which)
     return RayTubes(
