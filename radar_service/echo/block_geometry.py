@@ -50,7 +50,10 @@ class BlockGeometry(NamedTuple):
 
     def positions(self, observed: ObservedEchoes, which: Indices, instants: Iterable[int]) -> list[Floats]:
         """Positions (E, 3) of echoes `which` relative to the antenna, along the map's axes [m], at some instants of the block."""
-        position, body = observed.position.take(which, axis=0), observed.echoes.body[which]  # a quarter of the time of [which]
+        position, body = (
+            observed.position.take(which, axis=0),
+            observed.echoes.body[which],
+        )  # a quarter of the time of [which]
         moving = np.flatnonzero(self.moves[body])
         points, mover = observed.echoes.position.take(which[moving], axis=0), body[moving]
         positions = []

@@ -80,7 +80,9 @@ class PassingShadows:
         behind = np.zeros(len(self._azimuth), dtype=np.bool_)
         for middle, half, begin in zip(*sectors, strict=True):
             for turn in (-2.0 * np.pi, 0.0, 2.0 * np.pi):
-                first, last = np.searchsorted(self._azimuth, [middle - half + turn - ROUNDING, middle + half + turn + ROUNDING])
+                first, last = np.searchsorted(
+                    self._azimuth, [middle - half + turn - ROUNDING, middle + half + turn + ROUNDING]
+                )
                 behind[first:last] |= self._resting.polar.distance[first:last] >= begin
         return np.flatnonzero(behind)
 
