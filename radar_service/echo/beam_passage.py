@@ -136,7 +136,7 @@ class BeamPassages:
         return bool((np.abs(wrap_angle(bearing - middle)) <= half + self._sway + aside).any())
 
     def _slot_sectors(self, number: int) -> tuple[Floats, Floats]:
-        """Sectors (2 N,) in which all bodies stay during a slot: bearings of their middles at its ends, and half the widths [rad]."""
+        """Sectors (2 N,) that no body leaves during a slot: bearings of its middle at both ends, and half the widths [rad]."""
         slot = self._scene.radar.rotation_period / SLOTS
         ends = [self._bearings(max(each, 0) * slot) for each in (number, number + 1)]
         bearing, distance = (np.concatenate(parts) for parts in zip(*ends, strict=True))

@@ -9,7 +9,7 @@ import numpy as np
 from radar_service.echo.beam_passage import BeamPassages
 from radar_service.echo.block_geometry import BlockGeometry, ObservedEchoes, PartGeometry
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
-from radar_service.echo.moving_beam import BeamTable, rotated_amplitude
+from radar_service.echo.moving_beam import BeamTable, received_field
 from radar_service.echo.range_history import (
     TOLERANCE,
     Parabola,
@@ -29,7 +29,6 @@ from radar_service.propagation.radar_equation import (
     elevation_gain,
     radar_two_rays,
     received_amplitude,
-    two_way_phase,
 )
 from radar_service.scattering.swerling import Fluctuation
 from radar_service.scene.poses import BodyPoses, PoseArrays
@@ -132,8 +131,7 @@ class MovingEchoes:
         middle *= elevation_gain(radar, part.elevation) if sea is None else sea.held_factor()
         if sea is not None:
             distance = sea.add_excess(distance, history.range_migration)
-        middle *= two_way_phase(distance, radar.wavelength)
-        amplitude = rotated_amplitude(middle, weight, history.range_migration, radar.wavelength)
+        amplitude = received_field(middle, distance, weight, history.range_migration, radar.wavelength)
         if sea is not None:
             sea.apply(amplitude)
         return BeamWeightedEchoes(distance, history.range_migration, amplitude)

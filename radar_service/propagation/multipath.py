@@ -144,11 +144,10 @@ def divergence(first: Floats, second: Floats, grazing: Floats, earth_radius: flo
     first, second: ground distances from antenna and target to the reflection point [m]; grazing: [rad], D is 0 where it is
     not positive; earth_radius: ae [m], inf for flat. D = (1 + 2 d1 d2 / (ae d sin psi))^-1/2 (Kerr 1951, ch. 5).
     """
-    d = first + second
     sine = np.sin(grazing)
-    above = sine > 0
-    split = np.divide(first * second, d * sine, out=np.zeros_like(d), where=above & (d > 0))
-    factor: Floats = np.where(above, 1.0 / np.sqrt(1.0 + 2.0 * split / earth_radius), 0.0)
+    fall = (first + second) * sine
+    split = first * second / np.where(fall > 0.0, fall, 1.0)  # 0 at the foot of the antenna
+    factor: Floats = np.where(sine > 0.0, 1.0 / np.sqrt(1.0 + 2.0 * split / earth_radius), 0.0)
     return factor
 
 
@@ -246,7 +245,8 @@ def _reflection_point(d: Floats, h: Floats, antenna_height: Floats | float, eart
     flat: Floats = d * antenna_height / (antenna_height + h)
     if np.isinf(earth_radius):
         return flat
-    p = 2.0 / np.sqrt(3.0) * np.sqrt(earth_radius * (antenna_height + h) + d**2 / 4.0)
-    sine = np.clip(2.0 * earth_radius * d * (h - antenna_height) / p**3, -1.0, 1.0)
+    p2 = 4.0 / 3.0 * (earth_radius * (antenna_height + h) + d * d / 4.0)
+    p = np.sqrt(p2)  # its cube is p2 p: a power would cost ten times as much
+    sine = np.clip(2.0 * earth_radius * d * (h - antenna_height) / (p2 * p), -1.0, 1.0)
     x: Floats = d / 2.0 - p * np.sin(np.arcsin(sine) / 3.0)
     return np.clip(x, 0.0, d)

@@ -52,13 +52,15 @@ class BodyEchoes:
     @classmethod
     def joined(cls, parts: "Sequence[BodyEchoes]") -> "BodyEchoes":
         """All echoes of several parts, in their order."""
+        if len(parts) == 1:
+            return parts[0]
         none = cls.of_points(np.zeros((0, 3)), np.zeros(0, dtype=np.complex128), np.zeros(0, dtype=np.int64))
         names = cls.__dataclass_fields__
         return cls(*(np.concatenate([getattr(part, name) for part in (none, *parts)]) for name in names))
 
     def chosen(self, which: Indices) -> "BodyEchoes":
         """The echoes `which` (N,)."""
-        return BodyEchoes(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+        return BodyEchoes(*(getattr(self, name).take(which, axis=0) for name in self.__dataclass_fields__))
 
     def __len__(self) -> int:
         return len(self.body)

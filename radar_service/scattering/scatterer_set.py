@@ -46,8 +46,10 @@ class ScattererSet:
         parts = [(model.key, model.echoes(antenna, instant)) for model in self.models]
         joined = BodyEchoes.joined([part for _, part in parts])
         key = np.concatenate([np.zeros(0, dtype=np.int64), *(key[part.body] for key, part in parts)])
-        order = np.argsort(key, kind="stable")
-        return replace(joined.chosen(order), body=np.searchsorted(self.key, key[order]))
+        if (np.diff(key) < 0).any():
+            order = np.argsort(key, kind="stable")
+            joined, key = joined.chosen(order), key[order]
+        return replace(joined, body=np.searchsorted(self.key, key))
 
     def clear(self) -> None:
         """Drops cached results, so that the next call can be timed."""

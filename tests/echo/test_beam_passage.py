@@ -172,6 +172,27 @@ def test_a_passage_due_north_is_one_over_the_boundary_of_scans() -> None:
         assert found[0] == found[1] and abs(found[0][0][1] - scan * radar.azimuths) < 5
 
 
+@pytest.mark.parametrize(("rpm", "roll_deg"), [(24, 0), (6, 8), (2, 0)])
+def test_no_passing_body_is_missed_by_the_quick_test(rpm: int, roll_deg: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fast, near, turning, along waypoints, from a ship that sways: as when every body is tested."""
+    square = [{"position_m": [60, 80], "speed_kn": 30}, {"position_m": [60, -80], "speed_kn": 30}]
+    bodies = [
+        PLATE | {"name": "fast", "position_m": [-300, 60, 9], "speed_kn": 40, "course_deg": 90},
+        PLATE | {"name": "far", "position_m": [3000, -2500, 9], "speed_kn": 20, "course_deg": 10},
+        PLATE | {"name": "round", "position_m": [-60, 80, 9], "waypoints": square, "loop": True},
+    ]
+    own = {"speed_kn": 15, "course_deg": 200} | ({"roll_deg": roll_deg, "roll_period_s": 6} if roll_deg else {})
+    made = scene(bodies, radar={"rpm": rpm}, own_ship=own)
+    turns = turning(replace(made.bodies[1], name="turns"), 3.0, 1.0, np.deg2rad(6.0))
+    each = passages(made.with_world(bodies=(*made.bodies, turns)))
+    number = np.arange(2 * made.radar.azimuths)
+    boresight, time = made.radar.schedule(number)
+    quick = [each.passing(t, b, 0.005) for t, b in zip(time.tolist(), boresight.tolist(), strict=True)]
+    monkeypatch.setattr(BeamPassages, "_may_pass", lambda *_: True)
+    every = [each.passing(t, b, 0.005) for t, b in zip(time.tolist(), boresight.tolist(), strict=True)]
+    assert quick == every and {n for found in every for n, _ in found} == {0, 1, 2, 3}
+
+
 def test_a_body_that_outruns_the_beam_is_evaluated_all_the_same() -> None:
     """At 1 rpm a body that passes at 40 kn and 30 m runs round faster than the beam."""
     made = scene([PLATE | {"speed_kn": 40, "course_deg": 90, "position_m": [-600, -30, 14.5]}], radar={"rpm": 1})

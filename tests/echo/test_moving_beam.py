@@ -1,9 +1,9 @@
-"""The table of the beam against the pattern itself, and rotated amplitudes against complex128."""
+"""The table of the beam against the pattern itself, and received fields against complex128."""
 
 import numpy as np
 import pytest
 
-from radar_service.echo.moving_beam import BeamTable, rotated_amplitude
+from radar_service.echo.moving_beam import BeamTable, received_field
 from tests.reference.compressed_pulse import sinc2_beam
 
 WIDTH = np.deg2rad(2.0)
@@ -39,12 +39,14 @@ def test_an_extent_of_half_a_turn_wraps() -> None:
     assert beam(offset)[0] == pytest.approx(beam(np.float32([np.pi - 0.02]))[0], abs=10 ** (-75 / 20))
 
 
-def test_amplitudes_turn_with_the_change_of_range() -> None:
-    """Up to 3 m of migration, 1200 rad: float32 phases leave 1e-4 rad; the weight multiplies."""
+def test_fields_turn_with_range_and_its_change() -> None:
+    """20 km, 8e6 rad, and up to 3 m of migration, 1200 rad: float32 phases leave 1e-4 rad; the weight multiplies."""
     rng = np.random.default_rng(2)
     middle = rng.normal(size=50) + 1j * rng.normal(size=50)
     weight, migration = rng.uniform(size=(50, 16)).astype(np.float32), rng.uniform(-3, 3, (50, 16)).astype(np.float32)
-    exact = middle[:, None] * weight * np.exp(-4j * np.pi / 0.0319 * migration.astype(np.float64))
-    result = rotated_amplitude(middle, weight, migration, 0.0319)
+    distance = rng.uniform(10.0, 20_000.0, 50)
+    way = distance[:, None] + migration.astype(np.float64)
+    result = received_field(middle, distance, weight, migration, 0.0319)
+    exact = middle[:, None] * weight * np.exp(-4j * np.pi / 0.0319 * way)
     assert result.dtype == np.complex64
     assert (np.abs(result - exact) <= 3e-4 * np.abs(middle)[:, None]).all()

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from radar_service.types import Complexes, Floats, Indices
 
-DROPPED = (
-    1e-5  # of the strongest centre's power: all that are left out; their phases are random. Half of a ship's centres are.
-)
-# Errors of 240 draws of metal on the water do not change by it; at -45 dB some double.
+# Of the strongest centre's power: all that are left out; on ships, whose phases are random, 80 % of the centres. Errors of 80
+# draws in the water stay below 0.041, as without it below 0.019. At -50 dB one is 0.19: a null between strong centres.
+DROPPED = 1e-6
 UPRIGHT = 2.0  # height of a cell over its length: range hardly changes with height
 
 

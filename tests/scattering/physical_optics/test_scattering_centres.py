@@ -90,7 +90,7 @@ def test_nothing_stays_nothing() -> None:
 
 @pytest.mark.parametrize(("total", "left"), [(0.99, 1), (1.5, 335)])
 def test_what_is_left_out_is_faint_even_together(total: float, left: int) -> None:
-    """One strong centre and a thousand faint ones whose powers add up to just under -50 dB of its power: gone; over: only what
+    """One strong centre and a thousand faint ones whose powers add up to just under -60 dB of its power: gone; over: only what
     is over stays."""
     level = np.full(1001, np.sqrt(total * DROPPED / 1000))
     level[500] = 1.0
