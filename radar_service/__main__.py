@@ -30,8 +30,8 @@ from radar_service.scattering.physical_optics.mesh_quality import mesh_quality
 from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
-from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
+from radar_service.simulator_options import SimulatorOptions
 
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
@@ -72,12 +72,9 @@ def file_ending(text: str, suffix: str) -> Path:
     return Path(text)
 
 
-def simulator_of(scene: Scene, options: argparse.Namespace, threads: int = 1) -> Simulator:
-    """Returns a simulator by the options. Its plan is made now, so that no client waits for it."""
-    fidelity = options.fidelity if options.error_db is None else fidelity_for(scene, options.error_db)
-    simulator = Simulator(scene, fidelity, options.seed, threads)
-    _ = simulator.plan
-    return simulator
+def simulator_options(options: argparse.Namespace, threads: int = 1) -> SimulatorOptions:
+    """Returns what the options say about simulators."""
+    return SimulatorOptions(options.fidelity, options.error_db, options.seed, threads)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -165,12 +162,13 @@ def parser() -> argparse.ArgumentParser:
 
 def run_serve(options: argparse.Namespace) -> int:
     """Serves until stopped."""
+    from radar_service.stream.radio.prefetch import EngineFault
     from radar_service.stream.serve import AccessError, serve  # here: no other command needs a server
 
     options.scenes = options.scenes or [DEFAULT_SCENE]
     try:
-        return serve(options, partial(simulator_of, options=options, threads=options.threads))
-    except AccessError as error:
+        return serve(options, simulator_options(options, options.threads))
+    except (AccessError, EngineFault) as error:
         raise UsageError(str(error)) from None
 
 
@@ -179,7 +177,7 @@ def run_scan(options: argparse.Namespace) -> int:
     for path in (options.out, options.png):
         if path and not path.parent.is_dir():  # refused now, not after an hour of computation
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
-    simulator = simulator_of(load_scene(options.scene), options, options.threads)
+    simulator = simulator_options(options, options.threads)(load_scene(options.scene))
     azimuths = simulator.scene.radar.azimuths
     with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar:
         blocks = _counted(simulator.blocks(scans=options.scans), bar)
@@ -204,8 +202,8 @@ def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
     to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step)
     path.write_bytes(
         last_scan_png(
-            simulator.scene, rows, to, Controls(), simulator.noise_power, size=PICTURE_SIZE, range_max=None,
-            time=float(scan.time[-1]),
+            rows, len(scan.power), to, Controls(), simulator.noise_power, title=simulator.scene.name, size=PICTURE_SIZE,
+            range_max=None, heading=float(scan.heading[-1]),
         )
     )  # fmt: skip
 
@@ -221,7 +219,7 @@ def run_plan(options: argparse.Namespace) -> int:
     """Prints what is modelled, at what error and cost."""
     scene = load_scene(options.scene)
     if options.realtime_factor is None:
-        plan = simulator_of(scene, options).plan
+        plan = simulator_options(options)(scene).plan
     elif options.fidelity != "auto":
         raise UsageError(f"--realtime-factor: needs --fidelity auto, not {options.fidelity}; remove one of them")
     else:

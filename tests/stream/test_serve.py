@@ -101,4 +101,3 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
     assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
     assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
     assert seen["access"] == access_for(chosen) and seen["sandbox_all"] is gave_up
-    seen["sandbox"].close()
