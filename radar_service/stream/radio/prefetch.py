@@ -71,6 +71,8 @@ class EngineWorker:
                 if not self._queue_block(block):
                     return
             self._fail("the engine ended its stream of spokes")
+        except EngineFault as error:
+            self._fail(str(error))
         except Exception as error:  # of any kind: the transmitter must be notified
             self._fail(f"{type(error).__name__}: {error}")
 
