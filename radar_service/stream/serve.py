@@ -1,24 +1,19 @@
-"""The command `serve`: radars, access and server from its options, put together and run until stopped."""
+"""The command `serve`: starts the worlds of its radars in processes of their own, and meanwhile the server.
+
+What takes long to import is imported while those processes prepare (docs/measurements.md#start).
+"""
 
 import argparse
-import asyncio
 import contextlib
-import gc
-import signal
-from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from radar_service.stream import logs
 from radar_service.stream.http.access import Access, checked_token, is_loopback
-from radar_service.stream.http.app import create_app
-from radar_service.stream.http.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
-from radar_service.stream.logs import Refusals
 from radar_service.stream.processes.fork_server import ForkServer
-from radar_service.stream.radio.station import Station
+from radar_service.stream.radio.description import MakeEngine
 from radar_service.stream.radio.world import WorldMaker, WorldSource
-from radar_service.stream.radio.world_process import MakeEngine
-from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import UNFOLLOWED, SceneOrder
 
 IMPORTED_ONCE = (  # by the process that starts the processes of worlds and pictures
@@ -39,49 +34,33 @@ def serve(options: argparse.Namespace, make_engine: MakeEngine) -> int:
 
     make_engine: makes the engine of a scene, in the scene's own process. Raises AccessError, SceneError, EngineFault, OSError.
     """
-    access, refused = access_for(options), Refusals()
+    access = access_for(options)
     logs.configure(options.log)
-    settings = Settings(pace=Pace("run", options.pace))
     with contextlib.ExitStack() as on_end:
         fork_server = ForkServer(IMPORTED_ONCE)
         on_end.callback(fork_server.close)
-        fork_server.start()
         make = WorldMaker(fork_server, make_engine)
-        worlds = _prepared(make, [SceneOrder(source, options.sandbox_all) for source in options.scenes])
+        worlds = _started(make, [SceneOrder(source, options.sandbox_all) for source in options.scenes], on_end.callback)
+        from radar_service.stream.http.running import run  # here: worlds prepare meanwhile
+
+        return run(options, access, [world.result() for world in worlds], make, fork_server)
+
+
+def _started(
+    make: WorldMaker, orders: Sequence[SceneOrder], on_end: Callable[[Callable[[], None]], object]
+) -> list["Future[WorldSource]"]:
+    """Returns the worlds of all radars, which are prepared side by side. on_end: is called with what ends them."""
+    threads = ThreadPoolExecutor(len(orders), thread_name_prefix="start")
+    worlds = [threads.submit(make, order, UNFOLLOWED) for order in orders]
+    threads.shutdown(wait=False)
+
+    def close() -> None:
         for world in worlds:
-            on_end.callback(world.close)
-        stations = [
-            Station(str(k), world, make, settings=settings, allow_truth=options.truth) for k, world in enumerate(worlds)
-        ]
-        app = create_app(
-            stations, scene_folders=options.scene_folder, sandbox_all=options.sandbox_all, fork_server=fork_server,
-            access=access, refused=refused,
-        )  # fmt: skip
-        config = configuration(
-            app, connections=options.connections or MAX_CONNECTIONS,
-            per_address=options.connections_per_address or MAX_PER_ADDRESS, refused=refused,
-        )  # fmt: skip
-        return _run(Server(config, stations, lambda: None), stations, options)
+            if not world.exception():
+                world.result().close()
 
-
-def _run(server: Server, stations: Iterable[Station], options: argparse.Namespace) -> int:
-    listener = listening_socket(options.host, options.port)
-    if options.exit_when_failed:
-        for station in stations:
-            station.failed = server.give_up
-    for signal_number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(signal_number, lambda *_: None)  # uvicorn stops at either and raises it again after its end
-    gc.collect()
-    gc.freeze()  # objects that live as long as the service are not searched again and again, 50 ms at a time
-    with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
-        runner.run(server.serve(sockets=[listener]))
-    return 0 if server.started and not server.gave_up else 1
-
-
-def _prepared(make: WorldMaker, orders: Iterable[SceneOrder]) -> list[WorldSource]:
-    """Returns the worlds of all radars, prepared side by side."""
-    with ThreadPoolExecutor(thread_name_prefix="start") as threads:
-        return list(threads.map(lambda order: make(order, UNFOLLOWED), orders))
+    on_end(close)
+    return worlds
 
 
 def access_for(options: argparse.Namespace) -> Access:

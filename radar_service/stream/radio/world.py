@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.records import SpokeBlock, Truth
+from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import Child, ForkServer
 from radar_service.stream.processes.limits import default_memory
+from radar_service.stream.radio.description import Description, MakeEngine
 from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, EngineFault
-from radar_service.stream.radio.world_process import Description, MakeEngine, run_world
 from radar_service.stream.source import Progress, SceneOrder, SceneOutline
 
 TRUTH_TIMEOUT = 10.0  # s
@@ -103,7 +104,7 @@ class WorldMaker:
         Raises SceneError where the scene is refused, and EngineFault where the process fails or takes PREPARE_TIMEOUT.
         """
         try:
-            child = self._server.child(run_world, order, self._make_engine, self._memory)
+            child = self._server.child(_run, order, self._make_engine, self._memory)
         except OSError as error:
             raise EngineFault(f"no process could be started for the scene: {error}") from None
         progress.ends_with(child.close)
@@ -112,6 +113,13 @@ class WorldMaker:
             source = WorldSource(child, order, _description(child, progress))
             on_failure.pop_all()
         return source
+
+
+def _run(control: Channel, data: Channel, order: SceneOrder, make_engine: MakeEngine, memory: int) -> None:
+    """Runs in the new process."""
+    from radar_service.stream.radio.world_process import run_world  # here: the serving process loads no scenes
+
+    run_world(control, data, order, make_engine, memory)
 
 
 def _description(child: Child, progress: Progress) -> Description:

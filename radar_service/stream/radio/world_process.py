@@ -9,16 +9,10 @@ import contextlib
 import gc
 import os
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, NoReturn, Protocol
+from collections.abc import Sequence
+from typing import NoReturn
 
-import numpy as np
-from numpy.typing import NDArray
-
-from radar_service.fidelity import Fidelity
 from radar_service.parallel import BLAS_LIMIT
-from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.mesh_reader import IN_PROCESS
@@ -27,47 +21,8 @@ from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
-from radar_service.stream.source import PlanSummary, SceneOrder, SceneOutline
-
-
-class SceneEngine(Protocol):
-    """Computes the spokes of one scene. `Simulator` is one; see there."""
-
-    scene: Scene
-    seed: int
-    fidelity: Fidelity
-    noise_power: float
-    range: NDArray[np.float64]
-    range_step: float
-
-    @property
-    def plan(self) -> PlanSummary:
-        """What it models and what it does not."""
-
-    def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
-        """Yields blocks of spokes."""
-
-    def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one."""
-
-    def truth(self, t: float) -> Truth:
-        """Returns the truth at time t [s]."""
-
-
-MakeEngine = Callable[[Scene], SceneEngine]
-
-
-@dataclass(frozen=True)
-class Description:
-    """All that the serving process knows of the engine of a scene, see source.SpokeSource."""
-
-    scene: SceneOutline
-    seed: int
-    fidelity: Fidelity
-    plan: dict[str, Any]
-    noise_power: float
-    range: NDArray[np.float64]
-    range_step: float
+from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
+from radar_service.stream.source import SceneOrder, SceneOutline
 
 
 def scene_of(order: SceneOrder) -> Scene:

@@ -7,7 +7,8 @@ from radar_service.scene.files.sandbox import Sandbox
 from radar_service.simulator import Simulator
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio import world_process
-from radar_service.stream.radio.world_process import SceneEngine, describe, outline_of, scene_of
+from radar_service.stream.radio.description import SceneEngine
+from radar_service.stream.radio.world_process import describe, outline_of, scene_of
 from radar_service.stream.source import SceneOrder
 from tests.stream.fake import scene
 
