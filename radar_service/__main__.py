@@ -7,7 +7,6 @@ import argparse
 import contextlib
 import errno
 import json
-import math
 import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from radar_service import __version__
+from radar_service.arguments import file_ending, pace, thread_count, whole
 from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
 from radar_service.scene.error import SceneError
@@ -32,40 +32,10 @@ if TYPE_CHECKING:
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
 PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
-MAX_THREADS = 64  # one tile each: a scan has few more
 
 
 class UsageError(Exception):
     """A command line that cannot run. Its text names the remedy."""
-
-
-def pace(text: str) -> float:
-    """Returns simulated seconds per second from the command line; max is inf. Raises ArgumentTypeError."""
-    with contextlib.suppress(ValueError):
-        factor = math.inf if text == "max" else float(text)
-        if factor > 0 and (text == "max" or math.isfinite(factor)):
-            return factor
-    raise argparse.ArgumentTypeError(f'"{text}" is not a pace; give a number above 0 (1 is real time) or max')
-
-
-def whole(text: str, minimum: int, maximum: int) -> int:
-    """Returns a whole number from the command line. Raises ArgumentTypeError outside the limits."""
-    with contextlib.suppress(ValueError):
-        if minimum <= int(text) <= maximum:
-            return int(text)
-    raise argparse.ArgumentTypeError(f'"{text}" is not a whole number from {minimum} to {maximum}')
-
-
-def thread_count(text: str) -> int:
-    """Returns a number of threads; auto: all cores but one. Raises ArgumentTypeError."""
-    return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MAX_THREADS)
-
-
-def file_ending(text: str, suffix: str) -> Path:
-    """Returns the path of a file to write, which must end in `suffix`. Raises ArgumentTypeError."""
-    if Path(text).suffix.lower() != suffix:
-        raise argparse.ArgumentTypeError(f'"{text}" does not end in {suffix}, the format that is written')
-    return Path(text)
 
 
 def simulator_options(options: argparse.Namespace, threads: int = 1) -> "SimulatorOptions":
@@ -160,13 +130,12 @@ def parser() -> argparse.ArgumentParser:
 
 def run_serve(options: argparse.Namespace) -> int:
     """Serves until stopped."""
-    from radar_service.stream.radio.prefetch import EngineFault
-    from radar_service.stream.serve import AccessError, serve
+    from radar_service.stream.serve import StartError, serve
 
     options.scenes = options.scenes or [DEFAULT_SCENE]
     try:
         return serve(options, simulator_options(options, options.threads))
-    except (AccessError, EngineFault) as error:
+    except StartError as error:
         raise UsageError(str(error)) from None
 
 

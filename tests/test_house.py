@@ -8,7 +8,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 GROUND = (
-    "block_cache", "constants", "fidelity", "frames", "packaged", "parallel", "random", "records", "scan_file", "types",
+    "arguments", "block_cache", "constants", "fidelity", "frames", "packaged", "parallel", "random", "records", "scan_file",
+    "types",
 )  # fmt: skip
 ROOMS = ("radar", "scene", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "plan")  # upward
 BELOW: dict[str, tuple[str, ...]] = {

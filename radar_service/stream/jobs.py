@@ -38,6 +38,8 @@ class Job:
     name: part of its address; kind: what it is for.
     """
 
+    in_background = True
+
     def __init__(self, name: str, kind: str) -> None:
         self.name, self.kind = name, kind
         self.state: State = "waiting"

@@ -1,57 +1,71 @@
 """The command `serve`: starts the worlds of its radars in processes of their own, and meanwhile the server.
 
-What takes long to import is imported while those processes prepare (docs/measurements.md#start).
+What takes long to import is imported while those processes start and prepare.
 """
 
 import argparse
 import contextlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from radar_service.stream import logs
 from radar_service.stream.http.access import Access, checked_token, is_loopback
 from radar_service.stream.processes.fork_server import ForkServer
-from radar_service.stream.radio.description import MakeEngine
-from radar_service.stream.radio.world import WorldMaker, WorldSource
-from radar_service.stream.source import UNFOLLOWED, SceneOrder
 
-IMPORTED_ONCE = (  # by the process that starts the processes of worlds and pictures
-    "radar_service.simulator_options",
-    "radar_service.stream.radio.world_process",
-    "radar_service.stream.radio.last_scan",
-    "radar_service.display.last_scan",
-    "radar_service.stream.processes.call",
-)
+if TYPE_CHECKING:
+    from radar_service.stream.radio.description import MakeEngine
+    from radar_service.stream.radio.world import WorldSource
+    from radar_service.stream.source import SceneOrder
+
+WORLDS_NEED = ("radar_service.simulator", "radar_service.stream.radio.world_process")
+OTHERS_NEED = ("radar_service.stream.radio.last_scan", "radar_service.display.last_scan")
 
 
-class AccessError(ValueError):
+class StartError(ValueError):
+    """The server cannot start. The text says why."""
+
+
+class AccessError(StartError):
     """Options that would leave a server unprotected. The text says what to do."""
 
 
-def serve(options: argparse.Namespace, make_engine: MakeEngine) -> int:
+def serve(options: argparse.Namespace, make_engine: "MakeEngine") -> int:
     """Serves the scenes of the options until stopped; returns the exit status.
 
-    make_engine: makes the engine of a scene, in the scene's own process. Raises AccessError, SceneError, EngineFault, OSError.
+    make_engine: makes the engine of a scene, in the scene's own process. Raises StartError, SceneError, OSError.
     """
     access = access_for(options)
     logs.configure(options.log)
     with contextlib.ExitStack() as on_end:
-        fork_server = ForkServer(IMPORTED_ONCE)
+        fork_server = ForkServer(WORLDS_NEED, OTHERS_NEED)
         on_end.callback(fork_server.close)
-        make = WorldMaker(fork_server, make_engine)
-        worlds = _started(make, [SceneOrder(source, options.sandbox_all) for source in options.scenes], on_end.callback)
-        from radar_service.stream.http.running import run  # here: worlds prepare meanwhile
+        fork_server.start()
+        from radar_service.stream.radio.prefetch import EngineFault
+        from radar_service.stream.radio.world import WorldMaker  # here and below: meanwhile the other process starts
+        from radar_service.stream.source import UNFOLLOWED, SceneOrder
 
-        return run(options, access, [world.result() for world in worlds], make, fork_server)
+        make = WorldMaker(fork_server, make_engine)
+        orders = [SceneOrder(source, options.sandbox_all) for source in options.scenes]
+        worlds = _started(partial(make, progress=UNFOLLOWED), orders, on_end.callback)
+        from radar_service.stream.http.running import run
+
+        try:
+            prepared = [world.result() for world in worlds]
+        except EngineFault as error:
+            raise StartError(f"scene: {error}") from None
+        return run(options, access, prepared, make, fork_server)
 
 
 def _started(
-    make: WorldMaker, orders: Sequence[SceneOrder], on_end: Callable[[Callable[[], None]], object]
-) -> list["Future[WorldSource]"]:
+    make: "Callable[[SceneOrder], WorldSource]", orders: "Sequence[SceneOrder]",
+    on_end: Callable[[Callable[[], None]], object],
+) -> "list[Future[WorldSource]]":  # fmt: skip
     """Returns the worlds of all radars, which are prepared side by side. on_end: is called with what ends them."""
     threads = ThreadPoolExecutor(len(orders), thread_name_prefix="start")
-    worlds = [threads.submit(make, order, UNFOLLOWED) for order in orders]
+    worlds = [threads.submit(make, order) for order in orders]
     threads.shutdown(wait=False)
 
     def close() -> None:

@@ -100,7 +100,10 @@ class SpokeSource(Protocol):
 
 
 class Progress(Protocol):
-    """Is told how far a preparation is, and can end it."""
+    """Is told how far a preparation is, and can end it. in_background: whether the feed of a radar comes first."""
+
+    @property
+    def in_background(self) -> bool: ...
 
     def stage(self, text: str) -> None:
         """Notes what is being done now."""
@@ -110,7 +113,9 @@ class Progress(Protocol):
 
 
 class NoProgress:
-    """A preparation that nobody follows or ends."""
+    """A preparation that nobody follows or ends, because a radar waits for it."""
+
+    in_background = False
 
     def stage(self, text: str) -> None:
         """Ignores it."""

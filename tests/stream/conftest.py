@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from radar_service.stream.processes.fork_server import ForkServer
-from radar_service.stream.serve import IMPORTED_ONCE
+from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -20,7 +20,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 @pytest.fixture(scope="session")
 def fork_server() -> Iterator[ForkServer]:
     """One that has imported the simulator, for all tests of a process."""
-    server = ForkServer(IMPORTED_ONCE)
+    server = ForkServer(WORLDS_NEED, OTHERS_NEED)
     server.start()
     yield server
     server.close()

@@ -39,7 +39,7 @@ def create_app(
     access: who may do what, by default everybody may do everything; refused: counts refusals, here and elsewhere.
     """
     access, refused, tickets = access or Access(), refused or Refusals(), Tickets()
-    store, server = SceneStore(scene_folders, sandbox_all), fork_server or ForkServer(())
+    store, server = SceneStore(scene_folders, sandbox_all), fork_server or ForkServer()
     preparations, pictures = Preparations(), Pictures(server)
     reader = BodyReader(server, preparations.jobs)
     for station in stations:

@@ -38,12 +38,12 @@ class BodyReader:
         except OSError as error:
             raise disk_error(error) from None
         if size <= SMALL:
-            found, refusal = read_body(path, model)
+            fields, refusal = read_body(path, model)
         else:
-            found, refusal = await self._in_process(path, model)
+            fields, refusal = await self._in_process(path, model)
         if refusal:
             raise HTTPException(*refusal)
-        return model.model_construct(**found)
+        return model.model_construct(**fields)
 
     async def _in_process(self, path: Path, model: type[Model]) -> Any:
         try:

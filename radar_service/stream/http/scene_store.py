@@ -17,7 +17,7 @@ from radar_service.stream.source import SceneOrder, SceneOutline
 MAX_UPLOADS = 32
 MAX_UPLOAD_BYTES = 64 * 2**20  # of one scene with its meshes
 MAX_UPLOAD_FILES = 64
-MAX_RECEIVING = 8  # bodies that arrive at a time: half a gigabyte on the disk
+MAX_RECEIVING = 16  # bodies that arrive at a time: a gigabyte on the disk
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,63}")
 FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,127}")
 

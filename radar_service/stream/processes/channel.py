@@ -12,8 +12,6 @@ import struct
 import threading
 from typing import Any
 
-import numpy as np
-
 HEAD = struct.Struct("<II")  # bytes of the pickled object, number of arrays
 LENGTH = struct.Struct("<Q")  # bytes of an array
 
@@ -68,7 +66,7 @@ class Channel:
         self._end.close()
 
     def _read(self, size: int) -> memoryview:
-        data = np.empty(size, dtype=np.uint8).data  # bytearray(size) would write zeros first
+        data = memoryview(bytearray(size))
         at = 0
         while at < size:
             try:

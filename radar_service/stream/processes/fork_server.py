@@ -50,11 +50,12 @@ class Child:
 class ForkServer:
     """The server process, started with the first child or earlier by `start`, and again after it has died.
 
-    modules: what children need; the server imports them before its first child. All methods may be called from any thread.
+    first: modules that the first child needs; others: modules that the server imports when it has nothing to do. All
+    methods may be called from any thread.
     """
 
-    def __init__(self, modules: Sequence[str]) -> None:
-        self._modules = tuple(modules)
+    def __init__(self, first: Sequence[str] = (), others: Sequence[str] = ()) -> None:
+        self._modules = tuple(first), tuple(others)
         self._lock = threading.Lock()
         self._server: subprocess.Popen[bytes] | None = None
         self._orders: socket.socket | None = None
@@ -117,14 +118,14 @@ class ForkServer:
             server.wait()
 
 
-def _started(modules: Sequence[str]) -> tuple["subprocess.Popen[bytes]", socket.socket]:
+def _started(modules: tuple[Sequence[str], Sequence[str]]) -> tuple["subprocess.Popen[bytes]", socket.socket]:
     """Returns a new server process and the socket for orders to it."""
     path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
     threads = {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # a fork copies one thread only
-    ours, theirs = socket.socketpair()
-    with theirs:
+    near, far = socket.socketpair()
+    with far:
         server = subprocess.Popen(
-            [sys.executable, "-P", "-m", SERVER, json.dumps(modules)], stdin=theirs.fileno(), stdout=subprocess.DEVNULL,
+            [sys.executable, "-P", "-m", SERVER, json.dumps(modules)], stdin=far.fileno(), stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL, env=os.environ | threads, start_new_session=True,
         )  # fmt: skip  # a session of its own: Ctrl-C on the terminal reaches the service alone
-    return server, ours
+    return server, near

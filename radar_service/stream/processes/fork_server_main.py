@@ -9,19 +9,27 @@ import gc
 import importlib
 import json
 import os
+import select
 import signal
 import socket
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import ENDS, PROCESS
 
+IDLE_SECONDS = 2.0  # a start is over by then
 
-def serve(orders: socket.socket) -> None:
-    """Forks a child for each order, until the service is gone."""
+
+def serve(orders: socket.socket, first: Sequence[str], others: Sequence[str]) -> None:
+    """Forks a child for each order, until the service is gone. Imports the other modules when there is nothing to do."""
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # children that have ended leave no zombies
+    share(first)
     while True:
+        if others and not select.select([orders], [], [], IDLE_SECONDS)[0]:
+            share(others)
+            others = ()
         order, ends, _, _ = socket.recv_fds(orders, 1, ENDS)
         if not order:
             return
@@ -32,6 +40,15 @@ def serve(orders: socket.socket) -> None:
         for end in ends:
             os.close(end)
         orders.send(PROCESS.pack(process))
+
+
+def share(modules: Sequence[str]) -> None:
+    """Imports modules; children share their memory as long as nobody writes to it."""
+    for module in modules:
+        importlib.import_module(module)
+    if modules:
+        gc.collect()
+        gc.freeze()
 
 
 def run(control: Channel, data: Channel) -> None:
@@ -51,8 +68,4 @@ def run(control: Channel, data: Channel) -> None:
 if __name__ == "__main__":
     orders_from_service = socket.socket(fileno=os.dup(0))
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    for module in json.loads(sys.argv[1]):
-        importlib.import_module(module)
-    gc.collect()
-    gc.freeze()  # children share the memory of imported modules as long as nobody writes to it
-    serve(orders_from_service)
+    serve(orders_from_service, *json.loads(sys.argv[1]))

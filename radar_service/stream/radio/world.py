@@ -104,7 +104,7 @@ class WorldMaker:
         Raises SceneError where the scene is refused, and EngineFault where the process fails or takes PREPARE_TIMEOUT.
         """
         try:
-            child = self._server.child(_run, order, self._make_engine, self._memory)
+            child = self._server.child(_run, order, self._make_engine, self._memory, progress.in_background)
         except OSError as error:
             raise EngineFault(f"no process could be started for the scene: {error}") from None
         progress.ends_with(child.close)
@@ -115,11 +115,11 @@ class WorldMaker:
         return source
 
 
-def _run(control: Channel, data: Channel, order: SceneOrder, make_engine: MakeEngine, memory: int) -> None:
+def _run(control: Channel, data: Channel, *arguments: object) -> None:
     """Runs in the new process."""
     from radar_service.stream.radio.world_process import run_world  # here: the serving process loads no scenes
 
-    run_world(control, data, order, make_engine, memory)
+    run_world(control, data, *arguments)  # type: ignore[arg-type]  # as WorldMaker gives them
 
 
 def _description(child: Child, progress: Progress) -> Description:

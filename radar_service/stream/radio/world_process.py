@@ -10,6 +10,7 @@ import gc
 import os
 import threading
 from collections.abc import Sequence
+from functools import partial
 from typing import NoReturn
 
 from radar_service.parallel import BLAS_LIMIT
@@ -49,14 +50,20 @@ def describe(engine: SceneEngine) -> Description:
     )  # fmt: skip
 
 
-def run_world(control: Channel, data: Channel, order: SceneOrder, make_engine: MakeEngine, memory: int) -> None:
-    """Is the life of the process. memory: what it may use [bytes]. Returns when the service is gone."""
+def run_world(
+    control: Channel, data: Channel, order: SceneOrder, make_engine: MakeEngine, memory: int, in_background: bool
+) -> None:
+    """Is the life of the process. Returns when the service is gone.
+
+    memory: what it may use [bytes]; in_background: whether it prepares at a low priority.
+    """
     limit_memory(memory)
     engines: list[SceneEngine] = []
     threading.Thread(target=_answer, args=(control, engines), name="truth", daemon=True).start()
     with contextlib.suppress(OSError, EOFError), BLAS_LIMIT.held():
         try:
-            engine = at_low_priority(lambda: _prepared(control, order, make_engine))
+            set_up = partial(_prepared, control, order, make_engine)
+            engine = at_low_priority(set_up) if in_background else set_up()
         except Exception as error:  # of any kind: the service must be notified
             control.send(("refused", _portable(error, memory)))
             return

@@ -66,7 +66,7 @@ def test_a_child_that_crashes_is_noticed_and_no_other_suffers(fork_server: ForkS
 
 
 def test_a_server_that_is_killed_is_replaced_and_its_children_go_on() -> None:
-    server = ForkServer(())
+    server = ForkServer()
     child = server.child(tasks.echo)
     process, _ = child.control.receive(SOON)
     os.kill(int(Path(f"/proc/{process}/stat").read_text().split()[3]), signal.SIGKILL)  # the parent
@@ -85,7 +85,7 @@ def test_children_end_when_the_service_is_killed() -> None:
 import threading
 from radar_service.stream.processes.fork_server import ForkServer
 from tests.stream.processes import tasks
-server = ForkServer(())
+server = ForkServer()
 child = server.child(tasks.echo)
 print(child.control.receive()[0], flush=True)
 threading.Event().wait()

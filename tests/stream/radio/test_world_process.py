@@ -42,7 +42,7 @@ def test_only_orders_that_say_so_are_sandboxed_and_the_sandbox_ends(monkeypatch:
 
 def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> None:
     child = fork_server.child(
-        world_process.run_world, SceneOrder({"radar": {"azimuths": 60, "beamwidth_deg": 8}}), Simulator, 2**31
+        world_process.run_world, SceneOrder({"radar": {"azimuths": 60, "beamwidth_deg": 8}}), Simulator, 2**31, True
     )
     stages = []
     while (message := child.control.receive(SOON))[0] == "stage":
