@@ -98,6 +98,11 @@ class FakeEngine:
         self.closed = True
 
 
+def dying(of: Scene) -> FakeEngine:
+    """An engine that fails at its twentieth spoke; another process finds it by its name."""
+    return FakeEngine(of, dies_at=20)
+
+
 def power_of(number: Any, bins: int) -> Any:
     """Power (K, bins) of the spokes of these numbers [W]."""
     return (1e-9 * (np.asarray(number)[:, None] + 1.0) * (np.arange(bins) + 1.0)).astype(np.float32)

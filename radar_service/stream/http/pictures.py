@@ -36,7 +36,7 @@ class Pictures:
         """
         revolution, video = station.last_scan.read(), station.settings.video
         to = range_max or station.settings.range
-        key = (station.identity, station.hub.epoch, _moment(station, revolution), size, to, video)
+        key = (station.identity, station.hub.epoch, moment(station, revolution), size, to, video)
         if key not in self._kept:
             self._keep(key, revolution, video, size, to)
         try:
@@ -68,7 +68,7 @@ class Pictures:
         return lambda job: bytes(call_in_process(self._server, job, draw, *arguments))
 
 
-def _moment(station: Station, revolution: Revolution) -> tuple[str, int]:
+def moment(station: Station, revolution: Revolution) -> tuple[str, int]:
     """Returns what a picture shows: these very spokes while the radar is paused, otherwise this revolution."""
     if station.settings.pace.state == "pause":
         return "spoke", revolution.next

@@ -1,6 +1,7 @@
 """Pictures: drawn once for all who request the same, a few a second, in a process."""
 
 import asyncio
+from dataclasses import replace
 
 import pytest
 
@@ -41,8 +42,7 @@ def test_a_running_radar_has_a_picture_for_each_revolution_and_a_paused_one_for_
     for radar, moments in ((paused, 3), (running, 2)):
         seen = set()
         for spokes in (1, 2, 24):
-            radar.last_scan._next = spokes  # noqa: SLF001
-            seen.add(pictures._moment(radar, radar.last_scan.read()))  # noqa: SLF001
+            seen.add(pictures.moment(radar, replace(radar.last_scan.read(), next=spokes)))
         assert len(seen) == moments
 
 

@@ -24,7 +24,7 @@ from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.world import WorldMaker, WorldSource
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import UNFOLLOWED, NoProgress, SceneOrder, SpokeSource
-from tests.stream.fake import FakeEngine
+from tests.stream.fake import FakeEngine, dying
 from tests.stream.processes.test_fork_server import is_gone, until
 from tests.stream.radio.recording import RecordingSink
 
@@ -137,10 +137,6 @@ def test_an_engine_that_fails_says_why(fork_server: ForkServer) -> None:
     for failing in (lambda: source.truth(1.0), lambda: taken(source, 1)):
         with pytest.raises(EngineFault, match="its process has ended"):
             failing()
-
-
-def dying(of: Any) -> FakeEngine:
-    return FakeEngine(of, dies_at=20)
 
 
 @pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGSEGV])
