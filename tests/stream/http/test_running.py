@@ -1,5 +1,6 @@
 """A whole service, with the processes of its radars: uploads, swaps, kills, and an end without remains."""
 
+import contextlib
 import json
 import os
 import signal
@@ -25,9 +26,10 @@ SCENE: dict[str, Any] = {
 
 def children(process: int) -> list[int]:
     """Processes that a process has started, and theirs."""
-    direct = [int(n) for n in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
-    for task in Path(f"/proc/{process}/task").iterdir():
-        direct += [int(n) for n in (task / "children").read_text().split() if int(n) not in direct]
+    direct: list[int] = []
+    for listed in Path(f"/proc/{process}/task").glob("*/children"):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            direct += [int(n) for n in listed.read_text().split()]
     return [n for child in direct for n in (child, *children(child))]
 
 
