@@ -61,7 +61,7 @@ def read_body(path: Path, model: type[Model]) -> tuple[dict[str, Any], tuple[int
     except (ValueError, RecursionError) as error:
         return {}, (400, [f"body: not JSON: {str(error)[:200]}"])
     if isinstance(fields["scene"], dict):
-        (path.parent / SCENE).write_text(json.dumps(fields["scene"]))
+        (path.parent / SCENE).write_text(json.dumps(fields["scene"], separators=(",", ":")))
         fields["scene"] = {}
     return fields, None
 

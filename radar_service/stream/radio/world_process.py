@@ -68,8 +68,6 @@ def run_world(
             control.send(("refused", _portable(error, memory)))
             return
         engines.append(engine)
-        gc.collect()
-        gc.freeze()  # the scene is not searched again and again
         control.send(("ready", describe(engine)))
         _compute(data, engine)
 
@@ -80,6 +78,8 @@ def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> S
     control.send(("stage", "preparing and planning"))
     engine = make_engine(scene)
     engine.plan.as_dict()
+    gc.collect()
+    gc.freeze()  # the scene is not searched again and again
     return engine
 
 
