@@ -2,11 +2,14 @@
 
 import errno
 import json
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fastapi import HTTPException, Request
+from fastapi import HTTPException, Request, Response
+from fastapi.routing import APIRoute
 from pydantic import ValidationError
+from starlette.types import Message
 
 from radar_service.stream.http import schemas
 from radar_service.stream.http.scene_store import UploadFolder
@@ -50,6 +53,29 @@ class BodyReader:
             return await self._jobs.run("body", lambda job: call_in_process(self._server, job, read_body, path, model))
         except ProcessFault as error:
             raise HTTPException(422, [f"body: {error}"]) from None
+
+
+class SmallBodyRoute(APIRoute):
+    """A route whose body has at most SMALL bytes, so that the framework may read it at once."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """Returns the framework's handler with a limited body."""
+        handler = super().get_route_handler()
+
+        async def limited(request: Request) -> Response:
+            size = 0
+
+            async def receive() -> Message:
+                nonlocal size
+                message = await request.receive()
+                size += len(message.get("body", b""))
+                if size > SMALL:
+                    raise HTTPException(413, [f"body: more than {SMALL} bytes"])
+                return message
+
+            return await handler(Request(request.scope, receive))
+
+        return limited
 
 
 def read_body(path: Path, model: type[Model]) -> tuple[dict[str, Any], tuple[int, list[str]] | None]:

@@ -2,11 +2,10 @@
 
 import asyncio
 import time
-from collections import deque
 from collections.abc import Callable
 
 from radar_service.display.video import Controls
-from radar_service.stream.jobs import Busy, Job, JobQueue
+from radar_service.stream.jobs import Job, JobQueue
 from radar_service.stream.processes.call import call_in_process
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio.last_scan import Revolution, draw
@@ -21,13 +20,13 @@ Key = tuple[object, ...]
 
 
 class Pictures:
-    """Draws pictures of radars. Belongs to the event loop."""
+    """Draws pictures of radars. Belongs to the event loop. pause: waits so many seconds, in the thread that draws."""
 
-    def __init__(self, server: ForkServer, clock: Callable[[], float] = time.monotonic) -> None:
-        self._server, self._clock = server, clock
+    def __init__(self, server: ForkServer, pause: Callable[[float], None] = time.sleep) -> None:
+        self._server, self._pause = server, pause
         self._queue = JobQueue(1, MAX_WAITING)
         self._kept: dict[Key, asyncio.Task[bytes]] = {}
-        self._drawn: deque[float] = deque(maxlen=MAX_PER_SECOND)
+        self._drawn = 0.0  # when the last one was begun
 
     async def png(self, station: Station, size: int, range_max: float | None) -> bytes:
         """Returns a picture of `size` pixels out to range_max [m]; a running radar gets one for each revolution.
@@ -51,10 +50,6 @@ class Pictures:
         self._queue.close()
 
     def _keep(self, key: Key, revolution: Revolution, video: Controls, size: int, to: float | None) -> None:
-        now = self._clock()
-        if len(self._drawn) == MAX_PER_SECOND and now - self._drawn[0] < 1.0:
-            raise Busy(f"{MAX_PER_SECOND} pictures a second are drawn; try again later")
-        self._drawn.append(now)
         self._kept[key] = asyncio.create_task(self._queue.run("picture", self._work(revolution, video, size, to)))
         while len(self._kept) > MAX_KEPT:
             del self._kept[next(iter(self._kept))]
@@ -65,7 +60,13 @@ class Pictures:
             revolution.rows, engine.scene.radar.azimuths, cell_layout(engine, None, to), video, engine.noise_power,
             engine.scene.name, size, to, revolution.heading,
         )  # fmt: skip
-        return lambda job: bytes(call_in_process(self._server, job, draw, *arguments))
+
+        def work(job: Job) -> bytes:
+            self._pause(max(0.0, self._drawn + 1.0 / MAX_PER_SECOND - time.monotonic()))
+            self._drawn = time.monotonic()
+            return bytes(call_in_process(self._server, job, draw, *arguments))
+
+        return work
 
 
 def moment(station: Station, revolution: Revolution) -> tuple[str, int]:

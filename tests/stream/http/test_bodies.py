@@ -49,7 +49,9 @@ def test_a_big_body_does_not_reach_the_event_loop() -> None:
     play(test)
 
 
-@pytest.mark.parametrize(("method", "path"), [("POST", "/api/scenes"), ("PUT", "/api/radars/0/scene")])
+@pytest.mark.parametrize(
+    ("method", "path"), [("POST", "/api/scenes"), ("PUT", "/api/radars/0/scene"), ("PATCH", "/api/radars/0/controls")]
+)
 def test_a_body_beyond_the_limit_is_refused_before_it_is_read(method: str, path: str) -> None:
     sent = 0
 

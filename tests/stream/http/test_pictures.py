@@ -14,9 +14,9 @@ from radar_service.stream.settings import Pace, Settings
 from tests.stream.http.playing import station
 
 
-def play(fork_server: ForkServer, test: object, clock: float = 0.0) -> None:
+def play(fork_server: ForkServer, test: object, pauses: list[float] | None = None) -> None:
     async def body() -> None:
-        drawing = Pictures(fork_server, lambda: clock)
+        drawing = Pictures(fork_server, [].append if pauses is None else pauses.append)
         try:
             await test(drawing)  # type: ignore[operator]
         finally:
@@ -46,15 +46,17 @@ def test_a_running_radar_has_a_picture_for_each_revolution_and_a_paused_one_for_
         assert len(seen) == moments
 
 
-def test_too_many_different_ones_are_refused_for_a_while(fork_server: ForkServer) -> None:
+def test_different_ones_are_drawn_at_a_bounded_rate_and_too_many_are_refused(fork_server: ForkServer) -> None:
     radar = station()
 
     async def test(drawing: Pictures) -> None:
         tasks = [asyncio.create_task(drawing.png(radar, 64 + n, None)) for n in range(6)]
         answers = await asyncio.gather(*tasks, return_exceptions=True)
-        assert [isinstance(answer, Busy) for answer in answers] == [False] * 4 + [True] * 2
+        assert [isinstance(answer, Busy) for answer in answers] == [False] * 5 + [True]  # one is drawn, four wait
 
-    play(fork_server, test)
+    pauses: list[float] = []
+    play(fork_server, test, pauses)
+    assert pauses[0] == 0.0 and all(0.0 <= pause <= 1 / pictures.MAX_PER_SECOND for pause in pauses) and len(pauses) == 5
 
 
 def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
