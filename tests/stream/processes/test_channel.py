@@ -1,6 +1,9 @@
 """Messages between processes: what is sent arrives, and a missing end is noticed."""
 
+import fcntl
 import socket
+import sys
+import termios
 import threading
 
 import numpy as np
@@ -58,14 +61,25 @@ def test_an_end_that_is_gone_is_noticed_by_both(ends: tuple[Channel, Channel]) -
             end.send(1)
 
 
-def test_closing_wakes_a_thread_that_waits(ends: tuple[Channel, Channel]) -> None:
-    ended = threading.Event()
+def test_closing_wakes_a_thread_that_waits() -> None:
+    """The thread has read half of a head, so it waits for the rest."""
+    near, far = socket.socketpair()
+    channel, ended = Channel(far), threading.Event()
 
     def receive() -> None:
         with pytest.raises(EOFError):
-            ends[0].receive()
+            channel.receive()
         ended.set()
 
-    threading.Thread(target=receive).start()
-    ends[0].close()
+    near.send(b"half")
+    threading.Thread(target=receive, daemon=True).start()
+    while unread(far):
+        pass
+    channel.close()
     assert ended.wait(SOON)
+    near.close()
+
+
+def unread(end: socket.socket) -> int:
+    """Bytes that have arrived and were not read."""
+    return int.from_bytes(fcntl.ioctl(end, termios.FIONREAD, bytes(4)), sys.byteorder)
