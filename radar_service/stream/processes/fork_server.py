@@ -20,6 +20,7 @@ from radar_service.stream.processes.channel import Channel
 SERVER = "radar_service.stream.processes.fork_server_main"
 PROCESS = struct.Struct("<i")  # the answer of the server: number of the new process
 ENDS = 2  # channels that a child gets
+ANSWER_TIMEOUT = 60.0  # s until a server that does not answer is replaced; its imports take one
 
 
 class Child:
@@ -123,6 +124,7 @@ def _started(modules: tuple[Sequence[str], Sequence[str]]) -> tuple["subprocess.
     path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
     threads = {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # a fork copies one thread only
     near, far = socket.socketpair()
+    near.settimeout(ANSWER_TIMEOUT)
     with far:
         server = subprocess.Popen(
             [sys.executable, "-P", "-m", SERVER, json.dumps(modules)], stdin=far.fileno(), stdout=subprocess.DEVNULL,
