@@ -106,17 +106,14 @@ def test_after_kill_9_the_first_spoke_comes_within_two_seconds_of_the_kill(tmp_p
 
 
 def test_a_failed_radar_ends_the_service_where_that_is_requested(tmp_path: Path) -> None:
-    """A scene whose engine dies in the thick of it: the simulator is broken on purpose in the process itself."""
+    """The engine dies in the process of its world, and every other one that replaces it."""
     (tmp_path / "one.json").write_text(json.dumps(SCENE))
     broken = """
 import sys
-from radar_service import Simulator
-from radar_service.__main__ import main
-def blocks(self, scans=None, size=16):
-    raise RuntimeError("the wheel came off")
-    yield
-Simulator.blocks = blocks
-sys.exit(main(sys.argv[1:]))
+import radar_service.__main__ as command
+from tests.stream.fake import dying
+command.simulator_options = lambda *_: dying
+sys.exit(command.main(sys.argv[1:]))
 """
     command = [sys.executable, "-c", broken, "serve", str(tmp_path / "one.json"), "--port", "0", "--exit-when-failed"]
     out = subprocess.run(command, capture_output=True, text=True, timeout=60)

@@ -46,7 +46,7 @@ def test_a_server_that_others_reach_is_protected_or_does_not_start(
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty").touch()
-    monkeypatch.delattr("radar_service.stream.serve.listening_socket")
+    monkeypatch.delattr("radar_service.stream.serve.ForkServer")
     assert main(["serve", str(scene), *arguments]) == 2
     message = capsys.readouterr().err
     assert all(word in message for word in words) and "short-secret" not in message and TOKEN not in message
@@ -90,7 +90,7 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
         return FastAPI()
 
     monkeypatch.setattr(Server, "serve", at_once)
-    monkeypatch.setattr("radar_service.stream.serve.create_app", app)
+    monkeypatch.setattr("radar_service.stream.http.running.create_app", app)
     monkeypatch.setattr("signal.signal", lambda *_: None)
     monkeypatch.setattr("gc.freeze", lambda: None)
     monkeypatch.setattr("radar_service.stream.logs.configure", lambda style: None)
@@ -101,4 +101,3 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
     assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
     assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
     assert seen["access"] == access_for(chosen) and seen["sandbox_all"] is gave_up
-    seen["sandbox"].close()

@@ -1,16 +1,19 @@
 """The body of an uploaded scene: JSON, or a form with its files."""
 
+import asyncio
+import shutil
+from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
-from typing import Any, NamedTuple
+from typing import Any
 
 from fastapi import HTTPException, Request
-from pydantic import ValidationError
 from starlette.datastructures import UploadFile
 
 from radar_service.scene.error import SceneError
 from radar_service.stream.http import schemas
-from radar_service.stream.http.answers import problem_lines
-from radar_service.stream.http.scene_store import json_bytes
+from radar_service.stream.http.bodies import SCENE, BodyReader, disk_error
+from radar_service.stream.http.scene_store import UploadFolder, checked_file_names, checked_name
+from radar_service.stream.source import SceneOrder
 
 UPLOAD_BODY: dict[str, Any] = {
     "required": True,
@@ -36,39 +39,53 @@ UPLOAD_BODY: dict[str, Any] = {
 }  # fmt: skip
 
 
-class Upload(NamedTuple):
-    """A scene as it was sent: its name, its text, the ending of its file name, and its files by name."""
+async def read_upload(request: Request, reader: BodyReader, folder: UploadFolder) -> tuple[str, SceneOrder]:
+    """Returns name and order of an uploaded scene, whose files then lie in the folder.
 
-    name: str
-    scene: bytes
-    kind: str
-    files: dict[str, bytes]
-
-
-async def read_upload(request: Request) -> Upload:
-    """Returns the upload of a request. Raises HTTPException or SceneError where it is not one."""
+    Raises HTTPException or SceneError where the request holds no scene, and what BodyReader.read raises.
+    """
     content_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if content_type == "multipart/form-data":
-        return await _read_form(request)
+        return await _read_form(request, folder)
     if content_type != "application/json":
         raise HTTPException(422, [f'content-type: "{content_type[:60]}"; send application/json or multipart/form-data'])
+    body = await reader.read(request, schemas.SceneUpload, folder)
+    return body.name, folder.order(SCENE)
+
+
+async def _read_form(request: Request, folder: UploadFolder) -> tuple[str, SceneOrder]:
     try:
-        body = schemas.SceneUpload.model_validate(await request.json())
-    except ValidationError as error:
-        raise HTTPException(422, problem_lines(error.errors())) from None
-    except (ValueError, RecursionError) as error:
-        raise HTTPException(400, [f"body: not JSON: {str(error)[:200]}"]) from None
-    return Upload(body.name, json_bytes(body.scene), ".json", {})
+        async with request.form(max_fields=8) as form:
+            scene, name = form.get("scene"), form.get("name")
+            if not isinstance(scene, UploadFile) or not isinstance(name, str):
+                raise SceneError("scene, name: send a scene file (.toml or .json) as `scene` and its name as `name`")
+            files = _by_name(form.getlist("files"))
+            file = f"scene{_ending(scene)}"
+            checked_name(name)
+            checked_file_names(files, file)
+            await asyncio.to_thread(_store, files | {file: scene}, folder)
+    except OSError as error:
+        raise disk_error(error) from None
+    return name, folder.order(file)
 
 
-async def _read_form(request: Request) -> Upload:
-    async with request.form(max_fields=8) as form:
-        scene, name = form.get("scene"), form.get("name")
-        if not isinstance(scene, UploadFile) or not isinstance(name, str):
-            raise SceneError("scene, name: send a scene file (.toml or .json) as `scene` and its name as `name`")
-        files: dict[str, bytes] = {}
-        for part in form.getlist("files"):
-            if not isinstance(part, UploadFile) or not part.filename or part.filename in files:
-                raise SceneError("files: each is a file with a name of its own")
-            files[part.filename] = await part.read()
-        return Upload(name, await scene.read(), PurePosixPath(scene.filename or "").suffix.lower(), files)
+def _by_name(parts: Sequence[object]) -> dict[str, UploadFile]:
+    files: dict[str, UploadFile] = {}
+    for part in parts:
+        if not isinstance(part, UploadFile) or not part.filename or part.filename in files:
+            raise SceneError("files: each is a file with a name of its own")
+        files[part.filename] = part
+    return files
+
+
+def _ending(scene: UploadFile) -> str:
+    ending = PurePosixPath(scene.filename or "").suffix.lower()
+    if ending not in (".toml", ".json"):
+        raise SceneError(f'scene: the ending "{ending[:20]}" is not known; send a .toml or .json file')
+    return ending
+
+
+def _store(files: Mapping[str, UploadFile], folder: UploadFolder) -> None:
+    for name, part in files.items():
+        with (folder.path / name).open("wb") as file:
+            shutil.copyfileobj(part.file, file)

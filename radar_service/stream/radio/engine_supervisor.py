@@ -4,15 +4,12 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from radar_service.scene.world import Scene
-from radar_service.stream.radio.prefetch import EngineWorker, prepared
-from radar_service.stream.source import SpokeSource
+from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
+from radar_service.stream.source import UNFOLLOWED, MakeSource, SpokeSource
 from radar_service.stream.spokes import new_epoch_name
 
 RESTARTS = 3  # allowed within RESTART_WINDOW
 RESTART_WINDOW = 60.0  # s: an engine that fails more often will fail again
-
-MakeEngine = Callable[[Scene], SpokeSource]
 
 
 class RestartLimiter:
@@ -40,7 +37,7 @@ class EngineSupervisor:
     restarting: an engine has failed and another one is being prepared; restarts: how often that has happened.
     """
 
-    def __init__(self, engine: SpokeSource, make_engine: MakeEngine, limiter: RestartLimiter) -> None:
+    def __init__(self, engine: SpokeSource, make_engine: MakeSource, limiter: RestartLimiter) -> None:
         self.worker = EngineWorker(engine)
         self.restarting = False
         self.restarts = 0
@@ -103,10 +100,18 @@ class EngineSupervisor:
                 report(reason)
                 self.restarts += 1
                 try:
-                    self.worker = prepared(self._make_engine(self.worker.engine.scene), scan)
+                    self.worker = prepared(self._remade(self.worker.engine), scan)
                     return reason
                 except Exception as error:  # an engine that cannot even be made counts as another failure
                     reason = str(error)
             return None
         finally:
             self.restarting = False
+
+    def _remade(self, failed: SpokeSource) -> SpokeSource:
+        """Returns another engine of the same scene. Raises EngineFault where its file has changed meanwhile."""
+        engine = self._make_engine(failed.order, UNFOLLOWED)
+        if engine.scene.radar != failed.scene.radar:
+            engine.close()
+            raise EngineFault("the radar in the scene's file has changed; give the radar the scene again")
+        return engine
