@@ -16,10 +16,11 @@ from radar_service.stream.http.access import Access, Tickets
 from radar_service.stream.http.answers import add_exception_handlers
 from radar_service.stream.http.api import api
 from radar_service.stream.http.bodies import BodyReader
+from radar_service.stream.http.body_limits import BodyLimitMiddleware
 from radar_service.stream.http.docs import add_docs
 from radar_service.stream.http.feed import feed_routes
 from radar_service.stream.http.pictures import Pictures
-from radar_service.stream.http.scene_store import MAX_UPLOAD_BYTES, SceneStore
+from radar_service.stream.http.scene_store import SceneStore
 from radar_service.stream.http.security import SecurityMiddleware
 from radar_service.stream.logs import Refusals
 from radar_service.stream.processes.fork_server import ForkServer
@@ -67,7 +68,6 @@ def create_app(
         openapi_url="/api/openapi.json",
         docs_url=None,  # the framework's pages load scripts from other servers; see http.docs
         redoc_url=None,
-        max_body_size=MAX_UPLOAD_BYTES,
     )
     app.include_router(api(by_identity, store, tickets, preparations.jobs, reader, pictures))
     app.include_router(feed_routes(by_identity, access, refused))
@@ -75,6 +75,7 @@ def create_app(
     add_docs(app)
     app.mount("/", StaticFiles(directory=str(packaged_folder("clients") / "web"), html=True, check_dir=False))
     add_exception_handlers(app)
+    app.add_middleware(BodyLimitMiddleware)
     app.add_middleware(SecurityMiddleware, access=access, tickets=tickets, refused=refused)
     return app
 

@@ -1,7 +1,9 @@
 """Bodies of requests that hold scenes: small ones are read at once, big ones are left in a file for another process."""
 
+import asyncio
 import errno
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,40 +21,44 @@ SMALL = 64 * 2**10  # bytes: some 2 ms to read
 BODY, SCENE = "body.json", "scene.json"
 
 Model = TypeVar("Model", schemas.SceneUpload, schemas.SceneChoice)
+Parsed = tuple[dict[str, Any], tuple[int, list[str]] | None]  # fields, or status and lines of a refusal
+Parse = Callable[[Path, Any], Parsed]
 
 
 class BodyReader:
-    """Reads JSON bodies. Big ones are read by a process, so that no client waits for it."""
+    """Reads bodies. Big ones are read by a process, so that no client waits for it."""
 
     def __init__(self, server: ForkServer, jobs: JobQueue) -> None:
         self._server, self._jobs = server, jobs
 
     async def read(self, request: Request, model: type[Model], folder: UploadFolder) -> Model:
-        """Returns the body; a scene that it holds becomes the file SCENE in the folder.
+        """Returns a JSON body; a scene that it holds becomes the file SCENE in the folder. Raises as `fields`."""
+        return model.model_construct(**await self.fields(request, folder, read_body, model))
 
-        Raises HTTPException, also for OSError of the disk, and what JobQueue.run raises.
+    async def fields(self, request: Request, folder: UploadFolder, parse: Parse, form: object) -> dict[str, Any]:
+        """Returns the fields of a body, which parse(file, form) reads.
+
+        Raises HTTPException, also for OSError of the disk, and what `parse` and JobQueue.run raise.
         """
         path = folder.path / BODY
         try:
             size = await _store(request, path)
+            read = asyncio.to_thread if size <= SMALL else self._in_process
+            fields, refusal = await read(parse, path, form)
         except OSError as error:
             raise disk_error(error) from None
-        if size <= SMALL:
-            fields, refusal = read_body(path, model)
-        else:
-            fields, refusal = await self._in_process(path, model)
         if refusal:
             raise HTTPException(*refusal)
-        return model.model_construct(**fields)
+        return fields
 
-    async def _in_process(self, path: Path, model: type[Model]) -> Any:
+    async def _in_process(self, parse: Parse, path: Path, form: object) -> Any:
         try:
-            return await self._jobs.run("body", lambda job: call_in_process(self._server, job, read_body, path, model))
+            return await self._jobs.run("body", lambda job: call_in_process(self._server, job, parse, path, form))
         except ProcessFault as error:
             raise HTTPException(422, [f"body: {error}"]) from None
 
 
-def read_body(path: Path, model: type[Model]) -> tuple[dict[str, Any], tuple[int, list[str]] | None]:
+def read_body(path: Path, model: type[Model]) -> Parsed:
     """Returns the fields of a body but for a scene, which goes into the file SCENE beside it; or status and lines."""
     try:
         fields = dict(model.model_validate(json.loads(path.read_bytes())))
@@ -74,12 +80,9 @@ def disk_error(error: OSError) -> Exception:
 
 
 async def _store(request: Request, path: Path) -> int:
-    """Writes a body into a file; returns its size. Raises HTTPException where it is too long."""
+    """Writes a body into a file; returns its size. body_limits bounds it."""
     size = 0
     with path.open("wb") as file:
         async for piece in request.stream():
-            size += len(piece)
-            if size > MAX_JSON_BYTES:
-                raise HTTPException(413, [f"body: more than {MAX_JSON_BYTES} bytes; JSON may have no more"])
-            file.write(piece)
+            size += file.write(piece)
     return size

@@ -2,12 +2,11 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from radar_service.stream.http import bodies
-from radar_service.stream.http.bodies import MAX_JSON_BYTES, SMALL, disk_error, read_body
+from radar_service.stream.http.bodies import SMALL, disk_error, read_body
 from radar_service.stream.http.schemas import SceneUpload
 from tests.stream.asgi import Server
 from tests.stream.http.playing import play
@@ -45,23 +44,6 @@ def test_a_big_body_does_not_reach_the_event_loop() -> None:
         answer = await server.http.post("/api/scenes", json=BIG)
         assert answer.status_code in (201, 422)
         assert "body" in [job["kind"] for job in (await server.http.get("/api/jobs")).json()]
-
-    play(test)
-
-
-@pytest.mark.parametrize(("method", "path"), [("POST", "/api/scenes"), ("PUT", "/api/radars/0/scene")])
-def test_a_body_beyond_the_limit_is_refused_before_it_is_read(method: str, path: str) -> None:
-    sent = 0
-
-    async def pieces() -> Any:
-        nonlocal sent
-        while sent < 6 * MAX_JSON_BYTES:
-            sent += 2**20
-            yield bytes(2**20)
-
-    async def test(server: Server) -> None:
-        answer = await server.http.request(method, path, content=pieces(), headers=JSON)
-        assert answer.status_code == 413 and "body: more than" in answer.json()["detail"][0]
 
     play(test)
 
