@@ -1,7 +1,6 @@
 """Websocket frames through a real socket, well formed and malformed."""
 
 import asyncio
-import gc
 import socket
 import threading
 import time
@@ -144,25 +143,30 @@ def test_a_client_within_its_budget_stays() -> None:
 def test_a_client_that_does_not_read_is_cut_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its kernel takes nothing, so what the server has written never leaves; the server's slot is free all the same."""
     monkeypatch.setattr(websocket, "CUT_SECONDS", 0.1)
-    lost = threading.Event()
-    plain = FramedWebSocket.connection_lost
-    monkeypatch.setattr(FramedWebSocket, "connection_lost", lambda self, exc: (plain(self, exc), lost.set()) and None)
+    lost, protocols = threading.Event(), []
+    made, gone = FramedWebSocket.connection_made, FramedWebSocket.connection_lost
 
-    async def test() -> None:
-        with radar() as address, dialled(address) as connection:
-            connection.sendall(UPGRADE.replace(b"/feed", b"/feed?encoding=c64"))
-            assert connection.recv(12) == b"HTTP/1.1 101"
-            connection.sendall(b"\x89\xfdabcd" + b"x" * 125)
-            protocols = [
-                thing for thing in gc.get_objects() if isinstance(thing, FramedWebSocket) and not thing.disconnected
-            ]
-            (protocol,) = protocols
-            protocol.loop.call_soon_threadsafe(
-                lambda: (protocol.transport.write(b"x" * 2**24), protocol.keepalive_timeout())
-            )
-            assert await asyncio.to_thread(lost.wait, 10)
+    def noted_made(self: FramedWebSocket, transport: asyncio.BaseTransport) -> None:
+        protocols.append(self)
+        made(self, transport)
 
-    asyncio.run(asyncio.wait_for(test(), 20))
+    def noted_lost(self: FramedWebSocket, exc: Exception | None) -> None:
+        gone(self, exc)
+        lost.set()
+
+    monkeypatch.setattr(FramedWebSocket, "connection_made", noted_made)
+    monkeypatch.setattr(FramedWebSocket, "connection_lost", noted_lost)
+    with radar() as address, dialled(address) as connection:
+        connection.sendall(UPGRADE)
+        assert connection.recv(12) == b"HTTP/1.1 101"
+        (protocol,) = protocols
+
+        def give_up() -> None:
+            protocol.transport.write(b"x" * 2**24)  # more than both kernels hold
+            protocol.keepalive_timeout()
+
+        protocol.loop.call_soon_threadsafe(give_up)
+        assert lost.wait(10)
 
 
 def test_refused_websockets_leave_no_error_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
