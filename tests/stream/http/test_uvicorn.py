@@ -44,8 +44,14 @@ def overridden(kind: type) -> set[str]:
 @pytest.mark.parametrize(
     ("kind", "some"),
     [
-        (FramedWebSocket, {"writable", "disconnected", "close_sent", "conn", "transport", "scope", "run_asgi", "handle_events"}),
-        (LimitedProtocol, {"connections", "client", "conn", "flow", "loop", "transport", "connection_made", "data_received"}),
+        (
+            FramedWebSocket,
+            {"writable", "disconnected", "close_sent", "conn", "transport", "scope", "run_asgi", "handle_events"},
+        ),
+        (
+            LimitedProtocol,
+            {"connections", "client", "conn", "flow", "loop", "transport", "connection_made", "data_received"},
+        ),
         (Server, {"servers", "should_exit", "startup", "shutdown"}),
     ],
 )
