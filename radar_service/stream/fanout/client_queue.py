@@ -86,6 +86,11 @@ class ClientQueue:
         return self._batches >= self._messages or (self._batches > 0 and self._batch_bytes >= maximum)
 
     @property
+    def queued(self) -> int:
+        """Number of messages that the client has not taken."""
+        return len(self._backlog) + len(self._queue)
+
+    @property
     def waiting(self) -> tuple[QueueItem, ...]:
         """The messages that the client has not taken, in order."""
         return (*self._backlog, *self._queue)
