@@ -27,7 +27,7 @@ def health_routes(stations: Mapping[str, Station], vitals: Vitals) -> APIRouter:
         version = metadata.version("radar-service")
         return schemas.Health.model_validate({"status": worst, "version": version, "radars": radars})
 
-    @router.get("/health/alive")
+    @router.get("/health/alive", response_model_exclude_defaults=True)
     async def is_alive() -> schemas.ReadyState:
         """Answers whenever the server runs; needs no token."""
         return schemas.ReadyState(yes=True)

@@ -11,7 +11,7 @@ from radar_service.stream.radio.station import Station
 
 LAG_PERIOD = 0.25  # s between two looks at the event loop
 LAG_SAMPLES = 60  # the worst of the last 15 s is given: a reader of metrics comes every 15 s
-POOL_SECONDS = 2.0  # until the pool of threads counts as stuck
+POOL_SECONDS = 1.0  # until the pool of threads counts as stuck; the image's health check waits for 2 s
 JOB_SECONDS = 900.0  # until a job counts as stuck: a scene may take 240 s after others before it
 MIN_FREE_BYTES = 128 * 2**20  # of the disk: two uploads
 
