@@ -1,7 +1,6 @@
 """Bodies of requests that hold scenes: small ones are read at once, big ones are left in a file for another process."""
 
 import asyncio
-import errno
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -38,15 +37,11 @@ class BodyReader:
     async def fields(self, request: Request, folder: UploadFolder, parse: Parse, form: object) -> dict[str, Any]:
         """Returns the fields of a body, which parse(file, form) reads.
 
-        Raises HTTPException, also for OSError of the disk, and what `parse` and JobQueue.run raise.
+        Raises HTTPException, OSError of the disk, and what `parse` and JobQueue.run raise.
         """
         path = folder.path / BODY
-        try:
-            size = await _store(request, path)
-            read = asyncio.to_thread if size <= SMALL else self._in_process
-            fields, refusal = await read(parse, path, form)
-        except OSError as error:
-            raise disk_error(error) from None
+        read = asyncio.to_thread if await _store(request, path) <= SMALL else self._in_process
+        fields, refusal = await read(parse, path, form)
         if refusal:
             raise HTTPException(*refusal)
         return fields
@@ -70,13 +65,6 @@ def read_body(path: Path, model: type[Model]) -> Parsed:
         (path.parent / SCENE).write_text(json.dumps(fields["scene"]))
         fields["scene"] = {}
     return fields, None
-
-
-def disk_error(error: OSError) -> Exception:
-    """Returns the answer to a body that cannot be stored; other errors as they are."""
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return HTTPException(507, ["body: the server's disk is full; try again later"])
-    return error
 
 
 async def _store(request: Request, path: Path) -> int:
