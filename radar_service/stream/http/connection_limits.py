@@ -51,8 +51,9 @@ class LimitedProtocol(H11Protocol):
 
     def _read_on(self) -> None:
         """Reads the next piece. The timer runs while the head of a request, the first or a later one, is not complete."""
-        if self.transport.is_closing() or self.transport.get_protocol() is not self:  # it has become a websocket
-            self._unread = b""
+        if self.transport.is_closing():
+            return
+        if self.transport.get_protocol() is not self:  # it has become a websocket, whose client has yet to be admitted
             return self.transport.resume_reading()
         size = len(self._unread) if self._has_length() else PIECE
         piece, self._unread = self._unread[:size], self._unread[size:]
