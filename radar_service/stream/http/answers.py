@@ -1,5 +1,6 @@
 """Answers to requests that are refused: their description in OpenAPI, and the exceptions that become them."""
 
+import errno
 from collections.abc import Sequence
 from typing import Any
 
@@ -55,6 +56,12 @@ def add_exception_handlers(app: FastAPI) -> None:
     @app.exception_handler(EngineFault)
     async def engine_fault(_: Request, error: EngineFault) -> JSONResponse:
         return refuse(422, [f"scene: {error}"])
+
+    @app.exception_handler(OSError)
+    async def disk_error(_: Request, error: OSError) -> JSONResponse:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise error
+        return refuse(507, ["body: the server's disk is full; try again later"])
 
     @app.exception_handler(Conflict)
     @app.exception_handler(Cancelled)

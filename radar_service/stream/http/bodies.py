@@ -1,15 +1,13 @@
 """Bodies of requests that hold scenes: small ones are read at once, big ones are left in a file for another process."""
 
-import errno
+import asyncio
 import json
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fastapi import HTTPException, Request, Response
-from fastapi.routing import APIRoute
+from fastapi import HTTPException, Request
 from pydantic import ValidationError
-from starlette.types import Message
 
 from radar_service.stream.http import schemas
 from radar_service.stream.http.scene_store import UploadFolder
@@ -22,63 +20,40 @@ SMALL = 64 * 2**10  # bytes: some 2 ms to read
 BODY, SCENE = "body.json", "scene.json"
 
 Model = TypeVar("Model", schemas.SceneUpload, schemas.SceneChoice)
+Parsed = tuple[dict[str, Any], tuple[int, list[str]] | None]  # fields, or status and lines of a refusal
+Parse = Callable[[Path, Any], Parsed]
 
 
 class BodyReader:
-    """Reads JSON bodies. Big ones are read by a process, so that no client waits for it."""
+    """Reads bodies. Big ones are read by a process, so that no client waits for it."""
 
     def __init__(self, server: ForkServer, jobs: JobQueue) -> None:
         self._server, self._jobs = server, jobs
 
     async def read(self, request: Request, model: type[Model], folder: UploadFolder) -> Model:
-        """Returns the body; a scene that it holds becomes the file SCENE in the folder.
+        """Returns a JSON body; a scene that it holds becomes the file SCENE in the folder. Raises as `fields`."""
+        return model.model_construct(**await self.fields(request, folder, read_body, model))
 
-        Raises HTTPException, also for OSError of the disk, and what JobQueue.run raises.
+    async def fields(self, request: Request, folder: UploadFolder, parse: Parse, form: object) -> dict[str, Any]:
+        """Returns the fields of a body, which parse(file, form) reads.
+
+        Raises HTTPException, OSError of the disk, and what `parse` and JobQueue.run raise.
         """
         path = folder.path / BODY
-        try:
-            size = await _store(request, path)
-        except OSError as error:
-            raise disk_error(error) from None
-        if size <= SMALL:
-            fields, refusal = read_body(path, model)
-        else:
-            fields, refusal = await self._in_process(path, model)
+        read = asyncio.to_thread if await _store(request, path) <= SMALL else self._in_process
+        fields, refusal = await read(parse, path, form)
         if refusal:
             raise HTTPException(*refusal)
-        return model.model_construct(**fields)
+        return fields
 
-    async def _in_process(self, path: Path, model: type[Model]) -> Any:
+    async def _in_process(self, parse: Parse, path: Path, form: object) -> Any:
         try:
-            return await self._jobs.run("body", lambda job: call_in_process(self._server, job, read_body, path, model))
+            return await self._jobs.run("body", lambda job: call_in_process(self._server, job, parse, path, form))
         except ProcessFault as error:
             raise HTTPException(422, [f"body: {error}"]) from None
 
 
-class SmallBodyRoute(APIRoute):
-    """A route whose body has at most SMALL bytes, so that the framework may read it at once."""
-
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """Returns the framework's handler with a limited body."""
-        handler = super().get_route_handler()
-
-        async def limited(request: Request) -> Response:
-            size = 0
-
-            async def receive() -> Message:
-                nonlocal size
-                message = await request.receive()
-                size += len(message.get("body", b""))
-                if size > SMALL:
-                    raise HTTPException(413, [f"body: more than {SMALL} bytes"])
-                return message
-
-            return await handler(Request(request.scope, receive))
-
-        return limited
-
-
-def read_body(path: Path, model: type[Model]) -> tuple[dict[str, Any], tuple[int, list[str]] | None]:
+def read_body(path: Path, model: type[Model]) -> Parsed:
     """Returns the fields of a body but for a scene, which goes into the file SCENE beside it; or status and lines."""
     try:
         fields = dict(model.model_validate(json.loads(path.read_bytes())))
@@ -92,20 +67,10 @@ def read_body(path: Path, model: type[Model]) -> tuple[dict[str, Any], tuple[int
     return fields, None
 
 
-def disk_error(error: OSError) -> Exception:
-    """Returns the answer to a body that cannot be stored; other errors as they are."""
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return HTTPException(507, ["body: the server's disk is full; try again later"])
-    return error
-
-
 async def _store(request: Request, path: Path) -> int:
-    """Writes a body into a file; returns its size. Raises HTTPException where it is too long."""
+    """Writes a body into a file; returns its size. body_limits bounds it."""
     size = 0
     with path.open("wb") as file:
         async for piece in request.stream():
-            size += len(piece)
-            if size > MAX_JSON_BYTES:
-                raise HTTPException(413, [f"body: more than {MAX_JSON_BYTES} bytes; JSON may have no more"])
-            file.write(piece)
+            size += file.write(piece)
     return size

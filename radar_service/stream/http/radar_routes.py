@@ -10,7 +10,7 @@ from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.controls import control_definitions
 from radar_service.stream.http import schemas
 from radar_service.stream.http.answers import BUSY, CONFLICT, FORBIDDEN, REFUSED, STORED, UNKNOWN, UNREADABLE
-from radar_service.stream.http.bodies import SCENE, BodyReader, SmallBodyRoute
+from radar_service.stream.http.bodies import SCENE, BodyReader
 from radar_service.stream.http.pictures import Pictures
 from radar_service.stream.http.scene_routes import JobName, not_found
 from radar_service.stream.http.scene_store import SceneStore, without_folder
@@ -100,7 +100,7 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
             plan=engine.plan.as_dict(),
         )  # fmt: skip
 
-    small = APIRouter(route_class=SmallBodyRoute)
+    small = APIRouter()
 
     @small.patch("/radars/{radar}/controls", responses={**UNKNOWN, **REFUSED, **UNREADABLE, **BUSY, **CONFLICT})
     async def change_controls(radar: str, requested: schemas.ControlsChange) -> schemas.ControlsState:

@@ -69,13 +69,13 @@ def checked_name(name: str) -> str:
     return name
 
 
-def checked_file_names(names: Iterable[str], scene: str) -> None:
-    """Raises SceneError where the files of an upload cannot lie in one folder beside the file `scene`."""
+def checked_file_names(names: Iterable[str], *taken: str) -> None:
+    """Raises SceneError where the files of an upload cannot lie in one folder beside those whose names are taken."""
     names = list(names)
     if len(names) > MAX_UPLOAD_FILES:
         raise SceneError(f"files: {len(names)} files; at most {MAX_UPLOAD_FILES} are allowed with a scene")
     for name in names:
-        if not FILE_NAME.fullmatch(name) or name == scene:
+        if not FILE_NAME.fullmatch(name) or name in taken:
             raise SceneError(
                 f"files: {name[:80]!r} is not a plain file name; letters, digits, spaces and ._- without folders"
             )

@@ -210,9 +210,10 @@ class Health(BaseModel):
 
 
 class ReadyState(BaseModel):
-    """The answer to a probe."""
+    """The answer to a probe; `problems` of the server only where there are some."""
 
     yes: bool
+    problems: list[str] = []
 
 
 class BodyState(BaseModel):

@@ -3,17 +3,21 @@
 import asyncio
 import shutil
 from collections.abc import Mapping, Sequence
-from pathlib import PurePosixPath
-from typing import Any
+from pathlib import Path, PurePosixPath
+from typing import Any, BinaryIO
 
 from fastapi import HTTPException, Request
 from starlette.datastructures import UploadFile
+from starlette.formparsers import MultiPartException
+from starlette.types import Message
 
 from radar_service.scene.error import SceneError
 from radar_service.stream.http import schemas
-from radar_service.stream.http.bodies import SCENE, BodyReader, disk_error
+from radar_service.stream.http.bodies import BODY, SCENE, BodyReader, Parsed
 from radar_service.stream.http.scene_store import UploadFolder, checked_file_names, checked_name
 from radar_service.stream.source import SceneOrder
+
+PIECE = 2**16  # bytes of a form that are read at a time
 
 UPLOAD_BODY: dict[str, Any] = {
     "required": True,
@@ -46,27 +50,47 @@ async def read_upload(request: Request, reader: BodyReader, folder: UploadFolder
     """
     content_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if content_type == "multipart/form-data":
-        return await _read_form(request, folder)
+        fields = await reader.fields(request, folder, read_form, request.headers["content-type"])
+        return fields["name"], folder.order(fields["file"])
     if content_type != "application/json":
         raise HTTPException(422, [f'content-type: "{content_type[:60]}"; send application/json or multipart/form-data'])
     body = await reader.read(request, schemas.SceneUpload, folder)
     return body.name, folder.order(SCENE)
 
 
-async def _read_form(request: Request, folder: UploadFolder) -> tuple[str, SceneOrder]:
+def read_form(path: Path, content_type: str) -> Parsed:
+    """Returns `name` and `file` of a form in a file, whose own files then lie beside it; or status and lines.
+
+    content_type: that of the request. Raises SceneError.
+    """
     try:
-        async with request.form(max_fields=8) as form:
+        return asyncio.run(_form_fields(path, content_type)), None
+    except MultiPartException as error:
+        return {}, (400, [f"body: {error.message}"])
+
+
+async def _form_fields(path: Path, content_type: str) -> dict[str, Any]:
+    with path.open("rb") as file:
+        async with _request(file, content_type).form(max_fields=8) as form:
             scene, name = form.get("scene"), form.get("name")
             if not isinstance(scene, UploadFile) or not isinstance(name, str):
                 raise SceneError("scene, name: send a scene file (.toml or .json) as `scene` and its name as `name`")
             files = _by_name(form.getlist("files"))
-            file = f"scene{_ending(scene)}"
+            scene_file = f"scene{_ending(scene)}"
             checked_name(name)
-            checked_file_names(files, file)
-            await asyncio.to_thread(_store, files | {file: scene}, folder)
-    except OSError as error:
-        raise disk_error(error) from None
-    return name, folder.order(file)
+            checked_file_names(files, scene_file, BODY)
+            _store(files | {scene_file: scene}, path.parent)
+    return {"name": name, "file": scene_file}
+
+
+def _request(file: BinaryIO, content_type: str) -> Request:
+    """Returns a request whose body is a file."""
+
+    async def receive() -> Message:
+        piece = file.read(PIECE)
+        return {"type": "http.request", "body": piece, "more_body": bool(piece)}
+
+    return Request({"type": "http", "headers": [(b"content-type", content_type.encode("latin-1"))]}, receive)
 
 
 def _by_name(parts: Sequence[object]) -> dict[str, UploadFile]:
@@ -85,7 +109,7 @@ def _ending(scene: UploadFile) -> str:
     return ending
 
 
-def _store(files: Mapping[str, UploadFile], folder: UploadFolder) -> None:
+def _store(files: Mapping[str, UploadFile], folder: Path) -> None:
     for name, part in files.items():
-        with (folder.path / name).open("wb") as file:
+        with (folder / name).open("wb") as file:
             shutil.copyfileobj(part.file, file)

@@ -1,13 +1,13 @@
 """Bodies that hold scenes: read here where they are small, in a process where they are big, refused where they are too big."""
 
+import errno
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from radar_service.stream.http import bodies
-from radar_service.stream.http.bodies import MAX_JSON_BYTES, SMALL, disk_error, read_body
+from radar_service.stream.http.bodies import SMALL, read_body
 from radar_service.stream.http.schemas import SceneUpload
 from tests.stream.asgi import Server
 from tests.stream.http.playing import play
@@ -49,30 +49,25 @@ def test_a_big_body_does_not_reach_the_event_loop() -> None:
     play(test)
 
 
-@pytest.mark.parametrize(
-    ("method", "path"), [("POST", "/api/scenes"), ("PUT", "/api/radars/0/scene"), ("PATCH", "/api/radars/0/controls")]
-)
-def test_a_body_beyond_the_limit_is_refused_before_it_is_read(method: str, path: str) -> None:
-    sent = 0
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+@pytest.mark.parametrize("where", ["tempfile.mkdtemp", "pathlib.Path.open", "shutil.copyfileobj"])
+def test_a_full_disk_is_an_answer_and_not_a_fault(where: str, number: int) -> None:
+    """There is no room for the folder, for the body, and for the files of a form."""
 
-    async def pieces() -> Any:
-        nonlocal sent
-        while sent < 6 * MAX_JSON_BYTES:
-            sent += 2**20
-            yield bytes(2**20)
+    def full(*_: object, **__: object) -> None:
+        raise OSError(number, "No space left on device")
 
     async def test(server: Server) -> None:
-        answer = await server.http.request(method, path, content=pieces(), headers=JSON)
-        assert answer.status_code == 413 and "body: more than" in answer.json()["detail"][0]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(where, full)
+            form = {"scene": ("m.toml", b"")} if where.startswith("shutil") else None
+            answer = await server.http.post("/api/scenes", data={"name": "a"}, files=form)
+            if not form:
+                answer = await server.http.post("/api/scenes", json={"name": "a", "scene": {}})
+        assert answer.status_code == 507 and answer.json()["detail"] == ["body: the server's disk is full; try again later"]
+        assert (await server.http.post("/api/scenes", json={"name": "a", "scene": {}})).status_code == 201
 
     play(test)
-
-
-def test_a_full_disk_is_an_answer_and_not_a_fault() -> None:
-    full = disk_error(OSError(28, "No space left on device"))
-    assert getattr(full, "status_code", None) == 507
-    other = OSError(5, "Input/output error")
-    assert disk_error(other) is other
 
 
 def test_the_scene_lies_beside_the_body(tmp_path: Path) -> None:
