@@ -100,16 +100,14 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
             plan=engine.plan.as_dict(),
         )  # fmt: skip
 
-    small = APIRouter()
 
-    @small.patch("/radars/{radar}/controls", responses={**UNKNOWN, **REFUSED, **UNREADABLE, **BUSY, **CONFLICT})
+    @router.patch("/radars/{radar}/controls", responses={**UNKNOWN, **REFUSED, **UNREADABLE, **BUSY, **CONFLICT})
     async def change_controls(radar: str, requested: schemas.ControlsChange) -> schemas.ControlsState:
         """Changes some controls; answers with the state of all."""
         station = _station(stations, radar)
         await station.change(requested.model_dump(exclude_none=True))
         return schemas.ControlsState.model_validate(station.controls())
 
-    router.include_router(small)
 
 
 def _radar_state(station: Station) -> schemas.RadarState:
