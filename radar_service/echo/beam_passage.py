@@ -207,10 +207,8 @@ class BeamPassages:
 
     def _track(self, n: int, time: Floats) -> tuple[Floats, Floats]:
         """Middle of body n relative to the antenna (K, 3) [m] and its heading (K,) [rad] at each time (K,) [s]."""
-        pose = self._bodies[n].motion.pose(time)
-        c, s, (east, north, up) = np.cos(pose.heading), np.sin(pose.heading), self._middle[n]
-        turned = np.stack([c * east + s * north, c * north - s * east, np.full(len(time), up)], axis=-1)
-        return pose.position + turned - self._scene.antenna(time), pose.heading
+        body = self._bodies[n]
+        return body.middles_at(time) - self._scene.antenna(time), body.motion.pose(time).heading
 
 
 def _aside(radius: Floats, distance: Floats) -> Floats:

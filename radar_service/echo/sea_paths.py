@@ -17,12 +17,8 @@ from radar_service.radar.parameters import Radar
 from radar_service.scene.environment import Environment
 from radar_service.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 
-MAX_PHASE = (
-    5e-4  # rad from the middle of a block to its ends: F^2 held over a smaller change errs by -69 dB (0.67 of it, rms)
-)
-MAX_ELEVATION = (
-    1e-3  # of the vertical beamwidth, likewise: a root of gain changes by at most 1.3e-3 of boresight, -62 dB rms
-)
+MAX_PHASE = 5e-4  # rad over half a block: F^2 held over less errs by -69 dB (0.67 of it, rms)
+MAX_ELEVATION = 1e-3  # of the vertical beamwidth: roots of gains held over less err by 1.3e-3 of boresight, -62 dB rms
 NULL = 1e-6  # of boresight: lower gains count as this one where a ratio of gains follows the sway
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.echo.beam_passage import NEAREST
 from radar_service.echo.visibility import mast_speed
 from radar_service.scene.body import Body
 from radar_service.scene.motion import Motion
@@ -21,7 +22,6 @@ PER_ARC = 16  # pieces of an arc
 MAX_PIECES = 4096  # of a run; a longer track is sampled at as many of its knots
 ASPECTS = np.tan(np.linspace(-1.54, 1.54, 33))  # rad from the closest approach: it passes within 3 % of its distance
 LEVER = 1e-3  # s over which rates are taken
-NEAREST = 16.0  # m: no part of a body counts as nearer, as in `echo.beam_passage`
 
 
 class BodyRun(NamedTuple):
@@ -131,10 +131,7 @@ def _knots(motion: Motion, end: float | None) -> Floats:
 
 def _offset(body: Body, scene: Scene, time: Floats) -> Floats:
     """Middle of a body relative to the antenna's foot (K, 3) [m], mast upright."""
-    pose = body.motion.pose(time)
-    c, s, (east, north, up) = np.cos(pose.heading), np.sin(pose.heading), body.middle
-    middle = np.stack([c * east + s * north, c * north - s * east, np.full(len(time), up)], axis=-1)
-    return np.asarray(pose.position + middle - scene.own_ship.pose(time).position)
+    return np.asarray(body.middles_at(time) - scene.own_ship.pose(time).position)
 
 
 def _heading(body: Body, time: Floats) -> Floats:

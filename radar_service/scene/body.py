@@ -79,6 +79,13 @@ class Body:
         pose = self.motion.pose(time)
         return map_from_body(self.middle, pose.position[0], float(pose.heading[0]))
 
+    def middles_at(self, time: Floats) -> Floats:
+        """Returns the map positions (K, 3) [m] of `middle` at times (K,) [s]."""
+        pose = self.motion.pose(time)
+        c, s, (east, north, up) = np.cos(pose.heading), np.sin(pose.heading), self.middle
+        turned = np.stack([c * east + s * north, c * north - s * east, np.full(len(time), up)], axis=-1)
+        return np.asarray(pose.position + turned)
+
     @cached_property
     def _plan(self) -> tuple[Floats, float, float]:
         """Middle, radius and arm of the plan view."""

@@ -71,17 +71,7 @@ class OcclusionScene:
         max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; among: the only ones of these
         that can, besides the points' own body, where that is known from `other_occluders`.
         """
-        position = points.position
-        distance, slant = distances_from_map(position, antenna, self.earth_radius)
-        over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
-        visible: Flags = ~over & (slant < max_range)
-        every = np.flatnonzero(visible)
-        for occluder, pose, key, which in self._occluders(points, every, antenna, time, movers, among):
-            left = which[visible[which]]
-            own = self._resting[points.body[left]] if key is None else points.body[left] == key
-            if own.any() or occluder.may_occlude(pose, antenna, position[left]):
-                visible[left[self._occluded_by(occluder, pose, points, antenna, left, own)]] = False
-        return visible
+        return self._seen(points, None, antenna, time, max_range, movers, among)
 
     def visible_by_sea(
         self,
@@ -98,6 +88,19 @@ class OcclusionScene:
         Other arguments as `visible`. Both ways are straight lines: from the antenna to the sea, where land or a hull may stand in
         its place, and on to the point.
         """
+        return self._seen(points, reflection, antenna, time, max_range, movers, among)
+
+    def _seen(
+        self,
+        points: SurfacePoints,
+        reflection: Floats | None,
+        antenna: Floats,
+        time: float,
+        max_range: float,
+        movers: bool,
+        among: Collection[int] | None,
+    ) -> Flags:
+        """As `visible`, or as `visible_by_sea` where there are reflection points (E, 3)."""
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
@@ -107,10 +110,13 @@ class OcclusionScene:
             left = which[visible[which]]
             own = self._resting[points.body[left]] if key is None else points.body[left] == key
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
-                hidden = occluder.occludes(pose, antenna, reflection.take(left, axis=0))
-                visible[left[hidden]] = False
-                left, own = left[~hidden], own[~hidden]
-                visible[left[self._occluded_by(occluder, pose, points, reflection.take(left, axis=0), left, own)]] = False
+                origin = antenna
+                if reflection is not None:
+                    hidden = occluder.occludes(pose, antenna, reflection.take(left, axis=0))
+                    visible[left[hidden]] = False
+                    left, own = left[~hidden], own[~hidden]
+                    origin = reflection.take(left, axis=0)
+                visible[left[self._occluded_by(occluder, pose, points, origin, left, own)]] = False
         return visible
 
     def other_occluders(self, body: int, antenna: Floats, time: float, movers: bool = True) -> tuple[Indices, Floats]:

@@ -59,17 +59,21 @@ def test_each_stage_has_its_own_cost(monkeypatch: pytest.MonkeyPatch) -> None:
     assert clock.tiles[-tiles:] == list(range(tiles, 2 * tiles)) and set(clock.tiles[:-tiles]) == {tiles - 2, tiles - 1}
 
 
-def test_visibility_updates_cost_their_mean_as_often_as_they_occur(monkeypatch: pytest.MonkeyPatch) -> None:
-    """12 kn for 2.5 s in steps of 5 m: 3.087 updates per scan, of 0.1 s each."""
-    prepared = prepared_from(MOVING)
-    clock = Clock(monkeypatch)
-    update = prepared.shadows.computed
+def slow_updates(monkeypatch: pytest.MonkeyPatch, prepared: Prepared) -> None:
+    """Each visibility update takes 0.1 s of the clock."""
+    clock, update = Clock(monkeypatch), prepared.shadows.computed
 
     def slow(step: int) -> Any:
         clock.now += 0.1
         return update(step)
 
     monkeypatch.setattr(prepared.shadows, "computed", slow)
+
+
+def test_visibility_updates_cost_their_mean_as_often_as_they_occur(monkeypatch: pytest.MonkeyPatch) -> None:
+    """12 kn for 2.5 s in steps of 5 m: 3.087 updates per scan, of 0.1 s each."""
+    prepared = prepared_from(MOVING)
+    slow_updates(monkeypatch, prepared)
     costs = timed_costs(prepared)
     assert costs.looks == pytest.approx(3.087 * 0.1e6 / 960, rel=1e-3)
     assert costs.total == pytest.approx(costs.looks)
@@ -79,14 +83,7 @@ def test_the_first_visibility_update_is_cached_and_does_not_count(monkeypatch: p
     """A body at 1 kn needs one update a scan, of 0.1 s; that of the first scan is known before."""
     prepared = prepared_from(MOVING | {"speed_kn": 1.0})
     prepared.shadows.at(0)
-    clock = Clock(monkeypatch)
-    update = prepared.shadows.computed
-
-    def slow(step: int) -> Any:
-        clock.now += 0.1
-        return update(step)
-
-    monkeypatch.setattr(prepared.shadows, "computed", slow)
+    slow_updates(monkeypatch, prepared)
     assert timed_costs(prepared).looks == pytest.approx(0.1e6 / 960)
 
 

@@ -72,15 +72,21 @@ class PhysicalOptics:
         """Echoes of body b alone, as it is at the instant."""
         pose = pose_at(self.bodies[b], instant.time)
         over_sea = self._multipath and antenna[2] > 0.0
-        legs = tuple(self._leg(b, by_sea, pose, antenna, instant) for by_sea in ((False, True) if over_sea else (False,)))
+        others = instant.line_of_sight.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
+        ways = (False, True) if over_sea else (False,)
+        legs = tuple(self._leg(b, by_sea, pose, antenna, instant, others) for by_sea in ways)
         centres = self._optical[b].echoes(legs, water=-float(pose.position[2]))
         return BodyEchoes.joined([_body_echoes(b, path, over_sea) for path in centres])
 
-    def _leg(self, b: int, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant) -> BodyLeg:
-        """The direct leg to a body, or the one by the sea, with what the scene lets it reach."""
-        scene, key = instant.line_of_sight, int(self.key[b])
-        others, radius = scene.other_occluders(key, antenna, instant.time, instant.movers)
-        seen = (antenna, instant.time, instant.max_range, instant.movers, others.tolist())
+    def _leg(
+        self, b: int, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant, others: tuple[Indices, Floats]
+    ) -> BodyLeg:
+        """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
+
+        others: bodies that may occlude it and their radii [m], as from `OcclusionScene.other_occluders`.
+        """
+        scene, key, (among, radius) = instant.line_of_sight, int(self.key[b]), others
+        seen = (antenna, instant.time, instant.max_range, instant.movers, among.tolist())
 
         def visible(points: Floats, triangle: Indices) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
@@ -90,7 +96,7 @@ class PhysicalOptics:
             return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
 
         thin = bool((radius < THIN).any())
-        crowded = thin or (len(others) > 0 and self._is_shaded(b, pose, visible))
+        crowded = thin or (len(among) > 0 and self._is_shaded(b, pose, visible))
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, visible, crowded, thin)
 
     def _is_shaded(self, b: int, pose: BodyPose, visible: Visible) -> bool:
