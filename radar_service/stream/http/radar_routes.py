@@ -100,14 +100,12 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
             plan=engine.plan.as_dict(),
         )  # fmt: skip
 
-
     @router.patch("/radars/{radar}/controls", responses={**UNKNOWN, **REFUSED, **UNREADABLE, **BUSY, **CONFLICT})
     async def change_controls(radar: str, requested: schemas.ControlsChange) -> schemas.ControlsState:
         """Changes some controls; answers with the state of all."""
         station = _station(stations, radar)
         await station.change(requested.model_dump(exclude_none=True))
         return schemas.ControlsState.model_validate(station.controls())
-
 
 
 def _radar_state(station: Station) -> schemas.RadarState:
