@@ -20,11 +20,9 @@ class SimulatorOptions:
     threads: int = 1
 
     def __call__(self, scene: "Scene") -> "Simulator":
-        """Returns the simulator of a scene. Its plan is made now, so that no client waits for it."""
+        """Returns the simulator of a scene."""
         from radar_service.plan.settings_search import fidelity_for  # here: the service makes options, not simulators
         from radar_service.simulator import Simulator
 
         fidelity = self.fidelity if self.error_db is None else fidelity_for(scene, self.error_db)
-        simulator = Simulator(scene, fidelity, self.seed, self.threads)
-        _ = simulator.plan
-        return simulator
+        return Simulator(scene, fidelity, self.seed, self.threads)

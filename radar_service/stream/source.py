@@ -21,12 +21,14 @@ class SceneOrder:
     source: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
     rpm: rate of rotation instead of the scene's own.
+    plan: as plain data, where it was made for this order before; it is not made again.
     folder: kept while this order exists; it owns the files of an upload.
     """
 
     source: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
+    plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
     folder: object = field(default=None, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -85,6 +87,10 @@ class SpokeSource(Protocol):
     @property
     def range_step(self) -> float:
         """Distance from sample to sample [m]."""
+
+    @property
+    def trees(self) -> int:
+        """Number of its trees for ray tests, as of a second ago; 0 before its first block."""
 
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
         """Yields blocks of at most `size` consecutive spokes of one scan each, without end."""

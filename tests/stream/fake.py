@@ -43,7 +43,7 @@ class FakeEngine:
 
     def __init__(self, of: Scene, dies_at: int | None = None, turns: threading.Semaphore | None = None) -> None:
         self.order = SceneOrder(of)
-        self.closed = False
+        self.closed, self.trees = False, 3
         self.scene, self.seed, self.fidelity, self.plan = of, 7, Fidelity("balanced"), FakePlan()
         self.noise_power = 1e-15
         self.range_step = of.radar.range_step

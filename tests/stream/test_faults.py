@@ -176,8 +176,9 @@ def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: int) -> 
             if k == swaps // 4:
                 before.append(held())
         seen = await asyncio.gather(*followers)
-        after = held()
-        assert after.files <= before[0].files and after.threads <= before[0].threads + 2  # of the engine that takes over
+        while (after := held()).files > before[0].files:  # the folder of a replaced scene may just be being removed
+            await asyncio.sleep(0)
+        assert after.threads <= before[0].threads + 2  # of the engine that takes over
         assert after.objects < 1.1 * before[0].objects
         for epochs in seen:
             assert len(set(epochs)) == len(epochs) and epochs == seen[0]

@@ -1,7 +1,7 @@
 """The application: REST, the feeds, metrics, the documentation and the page, behind the security checks."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Iterable, Sequence
+from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import asynccontextmanager
 from importlib import metadata
 from pathlib import Path
@@ -32,29 +32,28 @@ from radar_service.stream.radio.station import Station
 def create_app(
     stations: Sequence[Station], *, scene_folders: Iterable[Path] = (), sandbox_all: bool = False,
     fork_server: ForkServer | None = None, access: Access | None = None, refused: Refusals | None = None,
-    trees: Callable[[], int] | None = None,
 ) -> FastAPI:  # fmt: skip
     """Returns the application; it starts the radars when it starts and stops them when it stops.
 
+    stations: the radars, all of them by the time that the application starts;
     scene_folders: their scenes are listed beside the packaged ones;
     sandbox_all: the files of every scene that REST names are parsed in a limited process, not only those of uploads;
     fork_server: starts the processes that read big bodies and draw pictures; the application closes it;
-    access: who may do what, by default everybody may do everything; refused: counts refusals, here and elsewhere;
-    trees: returns how many Embree trees live, for the metrics.
+    access: who may do what, by default everybody may do everything; refused: counts refusals, here and elsewhere.
     """
     access, refused, tickets = access or Access(), refused or Refusals(), Tickets()
     store, server = SceneStore(scene_folders, sandbox_all), fork_server or ForkServer()
     preparations, pictures = Preparations(), Pictures(server)
-    reader, vitals = BodyReader(server, preparations.jobs), Vitals(preparations.jobs, store.home, trees)
-    for station in stations:
-        station.preparations = preparations
-    by_identity = {station.identity: station for station in stations}
+    reader, vitals = BodyReader(server, preparations.jobs), Vitals(preparations.jobs, store.home)
+    by_identity: dict[str, Station] = {}
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         vitals.start()
+        by_identity.update((station.identity, station) for station in stations)
         try:
             for station in stations:
+                station.preparations = preparations
                 await station.start()
             yield
         finally:

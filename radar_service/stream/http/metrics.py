@@ -41,6 +41,7 @@ GAUGES: dict[str, tuple[str, Read]] = {
         "Messages that clients have not taken, all together", lambda s: sum(c.queued for c in list(s.hub.clients)),
     ),
     "radar_views": ("Different views that are encoded", lambda s: len(s.hub.views)),
+    "radar_trees": ("Trees for ray tests that its world process holds", lambda s: s.engine.trees),
 }  # fmt: skip
 
 
@@ -110,8 +111,6 @@ class ServiceMetrics(Collector):
         for reason, count in logs.dropped().items():
             lines.add_metric([reason], count)
         yield lines
-        if self._vitals.trees:
-            yield GaugeMetricFamily("radar_embree_trees", "Embree trees that live", value=self._vitals.trees())
 
 
 def exposition(stations: Sequence[Station], refused: Mapping[str, int], vitals: Vitals) -> bytes:

@@ -4,7 +4,7 @@ import argparse
 import asyncio
 import gc
 import signal
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from radar_service.stream.http.access import Access
 from radar_service.stream.http.app import create_app
@@ -17,14 +17,15 @@ from radar_service.stream.source import MakeSource, SpokeSource
 
 
 def run(
-    options: argparse.Namespace, access: Access, worlds: Sequence[SpokeSource], make: MakeSource, fork_server: ForkServer
-) -> int:
+    options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[SpokeSource]], make: MakeSource,
+    fork_server: ForkServer,
+) -> int:  # fmt: skip
     """Serves one radar for each world until stopped; returns the exit status. Raises OSError where it cannot listen.
 
-    options: of the command `serve`; make, fork_server: start further worlds and other processes.
+    options: of the command `serve`; worlds: waits for the worlds, which prepare while the application is put together;
+    make, fork_server: start further worlds and other processes.
     """
-    settings, refused = Settings(pace=Pace("run", options.pace)), Refusals()
-    stations = [Station(str(k), world, make, settings=settings, allow_truth=options.truth) for k, world in enumerate(worlds)]
+    refused, stations = Refusals(), list[Station]()
     app = create_app(
         stations, scene_folders=options.scene_folder, sandbox_all=options.sandbox_all, fork_server=fork_server,
         access=access, refused=refused,
@@ -33,7 +34,11 @@ def run(
         app, connections=options.connections or MAX_CONNECTIONS,
         per_address=options.connections_per_address or MAX_PER_ADDRESS, refused=refused,
     )  # fmt: skip
-    return _run(Server(config, stations, lambda: None), stations, options)
+    server = Server(config, stations, lambda: None)
+    settings = Settings(pace=Pace("run", options.pace))
+    for number, world in enumerate(worlds()):
+        stations.append(Station(str(number), world, make, settings=settings, allow_truth=options.truth))
+    return _run(server, stations, options)
 
 
 def _run(server: Server, stations: Iterable[Station], options: argparse.Namespace) -> int:
@@ -43,8 +48,8 @@ def _run(server: Server, stations: Iterable[Station], options: argparse.Namespac
             station.failed = server.give_up
     for signal_number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(signal_number, lambda *_: None)  # uvicorn stops at either and raises it again after its end
-    gc.collect()
     gc.freeze()  # objects that live as long as the service are not searched again and again, 50 ms at a time
+    gc.enable()
     with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
         runner.run(server.serve(sockets=[listener]))
     return 0 if server.started and not server.gave_up else 1

@@ -3,7 +3,7 @@
 import asyncio
 import shutil
 from collections import Counter, deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 from radar_service.stream.jobs import JobQueue
@@ -19,11 +19,10 @@ MIN_FREE_BYTES = 128 * 2**20  # of the disk: two uploads
 class Vitals:
     """Watches the serving process. Belongs to the event loop.
 
-    jobs: its queue of jobs; folder: where it stores uploads; trees: returns how many Embree trees live, where that is known.
+    jobs: its queue of jobs; folder: where it stores uploads.
     """
 
-    def __init__(self, jobs: JobQueue, folder: Path, trees: Callable[[], int] | None = None) -> None:
-        self.trees = trees
+    def __init__(self, jobs: JobQueue, folder: Path) -> None:
         self._jobs, self._folder = jobs, folder
         self._lags: deque[float] = deque(maxlen=LAG_SAMPLES)
         self._timer: asyncio.TimerHandle | None = None

@@ -44,11 +44,11 @@ def serve(orders: socket.socket, first: Sequence[str], others: Sequence[str]) ->
 
 def share(modules: Sequence[str]) -> None:
     """Imports modules; children share their memory as long as nobody writes to it."""
+    gc.disable()  # a tenth of the time of imports
     for module in modules:
         importlib.import_module(module)
-    if modules:
-        gc.collect()
-        gc.freeze()
+    gc.freeze()
+    gc.enable()
 
 
 def run(control: Channel, data: Channel) -> None:

@@ -3,6 +3,7 @@
 import threading
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
 from radar_service.stream.source import UNFOLLOWED, MakeSource, SpokeSource
@@ -109,8 +110,8 @@ class EngineSupervisor:
             self.restarting = False
 
     def _remade(self, failed: SpokeSource) -> SpokeSource:
-        """Returns another engine of the same scene. Raises EngineFault where its file has changed meanwhile."""
-        engine = self._make_engine(failed.order, UNFOLLOWED)
+        """Returns another engine of the same scene, with its plan. Raises EngineFault where its file has another radar now."""
+        engine = self._make_engine(replace(failed.order, plan=failed.plan.as_dict()), UNFOLLOWED)
         if engine.scene.radar != failed.scene.radar:
             engine.close()
             raise EngineFault("the radar in the scene's file has changed; give the radar the scene again")

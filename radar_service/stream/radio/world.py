@@ -3,7 +3,7 @@
 import contextlib
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Any
 
@@ -38,7 +38,7 @@ class WorldSource:
     """A source.SpokeSource: a scene in a process of its own, which `close` ends."""
 
     def __init__(self, child: Child, order: SceneOrder, description: Description) -> None:
-        self._child, self.order = child, order
+        self._child, self.order, self.trees = child, replace(order, plan=None), 0
         self.scene: SceneOutline = description.scene
         self.seed: int = description.seed
         self.fidelity: Fidelity = description.fidelity
@@ -62,8 +62,9 @@ class WorldSource:
         """Yields blocks, as SpokeSource.blocks; once. Raises EngineFault where the process fails."""
         try:
             self._child.data.send((self._scan, size))
-            while isinstance(message := self._child.data.receive(), dict):
-                yield SpokeBlock(**message | {"range": self.range})
+            while isinstance(message := self._child.data.receive(), tuple):
+                fields, self.trees = message
+                yield SpokeBlock(**fields | {"range": self.range})
         except (OSError, EOFError):
             raise EngineFault(ENDED) from None
         raise EngineFault(str(message))

@@ -2,16 +2,18 @@
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), and
 afterwards one truth for each time [s] that it receives. An order to run, as (scan, size), arrives on `data`; from then on it
-sends the fields of blocks there, and at last the text of a fault. The socket holds it back while nobody reads.
+sends (fields of a block, number of trees) there, and at last the text of a fault. The socket holds it back while nobody reads.
 """
 
 import contextlib
 import gc
+import math
 import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import NoReturn
+from time import monotonic
+from typing import Any, NoReturn
 
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.scene.convert import scene_at_rpm
@@ -24,6 +26,9 @@ from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
 from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
 from radar_service.stream.source import SceneOrder, SceneOutline
+from radar_service.trace.embree import TREES
+
+TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 
 
 def scene_of(order: SceneOrder) -> Scene:
@@ -42,11 +47,11 @@ def outline_of(scene: Scene) -> SceneOutline:
     return SceneOutline(scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar)
 
 
-def describe(engine: SceneEngine) -> Description:
-    """Returns what the serving process needs of an engine."""
+def describe(engine: SceneEngine, plan: Mapping[str, Any] | None = None) -> Description:
+    """Returns what the serving process needs of an engine. plan: as plain data, where it is known; otherwise it is made."""
     return Description(
-        outline_of(engine.scene), engine.seed, engine.fidelity, engine.plan.as_dict(), engine.noise_power, engine.range,
-        engine.range_step,
+        outline_of(engine.scene), engine.seed, engine.fidelity, dict(plan or engine.plan.as_dict()), engine.noise_power,
+        engine.range, engine.range_step,
     )  # fmt: skip
 
 
@@ -63,24 +68,24 @@ def run_world(
     with contextlib.suppress(OSError, EOFError), BLAS_LIMIT.held():
         try:
             set_up = partial(_prepared, control, order, make_engine)
-            engine = at_low_priority(set_up) if in_background else set_up()
+            engine, description = at_low_priority(set_up) if in_background else set_up()
         except Exception as error:  # of any kind: the service must be notified
             control.send(("refused", _portable(error, memory)))
             return
         engines.append(engine)
-        control.send(("ready", describe(engine)))
+        control.send(("ready", description))
         _compute(data, engine)
 
 
-def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> SceneEngine:
+def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> tuple[SceneEngine, Description]:
     control.send(("stage", "reading the scene"))
     scene = scene_of(order)
     control.send(("stage", "preparing and planning"))
     engine = make_engine(scene)
-    engine.plan.as_dict()
+    description = describe(engine, order.plan)
     gc.collect()
     gc.freeze()  # the scene is not searched again and again
-    return engine
+    return engine, description
 
 
 def _portable(error: Exception, memory: int) -> Exception:
@@ -97,10 +102,13 @@ def _portable(error: Exception, memory: int) -> Exception:
 def _compute(data: Channel, engine: SceneEngine) -> None:
     """Sends blocks; the last message is the reason of the end."""
     scan, size = data.receive()
+    trees, counted = 0, -math.inf
     try:
         engine.skip_to(scan)
         for block in engine.blocks(size=size):
-            data.send(vars(block) | {"range": None})  # the service has the ranges from the description
+            if monotonic() > counted + TREES_SECONDS:
+                trees, counted = TREES.live, monotonic()
+            data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
         data.send("the engine ended its stream of spokes")
     except OSError:
         return

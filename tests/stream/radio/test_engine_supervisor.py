@@ -6,6 +6,7 @@ import pytest
 
 from radar_service.stream.radio.engine_supervisor import RESTART_WINDOW, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.prefetch import prepared
+from radar_service.stream.source import Progress, SceneOrder
 from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
 from tests.stream.radio.recording import SOON
 
@@ -30,6 +31,19 @@ def test_a_restart_begins_with_the_given_scan() -> None:
     engines.stop(SOON)
     assert block is not None and block.first == 4 * AZIMUTHS
     assert reasons == ["it broke"] and engines.restarts == 1 and not engines.restarting
+
+
+def test_a_restart_hands_on_the_plan() -> None:
+    orders: list[SceneOrder] = []
+
+    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+        orders.append(order)
+        return factory()(order, progress)
+
+    engines = EngineSupervisor(FakeEngine(scene()), make, RestartLimiter(3, lambda: 0.0))
+    engines.restart("it broke", 4, lambda _: None)
+    engines.stop(SOON)
+    assert [order.plan for order in orders] == [{"modelled": []}]
 
 
 def test_engines_that_fail_again_count_as_restarts_until_there_are_too_many() -> None:

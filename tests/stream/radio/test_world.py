@@ -71,6 +71,28 @@ def test_spokes_are_those_of_a_simulator_in_this_process(maker: WorldMaker) -> N
     until(lambda: is_gone(theirs.process))
 
 
+def test_a_plan_that_is_known_is_not_made_again(maker: WorldMaker) -> None:
+    """Of a harbour the plan takes as long as half of the rest."""
+    known = {"modelled": ["what was found before"]}
+    source = maker(replace(ORDER, plan=known), UNFOLLOWED)
+    assert source.plan.as_dict() == known
+    assert source.order.plan is None  # so that a changed order does not keep it
+    source.close()
+
+
+def test_it_tells_how_many_trees_it_holds(maker: WorldMaker) -> None:
+    """Equal boxes share one."""
+    boxes = [
+        SCENE["body"][0] | {"name": name, "material": "steel", "position_m": [x, 300, 2]}
+        for name, x in (("a", 0), ("b", 50))
+    ]
+    source = maker(SceneOrder(SCENE | {"body": boxes}), UNFOLLOWED)
+    assert source.trees == 0
+    taken(source, 60)
+    assert source.trees == 1
+    source.close()
+
+
 def test_it_may_begin_with_any_scan_and_another_rate(maker: WorldMaker) -> None:
     source = maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
     source.skip_to(3)
