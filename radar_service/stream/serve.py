@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 WORLDS_NEED = ("radar_service.simulator", "radar_service.stream.radio.world_process")
 OTHERS_NEED = (
     "radar_service.stream.radio.last_scan", "radar_service.display.last_scan",
-    "scipy.sparse.csgraph", "scipy.interpolate", "pyproj", "trimesh",  # which some scenes need
+    "scipy.interpolate", "pyproj", "trimesh",  # which some scenes need
 )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from radar_service.scene.body import Mesh
 
@@ -24,7 +25,7 @@ def patch_sizes(mesh: Mesh) -> Floats:
     across = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
     flat = across < COPLANAR
     links = coo_array((np.ones(int(flat.sum())), (one[flat], other[flat])), shape=(len(corners), len(corners)))
-    count, patch = _connected(links)
+    count, patch = connected_components(links, directed=False)
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, patch, corners.min(axis=1))
     np.maximum.at(high, patch, corners.max(axis=1))
@@ -62,7 +63,7 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     forth = ends[:, 0] < ends[:, 1]
     one, other = neighbours(mesh)
     links = coo_array((np.ones(len(one)), (one, other)), shape=(len(mesh.faces), len(mesh.faces)))
-    count, part = _connected(links)
+    count, part = connected_components(links, directed=False)
     key = np.sort(ends, axis=1)
     _, edge, uses = np.unique(key, axis=0, return_inverse=True, return_counts=True)
     balance = np.bincount(edge.reshape(-1), np.where(forth, 1.0, -1.0))
@@ -99,11 +100,3 @@ def _outermost(points: Floats) -> Floats:
     directions = np.stack([level * np.cos(turn), level * np.sin(turn), up], axis=1)
     chosen = [np.argmax(directions[i : i + 64] @ points.T, axis=1) for i in range(0, DIRECTIONS, 64)]
     return np.asarray(points[np.unique(np.concatenate(chosen))])
-
-
-def _connected(links: coo_array) -> tuple[int, NDArray[np.int32]]:
-    """Number of connected parts, and the part of each triangle (F,)."""
-    from scipy.sparse.csgraph import connected_components  # here: it would take a fifteenth of every start
-
-    count, part = connected_components(links, directed=False)
-    return count, part
