@@ -163,18 +163,17 @@ def test_an_engine_that_fails_says_why(fork_server: ForkServer) -> None:
 
 @pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGSEGV])
 def test_a_killed_world_is_replaced_in_the_next_scan(maker: WorldMaker, death: int) -> None:
-    """Numbers go on, the missing ones are announced, and the first new spoke comes within two seconds."""
+    """Numbers go on, and the missing ones are announced."""
     sink, first = RecordingSink(), maker(ORDER, UNFOLLOWED)
     transmitter = Transmitter(first, FLAT_OUT, (sink,), time.monotonic, maker)
     transmitter.start()
     sink.wait_for(lambda: sink.spokes > 100)
-    killed, before = time.monotonic(), transmitter.engines.restarts
+    before = transmitter.engines.restarts
     os.kill(first.process, death)
     sink.wait_for(lambda: "skip" in sink.names() and sink.calls[-1][0] == "send")
-    lasted = time.monotonic() - killed
     second = transmitter.epoch.engine
     transmitter.stop(10.0)
-    assert transmitter.engines.restarts == before + 1 and lasted < 2.0
+    assert transmitter.engines.restarts == before + 1
     number = 0
     for name, details in sink.calls[1:]:
         if name == "send":
