@@ -20,7 +20,7 @@ from radar_service.plan.settings_search import fidelity_for
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
 from radar_service.scene.world import Scene
-from radar_service.trace.embree import RayCount
+from radar_service.trace.embree import TREES, RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.truth import GroundTruth
 from radar_service.types import Floats, Profiles, Singles
@@ -86,6 +86,11 @@ class Simulator:
         if self._set_up is None:
             return plan_for(self.scene, self.fidelity)
         return plan_for(self.scene, self.fidelity, engine_statistics(self._set_up))
+
+    @property
+    def trees(self) -> int:
+        """Number of trees for ray tests that this process holds, for all simulators together."""
+        return TREES.live
 
     def scan(self) -> "Scan":
         """The next scan."""

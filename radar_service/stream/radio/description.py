@@ -27,6 +27,10 @@ class SceneEngine(Protocol):
     def plan(self) -> PlanSummary:
         """What it models and what it does not."""
 
+    @property
+    def trees(self) -> int:
+        """Number of trees for ray tests."""
+
     def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
         """Yields blocks of spokes."""
 

@@ -26,7 +26,6 @@ from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
 from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
 from radar_service.stream.source import SceneOrder, SceneOutline
-from radar_service.trace.embree import TREES
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 
@@ -107,7 +106,7 @@ def _compute(data: Channel, engine: SceneEngine) -> None:
         engine.skip_to(scan)
         for block in engine.blocks(size=size):
             if monotonic() > counted + TREES_SECONDS:
-                trees, counted = TREES.live, monotonic()
+                trees, counted = engine.trees, monotonic()
             data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
         data.send("the engine ended its stream of spokes")
     except OSError:
