@@ -37,6 +37,7 @@ from tests.stream.serving import dialled
 CLIENTS, SWAPS = 100, 200
 QUERY = "encoding=u8&bins=1024"
 USUAL = "pings,bodies,uploads,pictures,swaps"
+WARM_UP = 60.0  # s until the history of the view is full
 SETTLING = 3.0  # s after strangers have gone
 KILL_SECONDS = 5.0  # that the feed is watched after a kill
 RADAR = {"bandwidth_hz": 10e6, "sample_rate_hz": 15e6, "range_max_m": 12000, "beamwidth_deg": 2.0, "height_m": 22}
@@ -271,7 +272,7 @@ def _verdict(made: Bench, options: argparse.Namespace, address: tuple[str, str])
     swaps = max(1, round(SWAPS / options.runs))
     command = ("attack", *address, str(options.attack), str(swaps), options.strangers)
     quiet, attacked, states = [], [], []
-    time.sleep(SETTLING)
+    time.sleep(WARM_UP)
     for number in range(options.runs):
         quiet.append(made.run(lambda: time.sleep(options.rest)))
         print(f"{number} without: {quiet[-1]}", flush=True)

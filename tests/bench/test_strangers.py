@@ -1,4 +1,4 @@
-"""A feed while strangers attack the service: pytest -m bench -s tests/bench/test_strangers.py takes two minutes and prints the
+"""A feed while strangers attack the service: pytest -m bench -s tests/bench/test_strangers.py takes three minutes and prints the
 figures; `python -m tests.bench.strangers` takes a quarter of an hour."""
 
 import os
