@@ -101,6 +101,9 @@ class SpokeSource(Protocol):
     def truth(self, t: float) -> Truth:
         """Returns the state of own ship and of every body at time t [s]."""
 
+    def standby(self) -> "SpokeSource | None":
+        """Returns another source of the same scene that is ready at once; None where there is none."""
+
     def close(self) -> None:
         """Ends the computation, from any thread; `blocks` and `truth` then fail."""
 

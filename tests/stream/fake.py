@@ -94,6 +94,9 @@ class FakeEngine:
         )  # fmt: skip
         return Truth(t, own, (replace(own, name="buoy"),))
 
+    def standby(self) -> None:
+        return None
+
     def close(self) -> None:
         self.closed = True
 

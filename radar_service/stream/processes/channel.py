@@ -10,6 +10,7 @@ import select
 import socket
 import struct
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 HEAD = struct.Struct("<II")  # bytes of the pickled object, number of arrays
@@ -43,6 +44,22 @@ class Channel:
         text = self._read(size)
         return pickle.loads(text, buffers=[self._read(length) for length in lengths])
 
+    def send_ends(self, ends: Sequence[socket.socket]) -> None:
+        """Hands sockets to the other process, which calls `receive_ends` next. Raises OSError."""
+        with self._sending:
+            socket.send_fds(self._end, [b"e"], [end.fileno() for end in ends])
+
+    def receive_ends(self, count: int) -> "list[Channel]":
+        """Returns channels of so many sockets that the other process hands over. Raises EOFError."""
+        try:
+            _, ends, _, _ = socket.recv_fds(self._end, 1, count)
+        except OSError:
+            ends = []
+        channels = [Channel(socket.socket(fileno=end)) for end in ends]
+        if len(channels) != count:
+            raise EOFError("the other process has ended")
+        return channels
+
     def wait(self, timeout: float) -> bool:
         """Waits until there is something to receive, at most `timeout` [s]; returns whether there is."""
         poll = select.poll()
@@ -63,6 +80,10 @@ class Channel:
         """Ends the connection: both ends stop waiting."""
         with contextlib.suppress(OSError):
             self._end.shutdown(socket.SHUT_RDWR)  # wakes threads that wait; `close` alone does not
+        self._end.close()
+
+    def forget(self) -> None:
+        """Gives up this process's copy of the end; the connection goes on in the process that forked this one."""
         self._end.close()
 
     def _read(self, size: int) -> memoryview:

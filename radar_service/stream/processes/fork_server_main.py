@@ -5,6 +5,7 @@ child reads the function and its arguments from its channel, runs it and ends.
 """
 
 import contextlib
+import ctypes
 import gc
 import importlib
 import json
@@ -19,12 +20,14 @@ from pathlib import Path
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import ENDS, PROCESS
 
+SUBREAPER = 36  # PR_SET_CHILD_SUBREAPER of linux/prctl.h
 IDLE_SECONDS = 2.0  # a start is over by then
 
 
 def serve(orders: socket.socket, first: Sequence[str], others: Sequence[str]) -> None:
     """Forks a child for each order, until the service is gone. Imports the other modules when there is nothing to do."""
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # children that have ended leave no zombies
+    adopt_orphans()
     share(first)
     while True:
         if others and not select.select([orders], [], [], IDLE_SECONDS)[0]:
@@ -40,6 +43,12 @@ def serve(orders: socket.socket, first: Sequence[str], others: Sequence[str]) ->
         for end in ends:
             os.close(end)
         orders.send(PROCESS.pack(process))
+
+
+def adopt_orphans() -> None:
+    """Makes this process the parent of its children's children when those end, where the system can (Linux)."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(SUBREAPER, 1, 0, 0, 0)
 
 
 def share(modules: Sequence[str]) -> None:

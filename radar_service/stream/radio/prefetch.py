@@ -90,15 +90,15 @@ class EngineWorker:
             self._changed.notify_all()
 
 
-def prepared(engine: SpokeSource, scan: int = 0) -> EngineWorker:
-    """Returns a worker that has computed the first spokes of `scan`. Raises EngineFault where they do not come."""
+def prepared(engine: SpokeSource, scan: int = 0, timeout: float = PREPARE_TIMEOUT) -> EngineWorker:
+    """Returns a worker that has computed the first spokes of `scan`. Raises EngineFault after `timeout` [s]."""
     engine.skip_to(scan)
     worker = EngineWorker(engine)
     worker.start()
     try:
-        if worker.wait_until_ready(PREPARE_TIMEOUT):
+        if worker.wait_until_ready(timeout):
             return worker
-        raise EngineFault(f"no spokes after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine")
+        raise EngineFault(f"no spokes after {timeout:g} s; the scene is too heavy for this machine")
     except EngineFault:
         worker.stop()
         raise

@@ -17,9 +17,11 @@ from radar_service.stream.processes.fork_server import Child, ForkServer
 from radar_service.stream.processes.limits import default_memory
 from radar_service.stream.radio.description import Description, MakeEngine
 from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, EngineFault
+from radar_service.stream.radio.standby import RUN
 from radar_service.stream.source import Progress, SceneOrder, SceneOutline
 
 TRUTH_TIMEOUT = 10.0  # s
+COPY_TIMEOUT = 5.0  # s that a process may take to make a copy of itself; it takes milliseconds
 ENDED = "its process has ended: it crashed, was killed or ran out of memory"
 
 
@@ -38,6 +40,7 @@ class WorldSource:
     """A source.SpokeSource: a scene in a process of its own, which `close` ends."""
 
     def __init__(self, child: Child, order: SceneOrder, description: Description) -> None:
+        """child: has sent its description, and sends its copy next. Raises EOFError and TimeoutError."""
         self._child, self.order, self.trees = child, replace(order, plan=None), 0
         self.scene: SceneOutline = description.scene
         self.seed: int = description.seed
@@ -46,6 +49,7 @@ class WorldSource:
         self.noise_power: float = description.noise_power
         self.range: NDArray[np.float64] = description.range
         self.range_step: float = description.range_step
+        self._description, self._copy = description, _copy(child)
         self._scan = 0
         self._asking = threading.Lock()
 
@@ -53,6 +57,23 @@ class WorldSource:
     def process(self) -> int:
         """Number of its process."""
         return self._child.process
+
+    @property
+    def copy_process(self) -> int | None:
+        """Number of the process of its copy, None where there is none."""
+        return self._copy.process if self._copy else None
+
+    def standby(self) -> "WorldSource | None":
+        """Returns the copy, ready to run in place of this process; None where there is none, or it was taken before."""
+        copy, self._copy = self._copy, None
+        if copy is None:
+            return None
+        try:
+            copy.control.send(RUN)
+            return WorldSource(copy, self.order, self._description)
+        except (OSError, EOFError):  # TimeoutError is an OSError
+            copy.close()
+            return None
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the first one. Comes before `blocks`."""
@@ -85,8 +106,10 @@ class WorldSource:
         return answer
 
     def close(self) -> None:
-        """Ends the process at once."""
+        """Ends the process and its copy at once."""
         self._child.close()
+        if self._copy:
+            self._copy.close()
 
 
 class WorldMaker:
@@ -111,7 +134,7 @@ class WorldMaker:
         progress.ends_with(child.close)
         with contextlib.ExitStack() as on_failure:
             on_failure.callback(child.close)
-            source = WorldSource(child, order, _description(child, progress))
+            source = _source(child, order, progress)
             on_failure.pop_all()
         return source
 
@@ -123,13 +146,19 @@ def _run(control: Channel, data: Channel, *arguments: object) -> None:
     run_world(control, data, *arguments)  # type: ignore[arg-type]  # as WorldMaker gives them
 
 
-def _description(child: Child, progress: Progress) -> Description:
+def _copy(child: Child) -> Child | None:
+    """Returns the copy of a process, which the process tells next. Raises EOFError and TimeoutError."""
+    process = child.control.receive(COPY_TIMEOUT)
+    return None if process is None else Child(process, *child.control.receive_ends(2))
+
+
+def _source(child: Child, order: SceneOrder, progress: Progress) -> WorldSource:
     deadline = monotonic() + PREPARE_TIMEOUT
     try:
         while True:
             kind, content = child.control.receive(max(0.0, deadline - monotonic()))
             if kind == "ready":
-                return content  # type: ignore[no-any-return]  # as world_process sends it
+                return WorldSource(child, order, content)
             if kind == "refused":
                 raise content
             progress.stage(content)

@@ -1,8 +1,9 @@
 """The process of one running scene: loads it, prepares it, computes its spokes, and ends with it.
 
-It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), and
-afterwards one truth for each time [s] that it receives. An order to run, as (scan, size), arrives on `data`; from then on it
-sends (fields of a block, number of trees) there, and at last the text of a fault. The socket holds it back while nobody reads.
+It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), then its
+copy that stands by (see standby.py), and afterwards one truth for each time [s] that it receives. An order to run, as
+(scan, size), arrives on `data`; from then on it sends (fields of a block, number of trees) there, and at last the text of a
+fault. The socket holds it back while nobody reads.
 """
 
 import contextlib
@@ -25,6 +26,7 @@ from radar_service.scene.world import Scene
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
 from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
+from radar_service.stream.radio.standby import with_standby
 from radar_service.stream.source import SceneOrder, SceneOutline
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
@@ -63,7 +65,7 @@ def run_world(
     """
     limit_memory(memory)
     engines: list[SceneEngine] = []
-    threading.Thread(target=_answer, args=(control, engines), name="truth", daemon=True).start()
+    _answer_on(control, engines)
     with contextlib.suppress(OSError, EOFError), BLAS_LIMIT.held():
         try:
             set_up = partial(_prepared, control, order, make_engine)
@@ -73,6 +75,9 @@ def run_world(
             return
         engines.append(engine)
         control.send(("ready", description))
+        (control, data), is_copy = with_standby(control, data)
+        if is_copy:
+            _answer_on(control, engines)
         _compute(data, engine)
 
 
@@ -114,6 +119,10 @@ def _compute(data: Channel, engine: SceneEngine) -> None:
     except Exception as error:  # as above
         data.send(f"{type(error).__name__}: {error}")
     threading.Event().wait()  # the truth is answered until the service closes the channel
+
+
+def _answer_on(control: Channel, engines: Sequence[SceneEngine]) -> None:
+    threading.Thread(target=_answer, args=(control, engines), name="truth", daemon=True).start()
 
 
 def _answer(control: Channel, engines: Sequence[SceneEngine]) -> NoReturn:

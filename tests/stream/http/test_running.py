@@ -54,7 +54,7 @@ def test_uploads_swaps_and_kills_and_an_end_without_remains(service: tuple[subpr
             pass
         assert http.get("api/radars/0/truth?t=1").json()["bodies"][0]["name"] == "p"
         assert http.get("api/radars/0/ppi.png?size=64").content.startswith(b"\x89PNG")
-        until(lambda: len(children(process.pid)) == 2)  # the earlier world and the picture have ended
+        until(lambda: len(children(process.pid)) == 3)  # the earlier world and the picture have ended
         helper, *worlds = children(process.pid)
         os.kill(worlds[0], signal.SIGKILL)
         until(lambda: http.get("api/health").json()["radars"][0]["restarts"] == 1)  # when what it had computed is sent
@@ -82,7 +82,7 @@ def wait_for_spokes(url: str) -> None:
 def test_nothing_outlives_a_killed_service(service: tuple[subprocess.Popen[str], str]) -> None:
     process, _ = service
     remains = children(process.pid)
-    assert len(remains) == 2
+    assert len(remains) == 3  # what starts others, a world, and its copy
     process.kill()
     process.wait(20)
     until(lambda: all(is_gone(child) for child in remains))

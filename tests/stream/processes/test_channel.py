@@ -83,3 +83,33 @@ def test_closing_wakes_a_thread_that_waits() -> None:
 def unread(end: socket.socket) -> int:
     """Bytes that have arrived and were not read."""
     return int.from_bytes(fcntl.ioctl(end, termios.FIONREAD, bytes(4)), sys.byteorder)
+
+
+def test_sockets_are_handed_over_between_messages(ends: tuple[Channel, Channel]) -> None:
+    here, there = ends
+    near, far = socket.socketpair()
+    here.send("before")
+    here.send_ends([near])
+    here.send("after")
+    near.close()
+    assert there.receive(SOON) == "before"
+    (handed,) = there.receive_ends(1)
+    assert there.receive(SOON) == "after"
+    handed.send(7)
+    other = Channel(far)
+    assert other.receive(SOON) == 7
+    handed.close()
+    other.close()
+    here.close()
+    with pytest.raises(EOFError):
+        there.receive_ends(1)
+
+
+def test_a_forgotten_end_ends_no_connection() -> None:
+    near, far = socket.socketpair()
+    here, there, copy = Channel(near), Channel(far), Channel(near.dup())
+    copy.forget()
+    here.send(3)
+    assert there.receive(SOON) == 3
+    here.close()
+    there.close()

@@ -1,6 +1,7 @@
 """Which engine runs: restarts within their limit, and another engine that takes over."""
 
 import time
+from typing import Any
 
 import pytest
 
@@ -44,6 +45,35 @@ def test_a_restart_hands_on_the_plan() -> None:
     engines.restart("it broke", 4, lambda _: None)
     engines.stop(SOON)
     assert [order.plan for order in orders] == [{"modelled": []}]
+
+
+class Copied(FakeEngine):
+    """Has a copy that stands by."""
+
+    def __init__(self, copy: FakeEngine) -> None:
+        super().__init__(scene())
+        self.copy = copy
+
+    def standby(self) -> Any:
+        assert not self.closed
+        return self.copy
+
+
+@pytest.mark.parametrize("delivers", [True, False])
+def test_a_copy_goes_on_where_it_delivers(delivers: bool) -> None:
+    copy = FakeEngine(scene("copy"), dies_at=None if delivers else 0)
+    engines = EngineSupervisor(Copied(copy), factory(), RestartLimiter(3, lambda: 0.0))
+    assert engines.restart("it broke", 4, lambda _: None) == "it broke" and engines.restarts == 1
+    assert (engines.worker.engine is copy) == delivers and copy.closed != delivers
+    block = engines.worker.take(SOON)
+    assert block is not None and block.first == 4 * AZIMUTHS
+    engines.stop(SOON)
+
+
+def test_a_copy_that_is_not_needed_ends() -> None:
+    copy = FakeEngine(scene("copy"))
+    engines = EngineSupervisor(Copied(copy), factory(), RestartLimiter(0, lambda: 0.0))
+    assert engines.restart("it broke", 4, lambda _: None) is None and copy.closed
 
 
 def test_engines_that_fail_again_count_as_restarts_until_there_are_too_many() -> None:
