@@ -101,7 +101,7 @@ class SpokeSource(Protocol):
     def truth(self, t: float) -> Truth:
         """Returns the state of own ship and of every body at time t [s]."""
 
-    def standby(self) -> "SpokeSource | None":
+    def spare(self) -> "SpokeSource | None":
         """Returns another source of the same scene that is ready at once; None where there is none."""
 
     def close(self) -> None:

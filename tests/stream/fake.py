@@ -94,7 +94,7 @@ class FakeEngine:
         )  # fmt: skip
         return Truth(t, own, (replace(own, name="buoy"),))
 
-    def standby(self) -> None:
+    def spare(self) -> None:
         return None
 
     def close(self) -> None:

@@ -11,7 +11,7 @@ from radar_service.stream.source import UNFOLLOWED, MakeSource, SpokeSource
 from radar_service.stream.spokes import new_epoch_name
 
 RESTARTS = 3  # allowed within RESTART_WINDOW
-COPY_TIMEOUT = 5.0  # s that a copy may take to its first spokes; it takes a tenth
+SPARE_TIMEOUT = 5.0  # s that a spare may take to its first spokes; it takes a tenth
 RESTART_WINDOW = 60.0  # s: an engine that fails more often will fail again
 
 
@@ -96,7 +96,7 @@ class EngineSupervisor:
         Returns the reason of the last failure; None where the limiter allows no more, another scene is pending or the
         radar stops. report: is called with the reason before each attempt.
         """
-        standby = self.worker.engine.standby()
+        unused = self.worker.engine.spare()
         self.worker.stop()
         self.restarting = True
         try:
@@ -104,22 +104,22 @@ class EngineSupervisor:
                 report(reason)
                 self.restarts += 1
                 try:
-                    copy, standby = standby, None
-                    self.worker = self._another(copy, scan)
+                    spare, unused = unused, None
+                    self.worker = self._another(spare, scan)
                     return reason
                 except Exception as error:  # an engine that cannot even be made counts as another failure
                     reason = str(error)
             return None
         finally:
             self.restarting = False
-            if standby:
-                standby.close()
+            if unused:
+                unused.close()
 
-    def _another(self, copy: SpokeSource | None, scan: int) -> EngineWorker:
-        """Returns a worker of the same scene: of the copy of the failed engine where that delivers, otherwise of a new one."""
-        if copy:
+    def _another(self, spare: SpokeSource | None, scan: int) -> EngineWorker:
+        """Returns a worker of the same scene: of the failed engine's spare where that delivers, otherwise of a new engine."""
+        if spare:
             with contextlib.suppress(EngineFault):
-                return prepared(copy, scan, COPY_TIMEOUT)
+                return prepared(spare, scan, SPARE_TIMEOUT)
         return prepared(self._remade(self.worker.engine), scan)
 
     def _remade(self, failed: SpokeSource) -> SpokeSource:

@@ -17,11 +17,11 @@ from radar_service.stream.processes.fork_server import Child, ForkServer
 from radar_service.stream.processes.limits import default_memory
 from radar_service.stream.radio.description import Description, MakeEngine
 from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, EngineFault
-from radar_service.stream.radio.standby import RUN
+from radar_service.stream.radio.spare import RUN
 from radar_service.stream.source import Progress, SceneOrder, SceneOutline
 
 TRUTH_TIMEOUT = 10.0  # s
-COPY_TIMEOUT = 5.0  # s that a process may take to make a copy of itself; it takes milliseconds
+SPARE_TIMEOUT = 5.0  # s that a process may take to make its spare; it takes milliseconds
 ENDED = "its process has ended: it crashed, was killed or ran out of memory"
 
 
@@ -40,7 +40,7 @@ class WorldSource:
     """A source.SpokeSource: a scene in a process of its own, which `close` ends."""
 
     def __init__(self, child: Child, order: SceneOrder, description: Description) -> None:
-        """child: has sent its description, and sends its copy next. Raises EOFError and TimeoutError."""
+        """child: has sent its description, and tells its spare next. Raises EOFError and TimeoutError."""
         self._child, self.order, self.trees = child, replace(order, plan=None), 0
         self.scene: SceneOutline = description.scene
         self.seed: int = description.seed
@@ -49,7 +49,7 @@ class WorldSource:
         self.noise_power: float = description.noise_power
         self.range: NDArray[np.float64] = description.range
         self.range_step: float = description.range_step
-        self._description, self._copy = description, _copy(child)
+        self._description, self._spare = description, _spare(child)
         self._scan = 0
         self._asking = threading.Lock()
 
@@ -59,20 +59,20 @@ class WorldSource:
         return self._child.process
 
     @property
-    def copy_process(self) -> int | None:
-        """Number of the process of its copy, None where there is none."""
-        return self._copy.process if self._copy else None
+    def spare_process(self) -> int | None:
+        """Number of its spare's process, None where there is none."""
+        return self._spare.process if self._spare else None
 
-    def standby(self) -> "WorldSource | None":
-        """Returns the copy, ready to run in place of this process; None where there is none, or it was taken before."""
-        copy, self._copy = self._copy, None
-        if copy is None:
+    def spare(self) -> "WorldSource | None":
+        """Returns the spare, ready to run in place of this process; None where there is none, or it was taken before."""
+        spare, self._spare = self._spare, None
+        if spare is None:
             return None
         try:
-            copy.control.send(RUN)
-            return WorldSource(copy, self.order, self._description)
+            spare.control.send(RUN)
+            return WorldSource(spare, self.order, self._description)
         except (OSError, EOFError):  # TimeoutError is an OSError
-            copy.close()
+            spare.close()
             return None
 
     def skip_to(self, scan: int) -> None:
@@ -97,7 +97,7 @@ class WorldSource:
                 self._child.control.send(t)
                 answer = self._child.control.receive(TRUTH_TIMEOUT)
         except TimeoutError:
-            self.close()  # a late answer would be taken for that of the next request
+            self._child.close()  # a late answer would be taken for that of the next request
             raise EngineFault(f"no ground truth after {TRUTH_TIMEOUT:g} s") from None
         except (OSError, EOFError):
             raise EngineFault(ENDED) from None
@@ -106,10 +106,10 @@ class WorldSource:
         return answer
 
     def close(self) -> None:
-        """Ends the process and its copy at once."""
+        """Ends the process and its spare at once."""
         self._child.close()
-        if self._copy:
-            self._copy.close()
+        if self._spare:
+            self._spare.close()
 
 
 class WorldMaker:
@@ -146,9 +146,9 @@ def _run(control: Channel, data: Channel, *arguments: object) -> None:
     run_world(control, data, *arguments)  # type: ignore[arg-type]  # as WorldMaker gives them
 
 
-def _copy(child: Child) -> Child | None:
-    """Returns the copy of a process, which the process tells next. Raises EOFError and TimeoutError."""
-    process = child.control.receive(COPY_TIMEOUT)
+def _spare(child: Child) -> Child | None:
+    """Returns the spare of a process, which the process tells next. Raises EOFError and TimeoutError."""
+    process = child.control.receive(SPARE_TIMEOUT)
     return None if process is None else Child(process, *child.control.receive_ends(2))
 
 

@@ -1,7 +1,7 @@
 """The process of one running scene: loads it, prepares it, computes its spokes, and ends with it.
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), then its
-copy that stands by (see standby.py), and afterwards one truth for each time [s] that it receives. An order to run, as
+spare (see spare.py), and afterwards one truth for each time [s] that it receives. An order to run, as
 (scan, size), arrives on `data`; from then on it sends (fields of a block, number of trees) there, and at last the text of a
 fault. The socket holds it back while nobody reads.
 """
@@ -26,7 +26,7 @@ from radar_service.scene.world import Scene
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
 from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
-from radar_service.stream.radio.standby import with_standby
+from radar_service.stream.radio.spare import with_spare
 from radar_service.stream.source import SceneOrder, SceneOutline
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
@@ -75,8 +75,8 @@ def run_world(
             return
         engines.append(engine)
         control.send(("ready", description))
-        (control, data), is_copy = with_standby(control, data)
-        if is_copy:
+        (control, data), is_spare = with_spare(control, data)
+        if is_spare:
             _answer_on(control, engines)
         _compute(data, engine)
 

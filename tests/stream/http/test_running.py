@@ -82,7 +82,7 @@ def wait_for_spokes(url: str) -> None:
 def test_nothing_outlives_a_killed_service(service: tuple[subprocess.Popen[str], str]) -> None:
     process, _ = service
     remains = children(process.pid)
-    assert len(remains) == 3  # what starts others, a world, and its copy
+    assert len(remains) == 3  # what starts others, a world, and its spare
     process.kill()
     process.wait(20)
     until(lambda: all(is_gone(child) for child in remains))

@@ -47,33 +47,33 @@ def test_a_restart_hands_on_the_plan() -> None:
     assert [order.plan for order in orders] == [{"modelled": []}]
 
 
-class Copied(FakeEngine):
-    """Has a copy that stands by."""
+class WithSpare(FakeEngine):
+    """Has a spare."""
 
-    def __init__(self, copy: FakeEngine) -> None:
+    def __init__(self, spare: FakeEngine) -> None:
         super().__init__(scene())
-        self.copy = copy
+        self._other = spare
 
-    def standby(self) -> Any:
+    def spare(self) -> Any:
         assert not self.closed
-        return self.copy
+        return self._other
 
 
 @pytest.mark.parametrize("delivers", [True, False])
-def test_a_copy_goes_on_where_it_delivers(delivers: bool) -> None:
-    copy = FakeEngine(scene("copy"), dies_at=None if delivers else 0)
-    engines = EngineSupervisor(Copied(copy), factory(), RestartLimiter(3, lambda: 0.0))
+def test_a_spare_goes_on_where_it_delivers(delivers: bool) -> None:
+    spare = FakeEngine(scene("spare"), dies_at=None if delivers else 0)
+    engines = EngineSupervisor(WithSpare(spare), factory(), RestartLimiter(3, lambda: 0.0))
     assert engines.restart("it broke", 4, lambda _: None) == "it broke" and engines.restarts == 1
-    assert (engines.worker.engine is copy) == delivers and copy.closed != delivers
+    assert (engines.worker.engine is spare) == delivers and spare.closed != delivers
     block = engines.worker.take(SOON)
     assert block is not None and block.first == 4 * AZIMUTHS
     engines.stop(SOON)
 
 
-def test_a_copy_that_is_not_needed_ends() -> None:
-    copy = FakeEngine(scene("copy"))
-    engines = EngineSupervisor(Copied(copy), factory(), RestartLimiter(0, lambda: 0.0))
-    assert engines.restart("it broke", 4, lambda _: None) is None and copy.closed
+def test_a_spare_that_is_not_needed_ends() -> None:
+    spare = FakeEngine(scene("spare"))
+    engines = EngineSupervisor(WithSpare(spare), factory(), RestartLimiter(0, lambda: 0.0))
+    assert engines.restart("it broke", 4, lambda _: None) is None and spare.closed
 
 
 def test_engines_that_fail_again_count_as_restarts_until_there_are_too_many() -> None:

@@ -71,29 +71,29 @@ def test_spokes_are_those_of_a_simulator_in_this_process(maker: WorldMaker) -> N
     until(lambda: is_gone(theirs.process))
 
 
-def test_a_copy_stands_by_and_has_a_copy_itself(maker: WorldMaker) -> None:
+def test_a_spare_goes_on_and_has_a_spare_itself(maker: WorldMaker) -> None:
     """Each goes on where the one before ended, with the same bytes; nothing is prepared again."""
     source, processes = maker(ORDER, UNFOLLOWED), []
     ours = Simulator(load_scene(SCENE), "fast")
     for scan, block in enumerate(ours.blocks(scans=3, size=60)):
-        processes += [source.process, source.copy_process]
+        processes += [source.process, source.spare_process]
         source.skip_to(scan)
         np.testing.assert_array_equal(np.concatenate([part.power for part in taken(source, 60)])[:60], block.power)
         assert source.truth(1.0) == ours.truth(1.0)
         os.kill(source.process, signal.SIGKILL)
-        failed, copy = source, source.standby()
-        assert copy is not None and copy.process == processes[-1] and failed.standby() is None
+        failed, spare = source, source.spare()
+        assert spare is not None and spare.process == processes[-1] and failed.spare() is None
         failed.close()
-        source = copy
+        source = spare
     source.close()
     until(lambda: all(is_gone(process) for process in processes if process))
 
 
-def test_a_copy_that_has_died_is_no_copy(maker: WorldMaker) -> None:
+def test_a_spare_that_has_died_is_no_spare(maker: WorldMaker) -> None:
     source = maker(ORDER, UNFOLLOWED)
-    assert source.copy_process is not None
-    os.kill(source.copy_process, signal.SIGKILL)
-    assert source.standby() is None
+    assert source.spare_process is not None
+    os.kill(source.spare_process, signal.SIGKILL)
+    assert source.spare() is None
     assert taken(source, 1)[0].first == 0  # the process itself goes on
     source.close()
 
@@ -219,8 +219,8 @@ def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: WorldMa
     transmitter.start()
     sink.wait_for(lambda: sink.spokes > 0)
     file.write_text(json.dumps(SCENE | {"radar": SCENE["radar"] | {"azimuths": 72}}))
-    assert first.copy_process is not None
-    os.kill(first.copy_process, signal.SIGKILL)
+    assert first.spare_process is not None
+    os.kill(first.spare_process, signal.SIGKILL)
     os.kill(first.process, signal.SIGKILL)
     sink.wait_for(lambda: sink.calls[-1][0] == "close")
     assert reasons[0].startswith("its process has ended") and "the radar in the scene's file has changed" in reasons[1]

@@ -50,9 +50,9 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     while (message := child.control.receive(SOON))[0] == "stage":
         stages.append(message[1])
     assert message[0] == "ready" and stages == ["reading the scene", "preparing and planning"]
-    copy_process = child.control.receive(SOON)
-    copy_control, copy_data = child.control.receive_ends(2)
-    assert copy_process not in (os.getpid(), child.process)
+    spare_process = child.control.receive(SOON)
+    spare_control, spare_data = child.control.receive_ends(2)
+    assert spare_process not in (os.getpid(), child.process)
     child.data.send((2, 16))
     block, trees = child.data.receive(SOON)
     assert trees >= 0 and block["first"] == 120 and block["range"] is None and len(block["time"]) == 16
@@ -61,5 +61,5 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     child.control.send("no time")
     assert isinstance(child.control.receive(SOON), RuntimeError)
     child.close()
-    for channel in (copy_control, copy_data):
+    for channel in (spare_control, spare_data):
         channel.close()
