@@ -1,14 +1,22 @@
 # The README's steps in an image. It is open to other machines, so it wants a token:
 #   docker build -t radar-service . && openssl rand -hex 16 > token
-#   docker run -p 8000:8000 -v "$PWD/token:/run/secrets/radar-token:ro" radar-service
-FROM python:3.11-slim
-RUN useradd --create-home radar
+#   docker run --restart=always -p 8000:8000 -v "$PWD/token:/run/secrets/radar-token:ro" radar-service
+# For a build that can be repeated, give the base by its digest, as `docker buildx imagetools inspect python:3.11-slim` shows it:
+#   docker build --build-arg BASE=python:3.11-slim@sha256:... -t radar-service .
+ARG BASE=python:3.11-slim
+FROM ${BASE}
+RUN useradd --create-home radar && install -d -o radar -g radar /home/radar/radar-service
 WORKDIR /home/radar/radar-service
-COPY --chown=radar . .
 USER radar
-RUN python3 -m venv .venv && .venv/bin/pip install --no-cache-dir .
+RUN python3 -m venv .venv
+# Dependencies have layers of their own: a change of the program does not install them again.
+COPY --chown=radar pyproject.toml constraints.txt ./
+RUN python3 -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" > needed.txt \
+  && .venv/bin/pip install --no-cache-dir -r needed.txt -c constraints.txt
+COPY --chown=radar . .
+RUN .venv/bin/pip install --no-cache-dir --no-deps .
 EXPOSE 8000
 HEALTHCHECK --interval=10s --timeout=3s --start-period=20s \
   CMD [".venv/bin/python", "-c", "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/api/health/ready', timeout=2)"]
 STOPSIGNAL SIGTERM
-ENTRYPOINT [".venv/bin/radar-service", "serve", "--host", "0.0.0.0", "--token-file", "/run/secrets/radar-token"]
+ENTRYPOINT [".venv/bin/radar-service", "serve", "--host", "0.0.0.0", "--token-file", "/run/secrets/radar-token", "--exit-when-failed"]

@@ -3,21 +3,48 @@
 >>> import radar_service as rs
 >>> sim = rs.Simulator(rs.load_scene("worked-example"), seed=0)
 >>> scan = sim.scan()
+
+Each name is imported when it is first used, so that the service, which has its simulators in other processes, starts soon.
 """
 
-from importlib.metadata import version
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from radar_service.fidelity import Fidelity
-from radar_service.records import BodyTruth, Spoke, SpokeBlock, Truth
-from radar_service.scan import Scan, load_scan
-from radar_service.scene.error import SceneError
-from radar_service.scene.load import load_scene
-from radar_service.scene.world import Scene
-from radar_service.simulator import Simulator
+if TYPE_CHECKING:
+    from radar_service.fidelity import Fidelity
+    from radar_service.records import BodyTruth, Spoke, SpokeBlock, Truth
+    from radar_service.scan import Scan, load_scan
+    from radar_service.scene.error import SceneError
+    from radar_service.scene.load import load_scene
+    from radar_service.scene.world import Scene
+    from radar_service.simulator import Simulator
+
+    __version__: str
 
 __all__ = [
     "BodyTruth", "Fidelity", "Scan", "Scene", "SceneError", "Simulator", "Spoke", "SpokeBlock", "Truth", "load_scan",
     "load_scene",
 ]  # fmt: skip
 
-__version__ = version("radar-service")
+MODULES = {
+    "BodyTruth": "records", "Fidelity": "fidelity", "Scan": "scan", "Scene": "scene.world", "SceneError": "scene.error",
+    "Simulator": "simulator", "Spoke": "records", "SpokeBlock": "records", "Truth": "records", "load_scan": "scan",
+    "load_scene": "scene.load",
+}  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """Returns a public name, imported now."""
+    if name == "__version__":
+        value: Any = import_module("importlib.metadata").version("radar-service")
+    elif name in MODULES:
+        value = getattr(import_module(f"{__name__}.{MODULES[name]}"), name)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Returns the public names, imported or not."""
+    return sorted({*globals(), *__all__, "__version__"})

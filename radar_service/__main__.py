@@ -1,83 +1,48 @@
-"""The command line: serve, scan, check, plan, chart, stability, schema. Only this module may import all others."""
+"""The command line: serve, scan, check, plan, chart, stability, schema. Only this module may import all others.
+
+Commands import what they need when they run: `serve` leaves the simulator to other processes, and so starts soon.
+"""
 
 import argparse
 import contextlib
 import errno
 import json
-import math
 import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-
-import numpy as np
-from tqdm import tqdm
+from typing import TYPE_CHECKING, Any
 
 from radar_service import __version__
-from radar_service.display.last_scan import last_scan_png
-from radar_service.display.video import Controls, layout
+from radar_service.arguments import file_ending, pace, thread_count, whole
 from radar_service.fidelity import PRESETS, PURPOSE
-from radar_service.parallel import BLAS_LIMIT
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
-from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.realtime import plan_in_time
-from radar_service.plan.remarks import body_remarks
-from radar_service.plan.settings_search import fidelity_for
-from radar_service.records import SpokeBlock
-from radar_service.scan import Scan, save_scans, scan_of
-from radar_service.scene.describe import describe, json_schema
 from radar_service.scene.error import SceneError
-from radar_service.scene.load import load_scene
-from radar_service.scene.world import Scene
-from radar_service.simulator import Simulator
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
+
+    from radar_service.records import SpokeBlock
+    from radar_service.scan import Scan
+    from radar_service.simulator import Simulator
+    from radar_service.simulator_options import SimulatorOptions
 
 DEFAULT_SCENE = "harbour"
 PICTURE_SIZE = 900  # pixels
 PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
-MAX_THREADS = 64  # one tile each: a scan has few more
 
 
 class UsageError(Exception):
     """A command line that cannot run. Its text names the remedy."""
 
 
-def pace(text: str) -> float:
-    """Returns simulated seconds per second from the command line; max is inf. Raises ArgumentTypeError."""
-    with contextlib.suppress(ValueError):
-        factor = math.inf if text == "max" else float(text)
-        if factor > 0 and (text == "max" or math.isfinite(factor)):
-            return factor
-    raise argparse.ArgumentTypeError(f'"{text}" is not a pace; give a number above 0 (1 is real time) or max')
+def simulator_options(options: argparse.Namespace, threads: int = 1) -> "SimulatorOptions":
+    """Returns what the options say about simulators."""
+    from radar_service.simulator_options import SimulatorOptions
 
-
-def whole(text: str, minimum: int, maximum: int) -> int:
-    """Returns a whole number from the command line. Raises ArgumentTypeError outside the limits."""
-    with contextlib.suppress(ValueError):
-        if minimum <= int(text) <= maximum:
-            return int(text)
-    raise argparse.ArgumentTypeError(f'"{text}" is not a whole number from {minimum} to {maximum}')
-
-
-def thread_count(text: str) -> int:
-    """Returns a number of threads; auto: all cores but one. Raises ArgumentTypeError."""
-    return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MAX_THREADS)
-
-
-def file_ending(text: str, suffix: str) -> Path:
-    """Returns the path of a file to write, which must end in `suffix`. Raises ArgumentTypeError."""
-    if Path(text).suffix.lower() != suffix:
-        raise argparse.ArgumentTypeError(f'"{text}" does not end in {suffix}, the format that is written')
-    return Path(text)
-
-
-def simulator_of(scene: Scene, options: argparse.Namespace, threads: int = 1) -> Simulator:
-    """Returns a simulator by the options. Its plan is made now, so that no client waits for it."""
-    fidelity = options.fidelity if options.error_db is None else fidelity_for(scene, options.error_db)
-    simulator = Simulator(scene, fidelity, options.seed, threads)
-    _ = simulator.plan
-    return simulator
+    return SimulatorOptions(options.fidelity, options.error_db, options.seed, threads)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -165,21 +130,26 @@ def parser() -> argparse.ArgumentParser:
 
 def run_serve(options: argparse.Namespace) -> int:
     """Serves until stopped."""
-    from radar_service.stream.serve import AccessError, serve  # here: no other command needs a server
+    from radar_service.stream.serve import StartError, serve
 
     options.scenes = options.scenes or [DEFAULT_SCENE]
     try:
-        return serve(options, partial(simulator_of, options=options, threads=options.threads))
-    except AccessError as error:
+        return serve(options, simulator_options(options, options.threads))
+    except StartError as error:
         raise UsageError(str(error)) from None
 
 
 def run_scan(options: argparse.Namespace) -> int:
     """Computes scans, with a progress bar on a terminal."""
+    from tqdm import tqdm
+
+    from radar_service.scan import save_scans, scan_of
+    from radar_service.scene.load import load_scene
+
     for path in (options.out, options.png):
         if path and not path.parent.is_dir():  # refused now, not after an hour of computation
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
-    simulator = simulator_of(load_scene(options.scene), options, options.threads)
+    simulator = simulator_options(options, options.threads)(load_scene(options.scene))
     azimuths = simulator.scene.radar.azimuths
     with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar:
         blocks = _counted(simulator.blocks(scans=options.scans), bar)
@@ -192,26 +162,37 @@ def run_scan(options: argparse.Namespace) -> int:
     return 0
 
 
-def _counted(blocks: Iterable[SpokeBlock], bar: "tqdm[None]") -> Iterator[SpokeBlock]:
+def _counted(blocks: Iterable["SpokeBlock"], bar: "tqdm[None]") -> Iterator["SpokeBlock"]:
     for block in blocks:
         bar.update(len(block))
         yield block
 
 
-def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
+def write_png(path: Path, scan: "Scan", simulator: "Simulator") -> None:
     """Writes a picture of a scan, as a display with its default controls shows it."""
+    import numpy as np
+
+    from radar_service.display.last_scan import last_scan_png
+    from radar_service.display.video import Controls, layout
+
     rows = [(np.arange(len(scan.power)), scan.power)]
     to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step)
     path.write_bytes(
         last_scan_png(
-            simulator.scene, rows, to, Controls(), simulator.noise_power, size=PICTURE_SIZE, range_max=None,
-            time=float(scan.time[-1]),
+            rows, len(scan.power), to, Controls(), simulator.noise_power, title=simulator.scene.name, size=PICTURE_SIZE,
+            range_max=None, heading=float(scan.heading[-1]),
         )
     )  # fmt: skip
 
 
 def run_check(options: argparse.Namespace) -> int:
     """Prints what a scene contains."""
+    from radar_service.plan.budget import ErrorBudget
+    from radar_service.plan.remarks import body_remarks
+    from radar_service.plan.settings_search import fidelity_for
+    from radar_service.scene.describe import describe
+    from radar_service.scene.load import load_scene
+
     scene = load_scene(options.scene)
     print(describe(scene, body_remarks(scene, fidelity_for(scene, ErrorBudget()))))
     return 0
@@ -219,9 +200,13 @@ def run_check(options: argparse.Namespace) -> int:
 
 def run_plan(options: argparse.Namespace) -> int:
     """Prints what is modelled, at what error and cost."""
+    from radar_service.plan.realtime import plan_in_time
+    from radar_service.scene.load import load_scene
+    from radar_service.simulator import Simulator
+
     scene = load_scene(options.scene)
     if options.realtime_factor is None:
-        plan = simulator_of(scene, options).plan
+        plan = simulator_options(options)(scene).plan
     elif options.fidelity != "auto":
         raise UsageError(f"--realtime-factor: needs --fidelity auto, not {options.fidelity}; remove one of them")
     else:
@@ -234,7 +219,9 @@ def run_plan(options: argparse.Namespace) -> int:
 
 def run_stability(options: argparse.Namespace) -> int:
     """Finds where methods fail, with a progress bar on a terminal."""
-    from radar_service.study.stability import STUDIES  # here: it would take a twelfth of every start
+    from tqdm import tqdm
+
+    from radar_service.study.stability import STUDIES
     from radar_service.study.stability.report import write_report
 
     options.out.mkdir(parents=True, exist_ok=True)  # refused now, not after the studies
@@ -246,7 +233,8 @@ def run_stability(options: argparse.Namespace) -> int:
 
 def run_chart(options: argparse.Namespace) -> int:
     """Measures all methods on a scene, with progress bars on a terminal."""
-    from radar_service.study.chart import chart  # here, as above
+    from radar_service.scene.load import load_scene
+    from radar_service.study.chart import chart
     from radar_service.study.chart.summary import summary_text
 
     if not options.out.is_dir():
@@ -259,11 +247,12 @@ def run_chart(options: argparse.Namespace) -> int:
 
 def run_schema(_: argparse.Namespace) -> int:
     """Prints the schema."""
+    from radar_service.scene.describe import json_schema
+
     print(json.dumps(json_schema(), indent=2))
     return 0
 
 
-@BLAS_LIMIT.held()  # once for the process, and so for every thread of a server
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line. Returns the exit status: 0, 2 for wrong input, 130 when interrupted, 141 for a closed pipe."""
     try:
@@ -279,7 +268,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: Sequence[str] | None) -> int:
     options = parser().parse_args(arguments)
     try:
-        status: int = options.run(options)
+        with _blas_limit(options):
+            status: int = options.run(options)
     except SceneError as error:
         print(*error.problems, sep="\n", file=sys.stderr)
         return 2
@@ -294,6 +284,15 @@ def _run(arguments: Sequence[str] | None) -> int:
     except KeyboardInterrupt:
         return 130
     return status
+
+
+def _blas_limit(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:
+    """Keeps BLAS to one thread for the whole command; `serve` does no such arithmetic in this process."""
+    if options.run is run_serve:
+        return contextlib.nullcontext()
+    from radar_service.parallel import BLAS_LIMIT
+
+    return BLAS_LIMIT.held()
 
 
 if __name__ == "__main__":

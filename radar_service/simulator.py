@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -19,12 +19,14 @@ from radar_service.plan.plan import Plan, plan_for
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
-from radar_service.scan import Scan, scan_of
 from radar_service.scene.world import Scene
-from radar_service.trace.embree import RayCount
+from radar_service.trace.embree import TREES, RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.truth import GroundTruth
 from radar_service.types import Floats, Profiles, Singles
+
+if TYPE_CHECKING:
+    from radar_service.scan import Scan
 
 
 class AzimuthEngine(Protocol):
@@ -85,8 +87,15 @@ class Simulator:
             return plan_for(self.scene, self.fidelity)
         return plan_for(self.scene, self.fidelity, engine_statistics(self._set_up))
 
-    def scan(self) -> Scan:
+    @property
+    def trees(self) -> int:
+        """Number of trees for ray tests that this process holds, for all simulators together."""
+        return TREES.live
+
+    def scan(self) -> "Scan":
         """The next scan."""
+        from radar_service.scan import scan_of  # here: the service makes no scans, and its pictures would slow every start
+
         return scan_of(self.blocks(scans=1))
 
     def spokes(self, scans: int | None = None) -> Iterator[Spoke]:

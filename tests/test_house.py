@@ -8,7 +8,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 GROUND = (
-    "block_cache", "constants", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random", "records", "scan_file",
+    "arguments", "block_cache", "constants", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random", "records",
+    "scan_file",
     "types",
 )  # fmt: skip
 ROOMS = ("radar", "scene", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "plan")  # upward
@@ -19,11 +20,12 @@ BELOW: dict[str, tuple[str, ...]] = {
     "truth": (*GROUND, *ROOMS[: ROOMS.index("echo") + 1]),
     "scan": (*GROUND, "display"),
     "simulator": (*GROUND, *ROOMS, "truth", "scan"),
+    "simulator_options": (*GROUND, *ROOMS, "simulator"),
     "stream": (*GROUND, "radar", "scene", "receive", "display", "stream"),
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),
     "__init__": (*GROUND, "scene", "scan", "simulator"),
 }
-STREAM_PARTS = ("codecs", "fanout", "radio", "http")  # of radar_service.stream, upward
+STREAM_PARTS = ("processes", "codecs", "fanout", "radio", "http")  # of radar_service.stream, upward
 CLIENT_MAY = ("radar_service.stream.codecs.native", "radar_service.display", "radar_service.scan_file")
 HOMES = {
     "trimesh": ("radar_service.scene.files",),

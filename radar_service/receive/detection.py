@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import convolve1d
 
 from radar_service.types import Floats, Profiles, Singles
 
@@ -33,6 +32,8 @@ def beam_spread(power: Floats, beamwidth: float, azimuth_step: float) -> Floats:
     beamwidth, azimuth_step: [rad]. The kernel sums to 1, so it keeps the energy of a scan; its peak is below 1. As the
     rays are weighted by the beam already, this applies the beam a second time (docs/specification.md, errata row 7).
     """
+    from scipy.ndimage import convolve1d  # here: `documented` alone uses it, and it would slow every start
+
     sigma = spread_sigma(beamwidth) / azimuth_step
     extent = int(np.ceil(KERNEL_EXTENT * sigma))
     kernel = np.exp(-0.5 * (np.arange(-extent, extent + 1) / sigma) ** 2)

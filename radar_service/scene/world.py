@@ -82,6 +82,11 @@ class Scene:
         return self.world.bodies
 
     @property
+    def body_count(self) -> int:
+        """Number of bodies."""
+        return len(self.world.bodies)
+
+    @property
     def own_ship(self) -> Motion:
         """Motion of the platform."""
         return self.platform.motion

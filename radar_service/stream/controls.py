@@ -10,9 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from radar_service.scene.convert import scene_at_rpm
-from radar_service.scene.world import Scene
 from radar_service.stream.settings import Pace, Settings
+from radar_service.stream.source import SceneOrder, SceneOutline, SpokeSource
 
 
 class ControlError(ValueError):
@@ -30,7 +29,7 @@ class Control:
     description: for people;
     read: the value from the settings and the scene (for engine controls the scene that runs next);
     write: the settings with another value (display and transmitter controls);
-    rebuild: the scene with another value (engine controls);
+    rebuild: the order of the scene with another value (engine controls);
     unit: of a number; example: a number for the REST documentation; minimum, maximum: its limits, None for none;
     scene_maximum: a maximum that depends on the scene;
     step: of a slider, between its limits; None for a number that is typed.
@@ -41,14 +40,14 @@ class Control:
     acts_on: Literal["display", "transmitter", "engine"]
     label: str
     description: str
-    read: Callable[[Settings, Scene], Any]
-    write: Callable[[Settings, Scene, Any], Settings] | None = None
-    rebuild: Callable[[Scene, Any], Scene] | None = None
+    read: Callable[[Settings, SceneOutline], Any]
+    write: Callable[[Settings, SceneOutline, Any], Settings] | None = None
+    rebuild: Callable[[SceneOrder, Any], SceneOrder] | None = None
     unit: str = ""
     example: float | None = None
     minimum: float | None = None
     maximum: float | None = None
-    scene_maximum: Callable[[Scene], float] | None = None
+    scene_maximum: Callable[[SceneOutline], float] | None = None
     step: float | None = None
     label_off: str = ""
 
@@ -63,19 +62,19 @@ def _display(name: str, description: str, example: float) -> Control:
     )  # fmt: skip
 
 
-def _range_max(scene: Scene) -> float:
+def _range_max(scene: SceneOutline) -> float:
     return scene.radar.range_max
 
 
-def _read_range(settings: Settings, scene: Scene) -> float:
+def _read_range(settings: Settings, scene: SceneOutline) -> float:
     return min(settings.range or _range_max(scene), _range_max(scene))
 
 
-def _write_range(settings: Settings, scene: Scene, value: float) -> Settings:
+def _write_range(settings: Settings, scene: SceneOutline, value: float) -> Settings:
     return replace(settings, range=None if value == _range_max(scene) else value)
 
 
-def _write_pace(settings: Settings, scene: Scene, change: Mapping[str, Any]) -> Settings:
+def _write_pace(settings: Settings, scene: SceneOutline, change: Mapping[str, Any]) -> Settings:
     """Changes state and factor; the state "step" is an order to the transmitter and changes no setting."""
     pace, factor, state = settings.pace, change.get("factor"), change.get("state")
     if factor is not None:
@@ -99,7 +98,7 @@ CONTROLS = (
     Control(
         "rpm", "number", "engine", "Antenna", "rate of rotation; a change restarts the scene when the running scan ends",
         read=lambda settings, scene: 60.0 / scene.radar.rotation_period,
-        rebuild=scene_at_rpm, unit="rev/min", example=24, minimum=0.01, maximum=600,
+        rebuild=lambda order, value: replace(order, rpm=value), unit="rev/min", example=24, minimum=0.01, maximum=600,
     ),
     Control(
         "pace", "pace", "transmitter", "Pace", "run, pause or step, and simulated seconds per second",
@@ -108,14 +107,14 @@ CONTROLS = (
 )  # fmt: skip
 
 
-def controls_state(settings: Settings, running: Scene, next_scene: Scene) -> dict[str, Any]:
+def controls_state(settings: Settings, running: SceneOutline, next_scene: SceneOutline) -> dict[str, Any]:
     """Returns the value of every control. Engine controls are those of the scene that runs next."""
     return {
         control.name: control.read(settings, next_scene if control.acts_on == "engine" else running) for control in CONTROLS
     }
 
 
-def changed_settings(settings: Settings, scene: Scene, requested: Mapping[str, Any]) -> Settings:
+def changed_settings(settings: Settings, scene: SceneOutline, requested: Mapping[str, Any]) -> Settings:
     """Returns the settings with the requested values. Raises ControlError for a value that the scene does not allow."""
     for control in CONTROLS:
         if control.name in requested and control.write is not None:
@@ -124,21 +123,18 @@ def changed_settings(settings: Settings, scene: Scene, requested: Mapping[str, A
     return settings
 
 
-def changed_scene(settings: Settings, scene: Scene, requested: Mapping[str, Any]) -> Scene | None:
-    """Returns the scene with the requested engine controls, None where it has them already.
-
-    Raises SceneError where such a scene is not valid.
-    """
-    result = scene
+def changed_order(settings: Settings, source: SpokeSource, requested: Mapping[str, Any]) -> SceneOrder | None:
+    """Returns the order of the source's scene with the requested engine controls, None where it has them already."""
+    result = source.order
     for control in CONTROLS:
         if control.name in requested and control.rebuild is not None:
             value = requested[control.name]
-            if not math.isclose(value, control.read(settings, scene), rel_tol=1e-9):
+            if not math.isclose(value, control.read(settings, source.scene), rel_tol=1e-9):
                 result = control.rebuild(result, value)
-    return None if result is scene else result
+    return None if result is source.order else result
 
 
-def control_definitions(scene: Scene) -> list[dict[str, Any]]:
+def control_definitions(scene: SceneOutline) -> list[dict[str, Any]]:
     """Returns the declaration of every control as plain data, with the limits of this scene."""
     return [
         {
@@ -157,7 +153,7 @@ def control_definitions(scene: Scene) -> list[dict[str, Any]]:
     ]
 
 
-def _check(control: Control, scene: Scene, value: Any) -> None:
+def _check(control: Control, scene: SceneOutline, value: Any) -> None:
     if control.scene_maximum is not None and value > control.scene_maximum(scene):
         limits = f"{control.minimum:g} to {control.scene_maximum(scene):g} {control.unit}"
         raise ControlError(f"{control.name}: {value:g}; this radar allows {limits}: give less")

@@ -1,63 +1,85 @@
-"""The command `serve`: radars, access and server from its options, put together and run until stopped."""
+"""The command `serve`: starts the worlds of its radars in processes of their own, and meanwhile the server.
+
+What takes long to import is imported while those processes start and prepare.
+"""
 
 import argparse
-import asyncio
+import contextlib
 import gc
-import signal
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from radar_service.scene.files.mesh_reader import IN_PROCESS
-from radar_service.scene.files.sandbox import Sandbox
-from radar_service.scene.load import load_scene
-from radar_service.scene.world import Scene
 from radar_service.stream import logs
 from radar_service.stream.http.access import Access, checked_token, is_loopback
-from radar_service.stream.http.app import create_app
-from radar_service.stream.http.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
-from radar_service.stream.logs import Refusals
-from radar_service.stream.radio.station import Station
-from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import SpokeSource
+from radar_service.stream.processes.fork_server import ForkServer
+
+if TYPE_CHECKING:
+    from radar_service.stream.radio.description import MakeEngine
+    from radar_service.stream.radio.world import WorldSource
+    from radar_service.stream.source import SceneOrder
+
+WORLDS_NEED = ("radar_service.simulator", "radar_service.stream.radio.world_process")
+OTHERS_NEED = (
+    "radar_service.stream.radio.last_scan", "radar_service.display.last_scan",
+    "scipy.interpolate", "pyproj", "trimesh",  # which some scenes need
+)  # fmt: skip
 
 
-class AccessError(ValueError):
+class StartError(ValueError):
+    """The server cannot start. The text says why."""
+
+
+class AccessError(StartError):
     """Options that would leave a server unprotected. The text says what to do."""
 
 
-def serve(options: argparse.Namespace, make_engine: Callable[[Scene], SpokeSource]) -> int:
-    """Serves the scenes of the options until stopped; returns the exit status. Raises AccessError, SceneError, OSError."""
-    access, refused = access_for(options), Refusals()
+def serve(options: argparse.Namespace, make_engine: "MakeEngine") -> int:
+    """Serves the scenes of the options until stopped; returns the exit status.
+
+    make_engine: makes the engine of a scene, in the scene's own process. Raises StartError, SceneError, OSError.
+    """
+    access = access_for(options)
     logs.configure(options.log)
-    settings, sandbox = Settings(pace=Pace("run", options.pace)), Sandbox()
-    reader = sandbox if options.sandbox_all else IN_PROCESS
-    stations = [
-        Station(
-            str(k), make_engine(load_scene(source, mesh_reader=reader)), make_engine, settings=settings,
-            allow_truth=options.truth,
-        )
-        for k, source in enumerate(options.scenes)
-    ]  # fmt: skip
-    app = create_app(
-        stations, scene_folders=options.scene_folder, sandbox=sandbox, sandbox_all=options.sandbox_all, access=access,
-        refused=refused,
-    )  # fmt: skip
-    config = configuration(
-        app, connections=options.connections or MAX_CONNECTIONS,
-        per_address=options.connections_per_address or MAX_PER_ADDRESS, refused=refused,
-    )  # fmt: skip
-    listener = listening_socket(options.host, options.port)
-    server = Server(config, stations, sandbox.start)
-    if options.exit_when_failed:
-        for station in stations:
-            station.failed = server.give_up
-    for signal_number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(signal_number, lambda *_: None)  # uvicorn stops at either and raises it again after its end
-    gc.collect()
-    gc.freeze()  # objects that live as long as the service are not searched again and again, 50 ms at a time
-    with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
-        runner.run(server.serve(sockets=[listener]))
-    return 0 if server.started and not server.gave_up else 1
+    gc.disable()  # until the service runs: a tenth of the time of imports
+    with contextlib.ExitStack() as on_end:
+        on_end.callback(gc.enable)
+        fork_server = ForkServer(WORLDS_NEED, OTHERS_NEED)
+        on_end.callback(fork_server.close)
+        fork_server.start()
+        from radar_service.stream.radio.prefetch import EngineFault
+        from radar_service.stream.radio.world import WorldMaker  # here and below: meanwhile the other process starts
+        from radar_service.stream.source import UNFOLLOWED, SceneOrder
+
+        make = WorldMaker(fork_server, make_engine)
+        orders = [SceneOrder(source, options.sandbox_all) for source in options.scenes]
+        worlds = _started(partial(make, progress=UNFOLLOWED), orders, on_end.callback)
+        from radar_service.stream.http.running import run
+
+        try:
+            return run(options, access, lambda: [world.result() for world in worlds], make, fork_server)
+        except EngineFault as error:
+            raise StartError(f"scene: {error}") from None
+
+
+def _started(
+    make: "Callable[[SceneOrder], WorldSource]", orders: "Sequence[SceneOrder]",
+    on_end: Callable[[Callable[[], None]], object],
+) -> "list[Future[WorldSource]]":  # fmt: skip
+    """Returns the worlds of all radars, which are prepared side by side. on_end: is called with what ends them."""
+    threads = ThreadPoolExecutor(len(orders), thread_name_prefix="start")
+    worlds = [threads.submit(make, order) for order in orders]
+    threads.shutdown(wait=False)
+
+    def close() -> None:
+        for world in worlds:
+            if not world.exception():
+                world.result().close()
+
+    on_end(close)
+    return worlds
 
 
 def access_for(options: argparse.Namespace) -> Access:

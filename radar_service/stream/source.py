@@ -1,6 +1,8 @@
-"""What the stream needs of a simulator, so that tests and recordings can replace one."""
+"""What the stream needs of a running scene, so that tests and recordings can replace one, and how it orders one."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -8,8 +10,40 @@ from numpy.typing import NDArray
 
 from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
+from radar_service.radar.parameters import Radar
 from radar_service.records import SpokeBlock, Truth
-from radar_service.scene.world import Scene
+
+
+@dataclass(frozen=True)
+class SceneOrder:
+    """Names a scene, so that another process can load it.
+
+    source: a file, the name of a packaged scene, or a small scene itself.
+    sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
+    rpm: rate of rotation instead of the scene's own.
+    plan: as plain data, where it was made for this order before; it is not made again.
+    folder: kept while this order exists; it owns the files of an upload.
+    """
+
+    source: str | Path | Mapping[str, Any]
+    sandboxed: bool = False
+    rpm: float | None = None
+    plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
+    folder: object = field(default=None, compare=False, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"folder": None}  # another process does not own the folder
+
+
+@dataclass(frozen=True)
+class SceneOutline:
+    """A scene as the serving process knows it: the bodies and their meshes stay with the process that computes."""
+
+    name: str
+    origin: tuple[float, float] | None
+    body_count: int
+    warnings: tuple[str, ...]
+    radar: Radar
 
 
 class PlanSummary(Protocol):
@@ -20,10 +54,14 @@ class PlanSummary(Protocol):
 
 
 class SpokeSource(Protocol):
-    """Produces the spokes of one scene. `Simulator` is one."""
+    """Produces the spokes of one scene. `radio.world.WorldSource` is one."""
 
     @property
-    def scene(self) -> Scene:
+    def order(self) -> SceneOrder:
+        """What it was made from; another one can be made from it."""
+
+    @property
+    def scene(self) -> SceneOutline:
         """The scene that it simulates."""
 
     @property
@@ -50,14 +88,53 @@ class SpokeSource(Protocol):
     def range_step(self) -> float:
         """Distance from sample to sample [m]."""
 
-    def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
-        """Yields blocks of at most `size` consecutive spokes of one scan each; without end where scans is None."""
+    @property
+    def trees(self) -> int:
+        """Number of its trees for ray tests, as of a second ago; 0 before its first block."""
+
+    def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
+        """Yields blocks of at most `size` consecutive spokes of one scan each, without end."""
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0."""
 
     def truth(self, t: float) -> Truth:
         """Returns the state of own ship and of every body at time t [s]."""
+
+    def spare(self) -> "SpokeSource | None":
+        """Returns another source of the same scene that is ready at once; None where there is none."""
+
+    def close(self) -> None:
+        """Ends the computation, from any thread; `blocks` and `truth` then fail."""
+
+
+class Progress(Protocol):
+    """Is told how far a preparation is, and can end it. in_background: whether the feed of a radar comes first."""
+
+    @property
+    def in_background(self) -> bool: ...
+
+    def stage(self, text: str) -> None:
+        """Notes what is being done now."""
+
+    def ends_with(self, close: Callable[[], None]) -> None:
+        """Notes what to call where the preparation is to end early."""
+
+
+class NoProgress:
+    """A preparation that nobody follows or ends, because a radar waits for it."""
+
+    in_background = False
+
+    def stage(self, text: str) -> None:
+        """Ignores it."""
+
+    def ends_with(self, close: Callable[[], None]) -> None:
+        """Ignores it."""
+
+
+UNFOLLOWED = NoProgress()
+MakeSource = Callable[[SceneOrder, Progress], SpokeSource]
 
 
 def cell_layout(source: SpokeSource, bins: int | None, range_max: float | None) -> Layout:

@@ -11,17 +11,18 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
-from radar_service import Simulator, load_scene
 from radar_service.records import SpokeBlock
 from radar_service.stream.http.app import create_app
 from radar_service.stream.http.server import Server, configuration, listening_socket
+from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio.pacing import Schedule
 from radar_service.stream.radio.station import Station
-from radar_service.stream.source import SpokeSource
+from radar_service.stream.radio.world import WorldMaker
+from radar_service.stream.source import UNFOLLOWED, SceneOrder, SpokeSource
+from tests.bench.with_azimuths import WithAzimuths
 from tests.stream.fake import FakeEngine, scene
 
 SETTLING = 3.0  # s of simulation, while clients connect
@@ -64,19 +65,19 @@ class Recorded(Schedule):
         return delay
 
 
-def engine(azimuths: int, bins: int, name: str) -> SpokeSource:
+def engine(azimuths: int, bins: int, name: str, fork_server: ForkServer) -> SpokeSource:
     """The engine of a scene, or where none is named of the same noise over and over."""
     if not name:
         return ReplayEngine(azimuths, bins)
-    of = load_scene(name)
-    return Simulator(replace(of, radar=replace(of.radar, azimuths=azimuths, rotation_period=2.5)), threads=1)
+    return WorldMaker(fork_server, WithAzimuths(azimuths))(SceneOrder(name), UNFOLLOWED)
 
 
 def main(azimuths: int, bins: int, name: str = "") -> None:
     """Serve until SIGTERM."""
-    schedule = Recorded()
-    station = Station("0", engine(azimuths, bins, name), lambda of: engine(azimuths, bins, name), schedule=schedule)
-    app = create_app([station])
+    schedule, fork_server = Recorded(), ForkServer()
+    source = engine(azimuths, bins, name, fork_server)
+    station = Station("0", source, lambda *_: engine(azimuths, bins, name, fork_server), schedule=schedule)
+    app = create_app([station], fork_server=fork_server)
     config = configuration(app, connections=2000)
     listener = listening_socket("127.0.0.1", 0)
     server = Server(config, [station], lambda: None)

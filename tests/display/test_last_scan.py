@@ -21,7 +21,7 @@ def picture(rows: list[int], echo_row: int | None = None) -> np.ndarray:
     last_rows = [
         (np.array([row]), np.full((1, bins), 1e6 * NOISE if row == echo_row else NOISE, np.float32)) for row in rows
     ]
-    png = last_scan_png(SCENE, last_rows, to, Controls(), NOISE, size=200, range_max=None, time=0.0)
+    png = last_scan_png(last_rows, 24, to, Controls(), NOISE, title="x", size=200, range_max=None, heading=math.radians(90))
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
 
 

@@ -9,8 +9,11 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.records import BodyTruth, SpokeBlock, Truth
+from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
+from radar_service.stream.radio.world_process import scene_of
+from radar_service.stream.source import Progress, SceneOrder
 
 AZIMUTHS, BINS, STEP = 24, 20, 10.0
 
@@ -39,6 +42,8 @@ class FakeEngine:
     """
 
     def __init__(self, of: Scene, dies_at: int | None = None, turns: threading.Semaphore | None = None) -> None:
+        self.order = SceneOrder(of)
+        self.closed, self.trees = False, 3
         self.scene, self.seed, self.fidelity, self.plan = of, 7, Fidelity("balanced"), FakePlan()
         self.noise_power = 1e-15
         self.range_step = of.radar.range_step
@@ -89,12 +94,41 @@ class FakeEngine:
         )  # fmt: skip
         return Truth(t, own, (replace(own, name="buoy"),))
 
+    def spare(self) -> None:
+        return None
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def dying(of: Scene) -> FakeEngine:
+    """An engine that fails at its twentieth spoke; another process finds it by its name."""
+    return FakeEngine(of, dies_at=20)
+
 
 def power_of(number: Any, bins: int) -> Any:
     """Power (K, bins) of the spokes of these numbers [W]."""
     return (1e-9 * (np.asarray(number)[:, None] + 1.0) * (np.arange(bins) + 1.0)).astype(np.float32)
 
 
-def factory(**options: Any) -> Callable[[Scene], FakeEngine]:
-    """Makes fake engines."""
-    return lambda of: FakeEngine(of, **options)
+def factory(**options: Any) -> Callable[[SceneOrder, Progress], FakeEngine]:
+    """Makes fake engines in this process; that of a test scene for an order of one."""
+    return made_by(lambda of: FakeEngine(of, **options))
+
+
+def scene_in(order: SceneOrder) -> Scene:
+    """The scene of an order; orders of fake engines hold it."""
+    if not isinstance(order.source, Scene):
+        return scene_of(order)
+    return order.source if order.rpm is None else scene_at_rpm(order.source, order.rpm)
+
+
+def made_by(make: Callable[[Scene], FakeEngine]) -> Callable[[SceneOrder, Progress], FakeEngine]:
+    """Makes engines in this process by `make`."""
+
+    def ordered(order: SceneOrder, progress: Progress) -> FakeEngine:
+        engine = make(scene_in(order))
+        engine.order = order
+        return engine
+
+    return ordered

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,13 +14,38 @@ from radar_service.stream.http.server import Server, configuration, listening_so
 from radar_service.stream.radio.station import Station
 
 
+class Turns:
+    """How long one piece of work kept the server from all others.
+
+    longest: processor time of the server's thread between two ticks [s]. What else runs on the machine does not count, so
+    that tests of behaviour pass there too; `python -m tests.bench.strangers` judges times.
+    """
+
+    def __init__(self) -> None:
+        self.longest = 0.0
+
+    async def watch(self) -> None:
+        """Looks every 5 ms, until cancelled."""
+        before = time.thread_time()
+        while True:
+            await asyncio.sleep(0.005)
+            now = time.thread_time()
+            self.longest, before = max(self.longest, now - before), now
+
+
 @contextlib.contextmanager
-def served(app: FastAPI, stations: list[Station], **limits: Any) -> Iterator[tuple[str, int]]:
+def served(app: FastAPI, stations: list[Station], turns: Turns | None = None, **limits: Any) -> Iterator[tuple[str, int]]:
     """Host and port while the application is served; afterwards it has stopped. limits: as `configuration` takes them."""
     listener, begun = listening_socket("127.0.0.1", 0), threading.Event()
     host, port = listener.getsockname()[:2]
     server = Server(configuration(app, **limits), stations, begun.set)
-    thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[listener])), name="server under test")
+
+    async def serve() -> None:
+        watching = asyncio.create_task((turns or Turns()).watch())
+        await server.serve(sockets=[listener])
+        watching.cancel()
+
+    thread = threading.Thread(target=lambda: asyncio.run(serve()), name="server under test")
     thread.start()
     try:
         assert begun.wait(20)

@@ -10,14 +10,14 @@ from radar_service.scene.error import SceneError
 from radar_service.stream.controls import (
     CONTROLS,
     ControlError,
-    changed_scene,
+    changed_order,
     changed_settings,
     control_definitions,
     controls_state,
 )  # fmt: skip
 from radar_service.stream.http.schemas import ControlsChange, ControlsState
 from radar_service.stream.settings import Pace, Settings
-from tests.stream.fake import BINS, STEP, scene
+from tests.stream.fake import BINS, STEP, FakeEngine, scene, scene_in
 
 NAMES = [control.name for control in CONTROLS]
 PUBLIC = ["transmit", "range_m", "gain", "sea", "rain", "rpm", "pace"]  # keys of the state that clients rely on, in order
@@ -89,14 +89,16 @@ def test_a_range_beyond_the_radar_is_refused_with_the_limits() -> None:
 
 
 def test_engine_controls_change_the_scene_that_runs_next() -> None:
-    changed = changed_scene(Settings(), scene(), {"rpm": 48.0, "gain": 3.0})
-    assert changed is not None and changed.radar.rotation_period == pytest.approx(60 / 48)
-    assert controls_state(Settings(), scene(), changed)["rpm"] == pytest.approx(48.0)
-    assert changed_scene(Settings(), scene(), {"rpm": 24.0 * (1 + 1e-12)}) is None and not changed_scene(
-        Settings(), scene(), {"gain": 3.0}
-    )
-    with pytest.raises(SceneError):
-        changed_scene(Settings(), scene(prf_hz=12.0), {"rpm": 600.0})
+    running = FakeEngine(scene())
+    changed = changed_order(Settings(), running, {"rpm": 48.0, "gain": 3.0})
+    assert changed is not None and scene_in(changed).radar.rotation_period == pytest.approx(60 / 48)
+    assert controls_state(Settings(), scene(), scene_in(changed))["rpm"] == pytest.approx(48.0)
+    for same in ({"rpm": 24.0 * (1 + 1e-12)}, {"gain": 3.0}):
+        assert changed_order(Settings(), running, same) is None
+    changed = changed_order(Settings(), FakeEngine(scene(prf_hz=12.0)), {"rpm": 600.0})
+    assert changed is not None
+    with pytest.raises(SceneError):  # by the process that would run it
+        scene_in(changed)
 
 
 def test_a_pace_as_fast_as_possible_is_infinite() -> None:

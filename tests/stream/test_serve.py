@@ -4,6 +4,8 @@ import argparse
 import json
 import math
 import socket
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from radar_service.__main__ import main, parser
 from radar_service.stream.http.access import Access
 from radar_service.stream.http.server import MAX_PER_ADDRESS, Server
 from radar_service.stream.radio.station import Station
-from radar_service.stream.serve import access_for, serve
+from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED, access_for, serve
 from tests.stream.fake import FakeEngine
 
 TOKEN = "0123456789abcdef"
@@ -46,7 +48,7 @@ def test_a_server_that_others_reach_is_protected_or_does_not_start(
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty").touch()
-    monkeypatch.delattr("radar_service.stream.serve.listening_socket")
+    monkeypatch.delattr("radar_service.stream.serve.ForkServer")
     assert main(["serve", str(scene), *arguments]) == 2
     message = capsys.readouterr().err
     assert all(word in message for word in words) and "short-secret" not in message and TOKEN not in message
@@ -90,7 +92,7 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
         return FastAPI()
 
     monkeypatch.setattr(Server, "serve", at_once)
-    monkeypatch.setattr("radar_service.stream.serve.create_app", app)
+    monkeypatch.setattr("radar_service.stream.http.running.create_app", app)
     monkeypatch.setattr("signal.signal", lambda *_: None)
     monkeypatch.setattr("gc.freeze", lambda: None)
     monkeypatch.setattr("radar_service.stream.logs.configure", lambda style: None)
@@ -101,4 +103,27 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
     assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
     assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
     assert seen["access"] == access_for(chosen) and seen["sandbox_all"] is gave_up
-    seen["sandbox"].close()
+
+
+NOT_AT_A_START = {"PIL", "matplotlib", "pyproj", "scipy.interpolate", "scipy.ndimage", "scipy.stats",
+                  "trimesh"}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("modules", "too_much"),
+    [
+        (WORLDS_NEED, {"fastapi", "uvicorn"} | NOT_AT_A_START),
+        (("radar_service.stream.http.running",), {"scipy", "embreex", "radar_service.simulator"} | NOT_AT_A_START),
+    ],
+)
+def test_a_start_waits_for_no_module_that_it_does_not_need(modules: tuple[str, ...], too_much: set[str]) -> None:
+    code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
+    imported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not too_much & set(imported)
+
+
+def test_what_some_scenes_need_is_imported_when_there_is_nothing_to_do() -> None:
+    """Otherwise each process of such a scene would import it again."""
+    code = f"import sys, {', '.join(OTHERS_NEED)}; print(*sys.modules)"
+    imported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert {"pyproj", "scipy.interpolate", "trimesh", "PIL"} <= set(imported)

@@ -2,13 +2,12 @@
 
 import pytest
 
-from radar_service.simulator import Simulator
 from radar_service.stream.source import SpokeSource, cell_layout
 from tests.stream.fake import BINS, STEP, FakeEngine, scene
 
 
-def test_the_simulator_is_a_source_of_spokes() -> None:
-    source: SpokeSource = Simulator(scene())
+def test_tests_have_a_source_of_spokes() -> None:
+    source: SpokeSource = FakeEngine(scene())
     assert {name for name in dir(SpokeSource) if not name.startswith("_")} <= set(dir(source))
 
 

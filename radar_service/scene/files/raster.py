@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from radar_service.scene.error import SceneError
 
@@ -84,6 +83,8 @@ def _npy(content: bytes, location: str) -> Raster:
 
 
 def _image(content: bytes, kind: str, location: str) -> Raster:
+    from PIL import Image  # here: few scenes have pictures, and it would slow every start
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about sizes, which are checked here, and metadata, which is not used
         with Image.open(io.BytesIO(content), formats=["PNG" if kind == ".png" else "TIFF"]) as image:

@@ -18,7 +18,7 @@ QUEUE_MESSAGES = 64  # about a second of batches at 15 ms
 QUEUE_BYTES = 4 * 2**20
 CATCH_UP_BYTES = 64 * 2**10  # of a client that has lost batches, until its queue is empty: the kernel holds 0.4 MB already
 QUEUE_NOTICES = 256  # hellos, gaps and the like, which are never dropped: a client with more does not read
-GOING_AWAY, TOO_SLOW = 1001, 4408  # websocket close codes
+GOING_AWAY, TOO_SLOW, FULL = 1001, 4408, 4503  # websocket close codes
 
 
 @dataclass(frozen=True)
@@ -55,14 +55,16 @@ class ClientQueue:
     bytes: taken by the client.
     closed: whether nothing comes after the queued messages.
     code: websocket close code, once closed.
+    owner: address of the client's machine, "" where it is not known.
     started: whether the client has received or skipped a sequence number; after that a jump is a loss.
     write: sends a frame directly, past an empty queue, where the server can do that.
     """
 
     def __init__(
-        self, view: View, mode: Mode = "live", truth: bool = False, messages: int = QUEUE_MESSAGES, size: int = QUEUE_BYTES
-    ) -> None:
-        self.view, self.mode, self.truth = view, mode, truth
+        self, view: View, mode: Mode = "live", truth: bool = False, messages: int = QUEUE_MESSAGES, size: int = QUEUE_BYTES,
+        owner: str = "",
+    ) -> None:  # fmt: skip
+        self.view, self.mode, self.truth, self.owner = view, mode, truth, owner
         self.codec = CODECS[view.codec]
         self.number = next(_NUMBERS)  # names the client in log lines
         self.delivered = self.lost = self.gaps = self.bytes = 0
@@ -82,6 +84,11 @@ class ClientQueue:
         """Whether one more batch would exceed a bound; a single batch always fits."""
         maximum = min(self._size, CATCH_UP_BYTES) if self._catching_up else self._size
         return self._batches >= self._messages or (self._batches > 0 and self._batch_bytes >= maximum)
+
+    @property
+    def queued(self) -> int:
+        """Number of messages that the client has not taken."""
+        return len(self._backlog) + len(self._queue)
 
     @property
     def waiting(self) -> tuple[QueueItem, ...]:

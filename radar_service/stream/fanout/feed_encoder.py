@@ -22,8 +22,8 @@ class EncodedSink(Protocol):
     def truth_codecs(self) -> tuple[str, ...]:
         """Protocols in which to encode the truth."""
 
-    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes]) -> None:
-        """Begins an epoch."""
+    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes], spoke_period: float) -> None:
+        """Begins an epoch, with spokes of that period in real time [s]."""
 
     def publish(self, batch: EncodedBatch) -> None:
         """Takes the next batch."""
@@ -56,7 +56,7 @@ class FeedEncoder:
         def hello(view: View, mode: Mode) -> bytes:
             return CODECS[view.codec].hello(self._radar_info(epoch), view, mode)
 
-        self._output.open_epoch(epoch.name, hello)
+        self._output.open_epoch(epoch.name, hello, epoch.engine.scene.radar.spoke_period)
 
     def send(self, batch: SpokeBatch) -> None:
         """Encodes a batch for each view and publishes it."""

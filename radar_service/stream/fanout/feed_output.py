@@ -32,9 +32,9 @@ class FeedOutput:
         """Remembers the running event loop."""
         self._loop = asyncio.get_running_loop()
 
-    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes]) -> None:
+    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes], spoke_period: float) -> None:
         """Begins an epoch; see Hub.open_epoch."""
-        self._call(lambda: self._hub.open_epoch(epoch, hello))
+        self._call(lambda: self._hub.open_epoch(epoch, hello, spoke_period))
 
     def publish(self, batch: EncodedBatch) -> None:
         """Queues a batch for every client; returns when it is queued, for lossless clients too."""

@@ -3,7 +3,8 @@
 The rules; each can be tested without a socket:
 1. A batch is encoded once for each view. Clients with equal views share the bytes.
 2. A `live` client that falls behind loses whole batches, oldest first, and receives a gap in their position.
-3. A `lossless` client makes the producer wait, at most PATIENCE; then it receives `bye` and is disconnected.
+3. A `lossless` client makes the producer wait, at most PATIENCE; then it receives `bye` and is disconnected. So does one
+   that makes others wait for longer by reading slower than `delays.FLOOR`.
 4. Sequence numbers count spokes within an epoch. A gap names exactly the numbers that this client will not receive.
 The hub belongs to the event loop. The producer's thread only reads `views` and `truth_codecs`, immutable tuples that are
 replaced whole.
@@ -15,8 +16,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from radar_service.stream.codecs.registry import CODECS
-from radar_service.stream.fanout.client_queue import TOO_SLOW, ClientQueue, QueueItem, gap
+from radar_service.stream.fanout.client_queue import FULL, TOO_SLOW, ClientQueue, QueueItem, gap
+from radar_service.stream.fanout.delays import FLOOR, WINDOW, DelayAccount
 from radar_service.stream.fanout.history import ViewHistory
+from radar_service.stream.fanout.view_sharing import MAX_OWN_VIEWS, own_views, view_to_give
 from radar_service.stream.feed_request import Mode, View
 
 PATIENCE = 10.0  # s that a lossless client may delay the simulation
@@ -75,15 +78,17 @@ class Hub:
         self._departed = ClientTotals()
         self._hello: Callable[[View, Mode], bytes] | None = None
         self._histories: dict[View, ViewHistory] = {}
+        self._delays: dict[ClientQueue, DelayAccount] = {}
+        self._spoke_period = 0.0
         self._left = asyncio.Event()
         self._clock, self._patience, self._max_clients = clock, patience, max_clients
 
-    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes]) -> None:
+    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes], spoke_period: float = 0.0) -> None:
         """Begins an epoch: drops the history, sends every client its hello, and starts numbers at 0.
 
-        hello: returns the first message of the epoch for a view and a mode.
+        hello: returns the first message of the epoch for a view and a mode; spoke_period: in real time [s].
         """
-        self.epoch, self.next, self._hello = epoch, 0, hello
+        self.epoch, self.next, self._hello, self._spoke_period = epoch, 0, hello, spoke_period
         for history in self._histories.values():
             history.clear()
         for client in self.clients:
@@ -100,7 +105,7 @@ class Hub:
             raise FeedRefused("the radar is starting; try again in a moment")
         if len(self.clients) >= self._max_clients:
             raise FeedRefused(f"the radar has its {self._max_clients} clients; try again later")
-        history = self._use_view(client.view)
+        history = self._use_view(client)
         missed: list[QueueItem] = []
         if since is not None:
             missed = history.since(self.epoch, min(since[1], self.next) if since[0] == self.epoch else 0, self.next)
@@ -111,6 +116,7 @@ class Hub:
     def leave(self, client: ClientQueue) -> None:
         """Removes a client. Its view is encoded a while longer, for a client that reconnects."""
         self.clients.discard(client)
+        self._delays.pop(client, None)
         self._left.set()
         self._update_truth_codecs()
         self._departed = self._departed.with_client(client)
@@ -178,31 +184,60 @@ class Hub:
         full = [client for client in self.clients if client.mode == "lossless" and client.full]
         if not full:
             return
-        waits = {asyncio.ensure_future(client.room()): client for client in full}
+        waits = {asyncio.ensure_future(self._wait_for(client)): client for client in full}
         _, late = await asyncio.wait(waits, timeout=self._patience)
         for task in late:
             task.cancel()
-            client = waits[task]
-            reason = f"lossless: nothing was read for {self._patience:g} s; read faster, or resume with since"
-            client.end(client.codec.bye(self.epoch, reason), TOO_SLOW)
-            self.clients.discard(client)
+            self._let_go(waits[task], f"nothing was read for {self._patience:g} s; read faster, or resume with since")
+        for client in full:
+            self._judge(client)
+
+    async def _wait_for(self, client: ClientQueue) -> None:
+        began = self._clock()
+        account = self._delays.setdefault(client, DelayAccount(began, client.delivered))
+        await client.room()
+        account.add(self._clock() - began)
+
+    def _judge(self, client: ClientQueue) -> None:
+        """Disconnects a client that others wait for too long. Alone, it may take its time."""
+        account = self._delays.get(client)
+        if account and account.is_too_slow(self._clock(), client.delivered, self._spoke_period) and len(self.clients) > 1:
+            reason = f"for {WINDOW:g} s you have read less than {100 * FLOOR:g} % of real time, and others wait for you"
+            self._let_go(client, f"{reason}; request mode=live, or a smaller view")
+
+    def _let_go(self, client: ClientQueue, reason: str) -> None:
+        client.end(client.codec.bye(self.epoch, f"lossless: {reason}"), TOO_SLOW)
+        self.clients.discard(client)
+        self._delays.pop(client, None)
 
     def _update_truth_codecs(self) -> None:
         self.truth_codecs = tuple({client.view.codec for client in self.clients if client.truth})
 
-    def _use_view(self, view: View) -> ViewHistory:
-        if view not in self._histories and len(self._histories) >= MAX_VIEWS:
-            self._drop_an_idle_view()
+    def _use_view(self, client: ClientQueue) -> ViewHistory:
+        view = client.view
+        if view not in self._histories:
+            self._check_own_views(client.owner)
+            if len(self._histories) >= MAX_VIEWS:
+                self._drop_a_view(client.owner)
         history = self._histories.setdefault(view, ViewHistory(CODECS[view.codec]))
         history.idle_since = None
         self.views = tuple(self._histories)
         return history
 
-    def _drop_an_idle_view(self) -> None:
+    def _check_own_views(self, owner: str) -> None:
+        if owner and len(own_views(self.clients).get(owner, ())) >= MAX_OWN_VIEWS:
+            raise FeedRefused(f"your address has {MAX_OWN_VIEWS} views of its own; request one that a client has already")
+
+    def _drop_a_view(self, owner: str) -> None:
+        """Makes room for a view of that owner: an idle one goes, or one of the owner that has the most."""
         idle = [(kept.idle_since, view) for view, kept in self._histories.items() if kept.idle_since is not None]
-        if not idle:
+        view = min(idle, key=lambda pair: pair[0])[1] if idle else view_to_give(self.clients, owner)
+        if view is None:
             raise FeedRefused(f"{MAX_VIEWS} different views are being served; request an encoding and bins that others have")
-        del self._histories[min(idle, key=lambda pair: pair[0])[1]]
+        for client in [client for client in self.clients if client.view == view]:
+            client.end(client.codec.bye(self.epoch, "another address needs a view, and yours has the most"), FULL)
+            self.clients.discard(client)
+        del self._histories[view]
 
     def _drop_idle_views(self) -> None:
         now = self._clock()

@@ -1,5 +1,6 @@
 """Answers to requests that are refused: their description in OpenAPI, and the exceptions that become them."""
 
+import errno
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,6 +14,9 @@ from radar_service.scene.error import SceneError
 from radar_service.stream.controls import ControlError
 from radar_service.stream.http import schemas
 from radar_service.stream.http.scene_store import Conflict
+from radar_service.stream.http.schemas import problem_lines
+from radar_service.stream.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJob
+from radar_service.stream.processes.call import ProcessFault
 from radar_service.stream.radio.prefetch import EngineFault
 
 Answers = dict[int | str, dict[str, Any]]
@@ -25,21 +29,14 @@ UNREADABLE: Answers = {
     400: {"model": schemas.Problem, "description": "the body cannot be read"},
     413: {"model": schemas.Problem, "description": "the body is too long"},
 }
+STORED: Answers = {507: {"model": schemas.Problem, "description": "the server's disk has no room for the body"}}
+BUSY: Answers = {
+    503: {"model": schemas.Problem, "description": "too much is being done; Retry-After says when to try again"}
+}
 PROTECTED: Answers = {
     401: {"model": schemas.Problem, "description": "a token is needed"},
     421: {"model": schemas.Problem, "description": "the server does not have that host name"},
 }
-
-
-def problem_lines(errors: Sequence[Any]) -> list[str]:
-    """Returns one line for each of pydantic's errors: the key, the value where it is short, the problem."""
-    lines = []
-    for error in errors[:20]:
-        key = ".".join(str(step) for step in error["loc"] if step not in ("body", "query", "path")) or "body"
-        value = repr(error.get("input"))
-        shown = f" {value};" if len(value) <= 80 else ""
-        lines.append(f"{key}:{shown} {error['msg']}")
-    return lines
 
 
 def add_exception_handlers(app: FastAPI) -> None:
@@ -60,9 +57,25 @@ def add_exception_handlers(app: FastAPI) -> None:
     async def engine_fault(_: Request, error: EngineFault) -> JSONResponse:
         return refuse(422, [f"scene: {error}"])
 
+    @app.exception_handler(OSError)
+    async def disk_error(_: Request, error: OSError) -> JSONResponse:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise error
+        return refuse(507, ["body: the server's disk is full; try again later"])
+
     @app.exception_handler(Conflict)
-    async def conflict(_: Request, error: Conflict) -> JSONResponse:
+    @app.exception_handler(Cancelled)
+    @app.exception_handler(DuplicateJob)
+    async def conflict(_: Request, error: Exception) -> JSONResponse:
         return refuse(409, [str(error)])
+
+    @app.exception_handler(Busy)
+    async def busy(_: Request, error: Busy) -> JSONResponse:
+        return JSONResponse({"detail": [str(error)]}, 503, {"Retry-After": str(RETRY_SECONDS)})
+
+    @app.exception_handler(ProcessFault)
+    async def process_fault(_: Request, error: ProcessFault) -> JSONResponse:
+        return refuse(503, [str(error)])
 
     @app.exception_handler(RequestValidationError)
     async def invalid(_: Request, error: RequestValidationError) -> JSONResponse:

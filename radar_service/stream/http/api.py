@@ -7,20 +7,34 @@ from fastapi import APIRouter, Request
 from radar_service.stream.http import schemas
 from radar_service.stream.http.access import TICKET_SECONDS, Tickets
 from radar_service.stream.http.answers import PROTECTED
+from radar_service.stream.http.bodies import BodyReader
 from radar_service.stream.http.health_routes import health_routes
+from radar_service.stream.http.job_routes import job_routes
+from radar_service.stream.http.pictures import Pictures
 from radar_service.stream.http.radar_routes import radar_routes
 from radar_service.stream.http.scene_routes import scene_routes
 from radar_service.stream.http.scene_store import SceneStore
 from radar_service.stream.http.security import ROLE
+from radar_service.stream.http.vitals import Vitals
+from radar_service.stream.jobs import JobQueue
 from radar_service.stream.radio.station import Station
 
 
-def api(stations: Mapping[str, Station], store: SceneStore, tickets: Tickets) -> APIRouter:
+def api(
+    stations: Mapping[str, Station],
+    store: SceneStore,
+    tickets: Tickets,
+    jobs: JobQueue,
+    reader: BodyReader,
+    pictures: Pictures,
+    vitals: Vitals,
+) -> APIRouter:
     """Returns all routes under /api."""
     router = APIRouter(prefix="/api", responses=PROTECTED)
-    router.include_router(scene_routes(stations, store))
-    router.include_router(radar_routes(stations, store))
-    router.include_router(health_routes(stations))
+    router.include_router(scene_routes(stations, store, reader))
+    router.include_router(radar_routes(stations, store, reader, pictures))
+    router.include_router(job_routes(jobs))
+    router.include_router(health_routes(stations, vitals))
 
     @router.post("/tickets", status_code=201, tags=["access"])
     async def issue_ticket(request: Request) -> schemas.Ticket:

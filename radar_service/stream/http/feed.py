@@ -83,7 +83,8 @@ def _admit(
         raise _Refusal(FORBIDDEN, "truth: this server does not send it; start it with --truth")
     if request.mode == "lossless" and not may_command:
         raise _Refusal(FORBIDDEN, "mode: lossless delays the radar for everybody; it needs the token to command")
-    return station, ClientQueue(request.view, request.mode, request.truth), request.since
+    owner = socket.client.host if socket.client else ""
+    return station, ClientQueue(request.view, request.mode, request.truth, owner=owner), request.since
 
 
 async def _refuse(socket: WebSocket, codec: Codec, code: int, reason: str) -> None:

@@ -6,11 +6,12 @@ from importlib import metadata
 from fastapi import APIRouter, Response
 
 from radar_service.stream.http import schemas
+from radar_service.stream.http.vitals import Vitals
 from radar_service.stream.radio import status
 from radar_service.stream.radio.station import Station
 
 
-def health_routes(stations: Mapping[str, Station]) -> APIRouter:
+def health_routes(stations: Mapping[str, Station], vitals: Vitals) -> APIRouter:
     """Returns the routes under /health."""
     router = APIRouter(tags=["health"])
 
@@ -26,16 +27,20 @@ def health_routes(stations: Mapping[str, Station]) -> APIRouter:
         version = metadata.version("radar-service")
         return schemas.Health.model_validate({"status": worst, "version": version, "radars": radars})
 
-    @router.get("/health/alive")
+    @router.get("/health/alive", response_model_exclude_defaults=True)
     async def is_alive() -> schemas.ReadyState:
         """Answers whenever the server runs; needs no token."""
         return schemas.ReadyState(yes=True)
 
-    @router.get("/health/ready", responses={503: {"model": schemas.ReadyState, "description": "not yet, or no more"}})
+    @router.get(
+        "/health/ready", response_model_exclude_defaults=True,
+        responses={503: {"model": schemas.ReadyState, "description": "not yet, or no more"}},
+    )  # fmt: skip
     async def is_ready(response: Response) -> schemas.ReadyState:
-        """Returns whether every radar is on the air and takes clients; needs no token."""
-        ready = all(status.is_ready(station) for station in stations.values())
+        """Returns whether every radar is on the air and takes clients, and uploads are possible; needs no token."""
+        problems = await vitals.problems(stations.values())
+        ready = not problems and all(status.is_ready(station) for station in stations.values())
         response.status_code = 200 if ready else 503
-        return schemas.ReadyState(yes=ready)
+        return schemas.ReadyState(yes=ready, problems=problems)
 
     return router

@@ -7,6 +7,8 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metri
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
 from prometheus_client.registry import Collector
 
+from radar_service.stream import logs
+from radar_service.stream.http.vitals import Vitals
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.status import STATES, state
 
@@ -35,7 +37,11 @@ GAUGES: dict[str, tuple[str, Read]] = {
         "Simulated seconds per second that are requested; infinite for as fast as possible",
         lambda s: s.settings.pace.factor,
     ),
+    "radar_queued_messages": (
+        "Messages that clients have not taken, all together", lambda s: sum(c.queued for c in list(s.hub.clients)),
+    ),
     "radar_views": ("Different views that are encoded", lambda s: len(s.hub.views)),
+    "radar_trees": ("Trees for ray tests that its world process holds", lambda s: s.engine.trees),
 }  # fmt: skip
 
 
@@ -86,9 +92,31 @@ class StationMetrics(Collector):
         return family
 
 
-def exposition(stations: Sequence[Station], refused: Mapping[str, int]) -> bytes:
+class ServiceMetrics(Collector):
+    """Reads the figures of the serving process itself."""
+
+    def __init__(self, vitals: Vitals) -> None:
+        self._vitals = vitals
+
+    def collect(self) -> Iterator[Metric]:
+        """Yields each family of metrics with its present values."""
+        yield GaugeMetricFamily(
+            "radar_event_loop_lag_seconds", "Longest delay of the event loop in the last 15 s", value=self._vitals.lag
+        )
+        jobs = GaugeMetricFamily("radar_jobs", "Jobs by their state", labels=["state"])
+        for job_state, count in self._vitals.job_states.items():
+            jobs.add_metric([job_state], count)
+        yield jobs
+        lines = CounterMetricFamily("radar_log_lines_dropped", "Log lines that were not written", labels=["reason"])
+        for reason, count in logs.dropped().items():
+            lines.add_metric([reason], count)
+        yield lines
+
+
+def exposition(stations: Sequence[Station], refused: Mapping[str, int], vitals: Vitals) -> bytes:
     """Returns all metrics, those of the process too, in the format of Prometheus."""
     registry = CollectorRegistry()
     registry.register(StationMetrics(stations, refused))
+    registry.register(ServiceMetrics(vitals))
     ProcessCollector(registry=registry)
     return generate_latest(registry)

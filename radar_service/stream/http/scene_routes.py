@@ -3,19 +3,23 @@
 import asyncio
 import contextlib
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Annotated
 
-from fastapi import APIRouter, HTTPException, Request
+from fastapi import APIRouter, HTTPException, Query, Request
 
-from radar_service.scene.world import Scene
 from radar_service.stream.http import schemas
-from radar_service.stream.http.answers import CONFLICT, REFUSED, UNKNOWN, UNREADABLE
-from radar_service.stream.http.scene_store import SceneStore
+from radar_service.stream.http.answers import BUSY, CONFLICT, REFUSED, STORED, UNKNOWN, UNREADABLE
+from radar_service.stream.http.bodies import BodyReader
+from radar_service.stream.http.scene_store import SceneStore, without_folder
 from radar_service.stream.http.uploads import UPLOAD_BODY, read_upload
 from radar_service.stream.radio.station import Station
 
+JobName = Annotated[
+    str | None, Query(alias="job", pattern=r"^[A-Za-z0-9_-]{1,64}$", description="a name for it in /api/jobs")
+]
 
-def scene_routes(stations: Mapping[str, Station], store: SceneStore) -> APIRouter:
+
+def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: BodyReader) -> APIRouter:
     """Returns the routes under /scenes."""
     router = APIRouter(tags=["scenes"])
 
@@ -26,25 +30,30 @@ def scene_routes(stations: Mapping[str, Station], store: SceneStore) -> APIRoute
         return [schemas.SceneListing.model_validate(summary) for summary in summaries]
 
     @router.post(
-        "/scenes", status_code=201, responses={**REFUSED, **CONFLICT, **UNREADABLE},
+        "/scenes", status_code=201, responses={**REFUSED, **CONFLICT, **UNREADABLE, **STORED, **BUSY},
         openapi_extra={"requestBody": UPLOAD_BODY},
     )  # fmt: skip
-    async def add_scene(request: Request) -> schemas.SceneAnswer:
+    async def add_scene(request: Request, job: JobName = None) -> schemas.SceneAnswer:
         """Keeps a scene, checked and planned for the first radar; it replaces an earlier upload of the same name."""
-        name, scene, kind, files = await read_upload(request)
-        first, loop = next(iter(stations.values())), asyncio.get_running_loop()
-
-        def plan_for_first(built: Scene) -> dict[str, Any]:
-            return asyncio.run_coroutine_threadsafe(first.plan(built), loop).result()
-
-        built, plan = await asyncio.to_thread(store.add, name, scene, kind, files, plan_for_first)
-        return schemas.SceneAnswer(name=name, bodies=len(built.bodies), warnings=list(built.warnings), plan=plan)
+        first = next(iter(stations.values()))
+        with store.receiving() as folder:
+            name, order = await read_upload(request, reader, folder)
+        store.check_room(name)
+        with without_folder(order):
+            source = await first.prepare(order, job)
+        first.preparations.keep(source)  # a radar is likely to run it next
+        store.add(name, order, source.scene)
+        return schemas.SceneAnswer(
+            name=name, bodies=source.scene.body_count, warnings=list(source.scene.warnings), plan=source.plan.as_dict()
+        )
 
     @router.delete("/scenes/{name}", status_code=204, responses={**UNKNOWN, **CONFLICT})
     async def delete_scene(name: str) -> None:
         """Deletes an uploaded scene; radars that run it go on."""
         with not_found("scene", name):
-            await asyncio.to_thread(store.remove, name)
+            order = store.remove(name)
+        for station in stations.values():
+            station.preparations.drop(order)
 
     return router
 

@@ -3,11 +3,23 @@
 The models of the controls are derived from `stream.controls.CONTROLS`.
 """
 
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from radar_service.stream.controls import CONTROLS, Control
+
+
+def problem_lines(errors: Sequence[Any]) -> list[str]:
+    """Returns one line for each of pydantic's errors: the key, the value where it is short, the problem."""
+    lines = []
+    for error in errors[:20]:
+        key = ".".join(str(step) for step in error["loc"] if step not in ("body", "query", "path")) or "body"
+        value = repr(error.get("input"))
+        shown = f" {value};" if len(value) <= 80 else ""
+        lines.append(f"{key}:{shown} {error['msg']}")
+    return lines
 
 
 class Body(BaseModel):
@@ -106,6 +118,16 @@ class SceneAnswer(BaseModel):
     plan: dict[str, Any]
 
 
+class JobState(BaseModel):
+    """Work that takes long: a scene that is prepared, an upload that is checked, a body that is read."""
+
+    id: str
+    kind: Literal["scene", "upload", "body"]
+    state: Literal["waiting", "running", "done", "failed", "cancelled"]
+    doing: str = Field(description="the present stage; empty after the end")
+    seconds: float = Field(description="since the request, until the end")
+
+
 class SceneListing(BaseModel):
     """A scene that can be run by name; problems: why it cannot be read."""
 
@@ -188,9 +210,10 @@ class Health(BaseModel):
 
 
 class ReadyState(BaseModel):
-    """The answer to a probe."""
+    """The answer to a probe; `problems` of the server only where there are some."""
 
     yes: bool
+    problems: list[str] = []
 
 
 class BodyState(BaseModel):

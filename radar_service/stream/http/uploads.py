@@ -1,16 +1,23 @@
 """The body of an uploaded scene: JSON, or a form with its files."""
 
-from pathlib import PurePosixPath
-from typing import Any, NamedTuple
+import asyncio
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Any, BinaryIO
 
 from fastapi import HTTPException, Request
-from pydantic import ValidationError
 from starlette.datastructures import UploadFile
+from starlette.formparsers import MultiPartException
+from starlette.types import Message
 
 from radar_service.scene.error import SceneError
 from radar_service.stream.http import schemas
-from radar_service.stream.http.answers import problem_lines
-from radar_service.stream.http.scene_store import json_bytes
+from radar_service.stream.http.bodies import BODY, SCENE, BodyReader, Parsed
+from radar_service.stream.http.scene_store import UploadFolder, checked_file_names, checked_name
+from radar_service.stream.source import SceneOrder
+
+PIECE = 2**16  # bytes of a form that are read at a time
 
 UPLOAD_BODY: dict[str, Any] = {
     "required": True,
@@ -36,39 +43,73 @@ UPLOAD_BODY: dict[str, Any] = {
 }  # fmt: skip
 
 
-class Upload(NamedTuple):
-    """A scene as it was sent: its name, its text, the ending of its file name, and its files by name."""
+async def read_upload(request: Request, reader: BodyReader, folder: UploadFolder) -> tuple[str, SceneOrder]:
+    """Returns name and order of an uploaded scene, whose files then lie in the folder.
 
-    name: str
-    scene: bytes
-    kind: str
-    files: dict[str, bytes]
-
-
-async def read_upload(request: Request) -> Upload:
-    """Returns the upload of a request. Raises HTTPException or SceneError where it is not one."""
+    Raises HTTPException or SceneError where the request holds no scene, and what BodyReader.read raises.
+    """
     content_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if content_type == "multipart/form-data":
-        return await _read_form(request)
+        fields = await reader.fields(request, folder, read_form, request.headers["content-type"])
+        return fields["name"], folder.order(fields["file"])
     if content_type != "application/json":
         raise HTTPException(422, [f'content-type: "{content_type[:60]}"; send application/json or multipart/form-data'])
+    body = await reader.read(request, schemas.SceneUpload, folder)
+    return body.name, folder.order(SCENE)
+
+
+def read_form(path: Path, content_type: str) -> Parsed:
+    """Returns `name` and `file` of a form in a file, whose own files then lie beside it; or status and lines.
+
+    content_type: that of the request. Raises SceneError.
+    """
     try:
-        body = schemas.SceneUpload.model_validate(await request.json())
-    except ValidationError as error:
-        raise HTTPException(422, problem_lines(error.errors())) from None
-    except (ValueError, RecursionError) as error:
-        raise HTTPException(400, [f"body: not JSON: {str(error)[:200]}"]) from None
-    return Upload(body.name, json_bytes(body.scene), ".json", {})
+        return asyncio.run(_form_fields(path, content_type)), None
+    except MultiPartException as error:
+        return {}, (400, [f"body: {error.message}"])
 
 
-async def _read_form(request: Request) -> Upload:
-    async with request.form(max_fields=8) as form:
-        scene, name = form.get("scene"), form.get("name")
-        if not isinstance(scene, UploadFile) or not isinstance(name, str):
-            raise SceneError("scene, name: send a scene file (.toml or .json) as `scene` and its name as `name`")
-        files: dict[str, bytes] = {}
-        for part in form.getlist("files"):
-            if not isinstance(part, UploadFile) or not part.filename or part.filename in files:
-                raise SceneError("files: each is a file with a name of its own")
-            files[part.filename] = await part.read()
-        return Upload(name, await scene.read(), PurePosixPath(scene.filename or "").suffix.lower(), files)
+async def _form_fields(path: Path, content_type: str) -> dict[str, Any]:
+    with path.open("rb") as file:
+        async with _request(file, content_type).form(max_fields=8) as form:
+            scene, name = form.get("scene"), form.get("name")
+            if not isinstance(scene, UploadFile) or not isinstance(name, str):
+                raise SceneError("scene, name: send a scene file (.toml or .json) as `scene` and its name as `name`")
+            files = _by_name(form.getlist("files"))
+            scene_file = f"scene{_ending(scene)}"
+            checked_name(name)
+            checked_file_names(files, scene_file, BODY)
+            _store(files | {scene_file: scene}, path.parent)
+    return {"name": name, "file": scene_file}
+
+
+def _request(file: BinaryIO, content_type: str) -> Request:
+    """Returns a request whose body is a file."""
+
+    async def receive() -> Message:
+        piece = file.read(PIECE)
+        return {"type": "http.request", "body": piece, "more_body": bool(piece)}
+
+    return Request({"type": "http", "headers": [(b"content-type", content_type.encode("latin-1"))]}, receive)
+
+
+def _by_name(parts: Sequence[object]) -> dict[str, UploadFile]:
+    files: dict[str, UploadFile] = {}
+    for part in parts:
+        if not isinstance(part, UploadFile) or not part.filename or part.filename in files:
+            raise SceneError("files: each is a file with a name of its own")
+        files[part.filename] = part
+    return files
+
+
+def _ending(scene: UploadFile) -> str:
+    ending = PurePosixPath(scene.filename or "").suffix.lower()
+    if ending not in (".toml", ".json"):
+        raise SceneError(f'scene: the ending "{ending[:20]}" is not known; send a .toml or .json file')
+    return ending
+
+
+def _store(files: Mapping[str, UploadFile], folder: Path) -> None:
+    for name, part in files.items():
+        with (folder / name).open("wb") as file:
+            shutil.copyfileobj(part.file, file)

@@ -1,18 +1,18 @@
 """Selects the engine that runs: the present one, the one that replaces it, and a new one after a failure."""
 
+import contextlib
 import threading
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 
-from radar_service.scene.world import Scene
-from radar_service.stream.radio.prefetch import EngineWorker, prepared
-from radar_service.stream.source import SpokeSource
+from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
+from radar_service.stream.source import UNFOLLOWED, MakeSource, SpokeSource
 from radar_service.stream.spokes import new_epoch_name
 
 RESTARTS = 3  # allowed within RESTART_WINDOW
+SPARE_TIMEOUT = 5.0  # s that a spare may take to its first spokes; it takes a tenth
 RESTART_WINDOW = 60.0  # s: an engine that fails more often will fail again
-
-MakeEngine = Callable[[Scene], SpokeSource]
 
 
 class RestartLimiter:
@@ -40,7 +40,7 @@ class EngineSupervisor:
     restarting: an engine has failed and another one is being prepared; restarts: how often that has happened.
     """
 
-    def __init__(self, engine: SpokeSource, make_engine: MakeEngine, limiter: RestartLimiter) -> None:
+    def __init__(self, engine: SpokeSource, make_engine: MakeSource, limiter: RestartLimiter) -> None:
         self.worker = EngineWorker(engine)
         self.restarting = False
         self.restarts = 0
@@ -96,6 +96,7 @@ class EngineSupervisor:
         Returns the reason of the last failure; None where the limiter allows no more, another scene is pending or the
         radar stops. report: is called with the reason before each attempt.
         """
+        unused = self.worker.engine.spare()
         self.worker.stop()
         self.restarting = True
         try:
@@ -103,10 +104,28 @@ class EngineSupervisor:
                 report(reason)
                 self.restarts += 1
                 try:
-                    self.worker = prepared(self._make_engine(self.worker.engine.scene), scan)
+                    spare, unused = unused, None
+                    self.worker = self._another(spare, scan)
                     return reason
                 except Exception as error:  # an engine that cannot even be made counts as another failure
                     reason = str(error)
             return None
         finally:
             self.restarting = False
+            if unused:
+                unused.close()
+
+    def _another(self, spare: SpokeSource | None, scan: int) -> EngineWorker:
+        """Returns a worker of the same scene: of the failed engine's spare where that delivers, otherwise of a new engine."""
+        if spare:
+            with contextlib.suppress(EngineFault):
+                return prepared(spare, scan, SPARE_TIMEOUT)
+        return prepared(self._remade(self.worker.engine), scan)
+
+    def _remade(self, failed: SpokeSource) -> SpokeSource:
+        """Returns another engine of the same scene, with its plan. Raises EngineFault where its file has another radar now."""
+        engine = self._make_engine(replace(failed.order, plan=failed.plan.as_dict()), UNFOLLOWED)
+        if engine.scene.radar != failed.scene.radar:
+            engine.close()
+            raise EngineFault("the radar in the scene's file has changed; give the radar the scene again")
+        return engine

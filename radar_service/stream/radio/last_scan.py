@@ -2,34 +2,51 @@
 
 import threading
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.display.video import Controls, Layout
 from radar_service.stream.source import SpokeSource
 from radar_service.stream.spokes import Epoch, SpokeBatch
 
 Rows = tuple[NDArray[np.intp], NDArray[np.float32]]
 
 
+@dataclass(frozen=True)
+class Revolution:
+    """The last revolution of an engine.
+
+    rows: row numbers (K,) and power (K, N) [W], oldest first; next: number of the spoke that comes next;
+    heading: of own ship at the newest spoke [rad].
+    """
+
+    engine: SpokeSource
+    rows: list[Rows]
+    next: int
+    heading: float
+
+
 class LastScan:
-    """A sink that keeps row numbers and power [W] of the newest revolution. `_lock` guards engine and rows together."""
+    """A sink that keeps row numbers and power [W] of the newest revolution. `_lock` guards all of it together."""
 
     def __init__(self, engine: SpokeSource) -> None:
         self._lock = threading.Lock()
         self._engine = engine
         self._rows: deque[Rows] = deque()
+        self._next, self._heading = 0, 0.0
 
-    def read(self) -> tuple[SpokeSource, list[Rows]]:
-        """Returns the engine, and the rows of its last revolution, oldest first."""
+    def read(self) -> "Revolution":
+        """Returns what is kept."""
         with self._lock:
-            return self._engine, list(self._rows)
+            return Revolution(self._engine, list(self._rows), self._next, self._heading)
 
     def open_epoch(self, epoch: Epoch) -> None:
         """Drops the rows of another engine; another display range keeps them."""
         with self._lock:
             if epoch.engine is not self._engine:
-                self._engine = epoch.engine
+                self._engine, self._next = epoch.engine, 0
                 self._rows.clear()
 
     def send(self, batch: SpokeBatch) -> None:
@@ -37,6 +54,7 @@ class LastScan:
         block, azimuths = batch.block, batch.epoch.engine.scene.radar.azimuths
         with self._lock:
             self._engine = batch.epoch.engine
+            self._next, self._heading = block.first + len(block), float(block.heading[-1])
             self._rows.append((np.arange(block.index, block.index + len(block)), block.power))
             kept = sum(len(rows) for rows, _ in self._rows)
             while kept - len(self._rows[0][0]) >= azimuths:
@@ -47,3 +65,15 @@ class LastScan:
 
     def close(self, reason: str) -> None:
         """Keeps the rows: the picture stays."""
+
+
+def draw(
+    rows: list[Rows], azimuths: int, to: Layout, video: Controls, noise_power: float, title: str, size: int,
+    range_max: float | None, heading: float,
+) -> bytes:  # fmt: skip
+    """Returns a picture, see display.last_scan. Runs in a process of its own."""
+    from radar_service.display.last_scan import last_scan_png  # here: the serving process does not draw
+
+    return last_scan_png(
+        rows, azimuths, to, video, noise_power, title=title, size=size, range_max=range_max, heading=heading
+    )

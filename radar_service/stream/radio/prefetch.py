@@ -40,10 +40,11 @@ class EngineWorker:
         self._thread.start()
 
     def stop(self, timeout: float = 0.0) -> None:
-        """Ends the thread after its present block, and waits for it at most `timeout` [s]."""
+        """Ends the engine and its thread, and waits for the thread at most `timeout` [s]."""
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
+        self.engine.close()
         if timeout and self._thread.is_alive():
             self._thread.join(timeout)
 
@@ -70,6 +71,8 @@ class EngineWorker:
                 if not self._queue_block(block):
                     return
             self._fail("the engine ended its stream of spokes")
+        except EngineFault as error:
+            self._fail(str(error))
         except Exception as error:  # of any kind: the transmitter must be notified
             self._fail(f"{type(error).__name__}: {error}")
 
@@ -87,12 +90,15 @@ class EngineWorker:
             self._changed.notify_all()
 
 
-def prepared(engine: SpokeSource, scan: int = 0) -> EngineWorker:
-    """Returns a worker that has computed the first spokes of `scan`. Raises EngineFault where they do not come."""
+def prepared(engine: SpokeSource, scan: int = 0, timeout: float = PREPARE_TIMEOUT) -> EngineWorker:
+    """Returns a worker that has computed the first spokes of `scan`. Raises EngineFault after `timeout` [s]."""
     engine.skip_to(scan)
     worker = EngineWorker(engine)
     worker.start()
-    if not worker.wait_until_ready(PREPARE_TIMEOUT):
+    try:
+        if worker.wait_until_ready(timeout):
+            return worker
+        raise EngineFault(f"no spokes after {timeout:g} s; the scene is too heavy for this machine")
+    except EngineFault:
         worker.stop()
-        raise EngineFault(f"no spokes after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine")
-    return worker
+        raise

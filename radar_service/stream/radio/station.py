@@ -4,24 +4,24 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from radar_service.records import Truth
-from radar_service.scene.world import Scene
-from radar_service.stream.controls import changed_scene, changed_settings, controls_state
+from radar_service.stream.controls import changed_order, changed_settings, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
 from radar_service.stream.fanout.feed_output import FeedOutput
 from radar_service.stream.fanout.hub import FeedRefused, Hub
 from radar_service.stream.logs import log_event
-from radar_service.stream.radio.engine_supervisor import RESTARTS, MakeEngine
+from radar_service.stream.radio.engine_supervisor import RESTARTS
 from radar_service.stream.radio.last_scan import LastScan
 from radar_service.stream.radio.pacing import Schedule
-from radar_service.stream.radio.prefetch import EngineWorker, prepared
+from radar_service.stream.radio.preparation import Preparations
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.settings import Settings
-from radar_service.stream.source import SpokeSource
-from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink
+from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink, new_epoch_name
 
 LEAVE_TIMEOUT = 2.0  # s for clients to take their bye
 STOP_TIMEOUT = 3.0  # s to wait for each thread
@@ -36,10 +36,11 @@ class Station:
     transmitter: sends to all sinks.
     stopping: whether new clients are refused.
     failed: called, from another thread, when the radar has failed.
+    preparations: where its scenes are prepared; the radars of a server share them.
     """
 
     def __init__(
-        self, identity: str, engine: SpokeSource, make_engine: MakeEngine, *, name: str | None = None,
+        self, identity: str, engine: SpokeSource, make_engine: MakeSource, *, name: str | None = None,
         settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
         restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
         schedule: Schedule | None = None,
@@ -55,8 +56,10 @@ class Station:
             engine, settings or Settings(), (self.feed, self.last_scan, *sinks), clock, make_engine, restarts=restarts,
             schedule=schedule, on_restart=self._log_restart, on_failure=self._report_failure,
         )  # fmt: skip
+        self.preparations = Preparations()
         self._output, self._make_engine = output, make_engine
-        self._preparing = asyncio.Lock()  # one scene at a time
+        self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
+        self._swaps = self._last_swap = 0  # requests for another scene, and the number of the last one that was met
 
     @property
     def engine(self) -> SpokeSource:
@@ -78,6 +81,7 @@ class Station:
         self.stopping = True
         self.hub.close(reason)
         await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
+        self._truths.shutdown(wait=False, cancel_futures=True)
         await self.hub.emptied(LEAVE_TIMEOUT)
 
     def join(self, client: ClientQueue, since: tuple[str, int] | None = None) -> None:
@@ -97,19 +101,24 @@ class Station:
         self.hub.leave(client)
         log_event("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
 
-    async def swap(self, scene: Scene) -> tuple[str, SpokeSource]:
+    async def swap(self, order: SceneOrder, job: str | None = None) -> tuple[str, SpokeSource]:
         """Prepares another scene beside the running one and lets it take over; returns its epoch and engine.
 
-        Raises what the engine's construction raises, and the running scene goes on.
+        Of several requests the last one wins. job: name of the preparation. Raises what Preparations.worker raises, and the
+        running scene goes on.
         """
-        async with self._preparing:
-            worker = await asyncio.to_thread(self._prepare, scene)
-            return self.transmitter.switch_to(worker), worker.engine
+        self._swaps += 1
+        number = self._swaps
+        worker = await self.preparations.worker(self._make_engine, order, job)
+        if number < self._last_swap or self.stopping:
+            worker.stop()  # a later request was met sooner: as if this one had been met before it
+            return new_epoch_name(), worker.engine
+        self._last_swap = number
+        return self.transmitter.switch_to(worker), worker.engine
 
-    async def plan(self, scene: Scene) -> dict[str, Any]:
-        """Returns what this radar would model of a scene, as plain data. Raises what the engine's construction raises."""
-        async with self._preparing:
-            return dict((await asyncio.to_thread(self._make_engine, scene)).plan.as_dict())
+    async def prepare(self, order: SceneOrder, job: str | None = None) -> SpokeSource:
+        """Returns a scene as this radar would run it. Raises what Preparations.source raises."""
+        return await self.preparations.source(self._make_engine, order, job)
 
     async def change(self, requested: Mapping[str, Any]) -> None:
         """Changes the requested controls; a value that is refused changes nothing.
@@ -118,24 +127,22 @@ class Station:
         scene file with that value. Raises ControlError, and SceneError where such a scene is not valid.
         """
         changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
-        scene = changed_scene(self.settings, self.transmitter.engines.pending_engine.scene, requested)
-        if scene is not None:
-            await self.swap(scene)
+        order = changed_order(self.settings, self.transmitter.engines.pending_engine, requested)
+        if order is not None:
+            await self.swap(order)
         self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
         pace = requested.get("pace", {})
         if pace.get("state") == "step":
             self.transmitter.pacer.step(pace["steps"])
 
-    def truth(self, at: float | None = None) -> Truth:
-        """Returns the state of everything at `at` [s of simulation], by default now."""
-        return self.engine.truth(self.transmitter.simulated if at is None else at)
+    async def truth(self, at: float | None = None) -> Truth:
+        """Returns the state of everything at `at` [s of simulation], by default now. Raises EngineFault."""
+        time = self.transmitter.simulated if at is None else at
+        return await asyncio.get_running_loop().run_in_executor(self._truths, self.engine.truth, time)
 
     def controls(self) -> dict[str, Any]:
         """Returns the state of all controls, as REST and the feed give it."""
         return controls_state(self.settings, self.engine.scene, self.transmitter.engines.pending_engine.scene)
-
-    def _prepare(self, scene: Scene) -> EngineWorker:
-        return prepared(self._make_engine(scene))
 
     def _radar_info(self, epoch: Epoch) -> RadarInfo:
         controls = self.controls()

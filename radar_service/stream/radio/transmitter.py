@@ -12,12 +12,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from radar_service.records import SpokeBlock
-from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, MakeEngine, RestartLimiter
+from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.pacer import Pacer
 from radar_service.stream.radio.pacing import Schedule, batch_spokes
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.settings import Settings
-from radar_service.stream.source import SpokeSource
+from radar_service.stream.source import MakeSource, SpokeSource
 from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink, new_epoch_name
 
 BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the orders again
@@ -41,10 +41,10 @@ class Transmitter:
 
     def __init__(
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
-        make_engine: MakeEngine, *, restarts: int = RESTARTS, schedule: Schedule | None = None,
+        make_engine: MakeSource, *, restarts: int = RESTARTS, schedule: Schedule | None = None,
         on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore,
     ) -> None:  # fmt: skip
-        """make_engine: makes an engine for the scene of a failed one, at most `restarts` times within RESTART_WINDOW.
+        """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
 
         on_restart, on_failure: called with the reason, from the transmitter's thread.
         """

@@ -26,9 +26,9 @@ class Output:
         self.others: list[Any] = []
         self.hello: Callable[[View, Mode], bytes] = lambda view, mode: b""
 
-    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes]) -> None:
+    def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes], spoke_period: float) -> None:
         self.others.append(epoch)
-        self.hello = hello
+        self.hello, self.spoke_period = hello, spoke_period
 
     def publish(self, batch: EncodedBatch) -> None:
         self.batches.append(batch)
@@ -83,6 +83,7 @@ def test_the_hello_is_that_of_the_clients_view() -> None:
         "lossless",
     )
     assert hello["clocks"]["simulated_s"] == 2.5 and hello["truth"] is True
+    assert output.spoke_period == EPOCH.engine.scene.radar.spoke_period
 
 
 def test_gaps_and_ends_pass_through() -> None:

@@ -13,7 +13,7 @@ def test_calls_of_another_thread_reach_the_hub_in_order() -> None:
         hub = Hub(lambda: 0.0)
         output = FeedOutput(hub)
         output.start()
-        await asyncio.to_thread(output.open_epoch, "e", lambda view, mode: b"\x81\xa4type\xa5hello")
+        await asyncio.to_thread(output.open_epoch, "e", lambda view, mode: b"\x81\xa4type\xa5hello", 0.01)
         hub.join(client := ClientQueue(U8, truth=True))
         assert (output.views, output.truth_codecs) == ((U8,), ("native",))
 

@@ -86,6 +86,35 @@ def test_a_lossless_client_that_does_not_read_is_let_go() -> None:
     run(test())
 
 
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_lossless_client_that_trickles_is_let_go_where_others_wait(alone: bool) -> None:
+    """It reads one batch in three seconds, so patience never ends."""
+
+    async def test() -> None:
+        now = [0.0]
+        hub, slow, other = Hub(lambda: now[0]), ClientQueue(U8, "lossless", messages=1), ClientQueue(U8)
+        hub.open_epoch("e", lambda view, mode: b"", spoke_period=0.01)
+        hub.join(slow)
+        if not alone:
+            hub.join(other)
+
+        async def trickle() -> None:
+            while (await slow.get()) is not None:
+                now[0] += 3.0
+                for _ in range(5):  # turns of the loop, for the producer to go on
+                    await asyncio.sleep(0)
+
+        reading = asyncio.ensure_future(trickle())
+        await produce(hub, range(0, 80, 4))
+        assert (slow in hub.clients) == alone and slow.closed != alone
+        if not alone:
+            await reading
+            assert slow.code == TOO_SLOW and 9.0 <= slow.delivered / 4 * 3.0 <= 24.0
+        reading.cancel()
+
+    run(test())
+
+
 def test_a_batch_without_the_view_of_a_client_is_a_loss_only_to_who_was_there() -> None:
     async def test() -> None:
         hub, old, new = opened(), ClientQueue(U8), ClientQueue(View("f32"))

@@ -7,7 +7,7 @@ from radar_service.stream.http.app import create_app
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.fake import FakeEngine, factory, scene
-from tests.stream.serving import answer, dialled, served
+from tests.stream.serving import Turns, answer, dialled, served
 
 Address = tuple[str, int]
 
@@ -22,10 +22,10 @@ UPGRADE = (
 
 
 @contextlib.contextmanager
-def radar(refused: list[str] | None = None, **limits: float) -> Iterator[Address]:
+def radar(refused: list[str] | None = None, turns: Turns | None = None, **limits: float) -> Iterator[Address]:
     only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace(factor=10)))
     report = (lambda _: None) if refused is None else refused.append
-    with served(create_app([only]), [only], refused=report, **limits) as address:
+    with served(create_app([only]), [only], turns, refused=report, **limits) as address:
         yield address
 
 

@@ -9,7 +9,7 @@ from tests.stream.http.playing import play
 
 
 def test_a_body_too_long_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radar_service.stream.http.app.MAX_UPLOAD_BYTES", 1000)
+    monkeypatch.setattr("radar_service.stream.http.body_limits.MAX_JSON_BYTES", 1000)
 
     async def test(server: Server) -> None:
         body = json.dumps({"name": "a", "scene": {"name": "x" * 2000}})

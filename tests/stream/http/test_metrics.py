@@ -34,7 +34,8 @@ def test_metrics_count_what_the_clients_saw() -> None:
         assert (await server.http.patch("/api/radars/0/controls", headers={"origin": "http://else"})).status_code == 403
         refused = await server.feed("?encoding=f31")
         await refused.until("bye")
-        now = await figures(server)
+        while (now := await figures(server))["radar_azimuths_total,0"] < 12:  # counted a moment after they were sent
+            continue
         assert now["radar_azimuths_total,0"] == 12 and now["radar_bytes_total,0"] == sum(len(wire.pack(m)) for m in got)
         assert now["radar_encode_seconds_count,f32,0"] == len(got) - 1 and now["radar_encode_seconds_sum,f32,0"] > 0
         assert (now["radar_clients,live,0"], now["radar_clients,lossless,0"], now["radar_views,0"]) == (1, 0, 1)
@@ -42,6 +43,9 @@ def test_metrics_count_what_the_clients_saw() -> None:
         assert (now["radar_refused_total,origin"], now["radar_refused_total,feed request"]) == (1, 1)
         assert (now["radar_spokes_lost_total,0"], now["radar_gaps_total,0"], now["radar_restarts_total,0"]) == (0, 0, 0)
         assert (now["radar_factor_asked,0"], now["radar_lag_seconds,0"]) == (1, 0)
+        assert now["radar_event_loop_lag_seconds"] >= 0 and now["radar_trees,0"] == 3
+        assert (now["radar_jobs,running"], now["radar_jobs,waiting"], now["radar_queued_messages,0"]) == (0, 0, 0)
+        assert now["radar_log_lines_dropped_total,queue"] >= 0 and now["radar_log_lines_dropped_total,repeated"] >= 0
         assert now["process_resident_memory_bytes"] > 1e6
 
     async def whole() -> None:

@@ -4,11 +4,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.sandbox import Sandbox
 from tests.stream.asgi import Server
-from tests.stream.fake import FakeEngine, factory
+from tests.stream.fake import FakeEngine, made_by
 from tests.stream.http.playing import play, station
 
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n"
@@ -29,14 +30,14 @@ def test_a_scene_that_the_engine_refuses_is_refused_with_its_words() -> None:
         assert answer.status_code == 422 and len(answer.json()["detail"]) == 2
         assert "kept" not in {entry["name"] for entry in (await server.http.get("/api/scenes")).json()}
 
-    play(test, station(make=refuse))
+    play(test, station(make=made_by(refuse)))
 
 
 def test_an_upload_that_no_engine_takes_leaves_the_earlier_one_of_its_name() -> None:
     def picky(of: Any) -> FakeEngine:
         if of.name == "bad":
             raise SceneError("body[0].mesh: too fine")
-        return factory()(of)
+        return FakeEngine(of)
 
     async def test(server: Server) -> None:
         for title, status in (("good", 201), ("bad", 422)):
@@ -45,7 +46,7 @@ def test_an_upload_that_no_engine_takes_leaves_the_earlier_one_of_its_name() -> 
         listed = {entry["name"]: entry for entry in (await server.http.get("/api/scenes")).json()}
         assert listed["mine"]["title"] == "good"
 
-    play(test, station(make=picky))
+    play(test, station(make=made_by(picky)))
 
 
 def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
@@ -70,7 +71,7 @@ def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
     play(test, scene_folders=[tmp_path])
 
 
-def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on() -> None:
+def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """A soup of 200 000 triangles (10 MB) needs more than the 48 MiB that this server allows; the next upload is taken."""
     soup = np.zeros(200_000, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
     soup["corners"] = np.random.default_rng(0).random((200_000, 3, 3))
@@ -78,11 +79,14 @@ def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on() -> None
     closed: list[bool] = []
 
     class Limited(Sandbox):
+        def __init__(self) -> None:
+            super().__init__(memory=48 * 2**20)
+
         def close(self) -> None:
             super().close()
             closed.append(True)
 
-    limited = Limited(memory=48 * 2**20)
+    monkeypatch.setattr("radar_service.stream.radio.world_process.Sandbox", Limited)
 
     async def test(server: Server) -> None:
         feed = await server.feed()
@@ -95,5 +99,5 @@ def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on() -> None
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
         assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
 
-    play(test, sandbox=limited)
-    assert closed  # with the server
+    play(test)
+    assert len(closed) == 2  # one for each upload

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import uvicorn
 from websockets.protocol import State
+from websockets.server import ServerProtocol
 
 from radar_service.stream.http.connection_limits import LimitedProtocol
 from radar_service.stream.http.server import Server
@@ -33,20 +34,25 @@ def names(kind: type) -> set[str]:
 
 
 def overridden(kind: type) -> set[str]:
-    """Methods of the class that call the method of that name of its parent."""
-    (tree,) = ast.parse(inspect.getsource(kind)).body
-    assert isinstance(tree, ast.ClassDef)
+    """Methods of its parent that the class calls by `super()`."""
+    tree = ast.parse(inspect.getsource(kind))
     return {
-        method.name for method in tree.body
-        if isinstance(method, ast.FunctionDef | ast.AsyncFunctionDef) and "super()" in ast.unparse(method)
+        node.attr for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "super()" and node.attr != "__init__"
     }  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("kind", "some"),
     [
-        (FramedWebSocket, {"writable", "disconnected", "close_sent", "conn", "transport", "scope", "run_asgi"}),
-        (LimitedProtocol, {"connections", "client", "conn", "loop", "transport", "connection_made", "data_received"}),
+        (
+            FramedWebSocket,
+            {"writable", "disconnected", "close_sent", "conn", "transport", "scope", "run_asgi", "handle_events"},
+        ),
+        (
+            LimitedProtocol,
+            {"connections", "client", "conn", "flow", "loop", "transport", "connection_made", "data_received"},
+        ),
         (Server, {"servers", "should_exit", "startup", "shutdown"}),
     ],
 )
@@ -60,6 +66,12 @@ def test_uvicorn_has_what_is_used_of_it(kind: type, some: set[str]) -> None:
 
 def test_a_connection_that_is_open_has_the_state_that_frames_are_written_in() -> None:
     assert State.OPEN.value == OPEN
+
+
+def test_a_protocol_keeps_its_frames_as_events_until_they_are_fetched() -> None:
+    protocol = ServerProtocol(state=State.OPEN)
+    protocol.receive_data(b"\x89\x80abcd\x89\x80abcd")
+    assert len(protocol.events) == 2 == len(protocol.events_received()) and not protocol.events
 
 
 def test_the_version_of_uvicorn_is_the_tested_one() -> None:

@@ -1,19 +1,22 @@
 """Websocket frames through a real socket, well formed and malformed."""
 
 import asyncio
+import socket
+import threading
 
 import pytest
 from websockets.asyncio.client import connect
 
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.http import websocket
 from radar_service.stream.http.app import create_app
 from radar_service.stream.http.server import INBOUND_LIMIT
-from radar_service.stream.http.websocket import FramedWebSocket
+from radar_service.stream.http.websocket import BYTES_AT_ONCE, FRAMES_AT_ONCE, TOO_MUCH, FramedWebSocket
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.fake import FakeEngine, factory, power_of, scene
 from tests.stream.http.loopback import UPGRADE, Address, radar
-from tests.stream.serving import answer, dialled, served
+from tests.stream.serving import Turns, answer, dialled, served
 
 
 @pytest.mark.parametrize("bins", [20, 15_000])
@@ -71,3 +74,101 @@ def test_malformed_and_oversized_frames_end_their_connection_only(name: str) -> 
 
     with radar() as address:
         asyncio.run(asyncio.wait_for(other(address), 20))
+
+
+FLOOD_BYTES = 2 * 2**20  # parsing 350,000 empty frames takes seconds
+LONGEST_TURN = 0.2  # s of processor time: ten times what is needed, and a quarter of what the mildest attack took before
+FLOODS = {
+    "empty pings": b"\x89\x80abcd", "empty pongs": b"\x8a\x80abcd", "empty continuations": b"\x00\x80abcd",
+    "empty messages": b"\x82\x80abcd", "long pings": b"\x89\xfd" + b"abcd" + b"x" * 125,
+}  # fmt: skip
+
+
+def flood(address: Address, frame: bytes) -> bytes:
+    """Sends FLOOD_BYTES of one frame after the beginning of a message, while the server takes them; returns the answer."""
+    with dialled(address) as connection:
+        connection.sendall(UPGRADE)
+        assert connection.recv(12) == b"HTTP/1.1 101"
+        try:
+            connection.sendall((b"\x02\x80abcd" if frame[0] == 0 else b"") + frame * (FLOOD_BYTES // len(frame)))
+            connection.shutdown(socket.SHUT_WR)
+        except OSError:  # the server has cut the connection, and its close frame may be lost with it
+            return b""
+        return answer(connection)
+
+
+@pytest.mark.parametrize("name", FLOODS)
+def test_a_client_that_floods_is_cut_and_silences_nobody(name: str) -> None:
+    async def listen(address: Address) -> None:
+        async with connect(f"ws://{address[0]}:{address[1]}/api/radars/0/feed", compression=None) as feed:
+            await feed.recv()
+            flooding = asyncio.create_task(asyncio.to_thread(flood, address, FLOODS[name]))
+            after = 0
+            while after < 5:
+                await feed.recv()
+                after += flooding.done()
+            await flooding
+
+    with radar(turns=(turns := Turns())) as address:
+        asyncio.run(asyncio.wait_for(listen(address), 30))
+    assert 0.0 < turns.longest < LONGEST_TURN
+
+
+@pytest.mark.parametrize("frame", [b"\x89\x80abcd", b"\x8a\xfdabcd" + b"x" * 125])
+def test_a_client_that_sends_too_much_reads_why(frame: bytes) -> None:
+    """Few enough bytes that the server reads them all, so that its close frame is not lost by a reset."""
+    count = 1 + min(FRAMES_AT_ONCE, BYTES_AT_ONCE // len(frame))
+    with radar() as address, dialled(address) as connection:
+        connection.sendall(UPGRADE)
+        assert connection.recv(12) == b"HTTP/1.1 101"
+        connection.sendall(frame * count)
+        assert TOO_MUCH.to_bytes(2) + b"this client sends too much" in answer(connection)
+
+
+def test_a_client_within_its_budget_stays() -> None:
+    async def talk(address: Address) -> None:
+        async with connect(f"ws://{address[0]}:{address[1]}/api/radars/0/feed") as feed:
+            for _ in range(FRAMES_AT_ONCE // 4):
+                await feed.ping()
+                await feed.send("words")
+            for _ in range(3):
+                assert wire.unpack(bytes(await feed.recv()))["type"] in ("hello", "spokes")
+
+    with radar() as address:
+        asyncio.run(asyncio.wait_for(talk(address), 20))
+
+
+def test_a_client_that_does_not_read_is_cut_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its kernel takes nothing, so what the server has written never leaves; the server's slot is free all the same."""
+    monkeypatch.setattr(websocket, "CUT_SECONDS", 0.1)
+    lost, protocols = threading.Event(), []
+    made, gone = FramedWebSocket.connection_made, FramedWebSocket.connection_lost
+
+    def noted_made(self: FramedWebSocket, transport: asyncio.BaseTransport) -> None:
+        protocols.append(self)
+        made(self, transport)
+
+    def noted_lost(self: FramedWebSocket, exc: Exception | None) -> None:
+        gone(self, exc)
+        lost.set()
+
+    monkeypatch.setattr(FramedWebSocket, "connection_made", noted_made)
+    monkeypatch.setattr(FramedWebSocket, "connection_lost", noted_lost)
+    with radar() as address, dialled(address) as connection:
+        connection.sendall(UPGRADE)
+        assert connection.recv(12) == b"HTTP/1.1 101"
+        (protocol,) = protocols
+
+        def give_up() -> None:
+            protocol.transport.write(b"x" * 2**24)  # more than both kernels hold
+            protocol.keepalive_timeout()
+
+        protocol.loop.call_soon_threadsafe(give_up)
+        assert lost.wait(10)
+
+
+def test_refused_websockets_leave_no_error_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    with radar() as address, dialled(address) as connection:
+        connection.sendall(UPGRADE.replace(b"upgrade\r\n", b"upgrade\r\norigin: http://elsewhere\r\n", 1))
+        assert b" 403 " in answer(connection)
+    assert not [record for record in caplog.records if record.name.startswith("uvicorn")]

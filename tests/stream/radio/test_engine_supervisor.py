@@ -1,11 +1,13 @@
 """Which engine runs: restarts within their limit, and another engine that takes over."""
 
 import time
+from typing import Any
 
 import pytest
 
 from radar_service.stream.radio.engine_supervisor import RESTART_WINDOW, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.prefetch import prepared
+from radar_service.stream.source import Progress, SceneOrder
 from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
 from tests.stream.radio.recording import SOON
 
@@ -30,6 +32,48 @@ def test_a_restart_begins_with_the_given_scan() -> None:
     engines.stop(SOON)
     assert block is not None and block.first == 4 * AZIMUTHS
     assert reasons == ["it broke"] and engines.restarts == 1 and not engines.restarting
+
+
+def test_a_restart_hands_on_the_plan() -> None:
+    orders: list[SceneOrder] = []
+
+    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+        orders.append(order)
+        return factory()(order, progress)
+
+    engines = EngineSupervisor(FakeEngine(scene()), make, RestartLimiter(3, lambda: 0.0))
+    engines.restart("it broke", 4, lambda _: None)
+    engines.stop(SOON)
+    assert [order.plan for order in orders] == [{"modelled": []}]
+
+
+class WithSpare(FakeEngine):
+    """Has a spare."""
+
+    def __init__(self, spare: FakeEngine) -> None:
+        super().__init__(scene())
+        self._other = spare
+
+    def spare(self) -> Any:
+        assert not self.closed
+        return self._other
+
+
+@pytest.mark.parametrize("delivers", [True, False])
+def test_a_spare_goes_on_where_it_delivers(delivers: bool) -> None:
+    spare = FakeEngine(scene("spare"), dies_at=None if delivers else 0)
+    engines = EngineSupervisor(WithSpare(spare), factory(), RestartLimiter(3, lambda: 0.0))
+    assert engines.restart("it broke", 4, lambda _: None) == "it broke" and engines.restarts == 1
+    assert (engines.worker.engine is spare) == delivers and spare.closed != delivers
+    block = engines.worker.take(SOON)
+    assert block is not None and block.first == 4 * AZIMUTHS
+    engines.stop(SOON)
+
+
+def test_a_spare_that_is_not_needed_ends() -> None:
+    spare = FakeEngine(scene("spare"))
+    engines = EngineSupervisor(WithSpare(spare), factory(), RestartLimiter(0, lambda: 0.0))
+    assert engines.restart("it broke", 4, lambda _: None) is None and spare.closed
 
 
 def test_engines_that_fail_again_count_as_restarts_until_there_are_too_many() -> None:

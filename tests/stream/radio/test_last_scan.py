@@ -1,6 +1,9 @@
 """The memory of the last scan: one revolution, of one engine."""
 
+import math
+
 import numpy as np
+import pytest
 
 from radar_service.display.video import Controls
 from radar_service.stream.radio.last_scan import LastScan
@@ -18,8 +21,10 @@ def test_it_keeps_the_newest_revolution() -> None:
     memory = LastScan(epoch.engine)
     for first in range(0, 2 * AZIMUTHS, 4):
         send(memory, epoch, first, 4)
-    engine, rows = memory.read()
-    assert engine is epoch.engine and sum(len(numbers) for numbers, _ in rows) == AZIMUTHS
+    kept = memory.read()
+    rows = kept.rows
+    assert (kept.next, kept.heading) == (2 * AZIMUTHS, pytest.approx(math.radians(30)))
+    assert kept.engine is epoch.engine and sum(len(numbers) for numbers, _ in rows) == AZIMUTHS
     assert rows[0][0].tolist() == [0, 1, 2, 3]
     np.testing.assert_array_equal(rows[0][1], power_of(AZIMUTHS + np.arange(4), BINS))
 
@@ -31,7 +36,8 @@ def test_another_range_keeps_the_rows_and_another_engine_drops_them() -> None:
     memory.open_epoch(Epoch("f", epoch.engine, 100.0))
     memory.skip("f", 3, "it broke")
     memory.close("it broke")
-    assert len(memory.read()[1]) == 1
+    assert len(memory.read().rows) == 1
     other = FakeEngine(scene())
     memory.open_epoch(Epoch("g", other, None))
-    assert memory.read() == (other, [])
+    kept = memory.read()
+    assert (kept.engine, kept.rows, kept.next) == (other, [], 0)

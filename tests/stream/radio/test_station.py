@@ -1,6 +1,7 @@
 """A station: its parts together, further sinks, and whom it refuses."""
 
 import asyncio
+import threading
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -12,7 +13,8 @@ from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.feed_request import View
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
-from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
+from radar_service.stream.source import Progress, SceneOrder
+from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene, scene_in
 from tests.stream.radio.recording import RecordingSink
 
 
@@ -75,9 +77,36 @@ def test_a_change_acts_on_settings_steps_and_scene() -> None:
     play(test)
 
 
-def test_a_plan_is_that_of_the_engine_that_would_run() -> None:
+def test_a_prepared_scene_is_that_which_would_run() -> None:
     async def test(station: Station) -> None:
-        assert await station.plan(scene("other")) == {"modelled": []}
+        source = await station.prepare(SceneOrder(scene("other")))
+        assert source.scene.name == "other" and source.plan.as_dict() == {"modelled": []}
         assert station.engine.scene.name == "test scene"
 
     play(test)
+
+
+@pytest.mark.parametrize("later_first", [False, True])
+def test_of_two_swaps_the_later_wins_whichever_is_prepared_first(later_first: bool) -> None:
+    """Two workers prepare; each preparation waits until the test lets it go."""
+    go = {"first": threading.Event(), "second": threading.Event()}
+
+    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+        assert go[scene_in(order).name].wait(20)
+        return factory()(order, progress)
+
+    async def body() -> None:
+        station = Station("0", FakeEngine(scene()), make, settings=Settings(pace=Pace("pause")))
+        await station.start()
+        swaps = [asyncio.create_task(station.swap(SceneOrder(scene(name)))) for name in go]
+        await asyncio.sleep(0)
+        for swap, name in list(zip(swaps, go, strict=True))[:: -1 if later_first else 1]:
+            go[name].set()
+            await swap
+        pending = station.transmitter.engines.pending_engine
+        while station.engine is not pending:  # paused: it takes over at once
+            await asyncio.sleep(0)
+        assert pending.scene.name == "second" and swaps[0].result()[1].closed
+        await station.stop()
+
+    asyncio.run(asyncio.wait_for(body(), 20))

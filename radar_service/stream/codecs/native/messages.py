@@ -7,9 +7,9 @@ from typing import Any
 from radar_service.display.video import Layout, encode, scale
 from radar_service.radar.parameters import Radar
 from radar_service.records import Truth
-from radar_service.scene.world import Scene
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.feed_request import Mode, View
+from radar_service.stream.source import SceneOutline
 from radar_service.stream.spokes import RadarInfo, SpokeBatch
 
 TURN = 2.0 * math.pi
@@ -41,10 +41,10 @@ def radar_fields(identity: str, name: str, radar: Radar, to: Layout) -> dict[str
     }
 
 
-def scene_fields(scene: Scene) -> dict[str, Any]:
+def scene_fields(scene: SceneOutline) -> dict[str, Any]:
     """Returns the `scene` table of a hello and of the REST answers."""
     origin = scene.origin and {"latitude_deg": scene.origin[0], "longitude_deg": scene.origin[1]}
-    return {"name": scene.name, "origin": origin, "bodies": len(scene.bodies), "warnings": list(scene.warnings)}
+    return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": list(scene.warnings)}
 
 
 def hello(radar: RadarInfo, view: View, mode: Mode) -> dict[str, Any]:

@@ -1,0 +1,38 @@
+"""Values of the command line: numbers within limits, paces, files to write."""
+
+import argparse
+import contextlib
+import math
+import os
+from pathlib import Path
+
+MAX_THREADS = 64  # one tile each: a scan has few more
+
+
+def pace(text: str) -> float:
+    """Returns simulated seconds per second from the command line; max is inf. Raises ArgumentTypeError."""
+    with contextlib.suppress(ValueError):
+        factor = math.inf if text == "max" else float(text)
+        if factor > 0 and (text == "max" or math.isfinite(factor)):
+            return factor
+    raise argparse.ArgumentTypeError(f'"{text}" is not a pace; give a number above 0 (1 is real time) or max')
+
+
+def whole(text: str, minimum: int, maximum: int) -> int:
+    """Returns a whole number from the command line. Raises ArgumentTypeError outside the limits."""
+    with contextlib.suppress(ValueError):
+        if minimum <= int(text) <= maximum:
+            return int(text)
+    raise argparse.ArgumentTypeError(f'"{text}" is not a whole number from {minimum} to {maximum}')
+
+
+def thread_count(text: str) -> int:
+    """Returns a number of threads; auto: all cores but one. Raises ArgumentTypeError."""
+    return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MAX_THREADS)
+
+
+def file_ending(text: str, suffix: str) -> Path:
+    """Returns the path of a file to write, which must end in `suffix`. Raises ArgumentTypeError."""
+    if Path(text).suffix.lower() != suffix:
+        raise argparse.ArgumentTypeError(f'"{text}" does not end in {suffix}, the format that is written')
+    return Path(text)

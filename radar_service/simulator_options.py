@@ -1,0 +1,28 @@
+"""The options of the command line that make a simulator, as one object that can be sent to another process."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from radar_service.plan.budget import ErrorBudget
+
+if TYPE_CHECKING:
+    from radar_service.scene.world import Scene
+    from radar_service.simulator import Simulator
+
+
+@dataclass(frozen=True)
+class SimulatorOptions:
+    """fidelity: a preset's name or `auto`; error_db: budget that `auto` plans for, None for its own; others as Simulator."""
+
+    fidelity: str = "auto"
+    error_db: ErrorBudget | None = None
+    seed: int = 0
+    threads: int = 1
+
+    def __call__(self, scene: "Scene") -> "Simulator":
+        """Returns the simulator of a scene."""
+        from radar_service.plan.settings_search import fidelity_for  # here: the service makes options, not simulators
+        from radar_service.simulator import Simulator
+
+        fidelity = self.fidelity if self.error_db is None else fidelity_for(scene, self.error_db)
+        return Simulator(scene, fidelity, self.seed, self.threads)

@@ -1,0 +1,55 @@
+"""Puts radars, application and server together, and runs them until they are stopped."""
+
+import argparse
+import asyncio
+import gc
+import signal
+from collections.abc import Callable, Iterable, Sequence
+
+from radar_service.stream.http.access import Access
+from radar_service.stream.http.app import create_app
+from radar_service.stream.http.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
+from radar_service.stream.logs import Refusals
+from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.radio.station import Station
+from radar_service.stream.settings import Pace, Settings
+from radar_service.stream.source import MakeSource, SpokeSource
+
+
+def run(
+    options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[SpokeSource]], make: MakeSource,
+    fork_server: ForkServer,
+) -> int:  # fmt: skip
+    """Serves one radar for each world until stopped; returns the exit status. Raises OSError where it cannot listen.
+
+    options: of the command `serve`; worlds: waits for the worlds, which prepare while the application is put together;
+    make, fork_server: start further worlds and other processes.
+    """
+    refused, stations = Refusals(), list[Station]()
+    app = create_app(
+        stations, scene_folders=options.scene_folder, sandbox_all=options.sandbox_all, fork_server=fork_server,
+        access=access, refused=refused,
+    )  # fmt: skip
+    config = configuration(
+        app, connections=options.connections or MAX_CONNECTIONS,
+        per_address=options.connections_per_address or MAX_PER_ADDRESS, refused=refused,
+    )  # fmt: skip
+    server = Server(config, stations, lambda: None)
+    settings = Settings(pace=Pace("run", options.pace))
+    for number, world in enumerate(worlds()):
+        stations.append(Station(str(number), world, make, settings=settings, allow_truth=options.truth))
+    return _run(server, stations, options)
+
+
+def _run(server: Server, stations: Iterable[Station], options: argparse.Namespace) -> int:
+    listener = listening_socket(options.host, options.port)
+    if options.exit_when_failed:
+        for station in stations:
+            station.failed = server.give_up
+    for signal_number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(signal_number, lambda *_: None)  # uvicorn stops at either and raises it again after its end
+    gc.freeze()  # objects that live as long as the service are not searched again and again, 50 ms at a time
+    gc.enable()
+    with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
+        runner.run(server.serve(sockets=[listener]))
+    return 0 if server.started and not server.gave_up else 1

@@ -1,0 +1,54 @@
+"""Limits of a child process, and the priority of its set-up."""
+
+import os
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+Result = TypeVar("Result")
+
+SET_UP_NICENESS = 10  # a tenth of the processor time that the feed gets where both want it
+MIN_MEMORY = 2 * 2**30  # bytes
+
+if sys.platform != "win32":
+    import resource
+
+
+def default_memory() -> int:
+    """Returns the memory that one world may use [bytes]: half of the machine's, at least MIN_MEMORY."""
+    try:
+        machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (ValueError, OSError, AttributeError):
+        return MIN_MEMORY
+    return max(MIN_MEMORY, machine // 2)
+
+
+def limit_memory(maximum: int) -> None:
+    """Limits this process to `maximum` [bytes] more than now; an allocation beyond it raises MemoryError. No core dumps."""
+    if sys.platform == "linux":  # other systems do not keep the limit, or have none
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + maximum, used + maximum))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def at_low_priority(work: Callable[[], Result]) -> Result:
+    """Returns work(), computed in a thread of low priority: a process may lower its priority but not raise it again."""
+    results: list[Result] = []
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            if sys.platform == "linux":  # where a thread has a priority of its own
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), SET_UP_NICENESS)
+            results.append(work())
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=run, name="set-up", daemon=True)
+    thread.start()
+    thread.join()
+    if errors:
+        raise errors[0]
+    return results[0]

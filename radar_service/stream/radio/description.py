@@ -1,0 +1,57 @@
+"""What a world process needs of an engine, and what it tells the serving process about it."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.fidelity import Fidelity
+from radar_service.records import SpokeBlock, Truth
+from radar_service.scene.world import Scene
+from radar_service.stream.source import PlanSummary, SceneOutline
+
+
+class SceneEngine(Protocol):
+    """Computes the spokes of one scene. `Simulator` is one; see there."""
+
+    scene: Scene
+    seed: int
+    fidelity: Fidelity
+    noise_power: float
+    range: NDArray[np.float64]
+    range_step: float
+
+    @property
+    def plan(self) -> PlanSummary:
+        """What it models and what it does not."""
+
+    @property
+    def trees(self) -> int:
+        """Number of trees for ray tests."""
+
+    def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
+        """Yields blocks of spokes."""
+
+    def skip_to(self, scan: int) -> None:
+        """Makes `scan` the next one."""
+
+    def truth(self, t: float) -> Truth:
+        """Returns the truth at time t [s]."""
+
+
+MakeEngine = Callable[[Scene], SceneEngine]
+
+
+@dataclass(frozen=True)
+class Description:
+    """All that the serving process knows of the engine of a scene, see source.SpokeSource."""
+
+    scene: SceneOutline
+    seed: int
+    fidelity: Fidelity
+    plan: dict[str, Any]
+    noise_power: float
+    range: NDArray[np.float64]
+    range_step: float

@@ -1,0 +1,76 @@
+"""Prepares scenes for all radars of a server, and keeps the newest upload prepared for a while."""
+
+import asyncio
+import contextlib
+
+from radar_service.stream.jobs import Job, JobQueue
+from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
+from radar_service.stream.source import MakeSource, Progress, SceneOrder, SpokeSource
+
+KEPT_SECONDS = 60.0  # that an uploaded scene stays prepared for a radar to run it
+
+
+class Preparations:
+    """The queue of preparations, and one prepared upload. Belongs to the event loop."""
+
+    def __init__(self, jobs: JobQueue | None = None) -> None:
+        self.jobs = jobs or JobQueue()
+        self._kept: SpokeSource | None = None
+        self._timer: asyncio.TimerHandle | None = None
+
+    async def source(self, make: MakeSource, order: SceneOrder, job: str | None = None) -> SpokeSource:
+        """Returns a prepared scene. job: its name in the queue. Raises what JobQueue.run and `make` raise."""
+        return await self.jobs.run("upload", lambda progress: make(order, progress), job)
+
+    async def worker(self, make: MakeSource, order: SceneOrder, job: str | None = None) -> EngineWorker:
+        """Returns a scene that has computed its first spokes. Raises as `source`, and EngineFault."""
+        kept = self._taken(order)
+
+        def prepare(progress: Job) -> EngineWorker:
+            if kept:
+                progress.ends_with(kept.close)
+                with contextlib.suppress(EngineFault):  # it has died meanwhile
+                    return _first_spokes(kept, progress)
+            return _first_spokes(make(order, progress), progress)
+
+        try:
+            return await self.jobs.run("scene", prepare, job)
+        except BaseException:
+            if kept:
+                kept.close()
+            raise
+
+    def keep(self, source: SpokeSource) -> None:
+        """Keeps a prepared scene for KEPT_SECONDS, in place of the one that was kept before."""
+        self.drop()
+        self._kept = source
+        self._timer = asyncio.get_running_loop().call_later(KEPT_SECONDS, self.drop)
+
+    def drop(self, order: SceneOrder | None = None) -> None:
+        """Ends the scene that is kept; with `order` only where it is that one."""
+        if self._kept and order in (None, self._kept.order):
+            self._kept.close()
+            self._forget()
+
+    def close(self) -> None:
+        """Ends all preparations."""
+        self.drop()
+        self.jobs.close()
+
+    def _taken(self, order: SceneOrder) -> SpokeSource | None:
+        """Returns the scene that is kept, where it is this one; it is then no longer kept."""
+        kept = self._kept
+        if kept is None or kept.order != order:
+            return None
+        self._forget()
+        return kept
+
+    def _forget(self) -> None:
+        self._kept = None
+        if self._timer:
+            self._timer.cancel()
+
+
+def _first_spokes(source: SpokeSource, progress: Progress) -> EngineWorker:
+    progress.stage("computing the first spokes")
+    return prepared(source)

@@ -1,0 +1,170 @@
+"""The serving process's side of a world process: the spokes of a scene that another process computes."""
+
+import contextlib
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from time import monotonic
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.fidelity import Fidelity
+from radar_service.records import SpokeBlock, Truth
+from radar_service.stream.processes.channel import Channel
+from radar_service.stream.processes.fork_server import Child, ForkServer
+from radar_service.stream.processes.limits import default_memory
+from radar_service.stream.radio.description import Description, MakeEngine
+from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, EngineFault
+from radar_service.stream.radio.spare import RUN
+from radar_service.stream.source import Progress, SceneOrder, SceneOutline
+
+TRUTH_TIMEOUT = 10.0  # s
+SPARE_TIMEOUT = 5.0  # s that a process may take to make its spare; it takes milliseconds
+ENDED = "its process has ended: it crashed, was killed or ran out of memory"
+
+
+@dataclass(frozen=True)
+class PlainPlan:
+    """A plan that another process has made."""
+
+    data: dict[str, Any]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The plan as plain data."""
+        return self.data
+
+
+class WorldSource:
+    """A source.SpokeSource: a scene in a process of its own, which `close` ends."""
+
+    def __init__(self, child: Child, order: SceneOrder, description: Description) -> None:
+        """child: has sent its description, and tells its spare next. Raises EOFError and TimeoutError."""
+        self._child, self.order, self.trees = child, replace(order, plan=None), 0
+        self.scene: SceneOutline = description.scene
+        self.seed: int = description.seed
+        self.fidelity: Fidelity = description.fidelity
+        self.plan = PlainPlan(description.plan)
+        self.noise_power: float = description.noise_power
+        self.range: NDArray[np.float64] = description.range
+        self.range_step: float = description.range_step
+        self._description, self._spare = description, _spare(child)
+        self._scan = 0
+        self._asking = threading.Lock()
+
+    @property
+    def process(self) -> int:
+        """Number of its process."""
+        return self._child.process
+
+    @property
+    def spare_process(self) -> int | None:
+        """Number of its spare's process, None where there is none."""
+        return self._spare.process if self._spare else None
+
+    def spare(self) -> "WorldSource | None":
+        """Returns the spare, ready to run in place of this process; None where there is none, or it was taken before."""
+        spare, self._spare = self._spare, None
+        if spare is None:
+            return None
+        try:
+            spare.control.send(RUN)
+            return WorldSource(spare, self.order, self._description)
+        except (OSError, EOFError):  # TimeoutError is an OSError
+            spare.close()
+            return None
+
+    def skip_to(self, scan: int) -> None:
+        """Makes `scan` the first one. Comes before `blocks`."""
+        self._scan = scan
+
+    def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
+        """Yields blocks, as SpokeSource.blocks; once. Raises EngineFault where the process fails."""
+        try:
+            self._child.data.send((self._scan, size))
+            while isinstance(message := self._child.data.receive(), tuple):
+                fields, self.trees = message
+                yield SpokeBlock(**fields | {"range": self.range})
+        except (OSError, EOFError):
+            raise EngineFault(ENDED) from None
+        raise EngineFault(str(message))
+
+    def truth(self, t: float) -> Truth:
+        """Returns the state of everything at time t [s]. Raises EngineFault where the process fails."""
+        try:
+            with self._asking:
+                self._child.control.send(t)
+                answer = self._child.control.receive(TRUTH_TIMEOUT)
+        except TimeoutError:
+            self._child.close()  # a late answer would be taken for that of the next request
+            raise EngineFault(f"no ground truth after {TRUTH_TIMEOUT:g} s") from None
+        except (OSError, EOFError):
+            raise EngineFault(ENDED) from None
+        if not isinstance(answer, Truth):
+            raise EngineFault(str(answer))
+        return answer
+
+    def close(self) -> None:
+        """Ends the process and its spare at once."""
+        self._child.close()
+        if self._spare:
+            self._spare.close()
+
+
+class WorldMaker:
+    """Starts world processes: a source.MakeSource.
+
+    make_engine: makes the engine in the process; it must be picklable. memory: that each process may use [bytes].
+    """
+
+    def __init__(self, server: ForkServer, make_engine: MakeEngine, memory: int | None = None) -> None:
+        self._server, self._make_engine = server, make_engine
+        self._memory = memory or default_memory()
+
+    def __call__(self, order: SceneOrder, progress: Progress) -> WorldSource:
+        """Returns the prepared scene of an order; waits for it.
+
+        Raises SceneError where the scene is refused, and EngineFault where the process fails or takes PREPARE_TIMEOUT.
+        """
+        try:
+            child = self._server.child(_run, order, self._make_engine, self._memory, progress.in_background)
+        except OSError as error:
+            raise EngineFault(f"no process could be started for the scene: {error}") from None
+        progress.ends_with(child.close)
+        with contextlib.ExitStack() as on_failure:
+            on_failure.callback(child.close)
+            source = _source(child, order, progress)
+            on_failure.pop_all()
+        return source
+
+
+def _run(control: Channel, data: Channel, *arguments: object) -> None:
+    """Runs in the new process."""
+    from radar_service.stream.radio.world_process import run_world  # here: the serving process loads no scenes
+
+    run_world(control, data, *arguments)  # type: ignore[arg-type]  # as WorldMaker gives them
+
+
+def _spare(child: Child) -> Child | None:
+    """Returns the spare of a process, which the process tells next. Raises EOFError and TimeoutError."""
+    process = child.control.receive(SPARE_TIMEOUT)
+    return None if process is None else Child(process, *child.control.receive_ends(2))
+
+
+def _source(child: Child, order: SceneOrder, progress: Progress) -> WorldSource:
+    deadline = monotonic() + PREPARE_TIMEOUT
+    try:
+        while True:
+            kind, content = child.control.receive(max(0.0, deadline - monotonic()))
+            if kind == "ready":
+                return WorldSource(child, order, content)
+            if kind == "refused":
+                raise content
+            progress.stage(content)
+    except TimeoutError:
+        raise EngineFault(f"not prepared after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine") from None
+    except EOFError:
+        raise EngineFault(ENDED) from None
+    except RuntimeError as error:
+        raise EngineFault(str(error)) from None

@@ -1,0 +1,44 @@
+"""What test processes do. Children import it by name."""
+
+import os
+import signal
+import threading
+from typing import Any
+
+import numpy as np
+
+from radar_service.stream.processes.channel import Channel
+
+
+def echo(control: Channel, data: Channel, *arguments: Any) -> None:
+    """Sends its arguments back, then each message on the other channel."""
+    control.send((os.getpid(), arguments))
+    while True:
+        control.send(data.receive())
+
+
+def crash(*_: Any) -> None:
+    """Dies as a bug in a library dies."""
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def twice(number: int) -> int:
+    return 2 * number
+
+
+def refuse(text: str) -> None:
+    raise ValueError(text)
+
+
+def fill(size: int) -> int:
+    """Needs so many bytes."""
+    return int(np.ones(size, dtype=np.uint8)[-1])
+
+
+def wait(*_: Any) -> None:
+    """Never returns."""
+    threading.Event().wait()
+
+
+def niceness() -> int:
+    return os.getpriority(os.PRIO_PROCESS, 0)

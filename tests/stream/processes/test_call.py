@@ -1,0 +1,43 @@
+"""Functions called in a process: results, errors, limits."""
+
+import pytest
+
+from radar_service.stream.jobs import Job
+from radar_service.stream.processes import call
+from radar_service.stream.processes.call import ProcessFault, call_in_process
+from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.processes.limits import SET_UP_NICENESS
+from radar_service.stream.source import UNFOLLOWED
+from tests.stream.processes import tasks
+
+
+def test_results_and_errors_come_back(fork_server: ForkServer) -> None:
+    assert call_in_process(fork_server, UNFOLLOWED, tasks.twice, 21) == 42
+    with pytest.raises(ValueError, match="not so"):
+        call_in_process(fork_server, UNFOLLOWED, tasks.refuse, "not so")
+
+
+def test_it_does_not_compete_with_the_feed(fork_server: ForkServer) -> None:
+    assert call_in_process(fork_server, UNFOLLOWED, tasks.niceness) >= SET_UP_NICENESS
+
+
+@pytest.mark.parametrize("function", [tasks.crash, tasks.fill])
+def test_a_crash_and_too_much_memory_are_faults(fork_server: ForkServer, function: object) -> None:
+    with pytest.raises(ProcessFault, match="crashed"):
+        call_in_process(fork_server, UNFOLLOWED, function, 4 * call.MEMORY)  # type: ignore[arg-type]
+
+
+def test_too_much_time_is_a_fault(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(call, "TIMEOUT", 0.2)
+    with pytest.raises(ProcessFault, match="more than 0.2 s"):
+        call_in_process(fork_server, UNFOLLOWED, tasks.wait)
+
+
+def test_cancelling_ends_it(fork_server: ForkServer) -> None:
+    class Cancelling(Job):
+        def ends_with(self, close: object) -> None:
+            super().ends_with(close)  # type: ignore[arg-type]
+            self.cancel()
+
+    with pytest.raises((ProcessFault, OSError)):
+        call_in_process(fork_server, Cancelling("a", "test"), tasks.wait)

@@ -1,0 +1,73 @@
+"""Spares of processes."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from radar_service.stream.processes.channel import Channel
+from radar_service.stream.processes.fork_server import Child, ForkServer
+from radar_service.stream.radio.spare import RUN, with_spare
+from tests.stream.processes.test_fork_server import is_gone, until
+
+SOON = 20.0  # s, for what should take milliseconds
+
+
+def counting(control: Channel, data: Channel) -> None:
+    """Counts what it is told, and so do its spares."""
+    count = control.receive()
+    (control, data), is_spare = with_spare(control, data)
+    while True:
+        count += data.receive()
+        data.send((is_spare, count))
+
+
+@pytest.fixture
+def child(fork_server: ForkServer) -> Iterator[Child]:
+    child = fork_server.child(counting)
+    child.control.send(5)
+    yield child
+    child.close()
+
+
+def spare_of(child: Child) -> Child:
+    return Child(child.control.receive(SOON), *child.control.receive_ends(2))
+
+
+def told(child: Child, number: int) -> tuple[bool, int]:
+    child.data.send(number)
+    answer: tuple[bool, int] = child.data.receive(SOON)
+    return answer
+
+
+def test_a_spare_has_the_memory_of_the_moment_and_channels_of_its_own(child: Child) -> None:
+    first = spare_of(child)
+    assert told(child, 1) == (False, 6)
+    child.close()
+    until(lambda: is_gone(child.process))
+    first.control.send(RUN)
+    second = spare_of(first)
+    assert told(first, 10) == (True, 15)
+    second.control.send(RUN)
+    third = spare_of(second)
+    assert told(second, 100) == (True, 105)
+    for one in (first, second, third):
+        one.close()
+    until(lambda: all(is_gone(one.process) for one in (first, second, third)))
+
+
+def test_a_spare_ends_with_its_channel_or_when_it_is_told_anything_else(child: Child) -> None:
+    first = spare_of(child)
+    first.control.send("something else")
+    with pytest.raises(EOFError):
+        first.control.receive(SOON)
+    assert told(child, 1) == (False, 6)
+    first.close()
+
+
+def test_the_service_sees_the_end_of_a_process_that_has_a_spare(child: Child) -> None:
+    """The spare holds no ends of the process that forked it."""
+    spare = spare_of(child)
+    child.data.send("no number")  # which ends it by an error
+    with pytest.raises(EOFError):
+        child.data.receive(SOON)
+    spare.close()

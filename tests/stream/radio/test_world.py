@@ -1,0 +1,245 @@
+"""Scenes in processes of their own: the same bytes, clear errors, and a feed that outlives its process."""
+
+import json
+import math
+import os
+import signal
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from radar_service.records import SpokeBlock
+from radar_service.scene.error import SceneError
+from radar_service.scene.load import load_scene
+from radar_service.simulator import Simulator
+from radar_service.simulator_options import SimulatorOptions
+from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.radio import world
+from radar_service.stream.radio.prefetch import EngineFault, prepared
+from radar_service.stream.radio.transmitter import Transmitter
+from radar_service.stream.radio.world import WorldMaker, WorldSource
+from radar_service.stream.settings import Pace, Settings
+from radar_service.stream.source import UNFOLLOWED, NoProgress, SceneOrder, SpokeSource
+from tests.stream.fake import FakeEngine, dying
+from tests.stream.processes.test_fork_server import is_gone, until
+from tests.stream.radio.recording import RecordingSink
+
+SCENE: dict[str, Any] = {
+    "name": "ship", "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600},
+    "environment": {"noise": True},
+    "body": [
+        {"name": "ship", "shape": "box", "length_m": 20, "width_m": 5, "height_m": 5, "position_m": [0, 300, 2],
+         "course_deg": 90, "speed_kn": 10},
+        {"name": "buoy", "shape": "point", "position_m": [200, 0, 5], "rcs_dbsm": 10},
+    ],
+}  # fmt: skip
+ORDER = SceneOrder(SCENE)
+FLAT_OUT = Settings(pace=Pace("run", math.inf))
+SWAPS = 50
+
+
+@pytest.fixture
+def maker(fork_server: ForkServer) -> WorldMaker:
+    return WorldMaker(fork_server, SimulatorOptions(fidelity="fast"))
+
+
+def taken(source: SpokeSource, spokes: int) -> list[SpokeBlock]:
+    """Blocks of so many spokes."""
+    blocks, size = [], 0
+    for block in source.blocks(size=32):
+        blocks.append(block)
+        size += len(block)
+        if size >= spokes:
+            return blocks
+    raise AssertionError
+
+
+def test_spokes_are_those_of_a_simulator_in_this_process(maker: WorldMaker) -> None:
+    ours, theirs = Simulator(load_scene(SCENE), "fast"), maker(ORDER, UNFOLLOWED)
+    for theirs_block, ours_block in zip(taken(theirs, 120), ours.blocks(scans=2, size=32), strict=True):
+        for key, value in vars(ours_block).items():
+            np.testing.assert_array_equal(getattr(theirs_block, key), value)
+    assert theirs.truth(12.5) == ours.truth(12.5)
+    assert (theirs.seed, theirs.fidelity, theirs.noise_power) == (ours.seed, ours.fidelity, ours.noise_power)
+    assert theirs.scene.radar == ours.scene.radar and theirs.scene.body_count == 2
+    assert set(theirs.plan.as_dict()) == set(ours.plan.as_dict())
+    theirs.close()
+    until(lambda: is_gone(theirs.process))
+
+
+def test_a_spare_goes_on_and_has_a_spare_itself(maker: WorldMaker) -> None:
+    """Each goes on where the one before ended, with the same bytes; nothing is prepared again."""
+    source, processes = maker(ORDER, UNFOLLOWED), []
+    ours = Simulator(load_scene(SCENE), "fast")
+    for scan, block in enumerate(ours.blocks(scans=3, size=60)):
+        processes += [source.process, source.spare_process]
+        source.skip_to(scan)
+        np.testing.assert_array_equal(np.concatenate([part.power for part in taken(source, 60)])[:60], block.power)
+        assert source.truth(1.0) == ours.truth(1.0)
+        os.kill(source.process, signal.SIGKILL)
+        failed, spare = source, source.spare()
+        assert spare is not None and spare.process == processes[-1] and failed.spare() is None
+        failed.close()
+        source = spare
+    source.close()
+    until(lambda: all(is_gone(process) for process in processes if process))
+
+
+def test_a_spare_that_has_died_is_no_spare(maker: WorldMaker) -> None:
+    source = maker(ORDER, UNFOLLOWED)
+    assert source.spare_process is not None
+    os.kill(source.spare_process, signal.SIGKILL)
+    assert source.spare() is None
+    assert taken(source, 1)[0].first == 0  # the process itself goes on
+    source.close()
+
+
+def test_a_plan_that_is_known_is_not_made_again(maker: WorldMaker) -> None:
+    """Of a harbour the plan takes as long as half of the rest."""
+    known = {"modelled": ["what was found before"]}
+    source = maker(replace(ORDER, plan=known), UNFOLLOWED)
+    assert source.plan.as_dict() == known
+    assert source.order.plan is None  # so that a changed order does not keep it
+    source.close()
+
+
+def test_it_tells_how_many_trees_it_holds(maker: WorldMaker) -> None:
+    """Equal boxes share one."""
+    boxes = [
+        SCENE["body"][0] | {"name": name, "material": "steel", "position_m": [x, 300, 2]}
+        for name, x in (("a", 0), ("b", 50))
+    ]
+    source = maker(SceneOrder(SCENE | {"body": boxes}), UNFOLLOWED)
+    assert source.trees == 0
+    taken(source, 60)
+    assert source.trees == 1
+    source.close()
+
+
+def test_it_may_begin_with_any_scan_and_another_rate(maker: WorldMaker) -> None:
+    source = maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
+    source.skip_to(3)
+    assert source.scene.radar.rotation_period == pytest.approx(60 / 48) and taken(source, 1)[0].first == 180
+    source.close()
+
+
+@pytest.mark.parametrize(
+    ("scene", "words"),
+    [({"radar": {"azimuths": 10**9}}, "radar.azimuths"), ({"body": [{"name": "a", "mesh": "a.obj"}]}, "body[0].mesh")],
+)
+def test_a_scene_that_is_not_valid_is_refused_with_its_lines(maker: WorldMaker, scene: Any, words: str) -> None:
+    with pytest.raises(SceneError) as error:
+        maker(SceneOrder(scene), UNFOLLOWED)
+    assert all(isinstance(line, str) for line in error.value.problems) and words in error.value.problems[0]
+
+
+def test_a_rate_that_the_scene_cannot_have_is_refused(maker: WorldMaker) -> None:
+    slow = SCENE | {"radar": SCENE["radar"] | {"prf_hz": 60.0}}
+    with pytest.raises(SceneError, match="rpm: 600 gives"):
+        maker(SceneOrder(slow, rpm=600.0), UNFOLLOWED)
+
+
+def test_too_much_memory_is_an_error_of_the_scene(fork_server: ForkServer) -> None:
+    with pytest.raises(SceneError, match="it needs more than the 512 MiB"):
+        WorldMaker(fork_server, hungry, 2**29)(ORDER, UNFOLLOWED)
+
+
+def hungry(of: Any) -> FakeEngine:
+    np.ones(2**30, dtype=np.uint8)
+    return FakeEngine(of)
+
+
+class KilledInPreparation(NoProgress):
+    """Kills the process as soon as it says that it reads the scene."""
+
+    def __init__(self) -> None:
+        self.close: Any = None
+
+    def ends_with(self, close: Any) -> None:
+        self.close = close
+
+    def stage(self, text: str) -> None:
+        self.close()
+
+
+def test_a_process_that_ends_while_it_prepares_is_a_fault(maker: WorldMaker) -> None:
+    with pytest.raises(EngineFault, match="its process has ended"):
+        maker(ORDER, KilledInPreparation())
+
+
+def test_preparing_too_long_is_a_fault(maker: WorldMaker, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(world, "PREPARE_TIMEOUT", 0.0)
+    with pytest.raises(EngineFault, match="too heavy"):
+        maker(ORDER, UNFOLLOWED)
+
+
+def test_an_engine_that_fails_says_why(fork_server: ForkServer) -> None:
+    source = WorldMaker(fork_server, dying)(ORDER, UNFOLLOWED)
+    with pytest.raises(EngineFault, match="RuntimeError: the wheel came off"):
+        taken(source, 1000)
+    assert source.truth(1.0).time == 1.0  # still
+    source.close()
+    for failing in (lambda: source.truth(1.0), lambda: taken(source, 1)):
+        with pytest.raises(EngineFault, match="its process has ended"):
+            failing()
+
+
+@pytest.mark.parametrize("death", [signal.SIGKILL, signal.SIGSEGV])
+def test_a_killed_world_is_replaced_in_the_next_scan(maker: WorldMaker, death: int) -> None:
+    """Numbers go on, and the missing ones are announced."""
+    sink, first = RecordingSink(), maker(ORDER, UNFOLLOWED)
+    transmitter = Transmitter(first, FLAT_OUT, (sink,), time.monotonic, maker)
+    transmitter.start()
+    sink.wait_for(lambda: sink.spokes > 100)
+    before = transmitter.engines.restarts
+    os.kill(first.process, death)
+    sink.wait_for(lambda: "skip" in sink.names() and sink.calls[-1][0] == "send")
+    second = transmitter.epoch.engine
+    transmitter.stop(10.0)
+    assert transmitter.engines.restarts == before + 1
+    number = 0
+    for name, details in sink.calls[1:]:
+        if name == "send":
+            assert details[1] == number
+        number += details[2] if name == "send" else details[1]
+    assert [batch.first for batch in sink.batches] == [batch.block.first for batch in sink.batches]
+    assert isinstance(second, WorldSource) and second is not first
+    until(lambda: is_gone(first.process) and is_gone(second.process))
+
+
+def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: WorldMaker, tmp_path: Path) -> None:
+    file = tmp_path / "scene.json"
+    file.write_text(json.dumps(SCENE))
+    sink, first, reasons = RecordingSink(), maker(SceneOrder(file), UNFOLLOWED), list[str]()
+    transmitter = Transmitter(first, FLAT_OUT, (sink,), time.monotonic, maker, on_restart=reasons.append)
+    transmitter.start()
+    sink.wait_for(lambda: sink.spokes > 0)
+    file.write_text(json.dumps(SCENE | {"radar": SCENE["radar"] | {"azimuths": 72}}))
+    assert first.spare_process is not None
+    os.kill(first.spare_process, signal.SIGKILL)
+    os.kill(first.process, signal.SIGKILL)
+    sink.wait_for(lambda: sink.calls[-1][0] == "close")
+    assert reasons[0].startswith("its process has ended") and "the radar in the scene's file has changed" in reasons[1]
+    transmitter.stop(10.0)
+
+
+def test_swaps_leave_no_memory_descriptor_or_process(maker: WorldMaker) -> None:
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+    def swap() -> int:
+        worker = prepared(maker(ORDER, UNFOLLOWED))
+        process: int = worker.engine.process  # type: ignore[attr-defined]
+        worker.stop(10.0)
+        return process
+
+    swap()
+    memory, descriptors = resident(), len(os.listdir("/proc/self/fd"))
+    processes = [swap() for _ in range(SWAPS)]
+    until(lambda: all(is_gone(process) for process in processes))
+    assert len(os.listdir("/proc/self/fd")) == descriptors
+    assert resident() - memory < 8 * 2**20  # bytes: the allocator's arenas come and go by less; a world has 20 MiB

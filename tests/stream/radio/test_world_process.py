@@ -1,0 +1,65 @@
+"""What happens inside the process of a scene, tested in this one."""
+
+import os
+
+import pytest
+
+from radar_service.scene.error import SceneError
+from radar_service.scene.files.sandbox import Sandbox
+from radar_service.simulator import Simulator
+from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.radio import world_process
+from radar_service.stream.radio.description import SceneEngine
+from radar_service.stream.radio.world_process import describe, outline_of, scene_of
+from radar_service.stream.source import SceneOrder
+from tests.stream.fake import scene
+
+SOON = 20.0  # s, for what should take a second
+
+
+def test_the_simulator_is_an_engine_of_a_scene() -> None:
+    engine: SceneEngine = Simulator(scene())
+    names = {name for name in dir(SceneEngine) if not name.startswith("_")} | set(SceneEngine.__annotations__)
+    assert names <= set(dir(engine))
+    told = describe(engine)
+    assert told.scene == outline_of(engine.scene) and told.plan == engine.plan.as_dict()
+
+
+def test_only_orders_that_say_so_are_sandboxed_and_the_sandbox_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    closed: list[bool] = []
+
+    class Noting(Sandbox):
+        def close(self) -> None:
+            super().close()
+            closed.append(True)
+
+    monkeypatch.setattr(world_process, "Sandbox", Noting)
+    scene_of(SceneOrder({}))
+    assert not closed
+    scene_of(SceneOrder({}, sandboxed=True))
+    with pytest.raises(SceneError):
+        scene_of(SceneOrder({"radar": 3}, sandboxed=True))
+    assert len(closed) == 2
+
+
+def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> None:
+    child = fork_server.child(
+        world_process.run_world, SceneOrder({"radar": {"azimuths": 60, "beamwidth_deg": 8}}), Simulator, 2**31, True
+    )
+    stages = []
+    while (message := child.control.receive(SOON))[0] == "stage":
+        stages.append(message[1])
+    assert message[0] == "ready" and stages == ["reading the scene", "preparing and planning"]
+    spare_process = child.control.receive(SOON)
+    spare_control, spare_data = child.control.receive_ends(2)
+    assert spare_process not in (os.getpid(), child.process)
+    child.data.send((2, 16))
+    block, trees = child.data.receive(SOON)
+    assert trees >= 0 and block["first"] == 120 and block["range"] is None and len(block["time"]) == 16
+    child.control.send(3.0)
+    assert child.control.receive(SOON).time == 3.0
+    child.control.send("no time")
+    assert isinstance(child.control.receive(SOON), RuntimeError)
+    child.close()
+    for channel in (spare_control, spare_data):
+        channel.close()

@@ -1,0 +1,136 @@
+"""The queue of jobs: bounded, cancelled, never stuck."""
+
+import asyncio
+import threading
+from collections.abc import Awaitable, Callable
+
+import pytest
+
+from radar_service.stream.jobs import MAX_FINISHED, Busy, Cancelled, DuplicateJob, Job, JobQueue
+
+
+def play(test: Callable[[JobQueue], Awaitable[None]], workers: int = 1, waiting: int = 1) -> None:
+    async def body() -> None:
+        queue = JobQueue(workers, waiting)
+        try:
+            await test(queue)
+        finally:
+            queue.close()
+
+    asyncio.run(asyncio.wait_for(body(), 20))
+
+
+class Gate:
+    """Work that waits until it is let go, or ended as a process is."""
+
+    def __init__(self) -> None:
+        self.began, self.open = threading.Event(), threading.Event()
+
+    def __call__(self, job: Job) -> str:
+        job.ends_with(self.open.set)
+        job.stage("in the middle")
+        self.began.set()
+        assert self.open.wait(20)
+        return "result"
+
+    async def begun(self) -> None:
+        while not self.began.is_set():
+            await asyncio.sleep(0)
+
+
+def test_a_job_tells_its_stages() -> None:
+    async def test(queue: JobQueue) -> None:
+        gate = Gate()
+        running = asyncio.create_task(queue.run("scene", gate, "mine"))
+        await gate.begun()
+        told = queue.job("mine").as_dict()
+        assert (told["id"], told["kind"], told["state"], told["doing"]) == ("mine", "scene", "running", "in the middle")
+        gate.open.set()
+        assert await running == "result"
+        told = queue.job("mine").as_dict()
+        assert (told["state"], told["doing"]) == ("done", "") and told["seconds"] == queue.job("mine").as_dict()["seconds"]
+
+    play(test)
+
+
+def test_no_more_wait_than_may_and_names_are_unique_while_they_run() -> None:
+    async def test(queue: JobQueue) -> None:
+        gate = Gate()
+        first = asyncio.create_task(queue.run("scene", gate, "a"))
+        await gate.begun()
+        with pytest.raises(DuplicateJob):
+            await queue.run("scene", Gate(), "a")
+        second = asyncio.create_task(queue.run("scene", Gate(), "b"))
+        await asyncio.sleep(0)
+        with pytest.raises(Busy):
+            await queue.run("scene", Gate())
+        queue.job("b").cancel()  # before its turn
+        gate.open.set()
+        assert await first == "result"
+        with pytest.raises(Cancelled):
+            await second
+        open_gate = Gate()
+        open_gate.open.set()
+        assert await queue.run("scene", open_gate, "a") == "result"  # a name may be used again
+
+    play(test)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_many_at_once_all_end(workers: int) -> None:
+    """Jobs never wait for one another, so six on two workers end, or on one."""
+
+    async def test(queue: JobQueue) -> None:
+        assert await asyncio.gather(*(queue.run("upload", lambda job, n=n: n) for n in range(6))) == list(range(6))
+
+    play(test, workers, 6)
+
+
+def test_a_cancelled_job_ends_its_work() -> None:
+    async def test(queue: JobQueue) -> None:
+        gate = Gate()
+        running = asyncio.create_task(queue.run("scene", gate, "a"))
+        await gate.begun()
+        queue.job("a").cancel()
+        with pytest.raises(Cancelled):
+            await running
+        assert queue.job("a").state == "cancelled" and gate.open.is_set()
+
+    play(test)
+
+
+def test_an_error_of_the_work_is_raised_and_noted() -> None:
+    def fail(job: Job) -> None:
+        raise ValueError("it broke")
+
+    async def test(queue: JobQueue) -> None:
+        with pytest.raises(ValueError, match="it broke"):
+            await queue.run("scene", fail, "a")
+        assert queue.job("a").state == "failed"
+
+    play(test)
+
+
+def test_a_request_that_goes_away_ends_its_job() -> None:
+    async def test(queue: JobQueue) -> None:
+        gate = Gate()
+        running = asyncio.create_task(queue.run("scene", gate, "a"))
+        await gate.begun()
+        running.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await running
+        assert queue.job("a").state == "cancelled" and gate.open.is_set()
+
+    play(test)
+
+
+def test_only_the_last_jobs_are_remembered_and_a_closed_queue_takes_none() -> None:
+    async def test(queue: JobQueue) -> None:
+        for number in range(MAX_FINISHED + 5):
+            await queue.run("scene", lambda job: None, str(number))
+        assert [job.name for job in queue.jobs] == [str(n) for n in range(5, MAX_FINISHED + 5)]
+        queue.close()
+        with pytest.raises(Busy):
+            await queue.run("scene", lambda job: None)
+
+    play(test)
