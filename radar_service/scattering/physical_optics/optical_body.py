@@ -36,6 +36,7 @@ from radar_service.types import Complexes, Floats, Indices
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
+SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by less have one rank
 FAINT = 0.03  # power ratio of the way by the sea below which what bounces and goes it twice is left out
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
@@ -61,7 +62,7 @@ class OpticalBody:
     bounces: surfaces in a row that a ray tube follows.
     reflectivity: power ratio at each surface.
     patch: (F,) size of the flat patch of each triangle [m].
-    rank: (F,) of triangles by the size of their patches, the same on one plane.
+    rank: (F,) of triangles by the size of their patches.
     outside: (F,) as from `outward_side`.
     facets: by block, cell and longest edge; those of a few half octaves are kept.
     """
@@ -129,7 +130,7 @@ class OpticalBody:
         reached = np.zeros((len(legs), len(self.patch)), dtype=np.bool_)
         for number in range(len(legs)):
             reached[number, surface.triangle[surface.share[:, number] > 0.0]] = True
-        ends = Ends(reached.any(axis=0), rank, np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength))
+        ends = Ends(self.mesh, reached.any(axis=0), rank, np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength))
         tubes = launched_tubes(surface, launches, self.wave.polarization, self.planes, rank, every[: len(launches)])
         arrived = list(hits(tubes, self.planes, self.scene, self.bounces, ends))
         if not arrived:
@@ -180,19 +181,19 @@ def edge_limits(radar: Radar, mesh: Mesh) -> EdgeLimits:
     return EdgeLimits(radar.range_resolution, radar.beamwidth, radar.wavelength, extent)
 
 
-def ranks(patch: Floats, planes: Planes) -> Indices:
-    """Ranks (F,) of triangles by the size of their patches [m], the same for patches of one size on one plane."""
-    return np.unique(np.stack([patch, planes.number]), axis=1, return_inverse=True)[1].reshape(-1)
+def ranks(patch: Floats) -> Indices:
+    """Ranks (F,) of triangles by the size of their patches (F,) [m]."""
+    return np.asarray(np.round(np.log(np.maximum(patch, 1e-9)) / SAME_SIZE), dtype=np.int64)
 
 
 def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None = None) -> OpticalBody:
     """A body with a mesh, prepared for this radar. rays: counts rays."""
     assert body.mesh is not None
     mesh, parts = body.mesh, blocks(body.mesh)
-    planes, patch = Planes.of(mesh), patch_sizes(mesh)
+    patch = patch_sizes(mesh)
     return OpticalBody(
         mesh,
-        planes,
+        Planes.of(mesh),
         parts,
         Wave(radar.wavelength, radar.polarization),
         edge_limits(radar, mesh),
@@ -200,7 +201,7 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         power_reflectivity(body.material.name),
         TriangleScene(mesh.vertices, mesh.faces, rays),
         patch,
-        ranks(patch, planes),
+        ranks(patch),
         outward_side(mesh),
         BlockCache(FACET_SETS * len(parts)),
     )

@@ -14,19 +14,24 @@ import numpy as np
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.lit_facets import Planes, Surface
+from radar_service.scene.body import Mesh
 from radar_service.trace.embree import TriangleScene
 from radar_service.types import Flags, Floats, Indices
 
 # m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
 OFFSET = 1e-3
 OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
-MAX_HALVINGS = 4
+MAX_HALVINGS = 9
 CARRIED_HALVINGS = 1  # of tubes that matter only for what they hit next
-MAX_DIVIDED = 6_000  # halves of tubes at once
+CUT_LEVEL = 2
+SECTIONS = 8
+ASIDE = 0.2  # of the way
+MAX_DIVIDED = 2_500  # tubes at each reflection, large ones before small ones
 INSET = 0.02  # of the way from a corner to the centre: rays start off the edges
 LONGEST = 1.5  # times the longest edge that the phase allows a facet: a tube that hits something is divided above it
 GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
-EVERY = -1  # rank below all: of tubes that count wherever they end
+STEEP = 0.1  # cosine below which rays start nearer to the surface than OFFSET
+EVERY = -(2**31)  # rank below all: of tubes that count wherever they end
 
 
 class Launch(NamedTuple):
@@ -142,6 +147,7 @@ class Ends(NamedTuple):
     """The triangles (F,) of a mesh where tubes end: whether any leg that receives reaches them; their rank; and the length of
     edges below which tubes on them are not divided [m]."""
 
+    mesh: Mesh
     lit: Flags
     rank: Indices
     smallest: Floats
@@ -163,18 +169,25 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
     tubes = replace(tubes, direction=np.ascontiguousarray(direction.T), field=np.ascontiguousarray(field.T))
     plane = np.append(planes.number, -1)  # the last one for rays that hit nothing
     rank = np.append(np.where(ends.lit, ends.rank, EVERY - 1), EVERY - 1)
-    hit, done = _hits_of_samples(tubes, scene), []
+    landing = rank if last else np.append(np.full(len(ends.lit), np.iinfo(np.int64).max), EVERY - 1)
+    hit, done, left = _hits_of_samples(tubes, scene), [], MAX_DIVIDED
     for level in range(MAX_HALVINGS + 1):
         counts = rank[hit] >= tubes.launch.least.take(tubes.source)
-        number = plane[hit]
-        kept = counts[0] if last else hit[0] >= 0
-        if last or level >= CARRIED_HALVINGS:
-            number[~counts] = -1
+        lands = counts if last else hit >= 0
+        kept, number = lands[0], np.where(lands, plane[hit], -1)
+        compared = number if last or level < CARRIED_HALVINGS else np.where(counts, number, -1)
         edges = _squared_edges(tubes.corners)
         longest = edges.max(axis=0, initial=0.0)
-        mixed = (number[1:] != number[0]).any(axis=0) & (longest > ends.smallest.take(tubes.triangle) ** 2)
+        mixed = (compared[1:] != compared[0]).any(axis=0) & (longest > ends.smallest.take(tubes.triangle) ** 2)
         mixed |= counts[0] & (longest > tubes.launch.longest.take(tubes.source) ** 2)
-        divided = _largest(np.flatnonzero(mixed), longest) if level < MAX_HALVINGS else np.zeros(0, dtype=np.int64)
+        if level == MAX_HALVINGS:
+            left = 0
+        if level >= CUT_LEVEL:
+            cut, parts = _cut_at_edges(tubes, hit, number, np.flatnonzero(mixed), plane, landing, scene, ends.mesh, left < np.count_nonzero(mixed))
+            done.append(parts)
+            mixed[cut] = kept[cut] = False
+        divided = _largest(np.flatnonzero(mixed), longest, left)
+        left -= len(divided)
         kept[divided] = False
         hitting = np.flatnonzero(kept)
         done.append(replace(tubes.chosen(hitting), triangle=hit[0, hitting]))
@@ -184,18 +197,18 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
     return _projected(RayTubes.joined(done), planes)
 
 
-def _largest(which: Indices, size: Floats) -> Indices:
-    """Of tubes `which`, as many as may be divided at once, the largest ones by `size`."""
-    if 2 * len(which) <= MAX_DIVIDED:
+def _largest(which: Indices, size: Floats, count: int) -> Indices:
+    """Of tubes `which`, the `count` largest ones by `size` (M,)."""
+    if len(which) <= count:
         return which
-    return np.sort(which[np.argsort(-size[which], kind="stable")[: MAX_DIVIDED // 2]])
+    return np.sort(which[np.argsort(-size[which], kind="stable")[:count]])
 
 
 def _hits_of_samples(tubes: RayTubes, scene: TriangleScene) -> Indices:
     """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none."""
     begin = np.concatenate([tubes.centre[None], tubes.corners + INSET * (tubes.centre - tubes.corners)])
     directions = np.broadcast_to(tubes.direction, begin.shape)
-    return _first_hits(begin + _offset(scene) * tubes.normal, directions, scene)
+    return _first_hits(begin + _lift(tubes, scene), directions, scene)
 
 
 def _first_hits(begin: Floats, direction: Floats, scene: TriangleScene) -> Indices:
@@ -204,8 +217,10 @@ def _first_hits(begin: Floats, direction: Floats, scene: TriangleScene) -> Indic
     return scene.first_hit(*rays).reshape(len(begin), begin.shape[2])
 
 
-def _offset(scene: TriangleScene) -> float:
-    return OFFSET + OFFSET_RELATIVE * scene.radius
+def _lift(tubes: RayTubes, scene: TriangleScene) -> Floats:
+    """How far along the reflected rays (3, M) they start, off the surface [m]; so they stay on their lines."""
+    steep = np.maximum(dot(tubes.normal, tubes.direction), STEEP)
+    return np.asarray((OFFSET + OFFSET_RELATIVE * scene.radius) / steep * tubes.direction)
 
 
 def _squared_edges(corners: Floats) -> Floats:
@@ -221,11 +236,92 @@ def _divided(tubes: RayTubes, hit: Indices, edge: Indices, scene: TriangleScene)
     twice, middle = halved(tubes, turn)
     count, aside = len(tubes), middle + INSET * (tubes.centre - middle)
     centre, onward = (column.reshape(3, 2, count).transpose(1, 0, 2) for column in (twice.centre, twice.direction))
-    begin = np.concatenate([aside[None], centre]) + _offset(scene) * tubes.normal
+    begin = np.concatenate([aside[None], centre]) + _lift(tubes, scene)
     at_middle, first, second = _first_hits(begin, np.concatenate([tubes.direction[None], onward]), scene)
     a, b, c = np.take_along_axis(hit[1:], turn, axis=0)
     halves = [np.stack([first, a, at_middle, c]), np.stack([second, at_middle, b, c])]
     return twice, np.concatenate(halves, axis=1)
+
+
+def _cut_at_edges(
+    tubes: RayTubes, hit: Indices, number: Indices, mixed: Indices, plane: Indices, rank: Indices,
+    scene: TriangleScene, mesh: Mesh, last: bool
+) -> tuple[Indices, RayTubes]:
+    """Those of the tubes `mixed` that one straight line divides between two planes, and their parts that count.
+
+    hit, number: (4, M) triangles that the samples hit, and their planes. The line is found by search along the two edges of
+    the corner that differs.
+    """
+    corner = number[1:, mixed]
+    alone = np.where(corner[1] == corner[2], 0, np.where(corner[0] == corner[2], 1, 2))
+    turn = (alone + np.arange(3)[:, None]) % 3
+    tip, one, other = np.take_along_axis(corner, turn, axis=0)
+    centre = number[0, mixed]
+    odd = np.flatnonzero((one == other) & (tip != one) & ((centre == tip) | (centre == one)))
+    which, turn, tip, one, centre = mixed[odd], turn[:, odd], tip[odd], one[odd], centre[odd]
+    some = tubes.chosen(which)
+    a, b, c = corners = np.take_along_axis(some.corners, turn[:, None, :], axis=0)
+    first, second = _crossings(some, corners, np.take_along_axis(hit[1:, which], turn, axis=0), tip, plane, rank, scene, mesh)
+    ab, ac = a + first * (b - a), a + second * (c - a)
+    middle, lift = (ab + ac) / 2.0, _lift(some, scene)
+    sides = np.stack([middle + ASIDE * (a - middle), middle + ASIDE * ((b + c) / 2.0 - middle)]) + lift
+    near, far = _counting(_first_hits(sides, np.broadcast_to(some.direction, sides.shape), scene), some, plane, rank)
+    explained = np.arange(len(which)) if last else np.flatnonzero((near == tip) & (far == one))
+    own, rest = np.take_along_axis(hit[1:, which], turn[:2], axis=0)
+    parts = [(np.stack([a, ab, ac]), own, tip), (np.stack([ab, b, c]), rest, one), (np.stack([ab, c, ac]), rest, one)]
+    return which[explained], RayTubes.joined([
+        _moved(replace(some.chosen(kept), triangle=triangle[kept]), corners[:, :, kept])
+        for corners, triangle, lands in parts for kept in [explained[lands[explained] >= 0]]
+    ])  # fmt: skip
+
+
+def _counting(hit: Indices, tubes: RayTubes, plane: Indices, rank: Indices) -> Indices:
+    """Planes (..., M) that rays of tubes hit, -1 where these do not count."""
+    return np.where(rank[hit] >= tubes.launch.least.take(tubes.source), plane[hit], -1)
+
+
+def _crossings(
+    tubes: RayTubes, corners: Floats, hit: Indices, tip: Indices, plane: Indices, rank: Indices, scene: TriangleScene, mesh: Mesh
+) -> Floats:
+    """Where the edge between planes crosses the first corner's two edges (2, M), in shares of their length.
+
+    corners: (3, 3, M), ordered; hit: (3, M) triangles that the samples near them hit; tip: (M,) plane of the first one. Rays
+    bracket the edge; where an edge of the triangles at both ends of the bracket crosses it, the place is exact.
+    """
+    inset = corners + INSET * (tubes.centre - corners)
+    way = inset[1:] - inset[0]
+    share = np.arange(1, SECTIONS) / SECTIONS
+    points = (inset[0] + share[:, None, None, None] * way).reshape(2 * len(share), 3, len(tubes))
+    points += _lift(tubes, scene)
+    found = _first_hits(points, np.broadcast_to(tubes.direction, points.shape), scene).reshape(len(share), 2, len(tubes))
+    seen = _counting(found, tubes, plane, rank) == tip
+    passed = np.logical_and.accumulate(seen, axis=0).sum(axis=0)
+    every = np.concatenate([np.broadcast_to(hit[0], (1, 2, len(tubes))), found, hit[None, 1:]])
+    ends = np.take_along_axis(every, np.stack([passed, passed + 1]), axis=0)
+    middle = (passed + 0.5) / SECTIONS
+    best, nearest = middle.copy(), np.full(middle.shape, 0.6 / SECTIONS)
+    for triangle in ends:
+        vertices = mesh.vertices[mesh.faces[triangle]].transpose(2, 3, 0, 1)
+        for one, other in ((0, 1), (1, 2), (2, 0)):
+            (x, y, z), (u, v, w) = vertices[other] - vertices[one], tubes.direction
+            across = np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
+            slope = dot(way.transpose(1, 0, 2), across)
+            height = dot(vertices[one] - inset[0][:, None], across)
+            place = np.divide(height, slope, out=np.full(slope.shape, np.inf), where=np.abs(slope) > 1e-12)
+            better = (triangle >= 0) & (np.abs(place - middle) < nearest)
+            best[better], nearest[better] = place[better], np.abs(place - middle)[better]
+    return _extended(best)
+
+
+def _extended(crossing: Floats) -> Floats:
+    """The line through crossings (2, M) of the edges between samples, where it meets the tube's own edges."""
+    third, scale = INSET / 3.0, 1.0 - INSET
+    x, y = third + scale * crossing
+    # through (x, third) and (third, y), in shares of both edges
+    along = x * y - third * third
+    first = along / np.maximum(y - third, 1e-9)
+    second = along / np.maximum(x - third, 1e-9)
+    return np.clip(np.stack([first, second]), 1e-9, 1.0)
 
 
 def halved(tubes: RayTubes, turn: Indices) -> tuple[RayTubes, Floats]:
@@ -236,18 +332,21 @@ def halved(tubes: RayTubes, turn: Indices) -> tuple[RayTubes, Floats]:
     a, b, c = np.take_along_axis(tubes.corners, turn[:, None, :], axis=0)
     middle = (a + b) / 2.0
     corners = np.concatenate([np.stack([a, middle, c]), np.stack([middle, b, c])], axis=2)
-    twice = tubes.chosen(np.tile(np.arange(len(tubes)), 2))
+    return _moved(tubes.chosen(np.tile(np.arange(len(tubes)), 2)), corners), middle
+
+
+def _moved(tubes: RayTubes, corners: Floats) -> RayTubes:
+    """Parts (M,) of tubes with these corners (3, 3, M) [m], and the wave at their own centres."""
     centre = (corners[0] + corners[1] + corners[2]) / 3.0
-    offset = centre - twice.centre
-    along = dot(offset, twice.direction)
-    across = offset - along * twice.direction
-    direction = twice.direction + across / twice.length
+    offset = centre - tubes.centre
+    along = dot(offset, tubes.direction)
+    across = offset - along * tubes.direction
+    direction = tubes.direction + across / tubes.length
     direction /= np.sqrt(dot(direction, direction))
-    length = twice.length + along + dot(across, across) / (2.0 * twice.length)
-    first_length = twice.first_length + dot(offset, tubes.launch.direction.take(twice.source, axis=1))
-    begin = twice.begin + offset
-    halves = replace(twice, corners=corners, centre=centre, direction=direction, length=length)
-    return replace(halves, begin=begin, first_length=first_length), middle
+    length = tubes.length + along + dot(across, across) / (2.0 * tubes.length)
+    first_length = tubes.first_length + dot(offset, tubes.launch.direction.take(tubes.source, axis=1))
+    moved = replace(tubes, corners=corners, centre=centre, direction=direction, length=length)
+    return replace(moved, begin=tubes.begin + offset, first_length=first_length)
 
 
 def _may_hit_more(tubes: RayTubes, planes: Planes) -> Indices:
