@@ -24,8 +24,9 @@ from radar_service.scattering.physical_optics.path_fields import (
     path_phasor,
     tube_fields,
 )
-from radar_service.scattering.physical_optics.ray_tubes import Ends, RayTubes, hits, launched_tubes
+from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
+from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.scattering.physical_optics.waterline import above_water
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body, Mesh
@@ -130,7 +131,9 @@ class OpticalBody:
         reached = np.zeros((len(legs), len(self.patch)), dtype=np.bool_)
         for number in range(len(legs)):
             reached[number, surface.triangle[surface.share[:, number] > 0.0]] = True
-        ends = Ends(self.mesh, reached.any(axis=0), rank, np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength))
+        ends = Ends(
+            self.mesh, reached.any(axis=0), rank, np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength)
+        )
         tubes = launched_tubes(surface, launches, self.wave.polarization, self.planes, rank, every[: len(launches)])
         arrived = list(hits(tubes, self.planes, self.scene, self.bounces, ends))
         if not arrived:
@@ -143,7 +146,9 @@ class OpticalBody:
             which = np.flatnonzero((weight > 0.0) & reached[back, tubes.triangle] & (tubes.centre[2] > water))
             seen, fields = tube_fields(tubes.chosen(which), receive, self.wave)
             seen = which[seen]
-            fields = fields._replace(amplitude=fields.amplitude * weight[seen] * self.reflectivity ** (tubes.bounces[seen] / 2.0))
+            fields = fields._replace(
+                amplitude=fields.amplitude * weight[seen] * self.reflectivity ** (tubes.bounces[seen] / 2.0)
+            )
             for number in range(len(launches)):
                 some = np.flatnonzero(out[seen] == number)
                 yield number + back, PathFields._make(column[some] for column in fields)
