@@ -14,7 +14,7 @@ from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets
-from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, lit_surface
+from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
 from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
     PathFields,
@@ -32,13 +32,13 @@ from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import power_reflectivity
 from radar_service.trace.embree import RayCount, TriangleScene
-from radar_service.types import Complexes, Floats, Indices
+from radar_service.types import Complexes, Flags, Floats, Indices
 
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by less have one rank
-FAINT = 0.03  # power ratio of the way by the sea below which what bounces and goes it twice is left out
+FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
 
@@ -124,34 +124,49 @@ class OpticalBody:
         )  # fmt: skip
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
-        """What bounces on the body, by path."""
-        surface, rank = lit.surface, self.rank
-        launches = [leg for leg in legs if leg.strength**2 >= FAINT]
-        every = [len(launches) < len(legs), True]
-        reached = np.zeros((len(legs), len(self.patch)), dtype=np.bool_)
-        for number in range(len(legs)):
-            reached[number, surface.triangle[surface.share[:, number] > 0.0]] = True
-        ends = Ends(
-            self.mesh, reached.any(axis=0), rank, np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength)
-        )
-        tubes = launched_tubes(surface, launches, self.wave.polarization, self.planes, rank, every[: len(launches)])
+        """What bounces on the body, by path.
+
+        Without tubes by the faint leg of the sea, those of the direct one stand for both orders of a mixed path.
+        """
+        reached = self._reached(lit.surface, len(legs))
+        launches = legs if legs[-1].strength ** 2 >= FAINT else legs[:1]
+        every = [len(launches) < len(legs), True][: len(launches)]
+        tubes = launched_tubes(lit.surface, launches, self.wave.polarization, self.planes, self.rank, every)
+        smallest = np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength)
+        ends = Ends(self.mesh, np.asarray(reached.any(axis=0)), self.rank, smallest)
         arrived = list(hits(tubes, self.planes, self.scene, self.bounces, ends))
         if not arrived:
             return
         tubes = RayTubes.joined(arrived)
+        out = tubes.launch.leg.take(tubes.source)
         for back, receive in enumerate(legs):
-            out, first, last = tubes.launch.leg[tubes.source], tubes.launch.rank[tubes.source], rank[tubes.triangle]
-            ranked = np.where(last > first, 2.0, np.where(last == first, 1.0, 0.0))
-            weight = np.where(out == back, np.where(back > 0, 1.0, ranked), 2.0 if len(launches) < len(legs) else ranked)
+            weight = self._weights(tubes, out, back, len(launches) < len(legs))
             which = np.flatnonzero((weight > 0.0) & reached[back, tubes.triangle] & (tubes.centre[2] > water))
             seen, fields = tube_fields(tubes.chosen(which), receive, self.wave)
-            seen = which[seen]
-            fields = fields._replace(
-                amplitude=fields.amplitude * weight[seen] * self.reflectivity ** (tubes.bounces[seen] / 2.0)
-            )
+            which = which[seen]
+            factor = weight[which] * self.reflectivity ** (tubes.bounces[which] / 2.0)
+            fields = fields._replace(amplitude=fields.amplitude * factor)
             for number in range(len(launches)):
-                some = np.flatnonzero(out[seen] == number)
-                yield number + back, PathFields._make(column[some] for column in fields)
+                yield number + back, PathFields._make(column[out[which] == number] for column in fields)
+
+    def _reached(self, surface: Surface, legs: int) -> Flags:
+        """Which triangles (L, F) each leg reaches in part."""
+        reached = np.zeros((legs, len(self.patch)), dtype=np.bool_)
+        for number in range(legs):
+            reached[number, surface.triangle[surface.share[:, number] > 0.0]] = True
+        return reached
+
+    def _weights(self, tubes: RayTubes, out: Indices, back: int, one_order: bool) -> Floats:
+        """How often tubes (M,) count that leave by legs `out` (M,) and return by leg `back`.
+
+        By reciprocity a path is alike the other way round. Tubes from the smaller of two surfaces sample the pair best, so they
+        count for both ways. By the sea both ways each order counts; `one_order`: tubes of the direct leg stand for the sea's.
+        """
+        first, last = tubes.launch.rank.take(tubes.source), self.rank.take(tubes.triangle)
+        ranked = 1.0 + np.sign(last - first)
+        if back == 0:
+            return np.asarray(ranked)
+        return np.where(out > 0, 1.0, 2.0 if one_order else ranked)
 
     def coherence(self, distance: float) -> float:
         """As `PhysicalOptics.coherence`."""

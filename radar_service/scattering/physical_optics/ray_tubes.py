@@ -7,7 +7,7 @@ on rows of three.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -125,7 +125,7 @@ def launched_tubes(
     )  # fmt: skip
 
 
-def _launched(surface: Surface, number: int, leg: BodyLeg, polarization: str, planes: Planes) -> tuple[Indices, ...]:
+def _launched(surface: Surface, number: int, leg: BodyLeg, polarization: str, planes: Planes) -> tuple[Any, ...]:
     """Of one leg: which triangles; corners, centre and normal of the tubes there, direction, field and length of the leg."""
     side = surface.side[:, number]
     rebounces = planes.may_rebounce[surface.triangle, np.where(side > 0, 0, 1)]

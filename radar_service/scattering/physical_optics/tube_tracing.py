@@ -23,9 +23,9 @@ OFFSET = 1e-3
 OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
 MAX_HALVINGS = 9
 CARRIED_HALVINGS = 1  # of tubes that matter only for what they hit next
-CUT_LEVEL = 2
-SECTIONS = 4
-ASIDE = 0.1  # of the way
+CUT_LEVEL = 1  # halvings before a tube may be cut: a whole one is sampled too sparsely to know that one line divides it
+SECTIONS = 4  # of an edge of a tube, in one of which the crossing is then computed
+ASIDE = 0.05  # of the way from the edge to the corners: where rays on both sides of it test that it is straight
 MAX_DIVIDED = (2_000, 500)  # tubes at the second surface and at each later one, large ones first
 INSET = 0.02  # of the way from a corner to the centre: rays start off the edges
 GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
@@ -74,7 +74,15 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
             left = 0
         if level >= CUT_LEVEL:
             cut, parts = _cut_at_edges(
-                tubes, hit, number, np.flatnonzero(mixed), plane, landing, scene, ends.mesh, left < np.count_nonzero(mixed)
+                tubes,
+                hit,
+                number,
+                np.flatnonzero(mixed),
+                plane,
+                landing,
+                scene,
+                ends.mesh,
+                bool(left < np.count_nonzero(mixed)),
             )
             done.append(parts)
             mixed[cut] = kept[cut] = False
@@ -229,7 +237,7 @@ def _extended(crossing: Floats) -> Floats:
     along = x * y - third * third
     first = along / np.maximum(y - third, 1e-9)
     second = along / np.maximum(x - third, 1e-9)
-    return np.clip(np.stack([first, second]), 1e-9, 1.0)
+    return np.asarray(np.clip(np.stack([first, second]), 1e-9, 1.0))
 
 
 def _may_hit_more(tubes: RayTubes, planes: Planes) -> Indices:
