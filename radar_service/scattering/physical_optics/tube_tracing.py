@@ -86,7 +86,7 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
             )
             done.append(parts)
             mixed[cut] = kept[cut] = False
-        divided = _largest(np.flatnonzero(mixed), longest, left)
+        divided = largest(np.flatnonzero(mixed), longest, left)
         left -= len(divided)
         kept[divided] = False
         hitting = np.flatnonzero(kept)
@@ -97,7 +97,7 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
     return _projected(RayTubes.joined(done), planes)
 
 
-def _largest(which: Indices, size: Floats, count: int) -> Indices:
+def largest(which: Indices, size: Floats, count: int) -> Indices:
     """Of tubes `which`, the `count` largest ones by `size` (M,)."""
     if len(which) <= count:
         return which
@@ -108,7 +108,7 @@ def _hits_of_samples(tubes: RayTubes, scene: TriangleScene) -> Indices:
     """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none."""
     begin = np.concatenate([tubes.centre[None], tubes.corners + INSET * (tubes.centre - tubes.corners)])
     directions = np.broadcast_to(tubes.direction, begin.shape)
-    return _first_hits(begin + _lift(tubes, scene), directions, scene)
+    return _first_hits(begin + lift(tubes, scene), directions, scene)
 
 
 def _first_hits(begin: Floats, direction: Floats, scene: TriangleScene) -> Indices:
@@ -117,7 +117,7 @@ def _first_hits(begin: Floats, direction: Floats, scene: TriangleScene) -> Indic
     return scene.first_hit(*rays).reshape(len(begin), begin.shape[2])
 
 
-def _lift(tubes: RayTubes, scene: TriangleScene) -> Floats:
+def lift(tubes: RayTubes, scene: TriangleScene) -> Floats:
     """How far along the reflected rays (3, M) they start, off the surface [m]; so they stay on their lines."""
     steep = np.maximum(dot(tubes.normal, tubes.direction), STEEP)
     return np.asarray((OFFSET + OFFSET_RELATIVE * scene.radius) / steep * tubes.direction)
@@ -136,7 +136,7 @@ def _divided(tubes: RayTubes, hit: Indices, edge: Indices, scene: TriangleScene)
     twice, middle = halved(tubes, turn)
     count, aside = len(tubes), middle + INSET * (tubes.centre - middle)
     centre, onward = (column.reshape(3, 2, count).transpose(1, 0, 2) for column in (twice.centre, twice.direction))
-    begin = np.concatenate([aside[None], centre]) + _lift(tubes, scene)
+    begin = np.concatenate([aside[None], centre]) + lift(tubes, scene)
     at_middle, first, second = _first_hits(begin, np.concatenate([tubes.direction[None], onward]), scene)
     a, b, c = np.take_along_axis(hit[1:], turn, axis=0)
     halves = [np.stack([first, a, at_middle, c]), np.stack([second, at_middle, b, c])]
@@ -156,7 +156,7 @@ def _cut_at_edges(
 ) -> tuple[Indices, RayTubes]:
     """Those of the tubes `mixed` that one straight line divides between two planes, and their parts that count.
 
-    hit, number: (4, M) triangles that the samples hit, and their planes. The line is found by search along the two edges of
+    hit, number: (4, M) triangles that the samples hit, and their planes. The line is struck by search along the two edges of
     the corner that differs.
     """
     corner = number[1:, mixed]
@@ -173,7 +173,7 @@ def _cut_at_edges(
     )
     ab, ac = a + first * (b - a), a + second * (c - a)
     line = ab + np.array([0.25, 0.75])[:, None, None] * (ac - ab)
-    sides = np.concatenate([line + ASIDE * (a - line), line + ASIDE * ((b + c) / 2.0 - line)]) + _lift(some, scene)
+    sides = np.concatenate([line + ASIDE * (a - line), line + ASIDE * ((b + c) / 2.0 - line)]) + lift(some, scene)
     beside = _counting(_first_hits(sides, np.broadcast_to(some.direction, sides.shape), scene), some, plane, rank)
     explained = np.arange(len(which)) if last else np.flatnonzero((beside == np.stack([tip, tip, one, one])).all(axis=0))
     own, rest = np.take_along_axis(hit[1:, which], turn[:2], axis=0)
@@ -208,11 +208,11 @@ def _crossings(
     way = inset[1:] - inset[0]
     share = np.arange(1, SECTIONS) / SECTIONS
     points = (inset[0] + share[:, None, None, None] * way).reshape(2 * len(share), 3, len(tubes))
-    points += _lift(tubes, scene)
-    found = _first_hits(points, np.broadcast_to(tubes.direction, points.shape), scene).reshape(len(share), 2, len(tubes))
-    seen = _counting(found, tubes, plane, rank) == tip
+    points += lift(tubes, scene)
+    struck = _first_hits(points, np.broadcast_to(tubes.direction, points.shape), scene).reshape(len(share), 2, len(tubes))
+    seen = _counting(struck, tubes, plane, rank) == tip
     passed = np.logical_and.accumulate(seen, axis=0).sum(axis=0)
-    every = np.concatenate([np.broadcast_to(hit[0], (1, 2, len(tubes))), found, hit[None, 1:]])
+    every = np.concatenate([np.broadcast_to(hit[0], (1, 2, len(tubes))), struck, hit[None, 1:]])
     ends = np.take_along_axis(every, np.stack([passed, passed + 1]), axis=0)
     middle = (passed + 0.5) / SECTIONS
     best, nearest = middle.copy(), np.full(middle.shape, 0.6 / SECTIONS)

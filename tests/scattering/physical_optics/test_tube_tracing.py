@@ -37,7 +37,7 @@ def test_the_largest_tubes_are_divided_first(tmp_path: Path, monkeypatch: pytest
     arrived.append(footprints(bounced(body, toward([1, 0.9, 1.1], 1000), 2)[0][0]))
     assert len(arrived[1]) < len(arrived[0])
     assert arrived[1].sum() == pytest.approx(arrived[0].sum(), rel=0.2)
-    np.testing.assert_array_equal(tube_tracing._largest(np.array([1, 2, 4]), np.array([9.0, 3.0, 1.0, 9.0, 2.0]), 2), [1, 4])
+    np.testing.assert_array_equal(tube_tracing.largest(np.array([1, 2, 4]), np.array([9.0, 3.0, 1.0, 9.0, 2.0]), 2), [1, 4])
 
 
 def test_tubes_count_where_they_end_on_a_larger_surface(tmp_path: Path) -> None:
@@ -62,6 +62,6 @@ def test_rays_start_on_their_lines(tmp_path: Path) -> None:
     body = optical(loaded(tmp_path, dihedral(0.6, 0.5, 1)))
     tubes = started(body, toward([1, 0.8, 0.3], 500))
     back = replace(tubes, direction=-tubes.direction)
-    lift = tube_tracing._lift(back, body.scene)
+    lift = tube_tracing.lift(back, body.scene)
     np.testing.assert_allclose(dot(lift, tubes.normal), tube_tracing.OFFSET, rtol=1e-2)
     np.testing.assert_allclose(np.cross(lift.T, tubes.direction.T), 0.0, atol=1e-12)
