@@ -14,7 +14,7 @@ from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, centroids, cut_facets, cut_triangles
-from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, lit_surface
+from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
 from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
     PathFields,
@@ -24,19 +24,21 @@ from radar_service.scattering.physical_optics.path_fields import (
     path_phasor,
     tube_fields,
 )
-from radar_service.scattering.physical_optics.ray_tubes import Ends, RayTubes, hits, launched_tubes
+from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
+from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.scattering.physical_optics.waterline import above_water
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import power_reflectivity
 from radar_service.trace.embree import RayCount, TriangleScene
-from radar_service.types import Complexes, Floats, Indices
+from radar_service.types import Complexes, Flags, Floats, Indices
 
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
-FAINT = 0.03  # power ratio of the way by the sea below which what bounces and goes it twice is left out
+SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by less have one rank
+FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PROBE_EDGE, MAX_PROBES = 8.0, 1000  # m between probes for shadows of bodies larger than `model.THIN`, and their number
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
@@ -62,7 +64,7 @@ class OpticalBody:
     bounces: surfaces in a row that a ray tube follows.
     reflectivity: power ratio at each surface.
     patch: (F,) size of the flat patch of each triangle [m].
-    rank: (F,) of triangles by the size of their patches, the same on one plane.
+    rank: (F,) of triangles by the size of their patches.
     outside: (F,) as from `outward_side`.
     facets: by block, cell and longest edge; those of a few half octaves are kept.
     """
@@ -123,32 +125,49 @@ class OpticalBody:
         )  # fmt: skip
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
-        """What bounces on the body, by path."""
-        surface, rank = lit.surface, self.rank
-        launches = [leg for leg in legs if leg.strength**2 >= FAINT]
-        every = [len(launches) < len(legs), True]
-        reached = np.zeros((len(legs), len(self.patch)), dtype=np.bool_)
-        for number in range(len(legs)):
-            reached[number, surface.triangle[surface.share[:, number] > 0.0]] = True
-        ends = Ends(reached.any(axis=0), rank, np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength))
-        tubes = launched_tubes(surface, launches, self.wave.polarization, self.planes, rank, every[: len(launches)])
+        """What bounces on the body, by path.
+
+        Without tubes by the faint leg of the sea, those of the direct one stand for both orders of a mixed path.
+        """
+        reached = self._reached(lit.surface, len(legs))
+        launches = legs if legs[-1].strength ** 2 >= FAINT else legs[:1]
+        every = [len(launches) < len(legs), True][: len(launches)]
+        tubes = launched_tubes(lit.surface, launches, self.wave.polarization, self.planes, self.rank, every)
+        smallest = np.maximum(self.patch / TUBES_ACROSS, SHORTEST * self.wave.wavelength)
+        ends = Ends(self.mesh, np.asarray(reached.any(axis=0)), self.rank, smallest)
         arrived = list(hits(tubes, self.planes, self.scene, self.bounces, ends))
         if not arrived:
             return
         tubes = RayTubes.joined(arrived)
+        out = tubes.launch.leg.take(tubes.source)
         for back, receive in enumerate(legs):
-            out, first, last = tubes.launch.leg[tubes.source], tubes.launch.rank[tubes.source], rank[tubes.triangle]
-            ranked = np.where(last > first, 2.0, np.where(last == first, 1.0, 0.0))
-            weight = np.where(out == back, np.where(back > 0, 1.0, ranked), 2.0 if len(launches) < len(legs) else ranked)
+            weight = self._weights(tubes, out, back, len(launches) < len(legs))
             which = np.flatnonzero((weight > 0.0) & reached[back, tubes.triangle] & (tubes.centre[2] > water))
             seen, fields = tube_fields(tubes.chosen(which), receive, self.wave)
-            seen = which[seen]
-            fields = fields._replace(
-                amplitude=fields.amplitude * weight[seen] * self.reflectivity ** (tubes.bounces[seen] / 2.0)
-            )
+            which = which[seen]
+            factor = weight[which] * self.reflectivity ** (tubes.bounces[which] / 2.0)
+            fields = fields._replace(amplitude=fields.amplitude * factor)
             for number in range(len(launches)):
-                some = np.flatnonzero(out[seen] == number)
-                yield number + back, PathFields._make(column[some] for column in fields)
+                yield number + back, PathFields._make(column[out[which] == number] for column in fields)
+
+    def _reached(self, surface: Surface, legs: int) -> Flags:
+        """Which triangles (L, F) each leg reaches in part."""
+        reached = np.zeros((legs, len(self.patch)), dtype=np.bool_)
+        for number in range(legs):
+            reached[number, surface.triangle[surface.share[:, number] > 0.0]] = True
+        return reached
+
+    def _weights(self, tubes: RayTubes, out: Indices, back: int, one_order: bool) -> Floats:
+        """How often tubes (M,) count that leave by legs `out` (M,) and return by leg `back`.
+
+        By reciprocity a path is alike the other way round. Tubes from the smaller of two surfaces sample the pair best, so they
+        count for both ways. By the sea both ways each order counts; `one_order`: tubes of the direct leg stand for the sea's.
+        """
+        first, last = tubes.launch.rank.take(tubes.source), self.rank.take(tubes.triangle)
+        ranked = 1.0 + np.sign(last - first)
+        if back == 0:
+            return np.asarray(ranked)
+        return np.where(out > 0, 1.0, 2.0 if one_order else ranked)
 
     @cached_property
     def probes(self) -> Floats:
@@ -190,19 +209,19 @@ def edge_limits(radar: Radar, mesh: Mesh) -> EdgeLimits:
     return EdgeLimits(radar.range_resolution, radar.beamwidth, radar.wavelength, extent)
 
 
-def ranks(patch: Floats, planes: Planes) -> Indices:
-    """Ranks (F,) of triangles by the size of their patches [m], the same for patches of one size on one plane."""
-    return np.unique(np.stack([patch, planes.number]), axis=1, return_inverse=True)[1].reshape(-1)
+def ranks(patch: Floats) -> Indices:
+    """Ranks (F,) of triangles by the size of their patches (F,) [m]."""
+    return np.asarray(np.round(np.log(np.maximum(patch, 1e-9)) / SAME_SIZE), dtype=np.int64)
 
 
 def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None = None) -> OpticalBody:
     """A body with a mesh, prepared for this radar. rays: counts rays."""
     assert body.mesh is not None
     mesh, parts = body.mesh, blocks(body.mesh)
-    planes, patch = Planes.of(mesh), patch_sizes(mesh)
+    patch = patch_sizes(mesh)
     return OpticalBody(
         mesh,
-        planes,
+        Planes.of(mesh),
         parts,
         Wave(radar.wavelength, radar.polarization),
         edge_limits(radar, mesh),
@@ -210,7 +229,7 @@ def optical_body(body: Body, radar: Radar, bounces: int, rays: RayCount | None =
         power_reflectivity(body.material.name),
         TriangleScene(mesh.vertices, mesh.faces, rays),
         patch,
-        ranks(patch, planes),
+        ranks(patch),
         outward_side(mesh),
         BlockCache(FACET_SETS * len(parts)),
     )

@@ -1,38 +1,29 @@
-"""Ray tubes from facet to facet of a body: where each one hits, and with which field.
+"""Ray tubes from facet to facet of a body: what they carry, where they start, and their parts.
 
 A tube is a triangle throughout: a flat reflector maps corners to corners along parallel lines, so its footprint on the next
-surface is integrated in closed form too. Rays at its centre and near its corners are traced, and it is divided where they hit
-different planes. Vectors stand by axis, (3, M): numpy works on such columns several times faster than on rows of three.
+surface is integrated in closed form too. Vectors stand by axis, (3, M): numpy works on such columns several times faster than
+on rows of three.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.lit_facets import Planes, Surface
-from radar_service.trace.embree import TriangleScene
-from radar_service.types import Flags, Floats, Indices
+from radar_service.types import Floats, Indices
 
-# m; a bounce starts this far off its surface (docs/reference-values.md#embree: 0.1 mm still hits itself in 7 % of cases)
-OFFSET = 1e-3
-OFFSET_RELATIVE = 1e-6  # of the body's radius: ten times float32 rounding of its coordinates
-MAX_HALVINGS = 4
-CARRIED_HALVINGS = 1  # of tubes that matter only for what they hit next
-MAX_DIVIDED = 6_000  # halves of tubes at once
-INSET = 0.02  # of the way from a corner to the centre: rays start off the edges
 LONGEST = 1.5  # times the longest edge that the phase allows a facet: a tube that hits something is divided above it
-GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
-EVERY = -1  # rank below all: of tubes that count wherever they end
+EVERY = -(2**31)  # rank below all: of tubes that count wherever they end
 
 
 class Launch(NamedTuple):
     """Where tubes start (S,).
 
     direction: (3, S) of travel before, of unit length.
+    field: (3, S) that arrives, of unit length.
     leg: (S,) number of the leg.
     share: (S,) of the area that the leg reaches.
     cell: (S,) size of the cell in which fields are summed [m].
@@ -42,6 +33,7 @@ class Launch(NamedTuple):
     """
 
     direction: Floats
+    field: Floats
     leg: Indices
     share: Floats
     cell: Floats
@@ -63,7 +55,7 @@ class RayTubes:
     direction: (3, M) of travel, of unit length.
     field: (3, M) that arrives, over that at the first surface.
     length: (M,) of the way from the antenna to here [m].
-    begin: (3, M) centre of the first footprint [m].
+    begin: (3, M) where the ray through the centre meets the first surface, on its way there or a little beyond [m].
     first_length: (M,) of the way from the antenna to there [m].
     bounces: (M,) surfaces on the way here.
     """
@@ -118,6 +110,7 @@ def launched_tubes(
     least = np.where(np.array(every)[leg], EVERY, rank[triangle])
     launch = Launch(
         direction,
+        field,
         leg,
         surface.share[which, leg],
         surface.cell[which],
@@ -132,7 +125,7 @@ def launched_tubes(
     )  # fmt: skip
 
 
-def _launched(surface: Surface, number: int, leg: BodyLeg, polarization: str, planes: Planes) -> tuple[Indices, ...]:
+def _launched(surface: Surface, number: int, leg: BodyLeg, polarization: str, planes: Planes) -> tuple[Any, ...]:
     """Of one leg: which triangles; corners, centre and normal of the tubes there, direction, field and length of the leg."""
     side = surface.side[:, number]
     rebounces = planes.may_rebounce[surface.triangle, np.where(side > 0, 0, 1)]
@@ -144,96 +137,6 @@ def _launched(surface: Surface, number: int, leg: BodyLeg, polarization: str, pl
     return which, corners, centre, normal, by_axis(rays.direction), by_axis(rays.polarization(polarization)), rays.length
 
 
-class Ends(NamedTuple):
-    """The triangles (F,) of a mesh where tubes end: whether any leg that receives reaches them; their rank; and the length of
-    edges below which tubes on them are not divided [m]."""
-
-    lit: Flags
-    rank: Indices
-    smallest: Floats
-
-
-def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, bounces: int, ends: Ends) -> Iterator[RayTubes]:
-    """The tubes after each reflection at a surface, up to `bounces` surfaces in all, the first one counted."""
-    for bounce in range(2, bounces + 1):
-        tubes = _reflected(tubes.chosen(_may_hit_more(tubes, planes)), planes, scene, ends, bounce == bounces)
-        if not len(tubes):
-            return
-        yield tubes
-
-
-def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends, last: bool) -> RayTubes:
-    """The tubes that hit another surface of the body after reflection at this one, divided where parts of one hit different
-    planes; last: without those that do not count there."""
-    direction, field = specular_reflection(tubes.direction.T, tubes.field.T, tubes.normal.T)
-    tubes = replace(tubes, direction=np.ascontiguousarray(direction.T), field=np.ascontiguousarray(field.T))
-    plane = np.append(planes.number, -1)  # the last one for rays that hit nothing
-    rank = np.append(np.where(ends.lit, ends.rank, EVERY - 1), EVERY - 1)
-    hit, done = _hits_of_samples(tubes, scene), []
-    for level in range(MAX_HALVINGS + 1):
-        counts = rank[hit] >= tubes.launch.least.take(tubes.source)
-        number = plane[hit]
-        kept = counts[0] if last else hit[0] >= 0
-        if last or level >= CARRIED_HALVINGS:
-            number[~counts] = -1
-        edges = _squared_edges(tubes.corners)
-        longest = edges.max(axis=0, initial=0.0)
-        mixed = (number[1:] != number[0]).any(axis=0) & (longest > ends.smallest.take(tubes.triangle) ** 2)
-        mixed |= counts[0] & (longest > tubes.launch.longest.take(tubes.source) ** 2)
-        divided = _largest(np.flatnonzero(mixed), longest) if level < MAX_HALVINGS else np.zeros(0, dtype=np.int64)
-        kept[divided] = False
-        hitting = np.flatnonzero(kept)
-        done.append(replace(tubes.chosen(hitting), triangle=hit[0, hitting]))
-        if not len(divided):
-            break
-        tubes, hit = _divided(tubes.chosen(divided), hit[:, divided], edges[:, divided].argmax(axis=0), scene)
-    return _projected(RayTubes.joined(done), planes)
-
-
-def _largest(which: Indices, size: Floats) -> Indices:
-    """Of tubes `which`, as many as may be divided at once, the largest ones by `size`."""
-    if 2 * len(which) <= MAX_DIVIDED:
-        return which
-    return np.sort(which[np.argsort(-size[which], kind="stable")[: MAX_DIVIDED // 2]])
-
-
-def _hits_of_samples(tubes: RayTubes, scene: TriangleScene) -> Indices:
-    """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none."""
-    begin = np.concatenate([tubes.centre[None], tubes.corners + INSET * (tubes.centre - tubes.corners)])
-    directions = np.broadcast_to(tubes.direction, begin.shape)
-    return _first_hits(begin + _offset(scene) * tubes.normal, directions, scene)
-
-
-def _first_hits(begin: Floats, direction: Floats, scene: TriangleScene) -> Indices:
-    """The triangles (N, M) that rays hit from points (N, 3, M) in directions (N, 3, M)."""
-    rays = (vectors.transpose(0, 2, 1).reshape(-1, 3) for vectors in (begin, direction))
-    return scene.first_hit(*rays).reshape(len(begin), begin.shape[2])
-
-
-def _offset(scene: TriangleScene) -> float:
-    return OFFSET + OFFSET_RELATIVE * scene.radius
-
-
-def _squared_edges(corners: Floats) -> Floats:
-    """Squared lengths (3, M) of the edges of triangles (3, 3, M), edge i from corner i to i + 1 [m^2]."""
-    x, y, z = (corners[[1, 2, 0]] - corners).transpose(1, 0, 2)
-    return np.asarray(x * x + y * y + z * z)
-
-
-def _divided(tubes: RayTubes, hit: Indices, edge: Indices, scene: TriangleScene) -> tuple[RayTubes, Indices]:
-    """Both halves (2 M,) of each tube, and what their rays (4, 2 M) hit. Corners that they have from the whole tube are not
-    traced again."""
-    turn = (edge + np.arange(3)[:, None]) % 3
-    twice, middle = halved(tubes, turn)
-    count, aside = len(tubes), middle + INSET * (tubes.centre - middle)
-    centre, onward = (column.reshape(3, 2, count).transpose(1, 0, 2) for column in (twice.centre, twice.direction))
-    begin = np.concatenate([aside[None], centre]) + _offset(scene) * tubes.normal
-    at_middle, first, second = _first_hits(begin, np.concatenate([tubes.direction[None], onward]), scene)
-    a, b, c = np.take_along_axis(hit[1:], turn, axis=0)
-    halves = [np.stack([first, a, at_middle, c]), np.stack([second, at_middle, b, c])]
-    return twice, np.concatenate(halves, axis=1)
-
-
 def halved(tubes: RayTubes, turn: Indices) -> tuple[RayTubes, Floats]:
     """Both halves (2 M,) of each tube, on the surface where it is, and where it is cut (3, M) [m].
 
@@ -242,39 +145,37 @@ def halved(tubes: RayTubes, turn: Indices) -> tuple[RayTubes, Floats]:
     a, b, c = np.take_along_axis(tubes.corners, turn[:, None, :], axis=0)
     middle = (a + b) / 2.0
     corners = np.concatenate([np.stack([a, middle, c]), np.stack([middle, b, c])], axis=2)
-    twice = tubes.chosen(np.tile(np.arange(len(tubes)), 2))
+    return moved(tubes.chosen(np.tile(np.arange(len(tubes)), 2)), corners), middle
+
+
+def moved(tubes: RayTubes, corners: Floats) -> RayTubes:
+    """Parts (M,) of tubes with these corners (3, 3, M) [m], and the wave at their own centres."""
     centre = (corners[0] + corners[1] + corners[2]) / 3.0
-    offset = centre - twice.centre
-    along = dot(offset, twice.direction)
-    across = offset - along * twice.direction
-    direction = twice.direction + across / twice.length
+    offset = centre - tubes.centre
+    along = dot(offset, tubes.direction)
+    across = offset - along * tubes.direction
+    direction = tubes.direction + across / tubes.length
     direction /= np.sqrt(dot(direction, direction))
-    length = twice.length + along + dot(across, across) / (2.0 * twice.length)
-    first_length = twice.first_length + dot(offset, tubes.launch.direction.take(twice.source, axis=1))
-    begin = twice.begin + offset
-    halves = replace(twice, corners=corners, centre=centre, direction=direction, length=length)
-    return replace(halves, begin=begin, first_length=first_length), middle
+    length = tubes.length + along + dot(across, across) / (2.0 * tubes.length)
+    begin = tubes.begin + _mirrored_back(across, tubes)
+    return replace(tubes, corners=corners, centre=centre, direction=direction, length=length, begin=begin)
 
 
-def _may_hit_more(tubes: RayTubes, planes: Planes) -> Indices:
-    front = dot(tubes.normal, planes.normal.take(tubes.triangle, axis=0).T) > 0.0
-    return np.flatnonzero(planes.may_rebounce[tubes.triangle, np.where(front, 0, 1)])
+def _mirrored_back(across: Floats, tubes: RayTubes) -> Floats:
+    """Vectors (3, M) across tubes after reflection, as they are before the first one.
+
+    Each reflection mirrors the direction, and the field with its sign changed, so both tell how the tube is turned.
+    """
+    first, source = tubes.launch, tubes.source
+    direction, field = first.direction.take(source, axis=1), first.field.take(source, axis=1)
+    sign = np.where(tubes.bounces % 2, -1.0, 1.0)
+    along, beside = dot(across, tubes.field) * sign, dot(across, cross(tubes.direction, tubes.field))
+    return np.asarray(along * field + beside * cross(direction, field))
 
 
-def _projected(tubes: RayTubes, planes: Planes) -> RayTubes:
-    """Tubes projected along their direction onto the plane of `triangle`, without those that graze it or lie behind it."""
-    point, normal = (by_axis(column.take(tubes.triangle, axis=0)) for column in (planes.point, planes.normal))
-    facing = dot(normal, tubes.direction)
-    normal = np.where(facing > 0.0, -normal, normal)
-    facing = np.abs(facing)
-    height = dot(tubes.corners.transpose(1, 0, 2), normal[:, None]) - dot(point, normal)
-    travel = height / np.maximum(facing, GRAZING)
-    corners = tubes.corners + travel[:, None] * tubes.direction
-    middle = (travel[0] + travel[1] + travel[2]) / 3.0
-    centre, length = tubes.centre + middle * tubes.direction, tubes.length + middle
-    bounces = tubes.bounces + 1
-    projected = replace(tubes, corners=corners, centre=centre, normal=normal, length=length, bounces=bounces)
-    return projected.chosen(np.flatnonzero((middle > 0.0) & (facing > GRAZING)))
+def cross(a: Floats, b: Floats) -> Floats:
+    """Cross products (3, M) of vectors (3, M)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def dot(a: Floats, b: Floats) -> Floats:
