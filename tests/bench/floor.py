@@ -110,7 +110,7 @@ def _noting_rays(original: Callable[..., Any], work: Work) -> Callable[..., Any]
         if len(direction):
             origins = np.broadcast_to(origin - self.centre, direction.shape)
             rays = (np.ascontiguousarray(array, dtype=np.float32) for array in (origins, direction))
-            work.rays.append((self.tree, *rays))
+            work.rays.append((self._tree(), *rays))
         return original(self, origin, direction, *reach)
 
     return noting
@@ -141,7 +141,7 @@ def floor_seconds(work: Work) -> float:
         draws = normals(rng, rows, columns)
         np.multiply(draws, draws, out=draws)
     for tree, origins, directions in work.rays:
-        tree.run(origins, directions)
+        tree.first_hit(origins, directions)
     total += time.process_time() - start
     factors = [(np.ones((k, j), np.float32), np.ones((j, n), np.float32)) for k, j, n in work.products[:200]]
     start = time.process_time()
