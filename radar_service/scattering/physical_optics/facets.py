@@ -133,6 +133,18 @@ def centroids(corners: Floats) -> Floats:
     return np.asarray((corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0)
 
 
+def line_through(crossing: Floats, inset: float) -> Floats:
+    """Where a straight line meets the two edges of triangles' first corners (2, M), in shares of their length, 0 to 1.
+
+    crossing: (2, M) where it crosses the same edges of smaller triangles, whose corners lie `inset` of the way to the centroid.
+    """
+    third = inset / 3.0
+    x, y = third + (1.0 - inset) * crossing  # the line passes through (x, third) and (third, y), in shares of both edges
+    along = x * y - third * third
+    meets = np.stack([along / np.maximum(y - third, 1e-9), along / np.maximum(x - third, 1e-9)])
+    return np.asarray(np.clip(meets, 1e-9, 1.0))
+
+
 def halves(corners: Floats) -> Floats:
     """Both halves (2 M, 3, 3) of triangles (M, 3, 3) cut across their longest edge."""
     return _halved(corners, ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).argmax(axis=1))

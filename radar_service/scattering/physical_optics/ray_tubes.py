@@ -108,16 +108,10 @@ def launched_tubes(
     )
     triangle = surface.triangle[which]
     least = np.where(np.array(every)[leg], EVERY, rank[triangle])
+    longest = LONGEST * surface.longest[which]
     launch = Launch(
-        direction,
-        field,
-        leg,
-        surface.share[which, leg],
-        surface.cell[which],
-        LONGEST * surface.longest[which],
-        rank[triangle],
-        least,
-    )
+        direction, field, leg, surface.share[which, leg], surface.cell[which], longest, rank[triangle], least
+    )  # fmt: skip
     count = len(which)
     return RayTubes(
         launch, np.arange(count), corners, centre, normal, triangle, direction, field, length, centre, length,

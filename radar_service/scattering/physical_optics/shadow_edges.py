@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.scattering.physical_optics.facets import areas, centroids, halves
+from radar_service.scattering.physical_optics.facets import areas, centroids, halves, line_through
 from radar_service.types import Flags, Floats, Indices
 
 Visible = Callable[[Floats, Indices], Flags]
@@ -162,20 +162,7 @@ def _shadow_line(ordered: Floats, triangle: Indices, tip: Flags, visible: Visibl
         passed = np.logical_and.accumulate(seen == tip[wide // 2, None], axis=1).sum(axis=1)
         width[wide] /= effort.sections
         low[wide] += passed * width[wide]
-    crossing = (low + width / 2.0).reshape(-1, 2)
-    return _extended(crossing)
-
-
-def _extended(crossing: Floats) -> Floats:
-    """The line through crossings (K, 2) of the inset edges, where it meets the facet's own edges."""
-    third, scale = INSET / 3.0, 1.0 - INSET
-    # Points on the inset edges in coordinates along both edges of the first corner
-    x1, y1 = third + scale * crossing[:, 0], np.full(len(crossing), third)
-    x2, y2 = np.full(len(crossing), third), third + scale * crossing[:, 1]
-    cross = x1 * y2 - x2 * y1
-    first: Floats = np.divide(cross, y2 - y1, out=np.ones(len(cross)), where=np.abs(y2 - y1) > 1e-9)
-    second: Floats = np.divide(cross, x1 - x2, out=np.ones(len(cross)), where=np.abs(x1 - x2) > 1e-9)
-    return np.clip(np.stack([first, second], axis=1), 0.0, 1.0)
+    return line_through((low + width / 2.0).reshape(-1, 2).T, INSET).T
 
 
 def _explains(line: Floats, turn: Indices, flags: Flags, tip: Flags, rows: int) -> Flags:

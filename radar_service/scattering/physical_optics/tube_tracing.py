@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
+from radar_service.scattering.physical_optics.facets import line_through
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.ray_tubes import EVERY, RayTubes, by_axis, dot, halved, moved
 from radar_service.scene.body import Mesh
@@ -42,6 +43,16 @@ class Ends(NamedTuple):
     smallest: Floats
 
 
+class _Targets(NamedTuple):
+    """What rays are traced against: the mesh and its tree; of its triangles, and last of nothing (F + 1,), the number of the
+    plane, and the rank by which a tube counts there."""
+
+    scene: TriangleScene
+    mesh: Mesh
+    plane: Indices
+    rank: Indices
+
+
 def hits(tubes: RayTubes, planes: Planes, scene: TriangleScene, bounces: int, ends: Ends) -> Iterator[RayTubes]:
     """The tubes after each reflection at a surface, up to `bounces` surfaces in all, the first one counted."""
     for bounce in range(2, bounces + 1):
@@ -60,6 +71,7 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
     plane = np.append(planes.number, -1)  # the last one for rays that hit nothing
     rank = np.append(np.where(ends.lit, ends.rank, EVERY - 1), EVERY - 1)
     landing = rank if last else np.append(np.full(len(ends.lit), np.iinfo(np.int64).max), EVERY - 1)
+    targets = _Targets(scene, ends.mesh, plane, landing)
     hit, done, left = _hits_of_samples(tubes, scene), [], count
     for level in range(MAX_HALVINGS + 1):
         counts = rank[hit] >= tubes.launch.least.take(tubes.source)
@@ -73,17 +85,8 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
         if level == MAX_HALVINGS:
             left = 0
         if level >= CUT_LEVEL:
-            cut, parts = _cut_at_edges(
-                tubes,
-                hit,
-                number,
-                np.flatnonzero(mixed),
-                plane,
-                landing,
-                scene,
-                ends.mesh,
-                bool(left < np.count_nonzero(mixed)),
-            )
+            final = bool(left < np.count_nonzero(mixed))
+            cut, parts = _cut_at_edges(tubes, hit, number, np.flatnonzero(mixed), targets, final)
             done.append(parts)
             mixed[cut] = kept[cut] = False
         divided = largest(np.flatnonzero(mixed), longest, left)
@@ -144,20 +147,12 @@ def _divided(tubes: RayTubes, hit: Indices, edge: Indices, scene: TriangleScene)
 
 
 def _cut_at_edges(
-    tubes: RayTubes,
-    hit: Indices,
-    number: Indices,
-    mixed: Indices,
-    plane: Indices,
-    rank: Indices,
-    scene: TriangleScene,
-    mesh: Mesh,
-    last: bool,
+    tubes: RayTubes, hit: Indices, number: Indices, mixed: Indices, targets: _Targets, final: bool
 ) -> tuple[Indices, RayTubes]:
     """Those of the tubes `mixed` that one straight line divides between two planes, and their parts that count.
 
-    hit, number: (4, M) triangles that the samples hit, and their planes. The line is struck by search along the two edges of
-    the corner that differs.
+    hit, number: (4, M) triangles that the samples hit, and their planes; final: whether a tube that is not cut now is not
+    divided either. The line is found along the two edges of the corner that differs.
     """
     corner = number[1:, mixed]
     alone = np.where(corner[1] == corner[2], 0, np.where(corner[0] == corner[2], 1, 2))
@@ -168,14 +163,12 @@ def _cut_at_edges(
     which, turn, tip, one, centre = mixed[odd], turn[:, odd], tip[odd], one[odd], centre[odd]
     some = tubes.chosen(which)
     a, b, c = corners = np.take_along_axis(some.corners, turn[:, None, :], axis=0)
-    first, second = _crossings(
-        some, corners, np.take_along_axis(hit[1:, which], turn, axis=0), tip, plane, rank, scene, mesh
-    )
+    first, second = _crossings(some, corners, np.take_along_axis(hit[1:, which], turn, axis=0), tip, targets)
     ab, ac = a + first * (b - a), a + second * (c - a)
     line = ab + np.array([0.25, 0.75])[:, None, None] * (ac - ab)
-    sides = np.concatenate([line + ASIDE * (a - line), line + ASIDE * ((b + c) / 2.0 - line)]) + lift(some, scene)
-    beside = _counting(_first_hits(sides, np.broadcast_to(some.direction, sides.shape), scene), some, plane, rank)
-    explained = np.arange(len(which)) if last else np.flatnonzero((beside == np.stack([tip, tip, one, one])).all(axis=0))
+    sides = np.concatenate([line + ASIDE * (a - line), line + ASIDE * ((b + c) / 2.0 - line)]) + lift(some, targets.scene)
+    beside = _counting(_first_hits(sides, np.broadcast_to(some.direction, sides.shape), targets.scene), some, targets)
+    explained = np.arange(len(which)) if final else np.flatnonzero((beside == np.stack([tip, tip, one, one])).all(axis=0))
     own, rest = np.take_along_axis(hit[1:, which], turn[:2], axis=0)
     parts = [(np.stack([a, ab, ac]), own, tip), (np.stack([ab, b, c]), rest, one), (np.stack([ab, c, ac]), rest, one)]
     return which[explained], RayTubes.joined([
@@ -184,21 +177,12 @@ def _cut_at_edges(
     ])  # fmt: skip
 
 
-def _counting(hit: Indices, tubes: RayTubes, plane: Indices, rank: Indices) -> Indices:
+def _counting(hit: Indices, tubes: RayTubes, targets: _Targets) -> Indices:
     """Planes (..., M) that rays of tubes hit, -1 where these do not count."""
-    return np.where(rank[hit] >= tubes.launch.least.take(tubes.source), plane[hit], -1)
+    return np.where(targets.rank[hit] >= tubes.launch.least.take(tubes.source), targets.plane[hit], -1)
 
 
-def _crossings(
-    tubes: RayTubes,
-    corners: Floats,
-    hit: Indices,
-    tip: Indices,
-    plane: Indices,
-    rank: Indices,
-    scene: TriangleScene,
-    mesh: Mesh,
-) -> Floats:
+def _crossings(tubes: RayTubes, corners: Floats, hit: Indices, tip: Indices, targets: _Targets) -> Floats:
     """Where the edge between planes crosses the first corner's two edges (2, M), in shares of their length.
 
     corners: (3, 3, M), ordered; hit: (3, M) triangles that the samples near them hit; tip: (M,) plane of the first one. Rays
@@ -208,16 +192,17 @@ def _crossings(
     way = inset[1:] - inset[0]
     share = np.arange(1, SECTIONS) / SECTIONS
     points = (inset[0] + share[:, None, None, None] * way).reshape(2 * len(share), 3, len(tubes))
-    points += lift(tubes, scene)
-    struck = _first_hits(points, np.broadcast_to(tubes.direction, points.shape), scene).reshape(len(share), 2, len(tubes))
-    seen = _counting(struck, tubes, plane, rank) == tip
+    points += lift(tubes, targets.scene)
+    struck = _first_hits(points, np.broadcast_to(tubes.direction, points.shape), targets.scene)
+    struck = struck.reshape(len(share), 2, len(tubes))
+    seen = _counting(struck, tubes, targets) == tip
     passed = np.logical_and.accumulate(seen, axis=0).sum(axis=0)
     every = np.concatenate([np.broadcast_to(hit[0], (1, 2, len(tubes))), struck, hit[None, 1:]])
     ends = np.take_along_axis(every, np.stack([passed, passed + 1]), axis=0)
     middle = (passed + 0.5) / SECTIONS
     best, nearest = middle.copy(), np.full(middle.shape, 0.6 / SECTIONS)
     for triangle in ends:
-        vertices = mesh.vertices[mesh.faces[triangle]].transpose(2, 3, 0, 1)
+        vertices = targets.mesh.vertices[targets.mesh.faces[triangle]].transpose(2, 3, 0, 1)
         for one, other in ((0, 1), (1, 2), (2, 0)):
             (x, y, z), (u, v, w) = vertices[other] - vertices[one], tubes.direction
             across = np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
@@ -226,18 +211,7 @@ def _crossings(
             place = np.divide(height, slope, out=np.full(slope.shape, np.inf), where=np.abs(slope) > 1e-12)
             better = (triangle >= 0) & (np.abs(place - middle) < nearest)
             best[better], nearest[better] = place[better], np.abs(place - middle)[better]
-    return _extended(best)
-
-
-def _extended(crossing: Floats) -> Floats:
-    """The line through crossings (2, M) of the edges between samples, where it meets the tube's own edges."""
-    third, scale = INSET / 3.0, 1.0 - INSET
-    x, y = third + scale * crossing
-    # through (x, third) and (third, y), in shares of both edges
-    along = x * y - third * third
-    first = along / np.maximum(y - third, 1e-9)
-    second = along / np.maximum(x - third, 1e-9)
-    return np.asarray(np.clip(np.stack([first, second]), 1e-9, 1.0))
+    return line_through(best, INSET)
 
 
 def _may_hit_more(tubes: RayTubes, planes: Planes) -> Indices:

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.plan.plan import plan_for
-from radar_service.scattering.physical_optics.facets import MAX_BEND, EdgeLimits, bend_edge, cut_facets, halves
+from radar_service.scattering.physical_optics.facets import MAX_BEND, EdgeLimits, bend_edge, cut_facets, halves, line_through
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement
 from radar_service.scene.shapes import box, sphere
 from tests.scenes import scene
@@ -75,3 +75,12 @@ def test_halves_cut_the_longest_edge() -> None:
     both = halves(corners)
     np.testing.assert_allclose(areas(both[:50]) + areas(both[50:]), areas(corners))
     assert (longest_edges(both) <= np.tile(longest_edges(corners), 2)).all()
+
+
+def test_a_line_is_extended_to_the_whole_triangle() -> None:
+    """Any line x / p + y / q = 1 in shares of both edges: it crosses the small triangle's edges where y or x is a third of the
+    inset."""
+    inset, third = 0.05, 0.05 / 3.0
+    p, q = np.random.default_rng(2).uniform(0.1, 0.9, size=(2, 100))
+    crossing = (np.stack([p * (1.0 - third / q), q * (1.0 - third / p)]) - third) / (1.0 - inset)
+    np.testing.assert_allclose(line_through(crossing, inset), [p, q], rtol=1e-12)
