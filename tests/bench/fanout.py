@@ -1,4 +1,4 @@
-"""What fan-out costs: the same bytes to many readers, by this service's feed and by a bare uvloop server, in turns.
+"""What fan-out costs: the same bytes to many readers, by this service's feed and by a bare server on the same event loop, in turns.
 
     python -m tests.bench.fanout BYTES SECONDS    prints messages a second of both, and their ratio
     python -m tests.bench.fanout feed|raw BYTES   serves one of them until it is terminated
@@ -106,7 +106,7 @@ async def feed(size: int) -> None:
 def serve(kind: str, size: int) -> None:
     """One of the two, until SIGTERM."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    loop_factory = configuration(create_app([])).get_loop_factory()  # uvloop, where the service has it
+    loop_factory = configuration(create_app([])).get_loop_factory()
     with asyncio.Runner(loop_factory=loop_factory) as runner:
         runner.run({"raw": raw, "feed": feed}[kind](size))
 

@@ -102,7 +102,7 @@ def row(name: str, seconds: float) -> tuple[str, list[str]]:
         size, minimum = RATIOS[name]
         fanout = compared(size, seconds)
         figures = (
-            f"{fanout.ratio:.2f} of a bare uvloop server ({fanout.feed:.0f} of {fanout.raw:.0f} messages/s), "
+            f"{fanout.ratio:.2f} of a bare server ({fanout.feed:.0f} of {fanout.raw:.0f} messages/s), "
             f"{fanout.ratio_core:.2f} in processor time"
         )
         faults = [] if fanout.ratio >= minimum else [f"ratio {fanout.ratio:.2f} < {minimum}"]

@@ -5,8 +5,8 @@ flood with pings, post bodies of 60 MB, upload worlds of 4 and 5 million triangl
 the scene 200 times in all. Afterwards each child process is killed. The last lines name what is beyond its limit;
 the status is then 1.
 
-Loopback only. Service, clients and strangers are processes; strangers have the lowest priority, because in truth they are
-other machines. --strangers chooses among them, `planning` and `small` too.
+Loopback only. Service, clients and strangers are processes; strangers have the lowest priority and make what they send
+once, because in truth they are other machines. --strangers chooses among them, `planning` and `small` too.
 """
 
 import argparse
@@ -22,6 +22,7 @@ import threading
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from statistics import median
 from typing import Any
 
@@ -29,6 +30,8 @@ import httpx
 import numpy as np
 from PIL import Image
 
+from radar_service.stream.processes.limits import set_session_niceness
+from radar_service.stream.radio.preparation import KEPT_SECONDS
 from tests.bench.load import UPGRADE, Listener, Message
 from tests.bench.load_table import memory
 from tests.stream.http.test_running import children
@@ -39,6 +42,7 @@ QUERY = "encoding=u8&bins=1024"
 USUAL = "pings,bodies,uploads,pictures,swaps"
 WARM_UP = 60.0  # s until the history of the view is full
 SETTLING = 3.0  # s after strangers have gone
+LOWEST = 19  # niceness
 KILL_SECONDS = 5.0  # that the feed is watched after a kill
 KILLED = (1, 2, 1, 0)  # the world, its spare, the world that has none now, and the process that starts others
 RADAR = {"bandwidth_hz": 10e6, "sample_rate_hz": 15e6, "range_max_m": 12000, "beamwidth_deg": 2.0, "height_m": 22}
@@ -125,6 +129,7 @@ def moving_boxes(count: int) -> dict[str, Any]:
     return {"name": f"{count} boxes", "radar": RADAR, "body": boxes}
 
 
+@lru_cache
 def world(triangles: float) -> dict[str, Any]:
     """The form of an upload: a height map with so many triangles."""
     side = round((triangles / 2) ** 0.5) + 1
@@ -136,6 +141,12 @@ def world(triangles: float) -> dict[str, Any]:
     scene = SMALL | {"body": [{key: value for key, value in land.items() if value is not None}]}
     return {"data": {"name": "world"}, "files": [("scene", ("world.json", json.dumps(scene))),
                                                  ("files", ("land.png", content.getvalue()))]}  # fmt: skip
+
+
+@lru_cache
+def big_body(size: int) -> bytes:
+    """JSON of so many bytes."""
+    return b'{"name": "x", "scene": [' + b"[]," * (size // 3)
 
 
 class Strangers:
@@ -183,8 +194,7 @@ class Strangers:
                 connection.sendall(b"\x89\x80abcd" * 10_000)
 
     def _bodies(self, http: httpx.Client, turn: int) -> int:
-        size = (60, 8, 11)[turn % 3] * 10**6
-        body = b'{"name": "x", "scene": [' + b"[]," * (size // 3)
+        body = big_body((60, 8, 11)[turn % 3] * 10**6)
         if turn % 3 == 2:
             return http.put("radars/0/scene", content=body, headers={"content-type": "application/json"}).status_code
         return http.post("scenes", content=body, headers={"content-type": "application/json"}).status_code
@@ -233,11 +243,11 @@ class Bench:
         during()
         return self._line()
 
-    def state(self) -> dict[str, float]:
-        """Returns what the service has when no job runs."""
+    def state(self, settling: float = SETTLING) -> dict[str, float]:
+        """Returns what the service has when no job has run for `settling` [s]."""
         while any(job["state"] in ("waiting", "running") for job in self.http.get("/api/jobs").json()):
             time.sleep(0.1)
-        time.sleep(SETTLING)
+        time.sleep(settling)
         base = f"/proc/{self.service.pid}"
         return {"resident": memory(self.service.pid), "threads": len(os.listdir(f"{base}/task")),
                 "descriptors": len(os.listdir(f"{base}/fd")), "processes": len(children(self.service.pid))}  # fmt: skip
@@ -279,7 +289,8 @@ def _verdict(made: Bench, options: argparse.Namespace, address: tuple[str, str])
         print(f"{number} without: {quiet[-1]}", flush=True)
         answers: list[str] = []
         attacked.append(made.run(lambda: answers.append(_attacked(command))))  # noqa: B023
-        states.append(made.state())
+        is_compared = number in (0, options.runs - 1)
+        states.append(made.state(KEPT_SECONDS + SETTLING if is_compared else SETTLING))
         print(f"{number} with:    {attacked[-1]} {answers[0].strip()} {states[-1]}", flush=True)
     kills = [made.kill(children(made.service.pid)[number]) for number in KILLED]
     print(f"kills: {kills}; load average {os.getloadavg()[0]:.1f}")
@@ -300,12 +311,13 @@ def _beyond(figures: dict[str, float]) -> list[str]:
 def _attacked(command: tuple[str, ...]) -> str:
     """Lets strangers attack; returns their answers."""
     attack = [sys.executable, "-m", "tests.bench.strangers", *command]
-    return subprocess.run(attack, stdout=subprocess.PIPE, text=True, check=True).stdout
+    return subprocess.run(attack, stdout=subprocess.PIPE, text=True, check=True, start_new_session=True).stdout
 
 
 def attack(host: str, port: str, seconds: str, swaps: str, kinds: str) -> None:
     """Is the life of the strangers; prints their answers."""
-    os.nice(19)
+    os.nice(LOWEST)
+    set_session_niceness(LOWEST)
     strangers = Strangers((host, int(port)), int(swaps), float(seconds))
     strangers.attack(kinds.split(","))
     print(json.dumps(dict(sorted(strangers.answers.items()))))

@@ -1,13 +1,11 @@
 """Calls one function in a process of its own, with limits, and returns its result."""
 
-import os
-import sys
 from collections.abc import Callable
 from typing import Any
 
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import ForkServer
-from radar_service.stream.processes.limits import SET_UP_NICENESS, limit_memory
+from radar_service.stream.processes.limits import limit_memory, lower_priority
 from radar_service.stream.source import Progress
 
 MEMORY = 2**30  # bytes above what an idle process has
@@ -41,8 +39,7 @@ def call_in_process(server: ForkServer, progress: Progress, function: Callable[.
 def run_call(control: Channel, _: Channel, function: Callable[..., Any], arguments: tuple[Any, ...], memory: int) -> None:
     """Is the life of the process. It sends whether the function succeeded, and its result or exception."""
     limit_memory(memory)
-    if sys.platform != "win32":
-        os.nice(SET_UP_NICENESS)
+    lower_priority()
     try:
         answer: tuple[bool, Any] = True, function(*arguments)
     except MemoryError:

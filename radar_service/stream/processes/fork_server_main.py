@@ -63,6 +63,7 @@ def share(modules: Sequence[str]) -> None:
 def run(control: Channel, data: Channel) -> None:
     """Runs the function that arrives on the channel, and ends this process."""
     try:
+        os.setsid()  # so that its priority can be its own
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         for ending in (signal.SIGINT, signal.SIGTERM):
             signal.signal(ending, signal.SIG_IGN)  # the service ends its children in order

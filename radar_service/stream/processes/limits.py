@@ -1,8 +1,14 @@
-"""Limits of a child process, and the priority of its set-up."""
+"""Limits of a child process, and the priority of its set-up.
 
+Linux shares processors among threads by their niceness, or, where it groups them by session (autogroup in sched(7)), among
+sessions by the niceness of each: that of threads then acts within their session only. So both are set.
+"""
+
+import contextlib
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
@@ -11,6 +17,8 @@ Result = TypeVar("Result")
 
 SET_UP_NICENESS = 10  # a tenth of the processor time that the feed gets where both want it
 MIN_MEMORY = 2 * 2**30  # bytes
+SESSION = Path("/proc/self/autogroup")
+SESSION_TRIES, SESSION_PAUSE = 20, 0.05  # the kernel takes ten such orders a second from all unprivileged processes together
 
 if sys.platform != "win32":
     import resource
@@ -33,8 +41,28 @@ def limit_memory(maximum: int) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
+def set_session_niceness(niceness: int) -> None:
+    """Sets the niceness, 0 or more, of the session of this process, where the system has one."""
+    for _ in range(SESSION_TRIES):
+        with contextlib.suppress(BlockingIOError):
+            with contextlib.suppress(FileNotFoundError, PermissionError):
+                SESSION.write_text(str(niceness))
+            return
+        time.sleep(SESSION_PAUSE)
+
+
+def lower_priority() -> None:
+    """Lowers the priority of this process for good."""
+    if sys.platform != "win32":
+        os.nice(SET_UP_NICENESS)
+    set_session_niceness(SET_UP_NICENESS)
+
+
 def at_low_priority(work: Callable[[], Result]) -> Result:
-    """Returns work(), computed in a thread of low priority: a process may lower its priority but not raise it again."""
+    """Returns work(), computed in a thread of low priority: a process may lower its priority but not raise it again.
+
+    The session of this process has that priority meanwhile; it must be of this process alone.
+    """
     results: list[Result] = []
     errors: list[BaseException] = []
 
@@ -46,9 +74,11 @@ def at_low_priority(work: Callable[[], Result]) -> Result:
         except BaseException as error:
             errors.append(error)
 
+    set_session_niceness(SET_UP_NICENESS)
     thread = threading.Thread(target=run, name="set-up", daemon=True)
     thread.start()
     thread.join()
+    set_session_niceness(0)
     if errors:
         raise errors[0]
     return results[0]

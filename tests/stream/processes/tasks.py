@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.stream.processes import limits
 from radar_service.stream.processes.channel import Channel
 
 
@@ -40,5 +41,15 @@ def wait(*_: Any) -> None:
     threading.Event().wait()
 
 
-def niceness() -> int:
-    return os.getpriority(os.PRIO_PROCESS, 0)
+def niceness() -> tuple[int, int]:
+    """Of this process and of its session."""
+    return os.getpriority(os.PRIO_PROCESS, 0), session_niceness()
+
+
+def session_niceness() -> int:
+    return int(limits.SESSION.read_text().split()[-1])
+
+
+def set_up_session_niceness() -> list[int]:
+    """While a world is set up, and afterwards."""
+    return [limits.at_low_priority(session_niceness), session_niceness()]

@@ -6,9 +6,31 @@ import threading
 import pytest
 
 from radar_service.stream.processes import limits
+from radar_service.stream.processes.call import call_in_process
+from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.source import UNFOLLOWED
+from tests.stream.processes import tasks
 
 
-def test_set_up_has_a_low_priority_and_what_follows_has_not() -> None:
+class Session:
+    """A file that refuses so many orders."""
+
+    def __init__(self, errors: list[type[OSError]]) -> None:
+        self.errors, self.written = errors, list[str]()
+
+    def write_text(self, text: str) -> None:
+        if self.errors:
+            raise self.errors.pop()
+        self.written.append(text)
+
+
+@pytest.fixture
+def only_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leaves the session of the tests as it is."""
+    monkeypatch.setattr(limits, "SESSION", Session([]))
+
+
+def test_set_up_has_a_low_priority_and_what_follows_has_not(only_threads: None) -> None:
     before = os.getpriority(os.PRIO_PROCESS, 0)
     assert limits.at_low_priority(lambda: os.getpriority(os.PRIO_PROCESS, threading.get_native_id())) == min(
         19, before + limits.SET_UP_NICENESS
@@ -16,7 +38,28 @@ def test_set_up_has_a_low_priority_and_what_follows_has_not() -> None:
     assert os.getpriority(os.PRIO_PROCESS, 0) == before
 
 
-def test_an_error_of_set_up_is_raised() -> None:
+@pytest.mark.skipif(not limits.SESSION.exists(), reason="this system does not group processes by session")
+def test_so_has_its_session(fork_server: ForkServer) -> None:
+    assert call_in_process(fork_server, UNFOLLOWED, tasks.set_up_session_niceness) == [limits.SET_UP_NICENESS, 0]
+
+
+@pytest.mark.parametrize("error", [FileNotFoundError, PermissionError])
+def test_a_system_without_sessions_is_no_error(error: type[OSError], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "SESSION", Session([error]))
+    limits.set_session_niceness(5)
+
+
+def test_a_busy_kernel_is_asked_again_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits.time, "sleep", lambda _: None)
+    monkeypatch.setattr(limits, "SESSION", session := Session([BlockingIOError, BlockingIOError]))
+    limits.set_session_niceness(5)
+    assert session.written == ["5"]
+    monkeypatch.setattr(limits, "SESSION", session := Session([BlockingIOError] * 1000))
+    limits.set_session_niceness(5)
+    assert not session.written
+
+
+def test_an_error_of_set_up_is_raised(only_threads: None) -> None:
     with pytest.raises(ZeroDivisionError):
         limits.at_low_priority(lambda: 1 // 0)
 
