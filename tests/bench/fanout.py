@@ -1,4 +1,4 @@
-"""What fan-out costs: the same bytes to many readers, by this service's feed and by a bare server on the same event loop, in turns.
+"""What fan-out costs: the same bytes to many readers, by this service's feed and by a bare server, in turns.
 
     python -m tests.bench.fanout BYTES SECONDS    prints messages a second of both, and their ratio
     python -m tests.bench.fanout feed|raw BYTES   serves one of them until it is terminated

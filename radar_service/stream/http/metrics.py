@@ -103,6 +103,7 @@ class ServiceMetrics(Collector):
         yield GaugeMetricFamily(
             "radar_event_loop_lag_seconds", "Longest delay of the event loop in the last 15 s", value=self._vitals.lag
         )
+        yield GaugeMetricFamily("radar_tasks", "Tasks on the event loop", value=self._vitals.tasks)
         jobs = GaugeMetricFamily("radar_jobs", "Jobs by their state", labels=["state"])
         for job_state, count in self._vitals.job_states.items():
             jobs.add_metric([job_state], count)

@@ -34,6 +34,11 @@ class Vitals:
         return max(self._lags, default=0.0)
 
     @property
+    def tasks(self) -> int:
+        """Number of tasks on the event loop; read there."""
+        return len(asyncio.all_tasks())
+
+    @property
     def job_states(self) -> Counter[str]:
         """Number of jobs in each state."""
         return Counter({"waiting": 0, "running": 0} | Counter(job.state for job in self._jobs.jobs))

@@ -44,6 +44,7 @@ def test_metrics_count_what_the_clients_saw() -> None:
         assert (now["radar_spokes_lost_total,0"], now["radar_gaps_total,0"], now["radar_restarts_total,0"]) == (0, 0, 0)
         assert (now["radar_factor_asked,0"], now["radar_lag_seconds,0"]) == (1, 0)
         assert now["radar_event_loop_lag_seconds"] >= 0 and now["radar_trees,0"] == 3
+        assert now["radar_tasks"] >= 2  # the client of the feed and this request
         assert (now["radar_jobs,running"], now["radar_jobs,waiting"], now["radar_queued_messages,0"]) == (0, 0, 0)
         assert now["radar_log_lines_dropped_total,queue"] >= 0 and now["radar_log_lines_dropped_total,repeated"] >= 0
         assert now["process_resident_memory_bytes"] > 1e6

@@ -112,3 +112,14 @@ def test_a_blocked_event_loop_shows_as_lag(tmp_path: Path, monkeypatch: pytest.M
         watched.close()
 
     asyncio.run(asyncio.wait_for(test(), 20))
+
+
+def test_a_task_that_is_left_behind_is_counted(tmp_path: Path) -> None:
+    async def test() -> None:
+        watched = Vitals(JobQueue(), tmp_path)
+        before = watched.tasks
+        left = asyncio.create_task(asyncio.Event().wait())
+        assert watched.tasks == before + 1
+        left.cancel()
+
+    asyncio.run(test())
