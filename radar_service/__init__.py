@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from radar_service.fidelity import Fidelity
-    from radar_service.records import BodyTruth, Spoke, SpokeBlock, Truth
+    from radar_service.records import BodyTruth, Crossing, Snapshot, Spoke, SpokeBlock, Truth
     from radar_service.scan import Scan, load_scan
     from radar_service.scene.error import SceneError
     from radar_service.scene.load import load_scene
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "BodyTruth", "Fidelity", "Scan", "Scene", "SceneError", "Simulator", "Spoke", "SpokeBlock", "Truth", "load_scan",
-    "load_scene",
+    "BodyTruth", "Crossing", "Fidelity", "Scan", "Scene", "SceneError", "Simulator", "Snapshot", "Spoke", "SpokeBlock", "Truth",
+    "load_scan", "load_scene",
 ]  # fmt: skip
 
 MODULES = {
-    "BodyTruth": "records", "Fidelity": "fidelity", "Scan": "scan", "Scene": "scene.world", "SceneError": "scene.error",
-    "Simulator": "simulator", "Spoke": "records", "SpokeBlock": "records", "Truth": "records", "load_scan": "scan",
-    "load_scene": "scene.load",
+    "BodyTruth": "records", "Crossing": "records", "Fidelity": "fidelity", "Scan": "scan", "Scene": "scene.world",
+    "SceneError": "scene.error", "Simulator": "simulator", "Snapshot": "records", "Spoke": "records", "SpokeBlock": "records",
+    "Truth": "records", "load_scan": "scan", "load_scene": "scene.load",
 }  # fmt: skip
 
 

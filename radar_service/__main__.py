@@ -9,9 +9,8 @@ import errno
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
-from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,15 +21,9 @@ from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, fi
 from radar_service.scene.error import SceneError
 
 if TYPE_CHECKING:
-    from tqdm import tqdm
-
-    from radar_service.records import SpokeBlock
-    from radar_service.scan import Scan
-    from radar_service.simulator import Simulator
     from radar_service.simulator_options import SimulatorOptions
 
 DEFAULT_SCENE = "harbour"
-PICTURE_SIZE = 900  # pixels
 PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
 
 
@@ -101,6 +94,9 @@ def parser() -> argparse.ArgumentParser:
     scan.add_argument("-o", "--out", type=partial(file_ending, suffix=".npz"), required=True, help="file.npz to write")
     scan.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: picture of the last scan")
     scan.add_argument("--scans", default=1, type=partial(whole, minimum=1, maximum=10_000), help="revolutions (default 1)")
+    scan.add_argument(
+        "--truth", type=partial(file_ending, suffix=".jsonl"), help="file.jsonl to write: the truth of each beam crossing"
+    )
     scan.set_defaults(run=run_scan)
 
     for name, run, text in (
@@ -141,48 +137,9 @@ def run_serve(options: argparse.Namespace) -> int:
 
 def run_scan(options: argparse.Namespace) -> int:
     """Computes scans, with a progress bar on a terminal."""
-    from tqdm import tqdm
+    from radar_service.scan_command import scan
 
-    from radar_service.scan import save_scans, scan_of
-    from radar_service.scene.load import load_scene
-
-    for path in (options.out, options.png):
-        if path and not path.parent.is_dir():  # refused now, not after an hour of computation
-            raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
-    simulator = simulator_options(options, options.threads)(load_scene(options.scene))
-    azimuths = simulator.scene.radar.azimuths
-    with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar:
-        blocks = _counted(simulator.blocks(scans=options.scans), bar)
-        scans = [scan_of(group) for _, group in groupby(blocks, lambda block: block.scan)]
-    metadata = {"name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name}
-    save_scans(options.out, scans, metadata)
-    if options.png:
-        write_png(options.png, scans[-1], simulator)
-    print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")
-    return 0
-
-
-def _counted(blocks: Iterable["SpokeBlock"], bar: "tqdm[None]") -> Iterator["SpokeBlock"]:
-    for block in blocks:
-        bar.update(len(block))
-        yield block
-
-
-def write_png(path: Path, scan: "Scan", simulator: "Simulator") -> None:
-    """Writes a picture of a scan, as a display with its default controls shows it."""
-    import numpy as np
-
-    from radar_service.display.last_scan import last_scan_png
-    from radar_service.display.video import Controls, layout
-
-    rows = [(np.arange(len(scan.power)), scan.power)]
-    to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step)
-    path.write_bytes(
-        last_scan_png(
-            rows, len(scan.power), to, Controls(), simulator.noise_power, title=simulator.scene.name, size=PICTURE_SIZE,
-            range_max=None, heading=float(scan.heading[-1]),
-        )
-    )  # fmt: skip
+    return scan(options, simulator_options(options, options.threads))
 
 
 def run_check(options: argparse.Namespace) -> int:

@@ -133,3 +133,75 @@ class Truth:
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as REST and the feed send it: SI and radians, the names of the fields."""
         return asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnShipTruth:
+    """Own ship at an instant. position, velocity: east, north, up [m, m/s]; angles [rad]; reported: with errors of sensors."""
+
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    heading: float
+    course: float
+    speed: float
+    roll: float
+    pitch: float
+    yaw: float
+    reported: None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kinematics:
+    """Where a body's reference point is at an instant, and how it moves. SI, angles [rad] clockwise from true north.
+
+    The reference point is the middle of a vessel's waterline, and otherwise the body's position.
+
+    range, bearing, elevation: from the antenna; relative_bearing: from own ship's bow;
+    aspect: bearing of the radar from the body's bow; turn_rate: to starboard [rad/s];
+    cpa [m], tcpa [s]: closest point of approach to own ship in plan, if both keep velocity; tcpa is negative where it is past,
+    and None where the bodies do not approach or part; length, beam: of the body [m]; reason: why it is not visible.
+    """
+
+    time: float
+    radar: str
+    body: str
+    mmsi: int | None
+    range: float
+    bearing: float
+    relative_bearing: float
+    elevation: float
+    position: tuple[float, float, float]
+    latitude_deg: float | None
+    longitude_deg: float | None
+    velocity: tuple[float, float, float]
+    course: float
+    speed: float
+    heading: float
+    turn_rate: float
+    aspect: float
+    cpa: float
+    tcpa: float | None
+    length: float
+    beam: float
+    visible: bool
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing(Kinematics):
+    """The boresight meets a body's reference point. spoke: number of the spoke that is nearest in time."""
+
+    scan: int
+    spoke: int
+    own_ship: OwnShipTruth
+
+
+@dataclass(frozen=True, kw_only=True)
+class Snapshot:
+    """All bodies at the end of a scan, at one `time` [s]."""
+
+    scan: int
+    time: float
+    radar: str
+    own_ship: OwnShipTruth
+    bodies: tuple[Kinematics, ...]

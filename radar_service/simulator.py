@@ -18,11 +18,12 @@ from radar_service.plan.culling import Culling, cull
 from radar_service.plan.plan import Plan, plan_for
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
+from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth, regrouped
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import TREES, RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.truth import GroundTruth
+from radar_service.truth.crossings import CrossingTruth
+from radar_service.truth.ground_truth import GroundTruth
 from radar_service.types import Floats, Profiles, Singles
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ class Simulator:
         self.range, self.range_step = self._engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
         self._truth = GroundTruth(scene, line_of_sight)
+        self._crossings = CrossingTruth(self._truth)
         self._next_scan = 0
 
     def __repr__(self) -> str:
@@ -121,6 +123,20 @@ class Simulator:
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
         return self._truth.at(t)
+
+    def crossings(self, scan: int | None = None) -> tuple[Crossing, ...]:
+        """The truth of each time that the boresight met a body in a scan, by time; by default in the scan that was taken last.
+
+        A body near north may be crossed twice in a scan, or not at all. Safe to call from another thread.
+        """
+        return self._crossings.crossings(self._latest(scan))
+
+    def snapshot(self, scan: int | None = None) -> Snapshot:
+        """The truth of all bodies at the end of a scan, by default of the scan that was taken last."""
+        return self._crossings.snapshot(self._latest(scan))
+
+    def _latest(self, scan: int | None) -> int:
+        return max(0, self._next_scan - 1) if scan is None else scan
 
     def _block(self, scan: int, start: int, field: Profiles, power: Singles) -> SpokeBlock:
         radar = self.scene.radar

@@ -20,6 +20,7 @@ BELOW: dict[str, tuple[str, ...]] = {
     "truth": (*GROUND, *ROOMS[: ROOMS.index("echo") + 1]),
     "scan": (*GROUND, "display"),
     "simulator": (*GROUND, *ROOMS, "truth", "scan"),
+    "scan_command": (*GROUND, *ROOMS, "truth", "scan", "simulator", "simulator_options", "display"),
     "simulator_options": (*GROUND, *ROOMS, "simulator"),
     "stream": (*GROUND, "radar", "scene", "receive", "display", "stream"),
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),

@@ -18,7 +18,6 @@ import httpx
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
-from PIL import Image
 from websockets.asyncio.client import connect
 
 import radar_service as rs
@@ -39,26 +38,6 @@ def scene(tmp_path: Path) -> Path:
     return path
 
 
-def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out, png = tmp_path / "scans.npz", tmp_path / "last.png"
-    assert main(["scan", str(scene), "-o", str(out), "--scans", "2", "--png", str(png), "--seed", "3"]) == 0
-    assert "2 x 60 spokes" in capsys.readouterr().out
-    simulator = rs.Simulator(rs.load_scene(scene), seed=3)
-    scans = [simulator.scan(), simulator.scan()]
-    with np.load(out) as file:
-        for key in ("azimuth", "time", "heading", "position", "field", "power"):
-            expected = scans[0].azimuth if key == "azimuth" else np.stack([getattr(scan, key) for scan in scans])
-            np.testing.assert_array_equal(file[key], expected)
-        np.testing.assert_array_equal(file["range"], scans[0].range)
-        np.testing.assert_array_equal(file["number"], [0, 1])
-        np.testing.assert_array_equal(file["spoke"], np.arange(120).reshape(2, 60))
-        assert (str(file["name"]), int(file["seed"]), str(file["fidelity"])) == ("one target", 3, "auto")
-    picture = np.asarray(Image.open(png).convert("L")).astype(int)
-    north = picture[100:420, 440:461]  # where a target at half range ahead shows
-    south = picture[480:800, 440:461]
-    assert north.sum() > south.sum()
-
-
 def test_threads_reach_the_engine_and_change_no_byte(scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     requested: list[int] = []
     made = rs.Simulator.__init__
@@ -77,13 +56,6 @@ def test_threads_reach_the_engine_and_change_no_byte(scene: Path, tmp_path: Path
     assert requested == [1, 3, 3, 2]
     assert files[0].read_bytes() == files[1].read_bytes() == files[2].read_bytes()
     assert parser().parse_args(["serve"]).threads == 1
-
-
-def test_scan_shows_no_bar_where_there_is_no_terminal(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["scan", str(scene), "-o", str(tmp_path / "a.npz")]) == 0
-    assert capsys.readouterr().err == ""
 
 
 def test_check_says_what_a_scene_contains(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:

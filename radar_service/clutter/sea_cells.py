@@ -100,7 +100,7 @@ class SeaCells:
         """Applies the shadows of bodies at rest to all rows, for an antenna at rest."""
         for start in range(0, self.rows_per_scan, BLOCK):
             stop = min(start + BLOCK, self.rows_per_scan)
-            self._shadow_by_rest(self._open[start:stop], start, self._antenna(0.0), 0.0)
+            self._shadow_by_rest(self._open[start:stop], start, self._antenna(0.0))
 
     def _computed(self, scan: int, start: int, stop: int) -> Singles:
         """Factors (stop - start, cells) of some rows at the time when the beam passes the middle one."""
@@ -112,13 +112,13 @@ class SeaCells:
         time = (scan + 0.5 * (start + stop) / self.rows_per_scan) * self.scene.radar.rotation_period
         antenna = self._antenna(time)
         if not self._rests:
-            self._shadow_by_rest(level, start, antenna, time)
+            self._shadow_by_rest(level, start, antenna)
         for shadow in self.line_of_sight.moving_shadows(crossing, antenna, time):
             self._shadow(level, start, antenna, shadow)
         return level
 
-    def _shadow_by_rest(self, level: Singles, start: int, antenna: Floats, time: float) -> None:
-        occluded = partial(self.line_of_sight.occluded, antenna=antenna, time=time, movers=False)
+    def _shadow_by_rest(self, level: Singles, start: int, antenna: Floats) -> None:
+        occluded = partial(self.line_of_sight.occluded_by_resting, antenna=antenna)
         self._shadow(level, start, antenna, Shadow(self.line_of_sight.resting_shadow_sector(antenna), occluded))
 
     def _shadow(self, level: Singles, start: int, antenna: Floats, shadow: Shadow) -> None:

@@ -128,10 +128,11 @@ class Radar:
         return blind
 
 
-def horizon(height: Floats | float, antenna_height: float, earth_radius: float) -> Floats:
+def horizon(height: Floats | float, antenna_height: Floats | float, earth_radius: float) -> Floats:
     """Ground distance [m] beyond which the curved sea occludes a target: sqrt(2 ae h1) + sqrt(2 ae h2), inf on a flat earth.
 
-    height: of the target above the sea, any shape, negative ones count as 0 [m]; antenna_height [m]; earth_radius: effective [m].
+    height: of the target above the sea, any shape, negative ones count as 0 [m]; antenna_height: of that shape, or one [m];
+    earth_radius: effective [m].
     Source: Skolnik 2001, geometry of the refracted horizon.
     """
     raised = np.maximum(height, 0.0)

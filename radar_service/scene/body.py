@@ -46,6 +46,7 @@ class Body:
     swerling: case of fluctuation, 0 for a steady target.
     mmsi: identity for AIS, or None.
     length, beam: horizontal extents in its own frame [m], 0 for a point.
+    is_vessel: whether its reference point is the middle of its waterline: hulls, and meshes of what vessels are built of.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Body:
     mmsi: int | None
     length: float
     beam: float
+    is_vessel: bool = False
 
     @property
     def middle(self) -> Floats:
@@ -73,6 +75,16 @@ class Body:
     def arm(self) -> float:
         """Maximum horizontal distance [m] of the mesh from the origin of the body frame, about which the body turns."""
         return self._plan[2]
+
+    @cached_property
+    def reference(self) -> Floats:
+        """Reference point (3,) in the body frame [m]: where a truth has the body. The origin, but for vessels."""
+        if not self.is_vessel or self.mesh is None:
+            return np.zeros(3)
+        sea = -float(self.motion.position[0, 2])  # in the body frame
+        line = _section(self.mesh, sea)
+        middle = self.middle[:2] if not len(line) else (line.min(axis=0) + line.max(axis=0)) / 2.0
+        return np.array([*middle, sea])
 
     def middle_at(self, time: float) -> Floats:
         """Returns the map position (3,) [m] of `middle` at `time` [s]."""
@@ -97,3 +109,13 @@ class Body:
         middle = np.array([east.min() + east.max(), north.min() + north.max(), 0.0]) / 2.0
         radius = np.hypot(east - middle[0], north - middle[1]).max()
         return middle, float(radius), float(np.hypot(east, north).max())
+
+
+def _section(mesh: Mesh, height: float) -> Floats:
+    """Where edges (P, 2) of a mesh pass a height [m]."""
+    begin = mesh.vertices[mesh.faces]
+    end = np.roll(begin, -1, axis=1)
+    rise = end[..., 2] - begin[..., 2]
+    passes = (begin[..., 2] < height) != (end[..., 2] < height)
+    share = (height - begin[passes][:, 2]) / rise[passes]
+    return np.asarray(begin[passes][:, :2] + share[:, None] * (end[passes] - begin[passes])[:, :2])

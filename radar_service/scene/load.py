@@ -24,7 +24,7 @@ from radar_service.scene.files.scene_file import Source, model_and_folder
 from radar_service.scene.files.scene_folder import SceneFolder
 from radar_service.scene.files.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene.geo import Origin, map_from_geographic
-from radar_service.scene.materials import material_from_name
+from radar_service.scene.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.scene.model import SHAPE_SIZES, BodyModel, SceneModel
 from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Platform
@@ -130,7 +130,8 @@ class _Loader:
         motion = motion_from_model(body, start, location, self._read_track)
         rcs = None if body.rcs_dbsm is None else 10.0 ** (body.rcs_dbsm / 10.0)
         beam, length = (0.0, 0.0) if mesh is None else np.ptp(mesh.vertices[:, :2], axis=0).tolist()
-        return Body(body.name, mesh, motion, material, scattering, rcs, body.swerling, body.mmsi, length, beam)
+        is_vessel = body.shape == "hull" or (body.mesh is not None and material.name in VESSEL_MATERIALS)
+        return Body(body.name, mesh, motion, material, scattering, rcs, body.swerling, body.mmsi, length, beam, is_vessel)
 
     def _start(self, body: BodyModel) -> Floats:
         """Returns the position (3,) [m] of the body in the scene file; by default the origin."""

@@ -34,6 +34,7 @@ MATERIALS: dict[str, Material] = {
     name: Material(name, 10.0 ** (gamma_db / 10.0), scattering) for name, (gamma_db, scattering) in _GAMMA_DB.items()
 }
 
+VESSEL_MATERIALS = frozenset({"steel", "aluminium", "wood", "fibreglass", "rubber"})  # what vessels and buoys are built of
 
 # Power reflectivity of a smooth surface at normal incidence [dB], for bodies by physical optics:
 # |Gamma|^2 = |(sqrt(eps) - 1) / (sqrt(eps) + 1)|^2 of its permittivity at 10 GHz (ITU-R P.2040 for building materials).

@@ -47,6 +47,11 @@ class Sway:
         """Returns roll, pitch and yaw (K, 3) [rad] at each time (K,) [s]."""
         return np.asarray(self.amplitude * np.sin(2.0 * np.pi / self.period * time[:, None]))
 
+    def yaw_rate(self, time: Floats) -> Floats:
+        """Returns the rate (K,) [rad/s] at which the yaw turns to starboard at each time (K,) [s]."""
+        frequency = 2.0 * np.pi / self.period[2]
+        return np.asarray(self.amplitude[2] * frequency * np.cos(frequency * time))
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -113,6 +118,17 @@ class Motion:
         if self.sway is not None:
             heading = heading + self.sway.angles(np.broadcast_to(time, t.shape))[:, 2]
         return Pose(self.position[leg] + displacement, velocity, wrap_bearing(heading))
+
+    def turn_rate(self, time: Floats | float) -> Floats:
+        """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
+        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        phase = t if self.period is None else t % self.period
+        leg = np.searchsorted(self.time[1:], phase, side="right")
+        rate = self._leg_turn[leg] if self.turning else np.zeros(len(t))
+        if self.arcs is not None and not self.fixed:
+            rate = rate + self.arcs[leg, 2]
+        rate = np.where(phase < self.time[0], 0.0, rate)
+        return rate if self.sway is None else rate + self.sway.yaw_rate(t)
 
     @cached_property
     def _leg_velocity(self) -> Floats:

@@ -134,16 +134,24 @@ class OcclusionScene:
         near[body] = False
         return np.flatnonzero(near), radius[near]
 
-    def occluded(self, position: Floats, antenna: Floats, time: float, movers: bool = True) -> Flags:
-        """Which positions (W, 3) on the map any body occludes from the antenna (3,) at `time` [s]; movers: as in `visible`."""
+    @property
+    def has_movers(self) -> bool:
+        """Whether a body that moves may occlude anything."""
+        return len(self._moving.keys) > 0
+
+    def occluded_by_resting(self, position: Floats, antenna: Floats) -> Flags:
+        """Which positions (W, 3) on the map a body at rest occludes from the antenna (3,), or from one each (W, 3)."""
+        if self._resting_occluder is None:
+            return np.zeros(len(position), dtype=np.bool_)
+        return self._resting_occluder.occludes(MAP_POSE, antenna, position)
+
+    def occluded_by_moving(self, position: Floats, antenna: Floats, time: float) -> Flags:
+        """Which positions (W, 3) on the map a moving body occludes from the antenna (3,) at `time` [s]."""
         occluded = np.zeros(len(position), dtype=np.bool_)
-        if self._resting_occluder is not None:
-            occluded |= self._resting_occluder.occludes(MAP_POSE, antenna, position)
-        if movers:
-            distance, _ = distances_from_map(position, antenna, self.earth_radius)
-            for _, occluder, pose, behind in self._moving.before(position, distance, antenna, time):
-                left = behind[~occluded[behind]]
-                occluded[left] = occluder.occludes(pose, antenna, position[left])
+        distance, _ = distances_from_map(position, antenna, self.earth_radius)
+        for _, occluder, pose, behind in self._moving.before(position, distance, antenna, time):
+            left = behind[~occluded[behind]]
+            occluded[left] = occluder.occludes(pose, antenna, position[left])
         return occluded
 
     def resting_shadow_sector(self, antenna: Floats) -> tuple[float, float, float]:

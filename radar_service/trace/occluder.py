@@ -107,10 +107,11 @@ def curved_vertices(mesh: Mesh, earth_radius: float) -> Floats:
     return curved
 
 
-def beyond_horizon(distance: Floats, height: Floats, antenna_height: float, earth_radius: float) -> Flags:
+def beyond_horizon(distance: Floats, height: Floats, antenna_height: Floats | float, earth_radius: float) -> Flags:
     """Whether the sea occludes: beyond the `horizon`, and below the surface.
 
-    distance: along the earth (E,) [m]; height above the sea (E,) [m]. With earth_radius inf nothing above 0 is occluded.
+    distance: along the earth (E,) [m]; height above the sea (E,) [m]; antenna_height: one, or one each (E,) [m]. With
+    earth_radius inf nothing above 0 is occluded.
     """
     return np.asarray((height < 0) | (distance > horizon(height, antenna_height, earth_radius)))
 

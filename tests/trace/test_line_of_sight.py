@@ -13,6 +13,7 @@ from radar_service.scene.poses import pose_at
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.occluder import Occluder
+from radar_service.types import Flags, Floats
 from tests.scenes import point, scene
 
 EARTH = 4 / 3 * 6_371_000.0
@@ -33,6 +34,11 @@ def box(north: float, east: float = 0.0, **more: Any) -> dict[str, Any]:
     return {**BOX, "position_m": [east, north, 0], **more}
 
 
+def occluded(made: OcclusionScene, position: Floats, time: float) -> Flags:
+    """Which positions any body occludes."""
+    return made.occluded_by_resting(position, ANTENNA) | made.occluded_by_moving(position, ANTENNA, time)
+
+
 TARGET = point("t", 0, 900)
 MOVES = {"course_deg": 90, "speed_kn": 10}
 
@@ -43,7 +49,8 @@ def test_a_box_occludes_what_is_behind_it_and_nothing_else(motion: dict[str, Any
     candidates = [(0, 900, 15), (0, 300, 15), (60, 900, 15), (0, 900, 100), (0, -900, 15)]
     visible = made.visible(points(*candidates), ANTENNA, 0.0, 1e5)
     assert visible.tolist() == [False, True, True, True, True]
-    assert made.occluded(np.array(candidates, dtype=float), ANTENNA, 0.0).tolist() == [True, False, False, False, False]
+    assert occluded(made, np.array(candidates, dtype=float), 0.0).tolist() == [True, False, False, False, False]
+    assert made.has_movers == bool(motion)
 
 
 def test_bodies_under_way_occlude_where_they_are_at_the_time() -> None:
@@ -53,7 +60,7 @@ def test_bodies_under_way_occlude_where_they_are_at_the_time() -> None:
     visible = [bool(made.visible(behind, ANTENNA, time, 1e5)[0]) for time in (0.0, 1.8, 2.1, 100.0)]
     assert visible == [False, False, True, True]
     assert made.visible(behind, ANTENNA, 0.0, 1e5, movers=False).all()
-    assert not made.occluded(behind.position, ANTENNA, 0.0, movers=False).any()
+    assert not made.occluded_by_resting(behind.position, ANTENNA).any()
 
 
 def test_transparent_bodies_occlude_nothing() -> None:
@@ -99,7 +106,7 @@ def test_shadowed_positions_are_the_occluded_ones_by_every_line() -> None:
     made = OcclusionScene(bodies(TARGET, box(-200, **MOVES), box(150, 300, **MOVES)), EARTH)
     for time in (0.0, 3.0):
         shadowed = made.shadowed(position, polar_from_map(position, ANTENNA, EARTH), ANTENNA, time)
-        expected = np.flatnonzero(made.occluded(position, ANTENNA, time))
+        expected = np.flatnonzero(occluded(made, position, time))
         np.testing.assert_array_equal(shadowed, expected)
         assert {position[i, 1] < 0 for i in expected} == {True, False}
 
@@ -110,7 +117,7 @@ def test_the_sector_of_resting_shadows_holds_all_of_them() -> None:
     middle, half, begin = made.resting_shadow_sector(ANTENNA)
     rng = np.random.default_rng(6)
     position = np.stack([*rng.uniform(-1000, 1000, (2, 4000)), np.full(4000, 10.0)], axis=1)
-    polar = polar_from_map(position[made.occluded(position, ANTENNA, 0.0)], ANTENNA, EARTH)
+    polar = polar_from_map(position[occluded(made, position, 0.0)], ANTENNA, EARTH)
     assert len(polar.azimuth) > 50
     assert (np.abs(polar.azimuth - middle) <= half).all() and (polar.distance >= begin).all()
     assert half < np.deg2rad(30)
@@ -121,16 +128,16 @@ def test_a_pickled_scene_answers_the_same() -> None:
     rng = np.random.default_rng(7)
     position = np.stack([*rng.uniform(-1000, 1000, (2, 2000)), np.full(2000, 10.0)], axis=1)
     copy = pickle.loads(pickle.dumps(made))
-    expected = made.occluded(position, ANTENNA, 4.0)
+    expected = occluded(made, position, 4.0)
     assert expected.any()
-    np.testing.assert_array_equal(copy.occluded(position, ANTENNA, 4.0), expected)
+    np.testing.assert_array_equal(occluded(copy, position, 4.0), expected)
 
 
 def test_rays_are_counted() -> None:
     count = RayCount()
     made = OcclusionScene(bodies(TARGET, box(400)), EARTH, rays=count)
     before = count.rays
-    made.occluded(np.array([[0.0, 900, 15], [900, 0, 15]]), ANTENNA, 0.0)
+    made.occluded_by_resting(np.array([[0.0, 900, 15], [900, 0, 15]]), ANTENNA)
     assert count.rays == before + 1  # the second line passes far from the box
 
 

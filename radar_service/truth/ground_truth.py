@@ -1,5 +1,8 @@
 """Ground truth: the state of own ship and of every body at an instant, and whether the antenna has a line of sight to it."""
 
+from functools import cached_property
+from itertools import pairwise
+
 import numpy as np
 
 from radar_service.echo.second_time_around import apparent_range
@@ -11,7 +14,7 @@ from radar_service.scene.motion import Pose
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
-from radar_service.types import Floats
+from radar_service.types import Flags, Floats, Indices
 
 SURFACE_SAMPLES = 64  # points of a body's surface whose visibility is tested
 REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # by how many tests a body passes, in this order
@@ -22,6 +25,7 @@ class GroundTruth:
 
     def __init__(self, scene: Scene, line_of_sight: OcclusionScene) -> None:
         self.scene, self.line_of_sight, self.earth_radius = scene, line_of_sight, line_of_sight.earth_radius
+        self._rests = scene.own_ship.at_rest and all(body.motion.at_rest for body in scene.bodies)
         self._surface_samples = [_surface_samples(body) for body in scene.bodies]
 
     def at(self, time: float) -> Truth:
@@ -29,30 +33,57 @@ class GroundTruth:
         scene = self.scene
         antenna = scene.antenna(time)[0]
         own = scene.own_ship.pose(time)
-        poses = [body.motion.pose(time) for body in scene.bodies]
-        samples = zip(self._surface_samples, poses, strict=True)
-        positions = [map_from_body(points, pose.position[0], float(pose.heading[0])) for points, pose in samples]
-        reasons = self._why_invisible(positions, antenna, time)
+        every = np.arange(len(scene.bodies))
+        reasons = self.why_invisible(every, np.full(len(every), time))
         bodies = tuple(
-            self._record(body.name, pose, antenna, reason, body.mmsi)
-            for body, pose, reason in zip(scene.bodies, poses, reasons, strict=True)
+            self._record(body.name, body.motion.pose(time), antenna, reason, body.mmsi)
+            for body, reason in zip(scene.bodies, reasons, strict=True)
         )
         return Truth(time, self._record("own ship", own, antenna, "", None), bodies)
 
-    def _why_invisible(self, positions: list[Floats], antenna: Floats, time: float) -> list[str]:
-        """For each body the reason why none of its positions (W, 3) is visible; "" where one is."""
-        if not positions:
+    def why_invisible(self, bodies: Indices, time: Floats) -> list[str]:
+        """For each of bodies (E,) the reason why no part of it is visible at its time (E,) [s]; "" where one is."""
+        if not len(bodies):
             return []
-        point = np.concatenate(positions)
+        if self._rests:
+            return [self._resting_reasons[body] for body in bodies.tolist()]
+        return self._reasons(bodies, time)
+
+    @cached_property
+    def _resting_reasons(self) -> list[str]:
+        """The reasons of all bodies in a scene where nothing moves."""
+        every = np.arange(len(self.scene.bodies))
+        return self._reasons(every, np.zeros(len(every)))
+
+    def _reasons(self, bodies: Indices, time: Floats) -> list[str]:
+        parts = [self._surface(int(body), t) for body, t in zip(bodies, time.tolist(), strict=True)]
+        count = [len(part) for part in parts]
+        point, when = np.concatenate(parts), np.repeat(time, count)
+        antenna = self.scene.antenna(time).repeat(count, axis=0)
         polar = polar_from_map(point, antenna, self.earth_radius)
         near = apparent_range(self.scene.radar, polar.range) <= self.scene.radar.range_max
-        over = beyond_horizon(polar.distance, point[:, 2], float(antenna[2]), self.earth_radius)
-        lit = near & ~over & ~self.scene.blind(np.full(len(point), time), polar.azimuth)
+        over = beyond_horizon(polar.distance, point[:, 2], antenna[:, 2], self.earth_radius)
+        lit = near & ~over & ~self.scene.blind(when, polar.azimuth)
         visible = lit.copy()
-        visible[lit] = ~self.line_of_sight.occluded(point[lit], antenna, time)
-        first = np.cumsum([0, *(len(own) for own in positions[:-1])])
+        visible[lit] = ~self._occluded(point[lit], antenna[lit], when[lit])
+        first = np.cumsum([0, *count[:-1]])
         passed = [np.logical_or.reduceat(flags, first) for flags in (near, near & ~over, lit, visible)]
-        return [REASONS[count] for count in np.sum(passed, axis=0).tolist()]
+        return [REASONS[number] for number in np.sum(passed, axis=0).tolist()]
+
+    def _surface(self, body: int, time: float) -> Floats:
+        """Points (W, 3) of a body's surface on the map at `time` [s]."""
+        pose = self.scene.bodies[body].motion.pose(time)
+        return map_from_body(self._surface_samples[body], pose.position[0], float(pose.heading[0]))
+
+    def _occluded(self, point: Floats, antenna: Floats, time: Floats) -> Flags:
+        """Which points (W, 3) any body occludes from antennas (W, 3) at times (W,) [s]."""
+        occluded = self.line_of_sight.occluded_by_resting(point, antenna)
+        edges = [0, *(np.flatnonzero(np.diff(time)) + 1).tolist(), len(time)]
+        for start, stop in pairwise(edges) if self.line_of_sight.has_movers else ():
+            left = start + np.flatnonzero(~occluded[start:stop])
+            if len(left):
+                occluded[left] = self.line_of_sight.occluded_by_moving(point[left], antenna[start], float(time[start]))
+        return occluded
 
     def _record(self, name: str, pose: Pose, antenna: Floats, reason: str, mmsi: int | None) -> BodyTruth:
         position = pose.position[0]

@@ -1,0 +1,71 @@
+"""The command `scan`: computes scans, and writes them, a picture and their truth into files."""
+
+import argparse
+import contextlib
+import errno
+from collections.abc import Callable, Iterable, Iterator
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from radar_service.display.last_scan import last_scan_png
+from radar_service.display.video import Controls, layout
+from radar_service.records import SpokeBlock
+from radar_service.scan import Scan, save_scans, scan_of
+from radar_service.scene.load import load_scene
+from radar_service.scene.world import Scene
+from radar_service.simulator import Simulator
+from radar_service.truth.truth_file import TruthFile, header
+
+PICTURE_SIZE = 900  # pixels
+
+
+def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
+    """Computes scans, with a progress bar on a terminal; returns the exit status. Raises SceneError and OSError."""
+    for path in (options.out, options.png, options.truth):
+        if path and not path.parent.is_dir():  # refused now, not after an hour of computation
+            raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
+    simulator = make(load_scene(options.scene))
+    azimuths = simulator.scene.radar.azimuths
+    with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar, _truth_noted(options, simulator) as note:
+        scans = []
+        for _, group in groupby(_counted(simulator.blocks(scans=options.scans), bar), lambda block: block.scan):
+            scans.append(scan_of(group))
+            note(scans[-1].number)
+    metadata = {"name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name}
+    save_scans(options.out, scans, metadata)
+    if options.png:
+        write_png(options.png, scans[-1], simulator)
+    print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")
+    return 0
+
+
+def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
+    """Writes a picture of a scan, as a display with its default controls shows it."""
+    rows = [(np.arange(len(scan.power)), scan.power)]
+    to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step)
+    path.write_bytes(
+        last_scan_png(
+            rows, len(scan.power), to, Controls(), simulator.noise_power, title=simulator.scene.name, size=PICTURE_SIZE,
+            range_max=None, heading=float(scan.heading[-1]),
+        )
+    )  # fmt: skip
+
+
+@contextlib.contextmanager
+def _truth_noted(options: argparse.Namespace, simulator: Simulator) -> Iterator[Callable[[int], None]]:
+    """A function that writes the truth of a scan, where the options ask for it."""
+    if not options.truth:
+        yield lambda number: None
+        return
+    first = header(simulator.scene, simulator.seed, simulator.fidelity.name)
+    with TruthFile(options.truth, first) as file:
+        yield lambda number: file.write(simulator.crossings(number), simulator.snapshot(number))
+
+
+def _counted(blocks: Iterable[SpokeBlock], bar: "tqdm[None]") -> Iterator[SpokeBlock]:
+    for block in blocks:
+        bar.update(len(block))
+        yield block

@@ -1,0 +1,167 @@
+"""Ground truth of each time that the beam crosses a body, and of all bodies at the end of each scan."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from radar_service.frames import polar_from_map, wrap_bearing
+from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot
+from radar_service.scene.geo import geographic_from_map
+from radar_service.scene.motion import Pose
+from radar_service.truth.crossing_times import CrossingSearch
+from radar_service.truth.ground_truth import GroundTruth
+from radar_service.types import Floats, Indices
+
+NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
+RADAR = "0"  # the only one
+
+
+class References(NamedTuple):
+    """Reference points of bodies at E instants: position (E, 3) [m], velocity (E, 3) [m/s], and of the bodies heading (E,)
+    [rad] and turn rate (E,) [rad/s]."""
+
+    position: Floats
+    velocity: Floats
+    heading: Floats
+    turn_rate: Floats
+
+
+class CrossingTruth:
+    """The crossings and snapshots of a scene. truth: of the same scene. Safe to call from several threads."""
+
+    def __init__(self, truth: GroundTruth) -> None:
+        self._truth, self._scene = truth, truth.scene
+        bodies, radar = self._scene.bodies, self._scene.radar
+        self._motions = [body.motion for body in bodies]
+        self._reference = np.array([body.reference for body in bodies]).reshape(-1, 3)
+        self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
+        every = np.arange(len(bodies))
+        self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
+        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths)
+
+    def crossings(self, scan: int) -> tuple[Crossing, ...]:
+        """Returns the crossings of one scan by time."""
+        bodies, time = self._search.within(scan)
+        spokes = np.rint(time / self._scene.radar.spoke_period).astype(np.int64).tolist()
+        return tuple(
+            Crossing(scan=scan, spoke=spoke, own_ship=own_ship, **kinematics)
+            for spoke, own_ship, kinematics in zip(spokes, self._own_ship(time), self._kinematics(bodies, time), strict=True)
+        )
+
+    def snapshot(self, scan: int) -> Snapshot:
+        """Returns all bodies at the end of one scan."""
+        time = (scan + 1) * self._scene.radar.rotation_period
+        every = np.arange(len(self._motions))
+        bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), time)))
+        return Snapshot(scan=scan, time=time, radar=RADAR, own_ship=self._own_ship(np.array([time]))[0], bodies=bodies)
+
+    def _offsets(self, bodies: Indices, time: Floats) -> Floats:
+        """East and north (E, 2) [m] of the reference points of bodies (E,) from the antenna at times (E,) [s]."""
+        return self._references(bodies, time).position[:, :2] - self._scene.antenna(time)[:, :2]
+
+    def _references(self, bodies: Indices, time: Floats) -> References:
+        """The reference points of bodies (E,) at times (E,) [s]."""
+        references = References(*(column[bodies] for column in self._at_start))
+        return self._filled(references, np.flatnonzero(self._moves[bodies]), bodies, time)
+
+    def _filled(self, references: References, rows: Indices, bodies: Indices, time: Floats) -> References:
+        """The references with `rows` computed for bodies (E,) at times (E,) [s]: all rows of a body together."""
+        order = rows[np.argsort(bodies[rows], kind="stable")]
+        for which in np.split(order, np.flatnonzero(np.diff(bodies[order])) + 1) if len(order) else ():
+            body, when = int(bodies[which[0]]), time[which]
+            pose, rate = self._motions[body].pose(when), self._motions[body].turn_rate(when)
+            position, velocity = _reference_moved(pose, rate, self._reference[body])
+            for column, values in zip(references, (position, velocity, pose.heading, rate), strict=True):
+                column[which] = values
+        return references
+
+    def _kinematics(self, bodies: Indices, time: Floats) -> list[dict[str, Any]]:
+        """The fields of Kinematics of bodies (E,) at times (E,) [s]."""
+        scene, earth_radius = self._scene, self._truth.earth_radius
+        points, own = self._references(bodies, time), scene.own_ship.pose(time)
+        polar = polar_from_map(points.position, scene.antenna(time), earth_radius)
+        course = Pose(points.position, points.velocity, points.heading)
+        cpa, tcpa = closest_approach(points.position - own.position, points.velocity - own.velocity)
+        columns = {
+            "time": time, "range": polar.range, "bearing": wrap_bearing(polar.azimuth), "elevation": polar.elevation,
+            "relative_bearing": wrap_bearing(polar.azimuth - own.heading), "course": course.course, "speed": course.speed,
+            "heading": points.heading, "turn_rate": points.turn_rate,
+            "aspect": wrap_bearing(polar.azimuth + np.pi - points.heading), "cpa": cpa,
+        }  # fmt: skip
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        others = zip(
+            bodies.tolist(),
+            points.position.tolist(),
+            points.velocity.tolist(),
+            tcpa.tolist(),
+            self._truth.why_invisible(bodies, time),
+            self._geographic(points.position),
+            strict=True,
+        )
+        return [
+            dict(zip(columns, row, strict=True)) | self._identity(body) | place
+            | {"position": _triple(position), "velocity": _triple(velocity), "reason": reason, "visible": not reason,
+               "tcpa": None if math.isnan(until) else until}
+            for row, (body, position, velocity, until, reason, place) in zip(rows, others, strict=True)
+        ]  # fmt: skip
+
+    def _identity(self, body: int) -> dict[str, Any]:
+        its = self._scene.bodies[body]
+        return {"radar": RADAR, "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
+
+    def _geographic(self, position: Floats) -> list[dict[str, float | None]]:
+        """Latitude and longitude of positions (E, 3) [m], None where the scene has no origin."""
+        if self._scene.origin is None:
+            return [{"latitude_deg": None, "longitude_deg": None}] * len(position)
+        pairs = geographic_from_map(position, self._scene.origin).tolist()
+        return [{"latitude_deg": latitude, "longitude_deg": longitude} for latitude, longitude in pairs]
+
+    def _own_ship(self, time: Floats) -> list[OwnShipTruth]:
+        """Own ship at each time (E,) [s]."""
+        motion = self._scene.own_ship
+        pose = motion.pose(time)
+        sway = np.zeros((len(time), 3)) if motion.sway is None else motion.sway.angles(time)
+        columns = (pose.position, pose.velocity, pose.heading, pose.course, pose.speed, sway)
+        return [
+            OwnShipTruth(
+                position=_triple(position), velocity=_triple(velocity), heading=heading, course=course, speed=speed,
+                roll=roll, pitch=pitch, yaw=yaw,
+            )
+            for position, velocity, heading, course, speed, (roll, pitch, yaw) in zip(
+                *(column.tolist() for column in columns), strict=True
+            )
+        ]  # fmt: skip
+
+
+def _empty(count: int) -> References:
+    return References(np.empty((count, 3)), np.empty((count, 3)), np.empty(count), np.empty(count))
+
+
+def closest_approach(offset: Floats, velocity: Floats) -> tuple[Floats, Floats]:
+    """Returns distance (E,) [m] and time from now (E,) [s] of the closest approach in plan at constant relative velocity.
+
+    offset: relative position (E, 2 or more) [m]; velocity: relative (E, 2 or more) [m/s]. The time is nan where there is no
+    relative speed.
+    """
+    offset, velocity = offset[:, :2], velocity[:, :2]
+    speed2 = np.einsum("ij,ij->i", velocity, velocity)
+    moves = speed2 > NO_RELATIVE_SPEED**2
+    progress = np.einsum("ij,ij->i", offset, velocity)
+    time = np.divide(-progress, speed2, out=np.full(len(offset), np.nan), where=moves)
+    distance = np.linalg.norm(offset + np.where(moves, time, 0.0)[:, None] * velocity, axis=1)
+    return distance, time
+
+
+def _reference_moved(pose: Pose, turn_rate: Floats, offset: Floats) -> tuple[Floats, Floats]:
+    """Map positions (K, 3) [m] and velocities (K, 3) [m/s] of a point of a body's frame (3,) [m] that turns at (K,) [rad/s]."""
+    (x, y, up), c, s = offset, np.cos(pose.heading), np.sin(pose.heading)
+    east, north = c * x + s * y, c * y - s * x
+    turned = np.stack([east, north, np.full(len(c), up)], axis=-1)
+    swung = np.stack([turn_rate * north, -turn_rate * east, np.zeros(len(c))], axis=-1)
+    return pose.position + turned, pose.velocity + swung
+
+
+def _triple(vector: Sequence[float]) -> tuple[float, float, float]:
+    return vector[0], vector[1], vector[2]

@@ -1,0 +1,64 @@
+"""The command `scan`: the files that it writes, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import radar_service as rs
+from radar_service.__main__ import main
+
+SCENE = {
+    "name": "one target",
+    "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
+    "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
+}
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "one.json"
+    path.write_text(json.dumps(SCENE))
+    return path
+
+
+def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, png = tmp_path / "scans.npz", tmp_path / "last.png"
+    assert main(["scan", str(scene), "-o", str(out), "--scans", "2", "--png", str(png), "--seed", "3"]) == 0
+    assert "2 x 60 spokes" in capsys.readouterr().out
+    simulator = rs.Simulator(rs.load_scene(scene), seed=3)
+    scans = [simulator.scan(), simulator.scan()]
+    with np.load(out) as file:
+        for key in ("azimuth", "time", "heading", "position", "field", "power"):
+            expected = scans[0].azimuth if key == "azimuth" else np.stack([getattr(scan, key) for scan in scans])
+            np.testing.assert_array_equal(file[key], expected)
+        np.testing.assert_array_equal(file["range"], scans[0].range)
+        np.testing.assert_array_equal(file["number"], [0, 1])
+        np.testing.assert_array_equal(file["spoke"], np.arange(120).reshape(2, 60))
+        assert (str(file["name"]), int(file["seed"]), str(file["fidelity"])) == ("one target", 3, "auto")
+    picture = np.asarray(Image.open(png).convert("L")).astype(int)
+    north = picture[100:420, 440:461]  # where a target at half range ahead shows
+    south = picture[480:800, 440:461]
+    assert north.sum() > south.sum()
+
+
+def test_scan_shows_no_bar_where_there_is_no_terminal(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["scan", str(scene), "-o", str(tmp_path / "a.npz")]) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("name", ["truth.json", "truth"])
+def test_another_ending_is_refused(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["scan", "open-sea", "-o", str(tmp_path / "s.npz"), "--truth", str(tmp_path / name)])
+    assert ".jsonl" in capsys.readouterr().err
+
+
+def test_a_folder_that_is_not_there_is_refused_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    missing = tmp_path / "none" / "t.jsonl"
+    assert main(["scan", "open-sea", "-o", str(tmp_path / "s.npz"), "--truth", str(missing)]) == 2
+    assert "create it first" in capsys.readouterr().err

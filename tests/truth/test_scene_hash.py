@@ -1,0 +1,49 @@
+"""The hash of a scene changes with anything in it, and with nothing else."""
+
+from typing import Any
+
+import pytest
+
+import radar_service as rs
+from radar_service.truth.scene_hash import scene_hash
+from tests.scenes import point, scene
+
+BODY = point("a", 100, 200)
+BOX = {
+    "name": "b",
+    "shape": "box",
+    "length_m": 4,
+    "width_m": 3,
+    "height_m": 2,
+    "position_m": [500, 0, 0],
+    "material": "wood",
+}
+
+
+def hash_of(*bodies: dict[str, Any], **sections: Any) -> str:
+    return scene_hash(scene(list(bodies or (BODY, BOX)), **sections))
+
+
+def test_equal_scenes_have_equal_hashes() -> None:
+    assert hash_of() == hash_of() and len(hash_of()) == 64
+    assert scene_hash(rs.load_scene("open-sea")) == scene_hash(rs.load_scene("open-sea"))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        hash_of(BODY), hash_of(BOX, BODY), hash_of(BODY | {"name": "c"}, BOX), hash_of(BODY | {"rcs_dbsm": 10.1}, BOX),
+        hash_of(BODY | {"mmsi": 235000001}, BOX), hash_of(BODY | {"course_deg": 5, "speed_kn": 1}, BOX),
+        hash_of(BODY, BOX | {"length_m": 4.001}), hash_of(BODY, BOX | {"material": "steel"}),
+        hash_of(radar={"azimuths": 1024}), hash_of(radar={"pattern": "taylor"}), hash_of(own_ship={"roll_deg": 1}),
+        hash_of(environment={"sea_state": 3}), hash_of(origin={"latitude_deg": 50.0, "longitude_deg": 0.0}),
+    ],
+)  # fmt: skip
+def test_any_change_changes_it(other: str) -> None:
+    assert other != hash_of()
+
+
+def test_what_it_does_not_know_is_an_error() -> None:
+    made = scene([BODY]).with_world(environment=object())
+    with pytest.raises(TypeError, match="object"):
+        scene_hash(made)
