@@ -195,6 +195,10 @@ class Crossing(Kinematics):
     spoke: int
     own_ship: OwnShipTruth
 
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data, as files and feeds have it: the names of the fields, and `type`."""
+        return {"type": "crossing", **asdict(self)}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
@@ -205,3 +209,7 @@ class Snapshot:
     radar: str
     own_ship: OwnShipTruth
     bodies: tuple[Kinematics, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data, as files and feeds have it: the names of the fields, and `type`."""
+        return {"type": "snapshot", **asdict(self)}

@@ -17,7 +17,7 @@ from radar_service.scan import Scan, save_scans, scan_of
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
-from radar_service.truth.truth_file import TruthFile, header
+from radar_service.truth.truth_file import TruthFile
 
 PICTURE_SIZE = 900  # pixels
 
@@ -60,8 +60,7 @@ def _truth_noted(options: argparse.Namespace, simulator: Simulator) -> Iterator[
     if not options.truth:
         yield lambda number: None
         return
-    first = header(simulator.scene, simulator.seed, simulator.fidelity.name)
-    with TruthFile(options.truth, first) as file:
+    with TruthFile(options.truth, simulator.truth_header()) as file:
         yield lambda number: file.write(simulator.crossings(number), simulator.snapshot(number))
 
 

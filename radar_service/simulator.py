@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from radar_service.trace.embree import TREES, RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
+from radar_service.truth.truth_file import header
 from radar_service.types import Floats, Profiles, Singles
 
 if TYPE_CHECKING:
@@ -134,6 +135,10 @@ class Simulator:
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """The truth of all bodies at the end of a scan, by default of the scan that was taken last."""
         return self._crossings.snapshot(self._latest(scan))
+
+    def truth_header(self) -> dict[str, Any]:
+        """What a truth file says first: the scene, the seed, the fidelity and the radar."""
+        return header(self.scene, self.seed, self.fidelity.name)
 
     def _latest(self, scan: int | None) -> int:
         return max(0, self._next_scan - 1) if scan is None else scan

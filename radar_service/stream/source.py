@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,13 @@ class PlanSummary(Protocol):
         """The plan as plain data."""
 
 
+class TruthLine(NamedTuple):
+    """A line of the truth stream: JSON, and the simulated time [s] that it is of."""
+
+    time: float
+    text: str
+
+
 class SpokeSource(Protocol):
     """Produces the spokes of one scene. `radio.world.WorldSource` is one."""
 
@@ -100,6 +107,9 @@ class SpokeSource(Protocol):
 
     def truth(self, t: float) -> Truth:
         """Returns the state of own ship and of every body at time t [s]."""
+
+    def truth_lines(self, scan: int | None) -> "list[TruthLine]":
+        """Returns the truth of the beam crossings of a scan, and of its end; the header for None. Raises EngineFault."""
 
     def spare(self) -> "SpokeSource | None":
         """Returns another source of the same scene that is ready at once; None where there is none."""

@@ -6,7 +6,6 @@ SI units and radians, bearings clockwise from true north; the keys are the field
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
@@ -24,8 +23,8 @@ def header(scene: Scene, seed: int, fidelity: str) -> dict[str, Any]:
     """Returns the first line of a truth file. The same scene, seed and fidelity give the same truth."""
     radar = scene.radar
     return {
-        "schema": SCHEMA, "version": version("radar-service"), "scene": scene.name, "scene_hash": scene_hash(scene),
-        "seed": seed, "fidelity": fidelity,
+        "type": "header", "schema": SCHEMA, "version": version("radar-service"), "scene": scene.name,
+        "scene_hash": scene_hash(scene), "seed": seed, "fidelity": fidelity,
         "radars": [
             {"id": RADAR, "azimuths": radar.azimuths, "rotation_period": radar.rotation_period, "bins": radar.bins,
              "range_first": radar.range_step / 2.0, "range_step": radar.range_step, "beamwidth": radar.beamwidth,
@@ -40,17 +39,17 @@ class TruthFile:
     def __init__(self, path: Path, first: Mapping[str, Any]) -> None:
         """first: the header. Raises OSError."""
         self._file = path.open("w", encoding="utf-8")
-        self._write("header", first)
+        self._write(first)
 
     def write(self, crossings: Iterable[Crossing], snapshot: Snapshot) -> None:
         """Writes the truth of one scan. Raises OSError."""
         for crossing in crossings:
-            self._write("crossing", asdict(crossing))
-        self._write("snapshot", asdict(snapshot))
+            self._write(crossing.as_dict())
+        self._write(snapshot.as_dict())
         self._file.flush()
 
-    def _write(self, kind: str, content: Mapping[str, Any]) -> None:
-        self._file.write(json.dumps({"type": kind, **content}, allow_nan=False) + "\n")
+    def _write(self, content: Mapping[str, Any]) -> None:
+        self._file.write(json.dumps(content, allow_nan=False) + "\n")
 
     def __enter__(self) -> Self:
         return self

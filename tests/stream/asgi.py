@@ -52,6 +52,13 @@ class Socket:
             raise Closed(message["code"])
         return bytes(message["bytes"])
 
+    async def text(self) -> str:
+        """The text of the next message. Raises Closed."""
+        message = await self._next()
+        if message["type"] == "websocket.close":
+            raise Closed(message["code"])
+        return str(message["text"])
+
     async def receive(self) -> dict[str, Any]:
         """The next message of the native feed. Raises Closed."""
         return wire.unpack(await self.raw())

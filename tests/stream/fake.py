@@ -8,14 +8,23 @@ from typing import Any
 import numpy as np
 
 from radar_service.fidelity import Fidelity
-from radar_service.records import BodyTruth, SpokeBlock, Truth
+from radar_service.records import BodyTruth, Crossing, OwnShipTruth, Snapshot, SpokeBlock, Truth
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
-from radar_service.stream.radio.world_process import scene_of
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.radio.world_process import scene_of, truth_lines
+from radar_service.stream.source import Progress, SceneOrder, TruthLine
 
 AZIMUTHS, BINS, STEP = 24, 20, 10.0
+OWN_SHIP = OwnShipTruth(
+    position=(0, 0, 0), velocity=(0, 0, 0), heading=0.5, course=0.5, speed=0.0, roll=0.0, pitch=0.0, yaw=0.0
+)
+KINEMATICS: dict[str, Any] = {
+    **dict.fromkeys(("time", "range", "bearing", "relative_bearing", "elevation", "course", "speed", "heading"), 0.0),
+    **dict.fromkeys(("turn_rate", "aspect", "cpa", "length", "beam"), 0.0),
+    **dict.fromkeys(("mmsi", "latitude_deg", "longitude_deg", "tcpa")),
+    "radar": "0", "body": "buoy", "position": (0, 0, 0), "velocity": (0, 0, 0), "visible": True, "reason": "",
+}  # fmt: skip
 
 
 def scene(name: str = "test scene", **radar: Any) -> Scene:
@@ -93,6 +102,25 @@ class FakeEngine:
             "own ship", (0, 0, 0), (0, 0, 0), 0.5, 0.5, 0.0, 0.0, 0.0, 0.0, True, "", None, None, None
         )  # fmt: skip
         return Truth(t, own, (replace(own, name="buoy"),))
+
+    def crossings(self, scan: int | None = None) -> tuple[Crossing, ...]:
+        """Two in each scan: between the spokes 8 and 9, and 16 and 17."""
+        period = self.scene.radar.rotation_period
+        return tuple(
+            Crossing(scan=scan or 0, spoke=round((scan or 0) * AZIMUTHS + AZIMUTHS * share), own_ship=OWN_SHIP,
+                     **KINEMATICS | {"time": ((scan or 0) + share) * period})
+            for share in (8.5 / AZIMUTHS, 16.5 / AZIMUTHS)
+        )  # fmt: skip
+
+    def snapshot(self, scan: int | None = None) -> Snapshot:
+        time = ((scan or 0) + 1) * self.scene.radar.rotation_period
+        return Snapshot(scan=scan or 0, time=time, radar="0", own_ship=OWN_SHIP, bodies=())
+
+    def truth_header(self) -> dict[str, Any]:
+        return {"type": "header", "scene": self.scene.name}
+
+    def truth_lines(self, scan: int | None) -> list[TruthLine]:
+        return truth_lines(self, scan)
 
     def spare(self) -> None:
         return None

@@ -1,7 +1,6 @@
 """Truth files: each line is JSON with a type, and holds what the simulator says."""
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 
 import radar_service as rs
@@ -27,11 +26,11 @@ def test_scan_writes_the_truth_of_each_crossing(tmp_path: Path) -> None:
     assert main(command) == 0
     first, *lines = (json.loads(line) for line in out.read_text().splitlines())
     sim = rs.Simulator(rs.load_scene(path), seed=4)
-    assert first == {"type": "header", **header(sim.scene, 4, "auto")}
+    assert first == sim.truth_header() == header(sim.scene, 4, "auto") and first["type"] == "header"
     expected = []
     for scan in range(3):
-        expected += [{"type": "crossing", **asdict(crossing)} for crossing in sim.crossings(scan)]
-        expected += [{"type": "snapshot", **asdict(sim.snapshot(scan))}]
+        expected += [crossing.as_dict() for crossing in sim.crossings(scan)]
+        expected += [sim.snapshot(scan).as_dict()]
     assert lines == json.loads(json.dumps(expected))
     assert set(KEYS) < set(lines[0]) and lines[0]["latitude_deg"] is None and lines[0]["tcpa"] is None
     assert [line["type"] for line in lines] == 3 * ["crossing", "crossing", "snapshot"]

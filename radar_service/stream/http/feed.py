@@ -95,7 +95,7 @@ async def _refuse(socket: WebSocket, codec: Codec, code: int, reason: str) -> No
 
 
 async def _converse(socket: WebSocket, client: ClientQueue) -> None:
-    tasks = [asyncio.create_task(part) for part in (_send(socket, client), _receive(socket), _cut_after_end(client))]
+    tasks = [asyncio.create_task(part) for part in (_send(socket, client), until_gone(socket), _cut_after_end(client))]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     finally:
@@ -109,13 +109,13 @@ async def _converse(socket: WebSocket, client: ClientQueue) -> None:
 
 async def _send(socket: WebSocket, client: ClientQueue) -> None:
     client.write = write = frame_writer(socket.scope)
-    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; _receive returns too
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; until_gone returns too
         while (item := await client.get()) is not None:
             if item.data and not (write and write(item.frame)):
                 await socket.send_bytes(item.data)  # which waits for room and raises where the socket closes
 
 
-async def _receive(socket: WebSocket) -> None:
+async def until_gone(socket: WebSocket) -> None:
     """Ignores client messages; returns on disconnect."""
     while (await socket.receive())["type"] != "websocket.disconnect":
         pass

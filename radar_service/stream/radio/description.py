@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
-from radar_service.records import SpokeBlock, Truth
+from radar_service.records import Crossing, Snapshot, SpokeBlock, Truth
 from radar_service.scene.world import Scene
 from radar_service.stream.source import PlanSummary, SceneOutline
 
@@ -39,6 +39,15 @@ class SceneEngine(Protocol):
 
     def truth(self, t: float) -> Truth:
         """Returns the truth at time t [s]."""
+
+    def crossings(self, scan: int | None = None) -> tuple[Crossing, ...]:
+        """Returns the beam crossings of a scan."""
+
+    def snapshot(self, scan: int | None = None) -> Snapshot:
+        """Returns the truth at the end of a scan."""
+
+    def truth_header(self) -> dict[str, Any]:
+        """Returns what a stream of the truth says first."""
 
 
 MakeEngine = Callable[[Scene], SceneEngine]

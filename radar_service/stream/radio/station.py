@@ -19,6 +19,7 @@ from radar_service.stream.radio.last_scan import LastScan
 from radar_service.stream.radio.pacing import Schedule
 from radar_service.stream.radio.preparation import Preparations
 from radar_service.stream.radio.transmitter import Transmitter
+from radar_service.stream.radio.truth_stream import Follower, TruthStream
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink, new_epoch_name
@@ -33,6 +34,7 @@ class Station:
     hub: its clients.
     feed: encodes for them.
     last_scan: for pictures.
+    truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
     stopping: whether new clients are refused.
     failed: called, from another thread, when the radar has failed.
@@ -52,13 +54,15 @@ class Station:
         self.hub = Hub(clock)
         self.feed = FeedEncoder(output := FeedOutput(self.hub), self._radar_info, clock)
         self.last_scan = LastScan(engine)
+        self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
+        self.truth_stream = TruthStream(engine, self._truths)
+        sinks = (self.feed, self.last_scan, self.truth_stream, *sinks)
         self.transmitter = Transmitter(
-            engine, settings or Settings(), (self.feed, self.last_scan, *sinks), clock, make_engine, restarts=restarts,
-            schedule=schedule, on_restart=self._log_restart, on_failure=self._report_failure,
+            engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts, schedule=schedule,
+            on_restart=self._log_restart, on_failure=self._report_failure,
         )  # fmt: skip
         self.preparations = Preparations()
         self._output, self._make_engine = output, make_engine
-        self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
         self._swaps = self._last_swap = 0  # requests for another scene, and the number of the last one that was met
 
     @property
@@ -74,12 +78,14 @@ class Station:
     async def start(self) -> None:
         """Starts to compute and to send, and to take clients."""
         self._output.start()
+        self.truth_stream.start()
         await asyncio.to_thread(self.transmitter.start)
 
     async def stop(self, reason: str = "the server is stopping") -> None:
         """Sends `bye` to every client and ends the threads."""
         self.stopping = True
         self.hub.close(reason)
+        self.truth_stream.end(reason)
         await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
         self._truths.shutdown(wait=False, cancel_futures=True)
         await self.hub.emptied(LEAVE_TIMEOUT)
@@ -95,6 +101,12 @@ class Station:
         self.hub.join(client, since)
         encoding = client.view.encoding
         log_event("client joined", radar=self.identity, client=client.number, encoding=encoding, mode=client.mode)
+
+    def follow_truth(self) -> Follower:
+        """Returns a client of the truth. Raises FeedRefused with the reason."""
+        if self.stopping:
+            raise FeedRefused("the server is stopping")
+        return self.truth_stream.join()
 
     def leave(self, client: ClientQueue) -> None:
         """Removes a client from the feed."""

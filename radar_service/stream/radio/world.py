@@ -18,7 +18,7 @@ from radar_service.stream.processes.limits import default_memory
 from radar_service.stream.radio.description import Description, MakeEngine
 from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, EngineFault
 from radar_service.stream.radio.spare import RUN
-from radar_service.stream.source import Progress, SceneOrder, SceneOutline
+from radar_service.stream.source import Progress, SceneOrder, SceneOutline, TruthLine
 
 TRUTH_TIMEOUT = 10.0  # s
 SPARE_TIMEOUT = 5.0  # s that a process may take to make its spare; it takes milliseconds
@@ -92,17 +92,27 @@ class WorldSource:
 
     def truth(self, t: float) -> Truth:
         """Returns the state of everything at time t [s]. Raises EngineFault where the process fails."""
+        answer: Truth = self._answer("truth", t)
+        return answer
+
+    def truth_lines(self, scan: int | None) -> list[TruthLine]:
+        """Returns the truth of a scan, as SpokeSource.truth_lines. Raises EngineFault where the process fails."""
+        answer: list[TruthLine] = self._answer("truth_lines", scan)
+        return answer
+
+    def _answer(self, question: str, argument: object) -> Any:
+        """Returns what the process answers (world_process.ANSWERS)."""
         try:
             with self._asking:
-                self._child.control.send(t)
-                answer = self._child.control.receive(TRUTH_TIMEOUT)
+                self._child.control.send((question, argument))
+                succeeded, answer = self._child.control.receive(TRUTH_TIMEOUT)
         except TimeoutError:
             self._child.close()  # a late answer would be taken for that of the next request
             raise EngineFault(f"no ground truth after {TRUTH_TIMEOUT:g} s") from None
         except (OSError, EOFError):
             raise EngineFault(ENDED) from None
-        if not isinstance(answer, Truth):
-            raise EngineFault(str(answer))
+        if not succeeded:
+            raise EngineFault(answer)
         return answer
 
     def close(self) -> None:

@@ -1,22 +1,24 @@
 """The process of one running scene: loads it, prepares it, computes its spokes, and ends with it.
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), then its
-spare (see spare.py), and afterwards one truth for each time [s] that it receives. An order to run, as
-(scan, size), arrives on `data`; from then on it sends (fields of a block, number of trees) there, and at last the text of a
-fault. The socket holds it back while nobody reads.
+spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
+order to run, as (scan, size), arrives on `data`; from then on it sends (fields of a block, number of trees) there, and at
+last the text of a fault. The socket holds it back while nobody reads.
 """
 
 import contextlib
 import gc
+import json
 import math
 import os
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from time import monotonic
 from typing import Any, NoReturn
 
 from radar_service.parallel import BLAS_LIMIT
+from radar_service.records import Crossing, Snapshot
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.mesh_reader import IN_PROCESS
@@ -27,7 +29,7 @@ from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
 from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
 from radar_service.stream.radio.spare import with_spare
-from radar_service.stream.source import SceneOrder, SceneOutline
+from radar_service.stream.source import SceneOrder, SceneOutline, TruthLine
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 
@@ -125,14 +127,32 @@ def _answer_on(control: Channel, engines: Sequence[SceneEngine]) -> None:
     threading.Thread(target=_answer, args=(control, engines), name="truth", daemon=True).start()
 
 
+def truth_lines(engine: SceneEngine, scan: int | None) -> list[TruthLine]:
+    """Returns the truth of a scan, as SpokeSource.truth_lines."""
+    if scan is None:
+        return [TruthLine(0.0, _line(engine.truth_header()))]
+    records: list[Crossing | Snapshot] = [*engine.crossings(scan), engine.snapshot(scan)]
+    return [TruthLine(record.time, _line(record.as_dict())) for record in records]
+
+
+ANSWERS: dict[str, Callable[[SceneEngine, Any], Any]] = {
+    "truth": lambda engine, time: engine.truth(time),
+    "truth_lines": truth_lines,
+}
+
+
+def _line(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, allow_nan=False)
+
+
 def _answer(control: Channel, engines: Sequence[SceneEngine]) -> NoReturn:
-    """Answers requests for the truth; ends the process, also while it prepares, when the service is gone."""
+    """Answers questions; ends the process, also while it prepares, when the service is gone."""
     try:
         while True:
-            time = control.receive()
+            question, argument = control.receive()
             try:
-                control.send(engines[0].truth(time))
+                control.send((True, ANSWERS[question](engines[0], argument)))
             except Exception as error:  # as above
-                control.send(RuntimeError(f"{type(error).__name__}: {error}"))
+                control.send((False, f"{type(error).__name__}: {error}"))
     finally:
         os._exit(0)

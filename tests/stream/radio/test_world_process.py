@@ -1,5 +1,6 @@
 """What happens inside the process of a scene, tested in this one."""
 
+import json
 import os
 
 import pytest
@@ -56,10 +57,19 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     child.data.send((2, 16))
     block, trees = child.data.receive(SOON)
     assert trees >= 0 and block["first"] == 120 and block["range"] is None and len(block["time"]) == 16
-    child.control.send(3.0)
-    assert child.control.receive(SOON).time == 3.0
-    child.control.send("no time")
-    assert isinstance(child.control.receive(SOON), RuntimeError)
+    child.control.send(("truth", 3.0))
+    succeeded, truth = child.control.receive(SOON)
+    assert succeeded and truth.time == 3.0
+    child.control.send(("truth_lines", None))
+    _, [header] = child.control.receive(SOON)
+    assert json.loads(header.text)["type"] == "header"
+    child.control.send(("truth_lines", 4))
+    _, [snapshot] = child.control.receive(SOON)
+    assert json.loads(snapshot.text)["scan"] == 4 and snapshot.time == json.loads(snapshot.text)["time"]
+    for question in (("truth", "no time"), ("what", 1)):
+        child.control.send(question)
+        succeeded, reason = child.control.receive(SOON)
+        assert not succeeded and "Error" in reason
     child.close()
     for channel in (spare_control, spare_data):
         channel.close()

@@ -1,0 +1,70 @@
+"""The websocket of the truth: JSON Lines, one line a message. Off unless the server was started with --truth."""
+
+import asyncio
+import contextlib
+import json
+from collections.abc import Callable, Mapping
+
+from fastapi import APIRouter
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from radar_service.stream.fanout.hub import FeedRefused
+from radar_service.stream.http.feed import FORBIDDEN, GRACE, NOT_FOUND, REFUSALS, UNAVAILABLE, until_gone
+from radar_service.stream.radio.station import Station
+from radar_service.stream.radio.truth_stream import Follower, TruthStream
+
+PATH = "/api/radars/{radar}/truth/stream"
+
+
+def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]) -> APIRouter:
+    """Returns the websocket route of the truth. refused: is called with the kind of each refusal."""
+    router = APIRouter()
+
+    @router.websocket(PATH)
+    async def stream(socket: WebSocket, radar: str) -> None:
+        await socket.accept()
+        station = stations.get(radar)
+        if station is None:
+            return await _refuse(socket, NOT_FOUND, f'radar: there is no "{radar[:40]}"; see /api/radars', refused)
+        if not station.allow_truth:
+            return await _refuse(socket, FORBIDDEN, "truth: this server does not send it; start it with --truth", refused)
+        try:
+            follower = station.follow_truth()
+        except FeedRefused as error:
+            return await _refuse(socket, UNAVAILABLE, str(error), refused)
+        await _serve(socket, station.truth_stream, follower)
+
+    return router
+
+
+async def _serve(socket: WebSocket, stream: TruthStream, follower: Follower) -> None:
+    """Serves one client until it leaves or is ended."""
+    tasks = [asyncio.create_task(part) for part in (_send(socket, stream, follower), until_gone(socket))]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        stream.leave(follower)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    if follower.reason:
+        await _say_bye(socket, follower.code, follower.reason)
+
+
+async def _send(socket: WebSocket, stream: TruthStream, follower: Follower) -> None:
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; until_gone returns too
+        async for line in stream.lines(follower):
+            await socket.send_text(line)
+
+
+async def _refuse(socket: WebSocket, code: int, reason: str, refused: Callable[[str], None]) -> None:
+    refused(REFUSALS[code])
+    await _say_bye(socket, code, reason)
+
+
+async def _say_bye(socket: WebSocket, code: int, reason: str) -> None:
+    """Sends the reason as the last line and closes, where the client takes that in time."""
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
+        async with asyncio.timeout(GRACE):
+            await socket.send_text(json.dumps({"type": "bye", "reason": reason}))
+            await socket.close(code, reason.encode()[:120].decode(errors="ignore"))

@@ -1,0 +1,145 @@
+"""The stream of the truth: each beam crossing once its spokes have been sent, and all bodies at the end of each scan."""
+
+import asyncio
+import contextlib
+from collections import deque
+from collections.abc import AsyncIterator
+from concurrent.futures import Executor
+from typing import NamedTuple
+
+from radar_service.stream.fanout.client_queue import GOING_AWAY, TOO_SLOW
+from radar_service.stream.fanout.hub import FeedRefused
+from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.source import SpokeSource, TruthLine
+from radar_service.stream.spokes import Epoch, SpokeBatch
+
+MAX_FOLLOWERS = 16
+MAX_BEHIND = 4096  # batches: a minute at 15 ms each
+MAX_KEPT = 4  # scans whose lines are kept, so that several followers ask for them once
+
+
+class Sent(NamedTuple):
+    """Spokes of a scan that were sent: times of the first and the last one [s]. ends: whether they end the scan."""
+
+    engine: SpokeSource
+    scan: int
+    first: float
+    last: float
+    ends: bool
+
+
+class Follower:
+    """A client of the stream. reason, code: why it was ended, and the websocket's close code; "" while it is not."""
+
+    def __init__(self) -> None:
+        self.reason, self.code = "", GOING_AWAY
+        self._sent: asyncio.Queue[Sent | None] = asyncio.Queue()
+
+    async def next(self) -> Sent | None:
+        """Returns what was sent next; None at the end."""
+        if (sent := await self._sent.get()) is None:
+            self._sent.put_nowait(None)
+        return sent
+
+    def put(self, sent: Sent) -> None:
+        """Notes what was sent."""
+        if self._sent.qsize() < MAX_BEHIND:
+            return self._sent.put_nowait(sent)
+        while not self._sent.empty():
+            self._sent.get_nowait()
+        self.end("this client reads the truth too slowly", TOO_SLOW)
+
+    def end(self, reason: str, code: int = GOING_AWAY) -> None:
+        """Ends it, after what it has yet to read."""
+        if not self.reason:
+            self.reason, self.code = reason, code
+        self._sent.put_nowait(None)
+
+
+class TruthStream:
+    """A sink of spokes with followers. Belongs to the event loop, but for the methods of SpokeSink.
+
+    pool: where engines are asked; `start` comes first.
+    """
+
+    def __init__(self, engine: SpokeSource, pool: Executor) -> None:
+        self._engine, self._pool = engine, pool
+        self._followers: set[Follower] = set()
+        self._kept: dict[tuple[SpokeSource, int | None], asyncio.Future[list[TruthLine]]] = {}
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def start(self) -> None:
+        """Remembers the running event loop."""
+        self._loop = asyncio.get_running_loop()
+
+    def open_epoch(self, epoch: Epoch) -> None:
+        """Remembers the engine."""
+        self._engine = epoch.engine
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Tells the followers what was sent."""
+        if self._followers and self._loop:
+            engine, block = batch.epoch.engine, batch.block
+            ends = block.index + len(block) == engine.scene.radar.azimuths
+            sent = Sent(engine, block.scan, float(block.time[0]), float(block.time[-1]), ends)
+            self._loop.call_soon_threadsafe(self._put, sent)
+
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        """Ignores it: the truth of spokes that were not sent is not sent."""
+
+    def close(self, reason: str) -> None:
+        """Ends all followers."""
+        if self._loop:
+            self._loop.call_soon_threadsafe(self.end, reason)
+
+    def end(self, reason: str) -> None:
+        """Ends all followers, on the event loop."""
+        for follower in self._followers:
+            follower.end(reason)
+
+    def join(self) -> Follower:
+        """Returns a new follower, which `leave` takes back. Raises FeedRefused where there are too many."""
+        if len(self._followers) >= MAX_FOLLOWERS:
+            raise FeedRefused(f"the truth has its {MAX_FOLLOWERS} clients; try again later")
+        follower = Follower()
+        self._followers.add(follower)
+        return follower
+
+    def leave(self, follower: Follower) -> None:
+        """Forgets a follower."""
+        self._followers.discard(follower)
+
+    async def lines(self, follower: Follower) -> AsyncIterator[str]:
+        """Yields the lines for a follower: a header for each scene, then what happens from now on."""
+        header, waiting = "", deque[TruthLine]()
+        position: tuple[SpokeSource, int] | None = None
+        sent: Sent | None = Sent(self._engine, -1, 0.0, 0.0, False)
+        while sent is not None:
+            if (sent.engine, sent.scan) != position:
+                first = await self._asked(sent.engine, None)
+                if first and first[0].text != header:
+                    header = first[0].text
+                    yield header
+                scan = await self._asked(sent.engine, sent.scan) if sent.scan >= 0 else []
+                waiting = deque(line for line in scan if line.time >= sent.first)
+                position = sent.engine, sent.scan if scan else -1
+            while waiting and (sent.ends or waiting[0].time <= sent.last):
+                yield waiting.popleft().text
+            sent = await follower.next()
+
+    def _put(self, sent: Sent) -> None:
+        for follower in self._followers:
+            follower.put(sent)
+
+    async def _asked(self, engine: SpokeSource, scan: int | None) -> list[TruthLine]:
+        """The lines of a scan, or the header; none where the engine fails, which another one replaces."""
+        key = engine, scan
+        if key not in self._kept:
+            loop = asyncio.get_running_loop()
+            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, engine.truth_lines, scan))
+            while len(self._kept) > MAX_KEPT:
+                del self._kept[next(iter(self._kept))]
+        with contextlib.suppress(EngineFault):
+            return await asyncio.shield(self._kept[key])
+        self._kept.pop(key, None)
+        return []
