@@ -87,12 +87,30 @@ class Scan:
         )
 
 
-def scan_of(blocks: Iterable[SpokeBlock]) -> Scan:
-    """All the blocks of one scan as a scan."""
-    whole = joined(list(blocks))
+def scan_of(blocks: Iterable[SpokeBlock], azimuths: int | None = None) -> Scan:
+    """The blocks of one scan, of which some may be missing, as a scan.
+
+    azimuths: of a whole scan; without it the blocks are all of one. Azimuths without a block are NaN.
+    """
+    parts = list(blocks)
+    whole = joined(parts)
+    count = azimuths or len(whole)
+    if count == len(whole):
+        return Scan(
+            whole.scan, whole.time, whole.azimuth, whole.heading, whole.position, whole.course, whole.speed, whole.range,
+            whole.range_step, whole.field, whole.power,
+        )  # fmt: skip
+    rows = np.concatenate([part.index + np.arange(len(part)) for part in parts])
+
+    def spread(values: NDArray[Any]) -> NDArray[Any]:
+        result = np.full((count, *values.shape[1:]), np.nan, dtype=values.dtype)
+        result[rows] = values
+        return result
+
     return Scan(
-        whole.scan, whole.time, whole.azimuth, whole.heading, whole.position, whole.course, whole.speed, whole.range,
-        whole.range_step, whole.field, whole.power,
+        whole.scan, spread(whole.time), np.arange(count, dtype=np.float64) * (2.0 * np.pi / count), spread(whole.heading),
+        spread(whole.position), spread(whole.course), spread(whole.speed), whole.range, whole.range_step,
+        spread(whole.field), spread(whole.power),
     )  # fmt: skip
 
 

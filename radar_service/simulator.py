@@ -20,12 +20,13 @@ from radar_service.plan.settings_search import fidelity_for
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth, regrouped
 from radar_service.scene.world import Scene
+from radar_service.sector import Sector
 from radar_service.trace.embree import TREES, RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.truth.truth_file import header
-from radar_service.types import Floats, Profiles, Singles
+from radar_service.types import Flags, Floats, Profiles, Singles
 
 if TYPE_CHECKING:
     from radar_service.scan import Scan
@@ -36,8 +37,11 @@ class AzimuthEngine(Protocol):
 
     range: Floats  # (N,) m, where the samples stand
 
-    def tiles(self, scan: int) -> Iterator[tuple[int, Profiles, Singles]]:
-        """One scan: index of each tile's first azimuth, field (K, N) [sqrt(W)] and power (K, N) [W]."""
+    def tiles(self, scan: int, wanted: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
+        """One scan: index of each tile's first azimuth, field (K, N) [sqrt(W)] and power (K, N) [W].
+
+        wanted: flags of azimuths (A,); tiles without any may be left out.
+        """
         ...
 
 
@@ -50,17 +54,24 @@ class Simulator:
     """
 
     @BLAS_LIMIT.held()
-    def __init__(self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1) -> None:
+    def __init__(
+        self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1,
+        sector: tuple[float, float] | None = None,
+    ) -> None:  # fmt: skip
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
-        many compute at once, which changes no byte.
+        many compute at once, which changes no byte; sector: from and to, clockwise from true north [rad]: only its azimuths
+        are computed, with the bytes that they have in a whole scan.
 
-        Raises ValueError for an unknown name, a negative seed or fewer than one thread.
+        Raises ValueError for an unknown name, a negative seed, fewer than one thread or a sector that is not two angles.
         """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
         if threads < 1:
             raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
+        if sector is not None and (len(sector) != 2 or not np.isfinite(sector).all()):
+            raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
         self.scene, self.seed, self.fidelity = scene, seed, _fidelity(scene, fidelity)
+        self._sector = Sector(scene.radar, sector)
         self._engine: AzimuthEngine
         self._set_up: SetUp | None = None  # of the pipeline; the specification as printed has no plan of its own
         if self.fidelity.engine == "documented":
@@ -96,10 +107,10 @@ class Simulator:
         return TREES.live
 
     def scan(self) -> "Scan":
-        """The next scan."""
+        """The next scan. Azimuths outside the sector are NaN."""
         from radar_service.scan import scan_of  # here: the service makes no scans, and its pictures would slow every start
 
-        return scan_of(self.blocks(scans=1))
+        return scan_of(self.blocks(scans=1), self.scene.radar.azimuths)
 
     def spokes(self, scans: int | None = None) -> Iterator[Spoke]:
         """The spokes of the next `scans` scans one by one, in order; None: without end."""
@@ -114,8 +125,9 @@ class Simulator:
         """
         for _ in itertools.count() if scans is None else range(scans):
             number, self._next_scan = self._next_scan, self._next_scan + 1
-            computed = (self._block(number, *tile) for tile in self._engine.tiles(number))
-            yield from BLAS_LIMIT.each(regrouped(computed, size))
+            computed = (self._block(number, *tile) for tile in self._engine.tiles(number, self._sector.wanted))
+            for stretch in self._sector.stretches(computed):
+                yield from BLAS_LIMIT.each(regrouped(stretch, size))
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0 at t = 0. Earlier ones are not computed."""

@@ -25,7 +25,7 @@ from radar_service.scene.world import Scene
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.moller_trumbore import TriangleList
 from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
-from radar_service.types import Floats, Indices, Profiles, Singles
+from radar_service.types import Flags, Floats, Indices, Profiles, Singles
 
 TRACERS: dict[str, type[TriangleScene] | type[TriangleList]] = {"embree": TriangleScene, "moller_trumbore": TriangleList}
 ON_SURFACE = 1e-9  # of the range: a surface does not occlude a point that lies on it
@@ -77,8 +77,11 @@ class DocumentedEngine:
         self._transmitted = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
         self._window = window(radar.window, self._transmitted.size)
 
-    def tiles(self, scan: int) -> Iterator[tuple[int, Profiles, Singles]]:
-        """One revolution in one piece, as eq. 19 needs all of it: index 0 of its first azimuth, field and power."""
+    def tiles(self, scan: int, wanted: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
+        """One revolution in one piece, as eq. 19 needs all of it: index 0 of its first azimuth, field and power.
+
+        wanted: ignored, for the same reason.
+        """
         yield 0, *self.scan(scan)
 
     def scan(self, number: int) -> tuple[Profiles, Singles]:

@@ -118,13 +118,10 @@ class Radar:
         return index * self.azimuth_step, np.asarray(number, dtype=np.float64) * self.spoke_period
 
     def is_blind(self, from_bow: Floats) -> Flags:
-        """Which boresights (K,) [rad clockwise from the bow] lie in a blind sector.
-
-        A sector runs clockwise and includes both its ends. Ends that differ by full circles make a full circle.
-        """
+        """Which boresights (K,) [rad clockwise from the bow] lie in a blind sector."""
         blind = np.zeros(from_bow.shape, dtype=np.bool_)
         for start, stop in self.blind_sectors:
-            blind |= (from_bow - start + EDGE) % FULL_CIRCLE <= _sector_width(start, stop) + 2.0 * EDGE
+            blind |= in_sector(from_bow, start, stop)
         return blind
 
 
@@ -139,6 +136,14 @@ def horizon(height: Floats | float, antenna_height: Floats | float, earth_radius
     if np.isinf(earth_radius):
         return np.full(raised.shape, np.inf)  # and not inf x 0
     return np.asarray(np.sqrt(2.0 * earth_radius * antenna_height) + np.sqrt(2.0 * earth_radius * raised))
+
+
+def in_sector(angle: Floats, start: float, stop: float) -> Flags:
+    """Which angles (K,) lie between `start` and `stop`, clockwise [rad].
+
+    A sector includes both its ends. Ends that differ by full circles make a full circle.
+    """
+    return np.asarray((angle - start + EDGE) % FULL_CIRCLE <= _sector_width(start, stop) + 2.0 * EDGE)
 
 
 def _sector_width(start: float, stop: float) -> float:

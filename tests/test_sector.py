@@ -1,0 +1,61 @@
+"""A sector has the bytes that its azimuths have in a whole scan, and costs its share."""
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.engine.pipeline import Engine
+from tests.scenes import point, scene
+
+MADE = scene(
+    [point("a", 30, 900, swerling=1), point("b", -60, 1200, course_deg=90, speed_kn=15), point("c", 900, 0)],
+    radar={"azimuths": 360, "beamwidth_deg": 3, "range_max_m": 2000, "blind_sectors_deg": [[5, 9]]},
+    environment={"noise": True, "sea_state": 3, "rain_mm_h": 2},
+)
+DEGREE = np.pi / 180.0
+
+
+@pytest.mark.parametrize("ends", [(10, 28), (350, 20), (-10, 20), (0, 359), (90, 90.5), (200, 199)])
+@pytest.mark.parametrize("fidelity", ["fast", "documented"])
+def test_its_bytes_are_those_of_a_whole_scan(ends: tuple[float, float], fidelity: str) -> None:
+    sector = ends[0] * DEGREE, ends[1] * DEGREE
+    whole, part = rs.Simulator(MADE, fidelity, 5), rs.Simulator(MADE, fidelity, 5, sector=sector)
+    for _ in range(2):
+        expected, made = whole.scan(), part.scan()
+        inside = (np.arange(360) - ends[0]) % 360 <= (ends[1] - ends[0]) % 360
+        np.testing.assert_array_equal(~np.isnan(made.time), inside)
+        assert made.field[inside].tobytes() == expected.field[inside].tobytes()
+        assert made.power[inside].tobytes() == expected.power[inside].tobytes()
+        for name in ("time", "heading", "position", "course", "speed"):
+            np.testing.assert_array_equal(getattr(made, name)[inside], getattr(expected, name)[inside])
+            assert np.isnan(getattr(made, name)[~inside]).all()
+        np.testing.assert_array_equal(made.azimuth, expected.azimuth)
+        assert np.isnan(made.field[~inside]).all() and made.number == expected.number
+
+
+def test_a_sector_across_north_comes_in_two_stretches_of_blocks() -> None:
+    sim = rs.Simulator(MADE, "fast", sector=(-4 * DEGREE, 6 * DEGREE))
+    blocks = list(sim.blocks(scans=2, size=5))
+    assert [(block.scan, block.index, len(block)) for block in blocks] == [
+        (scan, *stretch) for scan in range(2) for stretch in ((0, 5), (5, 2), (356, 4))
+    ]
+    assert [block.first for block in blocks[:3]] == [0, 5, 356]
+
+
+def test_other_tiles_are_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    computed = []
+    tile = Engine._tile
+
+    def counted(self: Engine, scan: int, start: int) -> object:
+        computed.append(start)
+        return tile(self, scan, start)
+
+    monkeypatch.setattr(Engine, "_tile", counted)
+    rs.Simulator(MADE, "fast", sector=(90 * DEGREE, 100 * DEGREE)).scan()
+    assert 1 <= len(computed) <= 2
+
+
+@pytest.mark.parametrize("sector", [(0.0, np.nan), (1.0,), (0.0, 1.0, 2.0)])
+def test_what_is_no_sector_is_refused(sector: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match="two angles"):
+        rs.Simulator(MADE, "fast", sector=sector)  # type: ignore[arg-type]
