@@ -62,6 +62,10 @@ def parser() -> argparse.ArgumentParser:
     serve.add_argument("--port", default=8000, type=partial(whole, minimum=0, maximum=65535), help="default 8000; 0: any")
     serve.add_argument("--pace", default=1.0, type=pace, help="simulated seconds per second, or max (default 1)")
     serve.add_argument("--truth", action="store_true", help="allow clients to read the truth")
+    serve.add_argument(
+        "--wait-for", default=0, type=partial(whole, minimum=0, maximum=500), metavar="N",
+        help="send nothing until N clients listen to a radar, so that they get its first spoke (default 0)",
+    )  # fmt: skip
     serve.add_argument("--scene-folder", action="append", default=[], type=Path, help="list the scenes of this folder too")
     serve.add_argument(
         "--token", help="token that every change needs; other users see it in the list of processes, so prefer:"

@@ -1,10 +1,12 @@
 """From a scene file over the real service to the Python client and its picture: things stand where the scene puts them."""
 
+import json
 import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -12,10 +14,11 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy import ndimage
 
+import radar_service as rs
 import scenes
 from clients.ppi.__main__ import main as receive
 
-Serve = Callable[[str], str]
+Serve = Callable[..., str]
 TARGETS = {"orientation": [(30.0, 1000.0), (120.0, 2000.0), (250.0, 3000.0)], "worked-example": [(45.0, 200.0)]}
 SIZE = 900
 
@@ -25,19 +28,9 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
     """Puts a scene text on the air as fast as the machine goes and gives the address."""
     services = []
 
-    def start(text: str) -> str:
-        (tmp_path / "scene.toml").write_text(text)
-        command = [
-            sys.executable,
-            "-m",
-            "radar_service",
-            "serve",
-            str(tmp_path / "scene.toml"),
-            "--port",
-            "0",
-            "--pace",
-            "max",
-        ]
+    def start(text: str, *options: str) -> str:
+        (path := tmp_path / "scene.toml").write_text(text)
+        command = [sys.executable, "-m", "radar_service", "serve", str(path), "--port", "0", "--pace", "max", *options]
         services.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
         assert services[-1].stdout is not None
         return services[-1].stdout.readline().split("open http://")[1].strip().rstrip("/")
@@ -100,3 +93,42 @@ def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, se
         assert len(located) == len(expected)
         for spot in expected:
             assert np.hypot(*(located - spot).T).min() < 0.015 + 2 / disc(picture)
+
+
+MOVING = """
+[radar]
+azimuths = 90
+beamwidth_deg = 6
+range_max_m = 1500
+[environment]
+noise = true
+[[body]]
+name = "p"
+shape = "point"
+position_m = [300, 600, 5]
+rcs_dbsm = 20
+swerling = 1
+course_deg = 200
+speed_kn = 20
+"""
+
+
+def test_the_clients_that_are_waited_for_get_the_bytes_of_a_simulator_from_spoke_0(serve: Serve, tmp_path: Path) -> None:
+    address = serve(MOVING, "--wait-for", "2", "--seed", "6")
+    with urlopen(f"http://{address}/api/health") as answer:
+        assert answer.status == 200 and json.load(answer)["radars"][0]["state"] == "waiting"
+    files = [tmp_path / f"{name}.npz" for name in "ab"]
+    clients = [
+        subprocess.Popen(
+            [sys.executable, "-m", "clients.ppi", f"ws://{address}", "--mode", "lossless", "--encoding", "c64", "--npz",
+             str(file), "--scans", "2"]
+        )
+        for file in files
+    ]  # fmt: skip
+    assert [client.wait(60) for client in clients] == [0, 0]
+    sim = rs.Simulator(rs.load_scene(tmp_path / "scene.toml"), seed=6)
+    expected = np.stack([sim.scan().field for _ in range(2)])
+    for file in files:
+        with np.load(file) as arrays:
+            np.testing.assert_array_equal(arrays["spoke"], np.arange(180).reshape(2, 90))
+            assert arrays["field"].tobytes() == expected.tobytes()

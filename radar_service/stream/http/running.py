@@ -37,7 +37,9 @@ def run(
     server = Server(config, stations, lambda: None)
     settings = Settings(pace=Pace("run", options.pace))
     for number, world in enumerate(worlds()):
-        stations.append(Station(str(number), world, make, settings=settings, allow_truth=options.truth))
+        stations.append(
+            Station(str(number), world, make, settings=settings, allow_truth=options.truth, wait_for=options.wait_for)
+        )
     return _run(server, stations, options)
 
 

@@ -175,7 +175,7 @@ class RadarState(BaseModel):
     plan: dict[str, Any]
     controls: ControlsState
     control_definitions: list[ControlDefinition]
-    state: Literal["running", "behind", "paused", "standby", "restarting", "failed"]
+    state: Literal["running", "behind", "paused", "standby", "waiting", "restarting", "failed"]
     epoch: str
     feed: str = Field(description="address of the native feed, relative to the server")
     encodings: list[str]
@@ -185,7 +185,7 @@ class RadarHealth(BaseModel):
     """The health of one radar. slips: times that the engine was so late that the schedule started anew."""
 
     id: str
-    state: Literal["running", "behind", "paused", "standby", "restarting", "failed"]
+    state: Literal["running", "behind", "paused", "standby", "waiting", "restarting", "failed"]
     fault: str | None
     pace: PaceState
     factor_reached: float | None = Field(description="simulated seconds per second over the last seconds")

@@ -24,10 +24,13 @@ class Pacer:
     """Settings, steps and schedule of one transmitter. Orders come from any thread; the transmitter's thread waits.
 
     `_changed` guards everything here. `settings` is immutable and replaced whole, so it may be read without the lock.
+    held: whether nothing is due, whatever the settings say, until `release`.
     """
 
-    def __init__(self, settings: Settings, clock: Callable[[], float], schedule: Schedule | None = None) -> None:
-        self.settings = settings
+    def __init__(
+        self, settings: Settings, clock: Callable[[], float], schedule: Schedule | None = None, held: bool = False
+    ) -> None:
+        self.settings, self.held = settings, held
         self.schedule = schedule or Schedule()
         self.stopping = False
         self._steps = 0
@@ -37,8 +40,8 @@ class Pacer:
 
     @property
     def idle(self) -> bool:
-        """Whether the radar is paused and has no steps to make."""
-        return self.settings.pace.state == "pause" and not self._steps
+        """Whether the radar is held, or paused without steps to make."""
+        return self.held or (self.settings.pace.state == "pause" and not self._steps)
 
     def set(self, settings: Settings) -> None:
         """Replaces the settings."""
@@ -55,6 +58,12 @@ class Pacer:
             self.settings = replace(self.settings, pace=replace(self.settings.pace, state="pause"))
             self.schedule.restart()
             self._steps = spokes
+            self._notify()
+
+    def release(self) -> None:
+        """Lets spokes become due."""
+        with self._changed:
+            self.held = False
             self._notify()
 
     def interrupt(self) -> None:
@@ -82,6 +91,9 @@ class Pacer:
         """Waits until these spokes are due; returns False as soon as the orders have changed."""
         with self._changed:
             while orders.version == self._version and not self.stopping:
+                if self.held:
+                    self._changed.wait()
+                    continue
                 if self._steps:
                     self._steps -= len(part)  # before they are sent: a client that has received them may order more at once
                     return True

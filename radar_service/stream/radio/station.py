@@ -45,9 +45,10 @@ class Station:
         self, identity: str, engine: SpokeSource, make_engine: MakeSource, *, name: str | None = None,
         settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
         restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
-        schedule: Schedule | None = None,
+        schedule: Schedule | None = None, wait_for: int = 0,
     ) -> None:  # fmt: skip
-        """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed."""
+        """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed; wait_for: clients
+        that must listen before the first spoke is sent."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
         self.failed = failed
         self.stopping = False
@@ -59,10 +60,11 @@ class Station:
         sinks = (self.feed, self.last_scan, self.truth_stream, *sinks)
         self.transmitter = Transmitter(
             engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts, schedule=schedule,
-            on_restart=self._log_restart, on_failure=self._report_failure,
+            on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
         )  # fmt: skip
         self.preparations = Preparations()
         self._output, self._make_engine = output, make_engine
+        self._wait_for = wait_for
         self._swaps = self._last_swap = 0  # requests for another scene, and the number of the last one that was met
 
     @property
@@ -99,6 +101,8 @@ class Station:
         if self.transmitter.fault:
             raise FeedRefused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
         self.hub.join(client, since)
+        if self.transmitter.pacer.held and len(self.hub.clients) >= self._wait_for:
+            self.transmitter.pacer.release()
         encoding = client.view.encoding
         log_event("client joined", radar=self.identity, client=client.number, encoding=encoding, mode=client.mode)
 

@@ -6,7 +6,7 @@ from typing import Any
 from radar_service.stream.radio.pacing import KEEPING_UP
 from radar_service.stream.radio.station import Station
 
-STATES = ("running", "behind", "paused", "standby", "restarting", "failed")
+STATES = ("running", "behind", "paused", "standby", "waiting", "restarting", "failed")
 
 
 def state(station: Station) -> str:
@@ -16,6 +16,8 @@ def state(station: Station) -> str:
         return "failed"
     if transmitter.engines.restarting:
         return "restarting"
+    if transmitter.pacer.held:
+        return "waiting"
     if pace.state == "pause":
         return "paused"
     reached = transmitter.pacer.reached()
@@ -27,7 +29,7 @@ def state(station: Station) -> str:
 def is_ready(station: Station) -> bool:
     """Returns whether clients are taken and spokes come, or would come but for a pause or standby."""
     transmitter, settings = station.transmitter, station.settings
-    silent_by_order = settings.pace.state == "pause" or not settings.transmit
+    silent_by_order = transmitter.pacer.held or settings.pace.state == "pause" or not settings.transmit
     works = not (station.stopping or transmitter.fault or transmitter.engines.restarting)
     return works and (silent_by_order or transmitter.sent > 0)
 

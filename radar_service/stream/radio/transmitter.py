@@ -42,13 +42,13 @@ class Transmitter:
     def __init__(
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
         make_engine: MakeSource, *, restarts: int = RESTARTS, schedule: Schedule | None = None,
-        on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore,
+        on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore, held: bool = False,
     ) -> None:  # fmt: skip
         """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
 
-        on_restart, on_failure: called with the reason, from the transmitter's thread.
+        on_restart, on_failure: called with the reason, from the transmitter's thread; held: until `pacer.release`.
         """
-        self.pacer = Pacer(settings, clock, schedule)
+        self.pacer = Pacer(settings, clock, schedule, held)
         self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock))
         self.epoch = Epoch(new_epoch_name(), engine, settings.range)
         self.fault: str | None = None

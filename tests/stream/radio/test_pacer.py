@@ -72,3 +72,16 @@ def test_the_achieved_factor_is_measured() -> None:
     for now in (0.0, 1.0, 2.0):
         pacer.sent(3.0 * now)
     assert pacer.reached() == pytest.approx(3.0)
+
+
+def test_nothing_is_due_while_it_is_held() -> None:
+    pacer, answers = Pacer(Settings(), lambda: 0.0, held=True), list[bool]()
+    assert pacer.idle
+    pacer.step(3)
+    orders = pacer.orders()
+    waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(PART, orders)))
+    waiting.start()
+    pacer.release()
+    waiting.join(SOON)
+    assert answers == [False] and not pacer.idle and not pacer.held  # the release is an order, too
+    assert pacer.wait_until_due(PART, pacer.orders())

@@ -11,6 +11,7 @@ from radar_service.stream.controls import ControlError
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.feed_request import View
+from radar_service.stream.radio import status
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import Progress, SceneOrder
@@ -110,3 +111,26 @@ def test_of_two_swaps_the_later_wins_whichever_is_prepared_first(later_first: bo
         await station.stop()
 
     asyncio.run(asyncio.wait_for(body(), 20))
+
+
+def test_the_first_spoke_waits_for_as_many_clients() -> None:
+    clients = [ClientQueue(View("f32")) for _ in range(2)]
+
+    async def first(client: ClientQueue) -> int:
+        while (item := await client.get()) is not None:
+            if item.count:
+                return item.first
+        raise AssertionError
+
+    async def test(station: Station) -> None:
+        station.transmitter.pacer.step(5)
+        station.join(clients[0])
+        assert station.transmitter.pacer.held and status.state(station) == "waiting" and status.is_ready(station)
+        station.join(clients[1])
+        assert not station.transmitter.pacer.held and status.state(station) == "paused"
+        assert [await first(client) for client in clients] == [0, 0]
+        for client in clients:
+            station.leave(client)
+        assert not station.transmitter.pacer.held
+
+    play(test, wait_for=2)
