@@ -17,7 +17,7 @@ from radar_service.stream.processes.fork_server import Child, ForkServer
 from radar_service.stream.processes.limits import default_memory
 from radar_service.stream.radio.description import Description, MakeEngine
 from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, EngineFault
-from radar_service.stream.radio.spare import RUN
+from radar_service.stream.radio.spare import RUN, NewSpare
 from radar_service.stream.source import Progress, SceneOrder, SceneOutline, TruthLine
 
 TRUTH_TIMEOUT = 10.0  # s
@@ -51,7 +51,8 @@ class WorldSource:
         self.range_step: float = description.range_step
         self._description, self._spare = description, _spare(child)
         self._scan = 0
-        self._asking = threading.Lock()
+        self._asking, self._changing = threading.Lock(), threading.Lock()
+        self._closed = False
 
     @property
     def process(self) -> int:
@@ -65,7 +66,8 @@ class WorldSource:
 
     def spare(self) -> "WorldSource | None":
         """Returns the spare, ready to run in place of this process; None where there is none, or it was taken before."""
-        spare, self._spare = self._spare, None
+        with self._changing:
+            spare, self._spare = self._spare, None
         if spare is None:
             return None
         try:
@@ -83,12 +85,15 @@ class WorldSource:
         """Yields blocks, as SpokeSource.blocks; once. Raises EngineFault where the process fails."""
         try:
             self._child.data.send((self._scan, size))
-            while isinstance(message := self._child.data.receive(), tuple):
+            while not isinstance(message := self._child.data.receive(), str):
+                if isinstance(message, NewSpare):
+                    self._replace_spare(Child(message.process, *self._child.data.receive_ends(2)))
+                    continue
                 fields, self.trees = message
                 yield SpokeBlock(**fields | {"range": self.range})
         except (OSError, EOFError):
             raise EngineFault(ENDED) from None
-        raise EngineFault(str(message))
+        raise EngineFault(message)
 
     def truth(self, t: float) -> Truth:
         """Returns the state of everything at time t [s]. Raises EngineFault where the process fails."""
@@ -118,8 +123,17 @@ class WorldSource:
     def close(self) -> None:
         """Ends the process and its spare at once."""
         self._child.close()
-        if self._spare:
-            self._spare.close()
+        with self._changing:
+            self._closed = True
+            if self._spare:
+                self._spare.close()
+
+    def _replace_spare(self, other: Child) -> None:
+        """Takes another spare in place of one that has died."""
+        with self._changing:
+            unused, self._spare = (other, self._spare) if self._closed else (self._spare, other)
+        if unused:
+            unused.close()
 
 
 class WorldMaker:

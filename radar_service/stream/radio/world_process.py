@@ -2,8 +2,8 @@
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), then its
 spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
-order to run, as (scan, size), arrives on `data`; from then on it sends (fields of a block, number of trees) there, and at
-last the text of a fault. The socket holds it back while nobody reads.
+order to run, as (scan, size), arrives on `data`; from then on it sends (fields of a block, number of trees) there, a NewSpare
+where its spare has died, and at last the text of a fault. The socket holds it back while nobody reads.
 """
 
 import contextlib
@@ -28,7 +28,7 @@ from radar_service.scene.world import Scene
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
 from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
-from radar_service.stream.radio.spare import with_spare
+from radar_service.stream.radio.spare import Spares, TakeOver
 from radar_service.stream.source import SceneOrder, SceneOutline, TruthLine
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
@@ -67,7 +67,8 @@ def run_world(
     """
     limit_memory(memory)
     engines: list[SceneEngine] = []
-    _answer_on(control, engines)
+    answering = threading.Lock()
+    _answer_on(control, engines, answering)
     with contextlib.suppress(OSError, EOFError), BLAS_LIMIT.held():
         try:
             set_up = partial(_prepared, control, order, make_engine)
@@ -77,10 +78,15 @@ def run_world(
             return
         engines.append(engine)
         control.send(("ready", description))
-        (control, data), is_spare = with_spare(control, data)
-        if is_spare:
-            _answer_on(control, engines)
-        _compute(data, engine)
+        spares = Spares(control, data)
+        while True:
+            spares.first()
+            if spares.is_spare:
+                _answer_on(spares.ends[0], engines, answering)
+            try:
+                return _compute(spares, engine, answering)
+            except TakeOver:
+                pass
 
 
 def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> tuple[SceneEngine, Description]:
@@ -105,8 +111,12 @@ def _portable(error: Exception, memory: int) -> Exception:
     return RuntimeError(f"{type(error).__name__}: {error}")
 
 
-def _compute(data: Channel, engine: SceneEngine) -> None:
-    """Sends blocks; the last message is the reason of the end."""
+def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> None:
+    """Sends blocks; the last message is the reason of the end. Raises TakeOver in a spare that is to run instead.
+
+    answering: held while a question is answered; not while a spare is forked, which would never be released there.
+    """
+    data = spares.ends[1]
     scan, size = data.receive()
     trees, counted = 0, -math.inf
     try:
@@ -115,16 +125,21 @@ def _compute(data: Channel, engine: SceneEngine) -> None:
             if monotonic() > counted + TREES_SECONDS:
                 trees, counted = engine.trees, monotonic()
             data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
+            if block.index + len(block) == engine.scene.radar.azimuths:  # threads that compute the scan have ended
+                with answering:
+                    spares.renew()
         data.send("the engine ended its stream of spokes")
-    except OSError:
+    except (OSError, EOFError):
         return
+    except TakeOver:
+        raise
     except Exception as error:  # as above
         data.send(f"{type(error).__name__}: {error}")
-    threading.Event().wait()  # the truth is answered until the service closes the channel
+    threading.Event().wait()  # questions are answered until the service closes the channel
 
 
-def _answer_on(control: Channel, engines: Sequence[SceneEngine]) -> None:
-    threading.Thread(target=_answer, args=(control, engines), name="truth", daemon=True).start()
+def _answer_on(control: Channel, engines: Sequence[SceneEngine], answering: threading.Lock) -> None:
+    threading.Thread(target=_answer, args=(control, engines, answering), name="truth", daemon=True).start()
 
 
 def truth_lines(engine: SceneEngine, scan: int | None) -> list[TruthLine]:
@@ -145,14 +160,15 @@ def _line(content: Mapping[str, Any]) -> str:
     return json.dumps(content, allow_nan=False)
 
 
-def _answer(control: Channel, engines: Sequence[SceneEngine]) -> NoReturn:
+def _answer(control: Channel, engines: Sequence[SceneEngine], answering: threading.Lock) -> NoReturn:
     """Answers questions; ends the process, also while it prepares, when the service is gone."""
     try:
         while True:
             question, argument = control.receive()
-            try:
-                control.send((True, ANSWERS[question](engines[0], argument)))
-            except Exception as error:  # as above
-                control.send((False, f"{type(error).__name__}: {error}"))
+            with answering:
+                try:
+                    control.send((True, ANSWERS[question](engines[0], argument)))
+                except Exception as error:  # as above
+                    control.send((False, f"{type(error).__name__}: {error}"))
     finally:
         os._exit(0)

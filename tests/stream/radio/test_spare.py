@@ -1,24 +1,32 @@
 """Spares of processes."""
 
+import contextlib
+import os
+import signal
 from collections.abc import Iterator
 
 import pytest
 
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import Child, ForkServer
-from radar_service.stream.radio.spare import RUN, with_spare
+from radar_service.stream.radio.spare import RUN, NewSpare, Spares, TakeOver
 from tests.stream.processes.test_fork_server import is_gone, until
 
 SOON = 20.0  # s, for what should take milliseconds
 
 
 def counting(control: Channel, data: Channel) -> None:
-    """Counts what it is told, and so do its spares."""
+    """Counts what it is told, and so do its spares. It looks after its spare when it is told 0."""
     count = control.receive()
-    (control, data), is_spare = with_spare(control, data)
+    spares = Spares(control, data)
     while True:
-        count += data.receive()
-        data.send((is_spare, count))
+        spares.first()
+        with contextlib.suppress(TakeOver):
+            while True:
+                count += (number := spares.ends[1].receive())
+                if not number:
+                    spares.renew()
+                spares.ends[1].send((spares.is_spare, count))
 
 
 @pytest.fixture
@@ -71,3 +79,23 @@ def test_the_service_sees_the_end_of_a_process_that_has_a_spare(child: Child) ->
     with pytest.raises(EOFError):
         child.data.receive(SOON)
     spare.close()
+
+
+def test_a_spare_that_has_died_is_replaced(child: Child) -> None:
+    first = spare_of(child)
+    assert told(child, 0) == (False, 5)  # there is nothing to do
+    os.kill(first.process, signal.SIGKILL)
+    until(lambda: is_gone(first.process))
+    assert told(child, 1) == (False, 6)
+    child.data.send(0)
+    new = child.data.receive(SOON)
+    assert isinstance(new, NewSpare)
+    second = Child(new.process, *child.data.receive_ends(2))
+    assert child.data.receive(SOON) == (False, 6)
+    child.close()
+    second.control.send(RUN)
+    third = spare_of(second)
+    assert told(second, 10) == (True, 16)
+    for one in (first, second, third):
+        one.close()
+    until(lambda: all(is_gone(one.process) for one in (second, third)))

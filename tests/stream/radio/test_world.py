@@ -98,6 +98,41 @@ def test_a_spare_that_has_died_is_no_spare(maker: WorldMaker) -> None:
     source.close()
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_spare_that_has_died_is_replaced_within_scans(threads: int, fork_server: ForkServer) -> None:
+    """The new spare gives the bytes of a simulator, though it was forked while the world computed."""
+    source = WorldMaker(fork_server, SimulatorOptions(fidelity="fast", threads=threads))(ORDER, UNFOLLOWED)
+    assert (first := source.spare_process) is not None
+    os.kill(first, signal.SIGKILL)
+    until(lambda: is_gone(first))
+    blocks = source.blocks(size=32)
+    for _ in range(1000):  # the socket holds some blocks that were computed before
+        next(blocks)
+        if source.spare_process != first:
+            break
+    os.kill(source.process, signal.SIGKILL)
+    spare = source.spare()
+    assert spare is not None and spare.process != first and spare.spare_process is not None
+    spare.skip_to(7)
+    ours = Simulator(load_scene(SCENE), "fast")
+    ours.skip_to(7)
+    (expected,) = ours.blocks(scans=1, size=60)
+    np.testing.assert_array_equal(np.concatenate([part.power for part in taken(spare, 60)])[:60], expected.power)
+    assert spare.truth(3.0) == ours.truth(3.0)
+    processes = spare.process, spare.spare_process
+    for one in (source, spare):
+        one.close()
+    until(lambda: all(is_gone(process) for process in processes))
+
+
+def test_a_spare_that_comes_after_the_end_is_ended(maker: WorldMaker) -> None:
+    source, other = maker(ORDER, UNFOLLOWED), maker(ORDER, UNFOLLOWED)
+    source.close()
+    source._replace_spare(other._child)
+    until(lambda: is_gone(other.process))
+    other.close()
+
+
 def test_a_plan_that_is_known_is_not_made_again(maker: WorldMaker) -> None:
     """Of a harbour the plan takes as long as half of the rest."""
     known = {"modelled": ["what was found before"]}
@@ -220,6 +255,7 @@ def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: WorldMa
     sink.wait_for(lambda: sink.spokes > 0)
     file.write_text(json.dumps(SCENE | {"radar": SCENE["radar"] | {"azimuths": 72}}))
     assert first.spare_process is not None
+    os.kill(first.process, signal.SIGSTOP)  # so that it makes no other spare
     os.kill(first.spare_process, signal.SIGKILL)
     os.kill(first.process, signal.SIGKILL)
     sink.wait_for(lambda: sink.calls[-1][0] == "close")
