@@ -67,9 +67,7 @@ class BeamPassages:
         self._bodies, self._poses = bodies, BodyPoses(bodies)
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
-        self._size = [
-            0.0 if body.mesh is None else float(np.linalg.norm(np.ptp(body.mesh.vertices, axis=0))) for body in bodies
-        ]
+        self._size = [body.diagonal for body in bodies]
         self._sway = 0.0 if scene.own_ship.sway is None else float(scene.own_ship.sway.amplitude[:2].sum())
         self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi

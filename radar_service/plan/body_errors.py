@@ -92,7 +92,7 @@ def _passing_shadow_db(body: Body, scene: Scene) -> float:
     others = [one for one in scene.bodies if one is not body and one.mesh is not None]
     speeds = [own + one.motion.top_speed for one in others if nearest_and_top(one, scene)[0] < nearest]
     dwell = scene.radar.rotation_period * scene.radar.beamwidth / (2.0 * np.pi)
-    moved = PASSING * max(speeds, default=0.0) * dwell / float(np.linalg.norm(np.ptp(body.mesh.vertices, axis=0)))
+    moved = PASSING * max(speeds, default=0.0) * dwell / body.diagonal
     return 20.0 * math.log10(min(1.0, EDGE_FIELD * moved)) if moved > 0.0 else -math.inf
 
 
@@ -101,7 +101,7 @@ def aspect_db(body: Body, scene: Scene, run: BodyRun) -> float:
     assert body.mesh is not None
     rate = run.turn + (run.sea_turn if scene.environment.multipath else 0.0)
     radar, limits = scene.radar, edge_limits(scene.radar, body.mesh)
-    size = min(max(limits.at(max(run.nearest, NEAREST))), float(np.linalg.norm(np.ptp(body.mesh.vertices, axis=0))))
+    size = min(max(limits.at(max(run.nearest, NEAREST))), body.diagonal)
     turned = 2.0 * np.pi / radar.wavelength * size * rate * radar.rotation_period * radar.beamwidth / (2.0 * np.pi)
     if turned == 0.0:
         return -math.inf
@@ -114,7 +114,7 @@ def _optics(body: Body, scene: Scene, run: BodyRun) -> tuple[float, list[str]]:
     assert body.mesh is not None
     distance, radar = max(run.nearest, NEAREST), scene.radar
     times, edge = facet_enlargement(body, radar, distance), edge_limits(radar, body.mesh).longest_edge(distance)
-    size = float(np.linalg.norm(np.ptp(body.mesh.vertices, axis=0)))
+    size = body.diagonal
     shadow = SHADOW_SHARE / math.sqrt(2.0) * min(1.0, times * edge / size) ** 1.5
     errors, remarks = [20.0 * math.log10(1.0 + shadow)], []
     if times > 1.0:

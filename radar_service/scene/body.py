@@ -77,6 +77,11 @@ class Body:
         return self._plan[2]
 
     @cached_property
+    def diagonal(self) -> float:
+        """Diagonal [m] of the box that encloses the mesh; 0 for a point."""
+        return 0.0 if self.mesh is None else float(np.linalg.norm(np.ptp(self.mesh.vertices, axis=0)))
+
+    @cached_property
     def reference(self) -> Floats:
         """Reference point (3,) in the body frame [m]: where a truth has the body. The origin, but for vessels."""
         if not self.is_vessel or self.mesh is None:
