@@ -13,6 +13,7 @@ from radar_service.fidelity import PRESETS
 from radar_service.scene.motion import Motion
 from radar_service.scene.poses import BodyPose
 from radar_service.trace.line_of_sight import OcclusionScene
+from tests.occlusion import occluded
 from tests.scenes import point
 from tests.trace.test_occluder import EARTH, bent, depths, hills
 
@@ -155,7 +156,7 @@ def test_a_wall_of_many_triangles_leaks_nothing(tmp_path: Path) -> None:
     occlusion = OcclusionScene(made.bodies, np.inf)
     beside = vertices + np.random.default_rng(2).normal(0, 1e-3, vertices.shape)
     leaks = [
-        int(np.sum(~occlusion.occluded(antenna + (positions - antenna) * 1.5, antenna, 0.0)))
+        int(np.sum(~occluded(occlusion, antenna + (positions - antenna) * 1.5, antenna, 0.0)))
         for positions in (middles, vertices, beside)
     ]
     assert leaks[0] < 7 and leaks[1] < 0.02 * len(vertices) and leaks[2] == 0
@@ -179,8 +180,8 @@ def test_the_visible_set_at_forty_kilometres_is_that_of_float64() -> None:
     points = np.einsum("ij,ijk->ik", share, mesh.vertices[mesh.faces[triangle]]) + position + [0, 0, 3.0]
     pose = BodyPose(position, 0.0)
     low, high = (depths(mesh, pose, antenna, points + [0, 0, up]) < 1 for up in (-0.2, 0.2))
-    occluded = occlusion.occluded(points, antenna, 0.0)
+    hidden = occluded(occlusion, points, antenna, 0.0)
     certain = low == high
-    assert 100 < occluded.sum() < 550 and certain.sum() > 580
-    np.testing.assert_array_equal(occluded[certain], low[certain])
+    assert 100 < hidden.sum() < 550 and certain.sum() > 580
+    np.testing.assert_array_equal(hidden[certain], low[certain])
     assert np.abs(bent(points, antenna)).max() > 30_000

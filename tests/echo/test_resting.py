@@ -7,6 +7,7 @@ import radar_service as rs
 from radar_service.echo.resting import PassingShadows
 from radar_service.engine.pipeline import Prepared, prepare
 from radar_service.fidelity import PRESETS
+from tests.occlusion import occluded
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import point, scene
 
@@ -64,10 +65,10 @@ def test_shadows_are_the_echoes_that_a_moving_body_occludes(quay: rs.Scene) -> N
     for step in range(0, 60, 6):
         shadows = engine.shadows.at(step)
         time = (step + 0.5) * interval
-        occluded = engine.line_of_sight.occluded(resting.position, resting.antenna, time)
-        np.testing.assert_array_equal(shadows.range, resting.echoes.range[occluded])
-        np.testing.assert_array_equal(shadows.azimuth, resting.echoes.azimuth[occluded])
-        np.testing.assert_array_equal(shadows.amplitude, -resting.echoes.amplitude[occluded])
+        hidden = occluded(engine.line_of_sight, resting.position, resting.antenna, time)
+        np.testing.assert_array_equal(shadows.range, resting.echoes.range[hidden])
+        np.testing.assert_array_equal(shadows.azimuth, resting.echoes.azimuth[hidden])
+        np.testing.assert_array_equal(shadows.amplitude, -resting.echoes.amplitude[hidden])
         counts.append(len(shadows.range))
     assert max(counts) > 15 and min(counts) < max(counts) < len(resting)
 
@@ -78,10 +79,10 @@ def test_shadows_across_due_south_are_whole() -> None:
     engine = prepared(scene([*points, SHIP | {"position_m": [-20, -400, 0], "speed_kn": 4}], radar=RADAR))
     resting, step = engine.resting, 3
     time = (step + 0.5) * engine.moving.visibility.interval
-    occluded = engine.line_of_sight.occluded(resting.position, resting.antenna, time)
-    east = resting.position[occluded, 0]
+    hidden = occluded(engine.line_of_sight, resting.position, resting.antenna, time)
+    east = resting.position[hidden, 0]
     assert (east < 0).sum() > 5 and (east > 0).sum() > 5
-    np.testing.assert_array_equal(engine.shadows.at(step).range, resting.echoes.range[occluded])
+    np.testing.assert_array_equal(engine.shadows.at(step).range, resting.echoes.range[hidden])
 
 
 def test_shadows_are_possible_where_something_moves_before_something_that_rests() -> None:

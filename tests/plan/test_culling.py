@@ -11,6 +11,7 @@ from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import Culling, cull, culled_bodies, max_power, negligible_effects
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.trace.line_of_sight import OcclusionScene
+from tests.occlusion import occluded
 from tests.scenes import point, scene
 
 LOW = {"azimuths": 60, "beamwidth_deg": 15, "pulse_s": 1e-6}
@@ -85,8 +86,8 @@ def test_bodies_culled_below_noise_still_occlude() -> None:
     assert rs.Simulator(made).scan().power.max() < 0.1 * rs.Simulator(alone).scan().power.max()
 
 
-@pytest.mark.parametrize(("transparent", "occluded"), [((), True), ((0,), False)])
-def test_transparent_bodies_occlude_nothing(transparent: tuple[int, ...], occluded: bool) -> None:
+@pytest.mark.parametrize(("transparent", "hidden"), [((), True), ((0,), False)])
+def test_transparent_bodies_occlude_nothing(transparent: tuple[int, ...], hidden: bool) -> None:
     ship = {
         "name": "s",
         "shape": "hull",
@@ -98,7 +99,7 @@ def test_transparent_bodies_occlude_nothing(transparent: tuple[int, ...], occlud
     }
     line_of_sight = OcclusionScene(scene([ship]).bodies, np.inf, transparent)
     position, antenna = np.array([[0.0, 900.0, 15.0]]), np.array([0.0, 0.0, 15.0])
-    assert line_of_sight.occluded(position, antenna, 0.0)[0] == occluded
+    assert occluded(line_of_sight, position, antenna, 0.0)[0] == hidden
 
 
 @pytest.mark.parametrize(("gas", "culled"), [(1e-4, True), (0.01, False)])

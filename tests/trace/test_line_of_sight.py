@@ -13,7 +13,7 @@ from radar_service.scene.poses import pose_at
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.occluder import Occluder
-from radar_service.types import Flags, Floats
+from tests.occlusion import occluded
 from tests.scenes import point, scene
 
 EARTH = 4 / 3 * 6_371_000.0
@@ -34,11 +34,6 @@ def box(north: float, east: float = 0.0, **more: Any) -> dict[str, Any]:
     return {**BOX, "position_m": [east, north, 0], **more}
 
 
-def occluded(made: OcclusionScene, position: Floats, time: float) -> Flags:
-    """Which positions any body occludes."""
-    return made.occluded_by_resting(position, ANTENNA) | made.occluded_by_moving(position, ANTENNA, time)
-
-
 TARGET = point("t", 0, 900)
 MOVES = {"course_deg": 90, "speed_kn": 10}
 
@@ -49,7 +44,7 @@ def test_a_box_occludes_what_is_behind_it_and_nothing_else(motion: dict[str, Any
     candidates = [(0, 900, 15), (0, 300, 15), (60, 900, 15), (0, 900, 100), (0, -900, 15)]
     visible = made.visible(points(*candidates), ANTENNA, 0.0, 1e5)
     assert visible.tolist() == [False, True, True, True, True]
-    assert occluded(made, np.array(candidates, dtype=float), 0.0).tolist() == [True, False, False, False, False]
+    assert occluded(made, np.array(candidates, dtype=float), ANTENNA, 0.0).tolist() == [True, False, False, False, False]
     assert made.has_movers == bool(motion)
 
 
@@ -106,7 +101,7 @@ def test_shadowed_positions_are_the_occluded_ones_by_every_line() -> None:
     made = OcclusionScene(bodies(TARGET, box(-200, **MOVES), box(150, 300, **MOVES)), EARTH)
     for time in (0.0, 3.0):
         shadowed = made.shadowed(position, polar_from_map(position, ANTENNA, EARTH), ANTENNA, time)
-        expected = np.flatnonzero(occluded(made, position, time))
+        expected = np.flatnonzero(occluded(made, position, ANTENNA, time))
         np.testing.assert_array_equal(shadowed, expected)
         assert {position[i, 1] < 0 for i in expected} == {True, False}
 
@@ -117,7 +112,7 @@ def test_the_sector_of_resting_shadows_holds_all_of_them() -> None:
     middle, half, begin = made.resting_shadow_sector(ANTENNA)
     rng = np.random.default_rng(6)
     position = np.stack([*rng.uniform(-1000, 1000, (2, 4000)), np.full(4000, 10.0)], axis=1)
-    polar = polar_from_map(position[occluded(made, position, 0.0)], ANTENNA, EARTH)
+    polar = polar_from_map(position[occluded(made, position, ANTENNA, 0.0)], ANTENNA, EARTH)
     assert len(polar.azimuth) > 50
     assert (np.abs(polar.azimuth - middle) <= half).all() and (polar.distance >= begin).all()
     assert half < np.deg2rad(30)
@@ -128,9 +123,9 @@ def test_a_pickled_scene_answers_the_same() -> None:
     rng = np.random.default_rng(7)
     position = np.stack([*rng.uniform(-1000, 1000, (2, 2000)), np.full(2000, 10.0)], axis=1)
     copy = pickle.loads(pickle.dumps(made))
-    expected = occluded(made, position, 4.0)
+    expected = occluded(made, position, ANTENNA, 4.0)
     assert expected.any()
-    np.testing.assert_array_equal(occluded(copy, position, 4.0), expected)
+    np.testing.assert_array_equal(occluded(copy, position, ANTENNA, 4.0), expected)
 
 
 def test_rays_are_counted() -> None:
