@@ -34,10 +34,10 @@ class GroundTruth:
         positions = [map_from_body(points, pose.position[0], float(pose.heading[0])) for points, pose in samples]
         reasons = self._why_invisible(positions, antenna, time)
         bodies = tuple(
-            self._record(body.name, pose, antenna, reason, body.mmsi)
+            self._record(body.name, pose, antenna, reason, body.mmsi, body.arm)
             for body, pose, reason in zip(scene.bodies, poses, reasons, strict=True)
         )
-        return Truth(time, self._record("own ship", own, antenna, "", None), bodies)
+        return Truth(time, self._record("own ship", own, antenna, "", None, 0.0), bodies)
 
     def _why_invisible(self, positions: list[Floats], antenna: Floats, time: float) -> list[str]:
         """For each body the reason why none of its positions (W, 3) is visible; "" where one is."""
@@ -54,7 +54,7 @@ class GroundTruth:
         passed = [np.logical_or.reduceat(flags, first) for flags in (near, near & ~over, lit, visible)]
         return [REASONS[count] for count in np.sum(passed, axis=0).tolist()]
 
-    def _record(self, name: str, pose: Pose, antenna: Floats, reason: str, mmsi: int | None) -> BodyTruth:
+    def _record(self, name: str, pose: Pose, antenna: Floats, reason: str, mmsi: int | None, extent: float) -> BodyTruth:
         position = pose.position[0]
         polar = polar_from_map(position, antenna, self.earth_radius)
         latitude, longitude = None, None
@@ -64,6 +64,7 @@ class GroundTruth:
             name, _triple(position), _triple(pose.velocity[0]),
             float(pose.heading[0]), float(pose.course[0]), float(pose.speed[0]), float(polar.range),
             float(wrap_bearing(polar.azimuth)), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
+            float(extent),
         )  # fmt: skip
 
 

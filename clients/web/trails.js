@@ -19,7 +19,9 @@ export class Trails {
     this.stampPeriod = length / LONGEST; // s between stamps
     this.stamps = new Uint8Array(SIDE * SIDE); // rows from south to north
     this.dirty = new Uint8Array((SIDE / TILE) ** 2).fill(1);
-    this.own = [0, 0];
+    this.own = [0, 0]; // of the grid: in relative motion it stays
+    this.position = [0, 0]; // own ship's on the map
+    this.track = new Float64Array(2 * (STAMPS + 1)); // own ship's position at each stamp
     this.tick = null;
   }
 
@@ -32,7 +34,7 @@ export class Trails {
    *  [m]. */
   spoke(video, bearing, { first, step }, position, time) {
     this.advance(Math.floor(time / this.stampPeriod));
-    if (this.isTrue) this.moveTo(position);
+    this.place(position);
     for (let n = 0; n < video.length; n++) {
       if (video[n] < LEVEL) continue;
       let to = n + 1;
@@ -56,6 +58,54 @@ export class Trails {
         dirty[tileOf(x, y)] = 1;
       }
     }
+  }
+
+  /** Notes own ship's position [east, north] [m] at the present stamp. */
+  place(position) {
+    this.position = position;
+    this.track.set(position, 2 * this.stamp);
+    if (this.isTrue) this.moveTo(position);
+  }
+
+  /** Takes over the echoes of earlier trails of another range, motion or length, each as old as it is there. */
+  adopt(earlier) {
+    if (earlier.tick === null) return;
+    this.advance(Math.floor((earlier.tick * earlier.stampPeriod) / this.stampPeriod));
+    this.place(earlier.position);
+    for (let cell = 0; cell < earlier.stamps.length; cell++) {
+      const stamp = earlier.stamps[cell];
+      const age = stamp ? Math.round((earlier.age(stamp) * earlier.stampPeriod) / this.stampPeriod) : Infinity;
+      if (age <= LONGEST && earlier.age(stamp) <= LONGEST) this.adoptCell(earlier, cell, stamp, age);
+    }
+  }
+
+  adoptCell(earlier, cell, stamp, age) {
+    const then = earlier.track.subarray(2 * stamp, 2 * stamp + 2);
+    const sign = Number(earlier.isTrue) - Number(this.isTrue); // of own ship's motion since, where the motions differ
+    const offsets = [cell % SIDE, Math.floor(cell / SIDE)].map((index, axis) => {
+      const metres = (wrapCell(index + 0.5 - earlier.own[axis] / earlier.cell + SIDE / 2) - SIDE / 2) * earlier.cell;
+      return metres + sign * (earlier.position[axis] - then[axis]);
+    });
+    this.track.set(then, 2 * this.stampOf(age));
+    this.fill(offsets, earlier.cell, age);
+  }
+
+  /** Stamps a square of `side` [m] around a point east and north of own ship [m], where no younger echo is. */
+  fill(offsets, side, age) {
+    const { cell, own } = this;
+    if (!offsets.every((metres) => Math.abs(metres) < (cell * SIDE) / 2)) return;
+    const count = Math.max(1, Math.round(side / cell));
+    const [left, low] = offsets.map((metres, axis) => Math.floor((own[axis] + metres) / cell - (count - 1) / 2));
+    for (let n = 0; n < count ** 2; n++) {
+      const [x, y] = [wrapCell(left + (n % count)), wrapCell(low + Math.floor(n / count))];
+      const stamp = this.stamps[y * SIDE + x];
+      if (!stamp || this.age(stamp) > age) this.setStamp(x, y, this.stampOf(age));
+    }
+  }
+
+  /** The stamp of echoes of an age [stamps]. */
+  stampOf(age) {
+    return 1 + ((((this.tick - age) % STAMPS) + STAMPS) % STAMPS);
   }
 
   /** Advances the clock. Each tick clears old cells in some rows; all rows are cleared before the stamps repeat. */

@@ -81,6 +81,11 @@ class FakeRadar:
         radar = {"id": "0", "name": "test radar", "azimuths": picture.azimuths, "rpm": 24.0, "bins": picture.bins}
         radar |= {
             "height_m": 0.0,
+            "modulation": "none",
+            "bandwidth_hz": 20e6,
+            "pulse_s": 80e-9,
+            "prf_hz": 2100.0,
+            "power_w": 25e3,
             "range_step_m": picture.step,
             "range_max_m": picture.range,
             "blind_sectors_deg": self.blind_sectors_deg,
@@ -119,7 +124,7 @@ class FakeRadar:
         plain = {
             "position": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0], "heading": 0.0, "course": 0.0, "speed": 0.0,
             "range": 0.0, "azimuth": 0.0, "elevation": 0.0, "visible": True, "reason": "", "latitude_deg": None,
-            "longitude_deg": None, "mmsi": None,
+            "longitude_deg": None, "mmsi": None, "extent": 0.0,
         }  # fmt: skip
         listed = [plain | {"name": name} | what for name, what in bodies.items()]
         own = plain | {"name": "own ship"}
