@@ -102,7 +102,9 @@ export class Controls {
 
   /** The range scales of the radar [m], in the current unit. */
   rangeScales() {
-    return rangeScales(this.rangeLimits.maximum, this.unit());
+    const { minimum, maximum } = this.rangeLimits;
+    const shortest = scaleFor(minimum, this.unit());
+    return rangeScales(maximum, this.unit()).filter((scale) => scale >= shortest);
   }
 
   /** The scale of the radar's present range [m]. */

@@ -24,9 +24,9 @@ POLICY = "default-src 'self'"
 
 
 class Picture:
-    """A u8 picture of `azimuths` spokes with spots of full strength and, if asked for, a full ring in its last cells."""
+    """A u8 picture of `azimuths` spokes, by default out to 1.5 NM, with spots of full strength and, if asked for, a full ring in its last cells."""
 
-    def __init__(self, azimuths: int = 720, bins: int = 512, step: float = 4.0, rim: bool = True) -> None:
+    def __init__(self, azimuths: int = 720, bins: int = 512, step: float = 2778 / 512, rim: bool = True) -> None:
         self.azimuths, self.bins, self.step = azimuths, bins, step
         self.video: NDArray[np.uint8] = np.zeros((azimuths, bins), dtype=np.uint8)
         if rim:
