@@ -61,10 +61,9 @@ export class Picture {
     this.period = 60 / radar.rpm;
     this.layer = new Layer(radar.azimuths, encoding.bins, grid);
     this.startTrails();
-    for (const layer of known) {
-      layer.polar.setClock(clocks.simulated_s);
-      this.layer.adopt(layer, layer.polar.newest - KEPT_SCANS * this.period);
-    }
+    for (const { polar } of known) polar.setClock(clocks.simulated_s);
+    const newest = Math.max(...known.map(({ polar }) => polar.newest || -Infinity));
+    for (const layer of known) this.layer.adopt(layer, newest - KEPT_SCANS * this.period);
     this.wide = this.widest(known);
   }
 

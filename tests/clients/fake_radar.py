@@ -54,6 +54,7 @@ class FakeRadar:
     def __init__(self) -> None:
         self.picture = Picture()
         self.heading_deg = 0.0
+        self.range_max: float | None = None  # m; None: of the picture
         self.epoch = "one"
         self.radars = [{"id": "0", "name": "test radar"}]
         self.scenes = [{"name": "known", "title": "known", "summary": "3 bodies"}, {"name": "other", "title": "other"}]
@@ -87,7 +88,7 @@ class FakeRadar:
             "prf_hz": 2100.0,
             "power_w": 25e3,
             "range_step_m": picture.step,
-            "range_max_m": picture.range,
+            "range_max_m": self.range_max or picture.range,
             "blind_sectors_deg": self.blind_sectors_deg,
         }
         encoding = {"name": "u8", "bins": picture.bins, "range_step_m": picture.step, "range_first_m": picture.step / 2}
@@ -101,7 +102,7 @@ class FakeRadar:
 
     def description(self, identity: str) -> dict[str, Any]:
         """What REST says of the radar, as far as the page reads it."""
-        definitions = control_definitions(fake_scene(range_max_m=self.picture.range))
+        definitions = control_definitions(fake_scene(range_max_m=self.range_max or self.picture.range))
         return {"id": identity, "controls": self.controls, "control_definitions": definitions}
 
     def spokes(self, first: int, count: int) -> dict[str, Any]:

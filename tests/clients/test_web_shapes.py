@@ -46,7 +46,19 @@ def test_picture_and_panel_have_room_on_every_shape_of_screen(radar: FakeRadar, 
         assert scrolled == [width, height]
         echoes = page.ask("[echoes.width, echoes.height]")
         assert echoes == [round(side), round(side)]
-        assert np.count_nonzero(seen(page)[..., 0] > 200) > 100  # the picture is there in the first frame of a new size
+        assert np.count_nonzero(seen(page)[..., 0] > 200) > 100
+
+
+DRAWN_AT_ONCE = """new Promise((done) => {
+  const overlay = document.getElementById('overlay');
+  const look = () => overlay.getContext('2d').getImageData(0, 0, overlay.width, overlay.height).data.some((one) => one > 0);
+  new ResizeObserver(() => overlay.width === 300 && done(look())).observe(scope);
+  scope.style.width = '300px';
+})"""
+
+
+def test_a_new_size_has_a_picture_in_its_first_frame(opened: Opened) -> None:
+    assert opened().ask(DRAWN_AT_ONCE)  # a canvas that changes its size is empty until it is drawn
 
 
 def colours(page: Page, script: str) -> list[str]:
