@@ -24,12 +24,9 @@ def middle(page: Page) -> tuple[np.ndarray, float]:
     return np.array([left + side / 2, top + side / 2]) - 0.5, side / 2 - (33 if side > 500 else 30)
 
 
-@pytest.mark.parametrize("renderer", ["webgl", "canvas"])
-def test_echoes_survive_a_shorter_range_and_return_with_the_longer_one(
-    radar: FakeRadar, opened: Opened, renderer: str
-) -> None:
+def test_echoes_survive_a_shorter_range_and_return_with_the_longer_one(radar: FakeRadar, opened: Opened) -> None:
     radar.range_max, whole = SCALE, radar.picture
-    page = opened(f"{BARE}&renderer={renderer}")
+    page = opened(BARE)
     radar.epoch, radar.picture = "two", Picture(bins=512, step=SCALE / 1024)
     radar.send(radar.hello())  # and no spoke: all that shows was known before
     page.wait("document.getElementById('range-text').textContent === '0.75 NM'")
