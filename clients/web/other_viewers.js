@@ -9,7 +9,7 @@ const ROUNDING = 1e-6; // of a value, relative
 export function changesByOthers(definitions, before, after, sent, unit) {
   const changed = definitions.filter(({ name }) => name in before && name in after && differs(before[name], after[name]));
   const expected = ({ name, kind }) => (kind === "pace" ? { ...before[name], ...sent[name] } : sent[name]);
-  const others = changed.filter((control) => !(control.name in sent) || differs(expected(control), after[control.name]));
+  const others = changed.filter((control) => differs(expected(control), after[control.name]));
   return others.map((control) => `${sentence(control, before[control.name], after[control.name], unit)} by another viewer`);
 }
 
