@@ -190,7 +190,7 @@ function showStatus() {
 function everySecond() {
   showStatus();
   const targets = element("targets");
-  if (scope.truth && targets.open) listTruth(targets.querySelector("tbody"), scope.truth, settings.unit);
+  if (scope.truth && targets.open) listTruth(targets.querySelector("table"), scope.truth, settings.unit);
   const idle = controls.paused || controls.state.transmit === false;
   if (idle) meter.restart(); // the service resets its clock when it continues
   const dead = now() - lastSpokeAt > Math.max(DEAD_S, 20 * spokePeriod());

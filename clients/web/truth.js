@@ -1,7 +1,7 @@
 // Shows true positions on the picture and in a table, whether or not the radar detects the bodies.
 
 import { inside, label } from "./overlay.js";
-import { bearingText, rangeText } from "./units.js";
+import { bearingText, rangeNumber, unitName } from "./units.js";
 import { TURN } from "./view.js";
 
 const KNOT = 1852 / 3600; // m/s
@@ -65,15 +65,16 @@ function drawBody(context, view, body, point, own, colours) {
   context.lineWidth = 1;
 }
 
-/** Fills the table body with all bodies: ships and buoys, the nearest first, then land. */
+/** Fills the table with all bodies: ships and buoys, the nearest first, then land. */
 export function listTruth(table, truth, unit) {
   const near = [...truth.bodies].sort((a, b) => isLand(a) - isLand(b) || a.range - b.range);
-  table.replaceChildren(...near.map((body) => row(cells(body, unit))));
+  table.querySelector(".unit").textContent = unitName(unit);
+  table.querySelector("tbody").replaceChildren(...near.map((body) => row(cells(body, unit))));
 }
 
 function cells(body, unit) {
-  const motion = body.speed > UNDERWAY ? `${bearingText(body.course, 0)} ${(body.speed / KNOT).toFixed(1)} kn` : "–";
-  const place = isAround(body) ? ["around", "–"] : [rangeText(body.range, unit), bearingText(body.azimuth)];
+  const motion = body.speed > UNDERWAY ? `${bearingText(body.course, 0)} ${(body.speed / KNOT).toFixed(0)}` : "–";
+  const place = isAround(body) ? ["around", "–"] : [rangeNumber(body.range, unit), bearingText(body.azimuth)];
   return [body.name, ...place, motion, body.visible ? "yes" : body.reason];
 }
 

@@ -8,13 +8,17 @@ const METRIC = [125, 250, 500, 750, 1500, 3000, 6000, 12_000, 24_000, 48_000, 96
 const COVERED = 0.9; // of the radar's range: a little more than a scale stays beyond the rim, where dragging shows it
 
 const UNITS = {
-  nm: { metres: NAUTICAL_MILE, scales: NAUTICAL.map((nm) => nm * NAUTICAL_MILE), text: (m) => `${trim(m / NAUTICAL_MILE, m < NAUTICAL_MILE / 2 ? 3 : 2)} NM` },
-  m: { metres: 1, scales: METRIC, text: (m) => (m >= 10_000 ? `${trim(m / 1000, 2)} km` : `${trim(m, m < 100 ? 1 : 0)} m`) },
+  nm: { metres: NAUTICAL_MILE, digits: 2, scales: NAUTICAL.map((nm) => nm * NAUTICAL_MILE), text: (m) => `${trim(m / NAUTICAL_MILE, m < NAUTICAL_MILE / 2 ? 3 : 2)} NM` },
+  m: { metres: 1, digits: 0, scales: METRIC, text: (m) => (m >= 10_000 ? `${trim(m / 1000, 2)} km` : `${trim(m, m < 100 ? 1 : 0)} m`) },
 };
 
 function trim(value, digits) {
   return String(Number(value.toFixed(digits)));
 }
+
+/** Text of a range [m] without its unit, for a column whose head has unitName(unit). */
+export const rangeNumber = (metres, unit) => trim(metres / UNITS[unit].metres, UNITS[unit].digits);
+export const unitName = (unit) => (unit === "nm" ? "NM" : unit);
 
 /** Text of a range [m] in a unit, "nm" or "m". */
 export const rangeText = (metres, unit) => UNITS[unit].text(metres);

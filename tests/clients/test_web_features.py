@@ -149,7 +149,7 @@ def test_truth_is_drawn_and_listed_if_the_service_sends_it(radar: FakeRadar, ope
         "velocity": [0.0, 5.0, 0.0],
         "speed": 5.0,
     }
-    hidden = {"position": [0.0, -512.0, 0.0], "range": 512.0, "azimuth": np.pi, "visible": False, "reason": "shadowed"}
+    hidden = {"position": [0.0, -512.0, 0.0], "range": 512.0, "azimuth": np.pi, "visible": False, "reason": "below horizon"}
     radar.send(radar.truth(coast={"range": 20.0, "extent": 4000.0}, ferry=seen_one, rock=hidden))
     page.ask("document.getElementById('targets').open = true")
     page.wait("document.querySelectorAll('#targets tbody tr').length === 3")
@@ -157,10 +157,12 @@ def test_truth_is_drawn_and_listed_if_the_service_sends_it(radar: FakeRadar, ope
         "[...document.querySelectorAll('#targets tbody tr')].map((row) => [...row.children].map((c) => c.textContent))"
     )
     assert rows == [
-        ["rock", "512 m", "180.0°", "–", "shadowed"],
-        ["ferry", "1024 m", "090.0°", "000° 9.7 kn", "yes"],
+        ["rock", "512", "180.0°", "–", "below horizon"],
+        ["ferry", "1024", "090.0°", "000° 10", "yes"],
         ["coast", "around", "–", "–", "yes"],  # its position, which is not the nearest point of it, is 20 m off
     ]
+    assert page.text("#targets thead") == "NameRange, mBrgCourse, knVisible"
+    assert page.ask("(({scrollWidth, clientWidth}) => scrollWidth - clientWidth)(document.querySelector('.table'))") == 0
     screen = seen(page)
     for position in (centre + [radius * 1024 / 2778, 6], centre + [0, radius * 512 / 2778 + 6]):  # the lowest points of the two circles
         off = np.abs(reddish(screen, *position) - np.array(TRUTH_COLOUR)).sum(axis=-1)
