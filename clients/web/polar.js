@@ -32,15 +32,15 @@ export class Polar {
    *  the cells of this picture and of the earlier one [m]; oldest: earlier rows are left out [s]. */
   adopt(earlier, own, others, oldest = -Infinity) {
     if (earlier.azimuths !== this.azimuths) return;
-    const columns = spans(this.bins, own, earlier.bins, others);
+    const edges = spans(this.bins, own, earlier.bins, others);
     for (let row = 0; row < this.rows; row++) {
       if (!(earlier.writtenAt[row] >= oldest)) continue; // NaN: never written
       const [from, to] = [row * earlier.bins, row * this.bins];
-      columns.forEach(([start, stop], n) => {
+      for (let n = 0; 2 * n < edges.length; n++) {
         let level = 0;
-        for (let k = start; k < stop; k++) level = Math.max(level, earlier.video[from + k]);
+        for (let k = edges[2 * n]; k < edges[2 * n + 1]; k++) level = Math.max(level, earlier.video[from + k]);
         this.video[to + n] = level;
-      });
+      }
       this.writtenAt[row] = Math.max(earlier.writtenAt[row], this.writtenAt[row] || -Infinity);
       this.dirty[row] = 1;
     }
@@ -108,13 +108,16 @@ export class Polar {
   }
 }
 
-/** For each of `bins` cells the earlier cells [start, stop) that it covers, as far as there are earlier ones. */
+/** Of each of `bins` cells the earlier cells from `start` to `stop` that it covers, in turn, as far as there are earlier
+ *  ones. */
 function spans(bins, { first, step }, earlierBins, earlier) {
   const edge = (range) => (range - earlier.first) / earlier.step + 0.5; // in cells: whole numbers are the edges of cells
-  const spanOf = (n) => {
-    const start = Math.floor(edge(first + (n - 0.5) * step) + ROUNDING);
+  const edges = [];
+  for (let n = 0; n < bins; n++) {
+    const start = Math.max(Math.floor(edge(first + (n - 0.5) * step) + ROUNDING), 0);
+    if (start >= earlierBins) break;
     const stop = Math.max(Math.ceil(edge(first + (n + 0.5) * step) - ROUNDING), start + 1);
-    return [Math.max(start, 0), Math.min(stop, earlierBins)];
-  };
-  return Array.from({ length: bins }, (_, n) => spanOf(n)).filter(([start, stop]) => stop > start);
+    edges.push(start, Math.min(stop, earlierBins));
+  }
+  return Int32Array.from(edges);
 }

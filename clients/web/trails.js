@@ -72,35 +72,53 @@ export class Trails {
     if (earlier.tick === null) return;
     this.advance(Math.floor((earlier.tick * earlier.stampPeriod) / this.stampPeriod));
     this.place(earlier.position);
+    const { ages, shifts } = this.convert(earlier);
+    const offsets = [0, 1].map((axis) => Array.from({ length: SIDE }, (_, index) => earlier.offset(index, axis)));
     for (let cell = 0; cell < earlier.stamps.length; cell++) {
       const stamp = earlier.stamps[cell];
-      const age = stamp ? Math.round((earlier.age(stamp) * earlier.stampPeriod) / this.stampPeriod) : Infinity;
-      if (age <= LONGEST && earlier.age(stamp) <= LONGEST) this.adoptCell(earlier, cell, stamp, age);
+      if (!stamp || ages[stamp] > LONGEST) continue;
+      const east = offsets[0][cell % SIDE] + shifts[2 * stamp];
+      const north = offsets[1][Math.floor(cell / SIDE)] + shifts[2 * stamp + 1];
+      this.fill(east, north, earlier.cell, ages[stamp]);
     }
   }
 
-  adoptCell(earlier, cell, stamp, age) {
-    const then = earlier.track.subarray(2 * stamp, 2 * stamp + 2);
-    const sign = Number(earlier.isTrue) - Number(this.isTrue); // of own ship's motion since, where the motions differ
-    const offsets = [cell % SIDE, Math.floor(cell / SIDE)].map((index, axis) => {
-      const metres = (wrapCell(index + 0.5 - earlier.own[axis] / earlier.cell + SIDE / 2) - SIDE / 2) * earlier.cell;
-      return metres + sign * (earlier.position[axis] - then[axis]);
-    });
-    this.track.set(then, 2 * this.stampOf(age));
-    this.fill(offsets, earlier.cell, age);
+  /** For each earlier stamp its age [stamps of these trails], and by how much its echoes move [m, east and north]: by own
+   *  ship's motion since, where one motion is true and the other relative. */
+  convert(earlier) {
+    const sign = Number(earlier.isTrue) - Number(this.isTrue);
+    const ages = new Float64Array(STAMPS + 1);
+    const shifts = earlier.track.map((then, k) => sign * (earlier.position[k % 2] - then));
+    for (let stamp = 1; stamp <= STAMPS; stamp++) {
+      const isLive = earlier.age(stamp) <= LONGEST;
+      ages[stamp] = isLive ? Math.round((earlier.age(stamp) * earlier.stampPeriod) / this.stampPeriod) : Infinity;
+      if (ages[stamp] > LONGEST) continue;
+      this.track.set(earlier.track.subarray(2 * stamp, 2 * stamp + 2), 2 * this.stampOf(ages[stamp]));
+    }
+    return { ages, shifts };
+  }
+
+  /** Middle of a column (axis 0) or row (axis 1) of cells, east or north of own ship [m]. */
+  offset(index, axis) {
+    return (wrapCell(index + 0.5 - this.own[axis] / this.cell + SIDE / 2) - SIDE / 2) * this.cell;
   }
 
   /** Stamps a square of `side` [m] around a point east and north of own ship [m], where no younger echo is. */
-  fill(offsets, side, age) {
+  fill(east, north, side, age) {
     const { cell, own } = this;
-    if (!offsets.every((metres) => Math.abs(metres) < (cell * SIDE) / 2)) return;
+    if (!(Math.max(Math.abs(east), Math.abs(north)) < (cell * SIDE) / 2)) return;
     const count = Math.max(1, Math.round(side / cell));
-    const [left, low] = offsets.map((metres, axis) => Math.floor((own[axis] + metres) / cell - (count - 1) / 2));
-    for (let n = 0; n < count ** 2; n++) {
-      const [x, y] = [wrapCell(left + (n % count)), wrapCell(low + Math.floor(n / count))];
-      const stamp = this.stamps[y * SIDE + x];
-      if (!stamp || this.age(stamp) > age) this.setStamp(x, y, this.stampOf(age));
+    const left = Math.floor((own[0] + east) / cell - (count - 1) / 2);
+    const low = Math.floor((own[1] + north) / cell - (count - 1) / 2);
+    const stamp = this.stampOf(age);
+    for (let y = low; y < low + count; y++) {
+      for (let x = left; x < left + count; x++) this.stampYounger(wrapCell(x), wrapCell(y), stamp, age);
     }
+  }
+
+  stampYounger(x, y, stamp, age) {
+    const before = this.stamps[y * SIDE + x];
+    if (!before || this.age(before) > age) this.setStamp(x, y, stamp);
   }
 
   /** The stamp of echoes of an age [stamps]. */

@@ -24,7 +24,10 @@ POLICY = "default-src 'self'"
 
 
 class Picture:
-    """A u8 picture of `azimuths` spokes, by default out to 1.5 NM, with spots of full strength and, if asked for, a full ring in its last cells."""
+    """A u8 picture of `azimuths` spokes with spots of full strength and, if asked for, a full ring in its last cells.
+
+    By default it reaches to 1.5 NM, a standard range scale.
+    """
 
     def __init__(self, azimuths: int = 720, bins: int = 512, step: float = 2778 / 512, rim: bool = True) -> None:
         self.azimuths, self.bins, self.step = azimuths, bins, step

@@ -76,7 +76,9 @@ class Firefox:
     def press(self, key: str) -> None:
         """Press and release a key, as a keyboard would."""
         actions = [{"type": kind, "value": KEYS.get(key, key)} for kind in ("keyDown", "keyUp")]
-        self.call("input.performActions", context=self._page, actions=[{"type": "key", "id": "keyboard", "actions": actions}])
+        self.call(
+            "input.performActions", context=self._page, actions=[{"type": "key", "id": "keyboard", "actions": actions}]
+        )
 
     def look(self) -> NDArray[np.int16]:
         """What the page shows (height, width, 3)."""

@@ -164,7 +164,8 @@ def test_truth_is_drawn_and_listed_if_the_service_sends_it(radar: FakeRadar, ope
     assert page.text("#targets thead") == "NameRange, mBrgCourse, knVisible"
     assert page.ask("(({scrollWidth, clientWidth}) => scrollWidth - clientWidth)(document.querySelector('.table'))") == 0
     screen = seen(page)
-    for position in (centre + [radius * 1024 / 2778, 6], centre + [0, radius * 512 / 2778 + 6]):  # the lowest points of the two circles
+    lowest = centre + [radius * 1024 / 2778, 6], centre + [0, radius * 512 / 2778 + 6]  # points of the two circles
+    for position in lowest:
         off = np.abs(reddish(screen, *position) - np.array(TRUTH_COLOUR)).sum(axis=-1)
         assert off.min() < 60
     page.ask(CLICK.format("truth"))
@@ -197,7 +198,9 @@ def test_a_dropped_scene_is_uploaded_started_and_its_plan_shown(radar: FakeRadar
     page.ask(DROP.format([["x.toml", "bad"]]))
     page.wait("document.getElementById('scene-answer').textContent === 'x.toml is refused:\\nbody[0]: bad; mend it'")
     page.ask(DROP.format([["my bay (2).toml", "name = 'sent'"], ["rock.obj", "v 0 0 0"]]))
-    page.wait("document.getElementById('scene-answer').textContent.startsWith('my bay (2).toml is on the air as my bay -2-')")
+    page.wait(
+        "document.getElementById('scene-answer').textContent.startsWith('my bay (2).toml is on the air as my bay -2-')"
+    )
     files = [("scene", "my bay (2).toml", b"name = 'sent'"), ("files", "rock.obj", b"v 0 0 0")]
     assert radar.uploads[1:] == [("my bay -2-", files)]
     assert radar.scene == "my bay -2-"

@@ -50,7 +50,7 @@ def test_a_command_that_fails_is_taken_back_and_explained(radar: FakeRadar, open
     page.wait("document.getElementById('gain').value === '50'")
     page.ask(OFFLINE)
     page.ask("gain.focus(), gain.value = 90, gain.dispatchEvent(new Event('input'))")
-    page.wait(f"{TOASTS}.includes(\"Gain not changed: the radar's service does not answer.\")")
+    page.wait(f'{TOASTS}.includes("Gain not changed: the radar\'s service does not answer.")')
     page.wait("document.getElementById('gain').value === '50' && document.getElementById('gain-value').value === '50'")
     page.ask("rpm.focus(), rpm.value = 30, rpm.dispatchEvent(new Event('change'))")
     page.wait("document.getElementById('rpm').value === '24'")
