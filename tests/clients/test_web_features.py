@@ -197,6 +197,9 @@ def test_a_dropped_scene_is_uploaded_started_and_its_plan_shown(radar: FakeRadar
     page.wait("document.getElementById('scene-answer').textContent.includes('one scene')")
     page.ask(DROP.format([["x.toml", "bad"]]))
     page.wait("document.getElementById('scene-answer').textContent === 'x.toml is refused:\\nbody[0]: bad; mend it'")
+    page.wait("document.activeElement.closest('[role=alert]')?.textContent.startsWith('x.toml is refused')")
+    page.press("Escape")
+    assert page.ask("document.querySelectorAll('.toast').length") == 0 and page.ask("document.activeElement.id") != "alerts"
     page.ask(DROP.format([["my bay (2).toml", "name = 'sent'"], ["rock.obj", "v 0 0 0"]]))
     page.wait(
         "document.getElementById('scene-answer').textContent.startsWith('my bay (2).toml is on the air as my bay -2-')"
@@ -204,6 +207,7 @@ def test_a_dropped_scene_is_uploaded_started_and_its_plan_shown(radar: FakeRadar
     files = [("scene", "my bay (2).toml", b"name = 'sent'"), ("files", "rock.obj", b"v 0 0 0")]
     assert radar.uploads[1:] == [("my bay -2-", files)]
     assert radar.scene == "my bay -2-"
+    page.wait("document.activeElement.closest('[role=status]')?.textContent.startsWith('my bay (2).toml is on the air')")
     assert page.text("#plan summary") == "Plan: 1 of 2 modelled"
     assert [page.text(f"#plan li.{kind}") for kind in ("modelled", "not-modelled")] == [
         "beam, modelled:  sinc2",
