@@ -143,6 +143,7 @@ function frame(time) {
   playout.release(time / 1000);
   scope.draw(time);
   if (latest) {
+    if (scope.isTrueMotion) status.showRange(scope.scale, scope.framing, settings.unit);
     status.showShip(latest, origin);
     showPositions();
     latest = null;

@@ -60,7 +60,7 @@ export class Picture {
     this.scene = title;
     this.period = 60 / radar.rpm;
     this.layer = new Layer(radar.azimuths, encoding.bins, grid);
-    this.startTrails();
+    this.startTrailsOf(this.layer, null);
     for (const { polar } of known) polar.setClock(clocks.simulated_s);
     const newest = Math.max(...known.map(({ polar }) => polar.newest || -Infinity));
     for (const layer of known) this.layer.adopt(layer, newest - KEPT_SCANS * this.period);
@@ -77,9 +77,12 @@ export class Picture {
 
   /** Starts trails with the length and motion of the settings; keeps: with the echoes of the present ones. */
   startTrails(keeps = false) {
+    for (const layer of [this.layer, this.wide]) if (layer) this.startTrailsOf(layer, keeps ? layer.trails : null);
+  }
+
+  startTrailsOf(layer, earlier) {
     const length = Number(this.settings.trails); // s, 0 for none
-    const isTrue = this.settings.trailmotion === "true";
-    for (const layer of [this.layer, this.wide]) layer?.startTrails(length, isTrue, keeps ? layer.trails : null);
+    layer.startTrails(length, this.settings.trailmotion === "true", earlier);
   }
 
   /** Blanks the echoes: the radar has stopped to transmit. Trails return with the next spokes. */

@@ -150,6 +150,15 @@ def test_trails_survive_range_motion_and_length(modules: Page) -> None:
     ]  # fmt: skip
 
 
+def test_trails_beyond_a_shorter_range_return_with_the_longer_one(modules: Page) -> None:
+    script = """hello(1000, 100, 1); spoke(90, 1, 200, 80); spoke(180, 1, 200, 30);
+      hello(500, 100, 1); spoke(0, 10, 0, 0);
+      hello(250, 100, 10); spoke(0, 13, 0, 0);
+      hello(1000, 100, 13); spoke(0, 16, 0, 0);
+      return [trail(90, 805), trail(180, 305)].map((one) => Number(one.toFixed(2)));"""
+    assert picture(modules, script) == [0.75, 0.75]  # 15 s of 60
+
+
 OTHERS = "import('./other_viewers.js').then(({{changesByOthers}}) => changesByOthers(...{}))"
 
 
