@@ -120,6 +120,7 @@ class BodyTruth:
     latitude_deg: float | None
     longitude_deg: float | None
     mmsi: int | None
+    extent: float  # greatest horizontal distance of its surface from its origin; 0 for a point
 
 
 @dataclass(frozen=True)

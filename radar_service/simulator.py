@@ -37,10 +37,10 @@ class AzimuthEngine(Protocol):
 
     range: Floats  # (N,) m, where the samples stand
 
-    def tiles(self, scan: int, wanted: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
+    def tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
         """One scan: index of each tile's first azimuth, field (K, N) [sqrt(W)] and power (K, N) [W].
 
-        wanted: flags of azimuths (A,); tiles without any may be left out.
+        requested: flags of azimuths (A,); tiles without any may be left out.
         """
         ...
 
@@ -125,7 +125,7 @@ class Simulator:
         """
         for _ in itertools.count() if scans is None else range(scans):
             number, self._next_scan = self._next_scan, self._next_scan + 1
-            computed = (self._block(number, *tile) for tile in self._engine.tiles(number, self._sector.wanted))
+            computed = (self._block(number, *tile) for tile in self._engine.tiles(number, self._sector.requested))
             for stretch in self._sector.stretches(computed):
                 yield from BLAS_LIMIT.each(regrouped(stretch, size))
 

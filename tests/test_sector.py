@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.engine.pipeline import Engine
+from radar_service.echo.echoes import AzimuthTimes
+from radar_service.engine import pipeline
+from radar_service.types import Profiles
 from tests.scenes import point, scene
 
 MADE = scene(
@@ -43,14 +45,14 @@ def test_a_sector_across_north_comes_in_two_stretches_of_blocks() -> None:
 
 
 def test_other_tiles_are_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
-    computed = []
-    tile = Engine._tile
+    computed: list[int] = []
+    profiles = pipeline.profiles
 
-    def counted(self: Engine, scan: int, start: int) -> object:
-        computed.append(start)
-        return tile(self, scan, start)
+    def counted(prepared: pipeline.Prepared, azimuths: AzimuthTimes) -> Profiles:
+        computed.append(int(azimuths.number[0]))
+        return profiles(prepared, azimuths)
 
-    monkeypatch.setattr(Engine, "_tile", counted)
+    monkeypatch.setattr(pipeline, "profiles", counted)
     rs.Simulator(MADE, "fast", sector=(90 * DEGREE, 100 * DEGREE)).scan()
     assert 1 <= len(computed) <= 2
 

@@ -9,7 +9,8 @@ export function useToken(text) {
   sessionStorage.setItem(TOKEN_KEY, token);
 }
 
-/** Returns the JSON of an address under api/. Throws an Error with the service's message if it refuses the request.
+/** Returns the JSON of an address under api/. Throws an Error with the service's message if it refuses the request, and
+ *  NoAnswer if there is no service.
  *  Dispatches the event "token-required" on the document if the service requires a token. */
 export function callApi(path, method = "GET", body = undefined) {
   if (body === undefined) return fetchJson(path, { method, headers: {} });
@@ -19,9 +20,18 @@ export function callApi(path, method = "GET", body = undefined) {
 /** Posts a form with files; returns and throws as `callApi` does. */
 export const postForm = (path, form) => fetchJson(path, { method: "POST", headers: {}, body: form });
 
+/** The radar's service does not answer. */
+export class NoAnswer extends Error {
+  constructor() {
+    super("the radar's service does not answer");
+  }
+}
+
 async function fetchJson(path, options) {
   if (token) options.headers.Authorization = `Bearer ${token}`;
-  const response = await fetch(new URL(`api/${path}`, document.baseURI), options);
+  const response = await fetch(new URL(`api/${path}`, document.baseURI), options).catch(() => {
+    throw new NoAnswer(); // browsers say "Failed to fetch"
+  });
   if (response.status === 401) document.dispatchEvent(new Event("token-required"));
   const text = await response.text();
   if (!response.ok) throw new Error(refusal(text) || `${options.method} ${path}: the service answered ${response.status}`);

@@ -27,7 +27,9 @@ export class CanvasRenderer {
    *  pixel. Returns true if it did not draw because the last picture is too recent. */
   draw(polar, grid, view, trails, scale) {
     const now = performance.now();
-    if (now - this.drawn < PERIOD_MS) return true;
+    const size = `${this.canvas.width} ${this.canvas.height}`;
+    if (now - this.drawn < PERIOD_MS && size === this.size) return true; // a canvas of another size is empty
+    this.size = size;
     this.drawn = now;
     const side = Math.min(Math.round(2 * view.rim.radius * scale), MAX_SIDE);
     this.prepare(side, view);

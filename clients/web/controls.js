@@ -1,16 +1,20 @@
 // The controls that act on the radar itself, for all its clients. The page sends them as PATCH requests, one at a time.
 
-import { callApi } from "./api.js";
-import { rangeScales, rangeText } from "./units.js";
+import { NoAnswer, callApi } from "./api.js";
+import { changesByOthers } from "./other_viewers.js";
+import { dismiss, toast } from "./toast.js";
+import { rangeScales, rangeText, scaleFor } from "./units.js";
 import { buildWidgets } from "./widgets.js";
 
 const element = (id) => document.getElementById(id);
 
 export class Controls {
-  /** showRefusal(text): shows why the service refused a change. unit(): "nm" or "m". */
-  constructor(showRefusal, unit) {
-    this.showRefusal = showRefusal;
+  /** unit(): "nm" or "m"; changed(): called after the radar's state may have changed. */
+  constructor(unit, changed) {
     this.unit = unit;
+    this.changed = changed;
+    this.definitions = [];
+    this.sent = {}; // values that the radar may still tell as new
     this.declared = ""; // the definitions as JSON
     this.widgets = {}; // by name of the control: the function that shows its value
     this.state = {};
@@ -22,7 +26,7 @@ export class Controls {
   }
 
   bind() {
-    element("range").onchange = () => this.send({ range_m: Number(element("range").value) });
+    element("range").onchange = () => this.sendRange(Number(element("range").value));
     element("range-up").onclick = () => this.stepRange(1);
     element("range-down").onclick = () => this.stepRange(-1);
     element("pause").onclick = () => this.togglePause();
@@ -35,11 +39,20 @@ export class Controls {
 
   /** Adopts the radar and the controls of a hello; the limits of its scene are fetched. */
   adopt(hello) {
+    const title = JSON.stringify([hello.radar.id, hello.scene.name]);
     this.version++;
     this.radar = hello.radar.id;
     this.azimuths = hello.radar.azimuths;
+    if (title === this.title) this.tellOthers(hello.controls);
+    this.title = title;
     this.show(hello.controls);
     this.refresh();
+  }
+
+  /** Says what other viewers have changed, when `after` is the new state. */
+  tellOthers(after) {
+    const texts = changesByOthers(this.definitions, this.state, after, { ...this.sent, ...this.waiting }, this.unit());
+    for (const text of texts) toast(text, { topic: text.split(" ")[0] });
   }
 
   /** Adopts the definitions of a radar's controls. Elements are built anew only where a definition changed. */
@@ -47,6 +60,7 @@ export class Controls {
     const text = JSON.stringify(definitions);
     if (text === this.declared) return;
     this.declared = text;
+    this.definitions = definitions;
     this.rangeLimits = definitions.find(({ name }) => name === "range_m");
     this.widgets = buildWidgets(definitions, (change) => this.send(change));
   }
@@ -60,6 +74,8 @@ export class Controls {
     this.health = (await health)?.radars.find((one) => one.id === id) ?? null;
     if (!radar || this.version !== version) return;
     this.declare(radar.control_definitions);
+    this.tellOthers(radar.controls);
+    this.sent = {};
     this.show(radar.controls);
   }
 
@@ -74,18 +90,26 @@ export class Controls {
 
   stepRange(by) {
     const scales = this.rangeScales();
-    const current = this.state.range_m ?? scales.at(-1);
-    const slack = current * 1e-3; // the radar's range differs from the requested scale by less than a cell
-    const longer = (scale) => scale > current + slack;
-    const shorter = (scale) => scale < current - slack;
-    const next = by > 0 ? scales.find(longer) : scales.findLast(shorter);
-    if (next) this.send({ range_m: next });
+    const next = scales[scales.indexOf(this.rangeScale()) + by];
+    if (next) this.sendRange(next);
   }
 
-  /** The range scales that the radar allows [m], in the current unit. */
+  /** Sends a range scale [m]; on the longest one the radar gives all that it has. */
+  sendRange(scale) {
+    const { minimum, maximum } = this.rangeLimits;
+    this.send({ range_m: scale === this.rangeScales().at(-1) ? maximum : Math.max(scale, minimum) });
+  }
+
+  /** The range scales of the radar [m], in the current unit. */
   rangeScales() {
     const { minimum, maximum } = this.rangeLimits;
-    return rangeScales(maximum, this.unit()).filter((scale) => scale >= minimum);
+    const shortest = scaleFor(minimum, this.unit());
+    return rangeScales(maximum, this.unit()).filter((scale) => scale >= shortest);
+  }
+
+  /** The scale of the radar's present range [m]. */
+  rangeScale() {
+    return scaleFor(this.state.range_m ?? this.rangeLimits.maximum, this.unit());
   }
 
   get paused() {
@@ -104,45 +128,51 @@ export class Controls {
     this.waiting = { ...this.waiting, ...change };
     if (this.busy) return;
     this.busy = true;
-    try {
-      while (this.waiting) await this.patch();
-    } finally {
-      this.busy = false;
-    }
+    let isTaken = true;
+    while (this.waiting) isTaken = await this.patch();
+    this.busy = false;
+    if (!isTaken) this.show({}, true);
     await this.refresh();
   }
 
+  /** Sends what waits; returns whether the radar has taken it. */
   async patch() {
     const change = this.waiting;
     this.waiting = null;
+    this.sent = { ...this.sent, ...change };
     try {
       await callApi(`radars/${encodeURIComponent(this.radar)}/controls`, "PATCH", change);
-      this.showRefusal("");
+      dismiss("command");
+      return true;
     } catch (refused) {
-      this.showRefusal(refused.message);
+      const labels = this.definitions.filter(({ name }) => name in change).map(({ label }) => label);
+      const back = `${labels.join(", ")} not changed: ${refused.message}.`;
+      toast(refused instanceof NoAnswer ? back : refused.message, { isAlert: true, topic: "command" });
+      return false;
     }
   }
 
-  show(controls) {
+  /** Shows the state of the controls; isRefused: in place of a change that the radar has not taken. */
+  show(controls, isRefused = false) {
     this.state = { ...this.state, ...controls };
-    for (const [name, show] of Object.entries(this.widgets)) show(this.state[name], this.busy);
+    for (const [name, show] of Object.entries(this.widgets)) show(this.state[name], this.busy, isRefused);
     element("pause").ariaPressed = String(this.paused);
-    element("pause").textContent = this.paused ? "Resume" : "Pause";
     element("step").disabled = !this.paused;
     element("factor").value = String(this.state.pace?.factor ?? 1);
     this.showRanges();
+    this.changed();
   }
 
-  /** Fills the list of range scales in the current unit, with the radar's range if it is none of them. */
+  /** Fills the list of range scales in the current unit, and selects that of the radar. */
   showRanges() {
     if (!this.rangeLimits) return;
     const scales = this.rangeScales();
-    const current = this.state.range_m ?? scales.at(-1);
-    const nearest = scales.find((scale) => Math.abs(scale - current) < current * 1e-3) ?? current;
-    const offered = [...new Set([...scales, nearest])].sort((a, b) => a - b);
-    const options = offered.map((scale) => new Option(rangeText(scale, this.unit()), scale, false, scale === nearest));
-    if (element("range") !== document.activeElement) element("range").replaceChildren(...options);
-    element("range-up").disabled = nearest >= scales.at(-1) * 0.999;
-    element("range-down").disabled = nearest <= scales[0];
+    const options = scales.map((scale) => new Option(rangeText(scale, this.unit()), scale));
+    if (scales.join() !== this.offered) element("range").replaceChildren(...options);
+    this.offered = scales.join();
+    const current = scales.indexOf(this.rangeScale());
+    element("range").selectedIndex = current;
+    element("range-up").disabled = current === scales.length - 1;
+    element("range-down").disabled = current === 0;
   }
 }

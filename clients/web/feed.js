@@ -13,11 +13,11 @@ export function backOff(failures, random) {
 
 export class Feed {
   /** address(since): returns the URL or a promise of it. Handlers: hello(message, isNew), spokes(message), truth(message),
-   *  gap(message), state(name, detail). */
-  constructor(address, handlers) {
+   *  gap(message), state(name, detail). sequence: counts the spokes. */
+  constructor(address, handlers, sequence = new SequenceTracker()) {
     this.address = address;
     this.handlers = handlers;
-    this.sequence = new SequenceTracker();
+    this.sequence = sequence;
     this.failures = 0;
     this.ended = false;
     this.reason = "";
@@ -64,7 +64,7 @@ export class Feed {
     this.open();
   }
 
-    receive(data) {
+  receive(data) {
     if (this.ended) return; // a closing socket still delivers messages
     this.lastMessage = performance.now();
     try {

@@ -1,33 +1,39 @@
 // Connects the parts of the page: radar, feed, controls, picture and settings.
 
+import { addressValue, adoptAddress, followScope } from "./address.js";
 import { callApi, feedAddress, useToken } from "./api.js";
 import { Preferences } from "./preferences.js";
 import { Controls } from "./controls.js";
 import { Feed } from "./feed.js";
+import { bindKeys } from "./keys.js";
 import { FrameMeter, Meter } from "./meter.js";
 import { Playout } from "./playout.js";
 import { bindPointer } from "./pointer.js";
+import { listRadars, renameRadar } from "./radars.js";
 import { Scenes } from "./scenes.js";
 import { Scope } from "./scope.js";
+import { SequenceTracker } from "./sequence.js";
 import { loadSettings } from "./settings.js";
 import * as status from "./status.js";
 import { listTruth } from "./truth.js";
+import { scaleFor } from "./units.js";
 
 const element = (id) => document.getElementById(id);
-const address = new URLSearchParams(location.search);
-const BINS = Number(address.get("bins")) || 1024; // about two cells per pixel of a 1000-pixel scope; the service keeps peaks
+const BINS = Number(addressValue("bins")) || 1024; // about two cells per pixel of a 1000-pixel scope; the service keeps peaks
 const SILENT_S = 3; // without a spoke, after which the banner says that the picture stands still
 const DEAD_S = 15; // without a spoke, after which the page reconnects: a half-open connection reports no error
 const REFRESH_MS = 5000; // other clients may change the same controls
+const IN_FLIGHT_S = 1; // after standby, in which the last spokes still arrive
 
 const settings = loadSettings();
 document.documentElement.dataset.palette = settings.palette;
-const scope = new Scope(settings, address.get("renderer"));
+const scope = new Scope(settings, addressValue("renderer"));
 const preferences = new Preferences(scope, settingChanged);
-const controls = new Controls((text) => (element("notice").textContent = text), () => settings.unit);
+const controls = new Controls(() => settings.unit, controlsChanged);
 const playout = new Playout(show, () => controls.factor);
 const frames = new FrameMeter();
 const scenes = new Scenes(() => radar.id);
+const sequence = new SequenceTracker(); // counts since the page was opened, over all radars
 const now = () => performance.now() / 1000;
 let meter = new Meter();
 let feed = null;
@@ -40,6 +46,8 @@ let isBroken = false; // the connection was lost and is not yet restored
 let lastSpokeAt = now();
 let latest = null; // own ship, time and scan, which the next frame shows
 let retryNow = () => {}; // ends the wait before the next attempt to start
+let standbySince = null; // page clock [s]
+let isFirst = true; // no hello has arrived yet
 
 function connectTo(id) {
   feed?.end();
@@ -48,11 +56,13 @@ function connectTo(id) {
     requestsTruth = givesTruth && settings.truth === "on";
     return feedAddress(id, BINS, since, requestsTruth);
   };
-  feed = new Feed(feedUrl, { hello, spokes, truth, gap: () => {}, state });
+  sequence.startFeed();
+  feed = new Feed(feedUrl, { hello, spokes, truth, gap: () => {}, state }, sequence);
   feed.open();
 }
 
 function hello(message, isNew) {
+  if (radar?.id === message.radar.id) scenes.tellOthers(message.scene.name);
   radar = message.radar;
   origin = message.scene.origin;
   givesTruth = message.truth;
@@ -64,6 +74,9 @@ function hello(message, isNew) {
   controls.adopt(message);
   lastSpokeAt = now();
   status.showHello(message);
+  renameRadar(radar, message.scene);
+  if (isFirst) adoptAddress(scope);
+  isFirst = false;
   showFraming();
   scenes.adopt(message);
   requestTruth();
@@ -79,7 +92,9 @@ function requestTruth() {
 }
 
 function spokes(message) {
-  scope.polar.check(message);
+  scope.picture.polar.check(message);
+  if (standbySince !== null && now() < standbySince + IN_FLIGHT_S) return;
+  if (standbySince !== null) controls.refresh(); // another viewer transmits again
   lastSpokeAt = now();
   meter.spokes(message.count, message.time.at(-1), lastSpokeAt, controls.factor);
   playout.push(message, lastSpokeAt);
@@ -87,7 +102,7 @@ function spokes(message) {
 
 /** Shows spokes from <= k < to of a message, which are due. */
 function show(message, from, to) {
-  const { range } = scope.grid;
+  const { range } = scope.picture.grid;
   const ship = status.shipOf(message, to - 1);
   scope.write(message, from, to, ship);
   if (range !== message.range) showFraming();
@@ -99,15 +114,19 @@ function truth(message) {
   scope.changed = true;
 }
 
-/** The requested range if the picture ends within a cell of it: 3000 m rather than 3002 m. */
-function nominalRange() {
-  const { range, step } = scope.grid;
-  const requested = controls.state.range_m ?? range;
-  return Math.abs(requested - range) <= step ? requested : range;
+function showFraming() {
+  status.showRange(scope.scale, scope.framing, settings.unit);
+  if (radar) followScope(scope, scaleFor(radar.range_max_m, settings.unit));
 }
 
-function showFraming() {
-  status.showRange(nominalRange(), scope.framing, settings.unit);
+/** Blanks the picture when the radar goes to standby. */
+function controlsChanged() {
+  const isStandby = controls.state.transmit === false;
+  if (isStandby && standbySince === null) {
+    playout.clear();
+    scope.blank();
+  }
+  standbySince = isStandby ? (standbySince ?? now()) : null;
 }
 
 function state(name, detail) {
@@ -124,6 +143,7 @@ function frame(time) {
   playout.release(time / 1000);
   scope.draw(time);
   if (latest) {
+    if (scope.isTrueMotion) status.showRange(scope.scale, scope.framing, settings.unit);
     status.showShip(latest, origin);
     showPositions();
     latest = null;
@@ -163,7 +183,7 @@ function spokePeriod() {
 
 function showStatus() {
   const reason = stopReason();
-  status.showBanner(reason || slowReason(), !reason);
+  status.showBanner(reason || slowReason(), !reason, connection[0] === "waiting");
   const lag = controls.behind === null ? meter.lag : null; // the lag of a service that is too slow only grows
   if (feed) status.showFeed(feed.sequence, meter.rate(now()), lag, frames.rates(now()));
 }
@@ -171,7 +191,7 @@ function showStatus() {
 function everySecond() {
   showStatus();
   const targets = element("targets");
-  if (scope.truth && targets.open) listTruth(targets.querySelector("tbody"), scope.truth, settings.unit);
+  if (scope.truth && targets.open) listTruth(targets.querySelector("table"), scope.truth, settings.unit);
   const idle = controls.paused || controls.state.transmit === false;
   if (idle) meter.restart(); // the service resets its clock when it continues
   const dead = now() - lastSpokeAt > Math.max(DEAD_S, 20 * spokePeriod());
@@ -189,8 +209,14 @@ function settingChanged(name) {
     requestTruth();
   }
   showFraming();
-  status.showMode(settings.orientation);
+  status.showMode(settings, scope.isTrueMotion);
   showPositions();
+}
+
+/** Connects at once. */
+function tryNow() {
+  retryNow();
+  feed?.reconnect("");
 }
 
 /** Stores the token and reconnects: the service may allow more with it. */
@@ -199,30 +225,8 @@ function submitToken(event) {
   useToken(element("token").value);
   element("token").value = "";
   element("access").hidden = true;
-  element("notice").textContent = "";
   feed?.reconnect("the token has changed");
   retryNow();
-}
-
-const KEYS = {
-  "+": () => controls.stepRange(1),
-  "=": () => controls.stepRange(1), // the same key without Shift on many keyboards
-  "-": () => controls.stepRange(-1),
-  z: () => preferences.zoom(2),
-  x: () => preferences.zoom(1 / 2),
-  o: () => preferences.lookAhead(),
-  c: () => element("centre").click(),
-  h: () => preferences.next("orientation"),
-  n: () => preferences.next("palette"),
-  t: () => preferences.next("trails"),
-  p: () => controls.togglePause(),
-  s: () => controls.paused && element("step").click(),
-};
-
-function shortcut(event) {
-  if (event.ctrlKey || event.altKey || event.metaKey) return;
-  if (event.target.closest("select, input[type=number], input[type=password]")) return;
-  KEYS[event.key.toLowerCase()]?.();
 }
 
 async function start() {
@@ -236,22 +240,20 @@ async function start() {
       });
     });
   }
-  const selected = radars.find((one) => one.id === address.get("radar")) ?? radars[0];
-  element("radar").replaceChildren(...radars.map((one) => new Option(one.name ?? one.id, one.id, false, one === selected)));
-  element("radar-row").hidden = radars.length < 2;
+  const selected = listRadars(radars, connectTo);
   controls.declare(selected.control_definitions);
   connectTo(selected.id);
 }
 
 element("renderer-text").textContent = scope.renderer.name;
-element("radar").onchange = () => connectTo(element("radar").value);
 element("access").onsubmit = submitToken;
+element("retry").onclick = tryNow;
+bindKeys(controls, preferences);
 bindPointer(scope, () => {
   showFraming();
   showPositions();
 });
-status.showMode(settings.orientation);
-document.addEventListener("keydown", shortcut);
+status.showMode(settings, scope.isTrueMotion);
 document.addEventListener("token-required", () => (element("access").hidden = false));
 addEventListener("online", () => connection[0] === "waiting" && feed?.reconnect("the network is back"));
 setInterval(everySecond, 1000);

@@ -12,6 +12,8 @@ export class Meter {
   /** Counts spokes that arrived at `now` [s, page clock]; the last has simulated `time` [s]. factor: pace, or null. */
   spokes(count, time, now, factor) {
     this.batches.push([now, count]);
+    if (factor !== this.factor) this.restart();
+    this.factor = factor;
     if (!factor) return void (this.lag = null);
     if (now > this.periodStart + MEMORY_S) {
       [this.previousMinDelay, this.minDelay] = [this.minDelay, Infinity];

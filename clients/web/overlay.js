@@ -8,6 +8,7 @@ const DEGREE = Math.PI / 180;
 const NAMES = ["ring", "ring-text", "scale", "heading", "sweep", "marker", "cursor", "blind", "truth", "halo"];
 const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';
 const LABEL_SIZE = [58, 16]; // CSS pixels of the longest ring label
+const SHORT_LABEL = 44; // CSS pixels of a label such as 2.5 NM
 const BIG_RADIUS = 230; // CSS pixels; a larger scale has a number every ten degrees
 
 /** The colours of the overlay in the current palette. */
@@ -116,13 +117,14 @@ function drawNumber(context, degree, [x, y], drawn) {
 
 function drawRings(context, view, unit, colours) {
   const step = ringStep(view.span, unit);
-  const isRoomy = step * view.metre > LABEL_SIZE[0]; // if false, only every second ring has a label
+  const spacing = step * view.metre; // CSS pixels
+  const every = spacing > LABEL_SIZE[0] ? 1 : Math.max(2, Math.ceil(SHORT_LABEL / spacing)); // of so many rings, one has a label
   const boxes = [];
   for (let number = 1; number * step < view.maxRange * 0.985; number++) {
     context.strokeStyle = colours.ring;
     ring(context, view, number * step);
     const point = ringLabel(view, number * step);
-    if (!point || (!isRoomy && number % 2)) continue;
+    if (!point || number % every) continue;
     label(context, rangeText(number * step, unit), ...point, colours, colours["ring-text"]);
     boxes.push([point[0] - LABEL_SIZE[0] / 2, point[1] - LABEL_SIZE[1] / 2, ...LABEL_SIZE]);
   }

@@ -42,7 +42,7 @@ function screenPoint(scope, { clientX, clientY }) {
 function positionUnder(scope, event) {
   const [x, y] = screenPoint(scope, event);
   const position = scope.view.fromScreen(x, y);
-  return scope.view.contains(x, y) && position.range <= scope.view.range ? position : null;
+  return scope.view.contains(x, y) && position.range <= scope.view.reach ? position : null;
 }
 
 function bindGestures(scope, update) {
@@ -112,12 +112,12 @@ class Gesture {
 /** The change that a key makes: left and right turn the cursor, up and down move it out and in. */
 function keyChange(scope, { key, shiftKey }) {
   const { view } = scope;
-  const cursor = scope.cursor ?? { bearing: view.up, range: view.range / 2 };
+  const cursor = scope.cursor ?? { bearing: view.up, range: view.reach / 2 };
   const [turn, outward] = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key] ?? [0, 0];
   if (turn || outward) {
     const bearing = wrap(cursor.bearing + turn * (shiftKey ? 0.1 : 1) * DEGREE);
     const range = cursor.range + outward * view.span * (shiftKey ? 0.001 : 0.01);
-    return { cursor: { bearing, range: Math.min(Math.max(range, 0), view.range) } };
+    return { cursor: { bearing, range: Math.min(Math.max(range, 0), view.reach) } };
   }
   if (key === "Enter") return { cursor, marker: cursor };
   if (key === "Escape") return { cursor: null, marker: null };

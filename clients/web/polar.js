@@ -2,6 +2,7 @@
 
 export const MAX_ROWS = 4096; // 0.09 degrees: finer than a pixel at the rim of any screen; every GPU has such textures
 const STALE_SCANS = 2.5; // without afterglow, older rows are not shown
+const ROUNDING = 1e-6; // cells: an edge that falls on an edge covers nothing of the next cell
 
 export class Polar {
   /** azimuths: spokes per scan; bins: cells per spoke. With more azimuths than MAX_ROWS, several share a row, which keeps
@@ -16,6 +17,42 @@ export class Polar {
     this.writtenAt = new Float64Array(this.rows).fill(NaN); // time of simulation [s]
     this.scan = new Float64Array(this.rows).fill(-1);
     this.newest = NaN;
+  }
+
+  /** Blanks all rows. */
+  clear() {
+    this.video.fill(0);
+    this.dirty.fill(1);
+    this.writtenAt.fill(NaN);
+    this.scan.fill(-1);
+    this.newest = NaN;
+  }
+
+  /** Takes over the cells of an earlier picture of as many azimuths, where that one has cells. own, others: {first, step} of
+   *  the cells of this picture and of the earlier one [m]; oldest: earlier rows are left out [s]. */
+  adopt(earlier, own, others, oldest = -Infinity) {
+    if (earlier.azimuths !== this.azimuths) return;
+    const edges = spans(this.bins, own, earlier.bins, others);
+    for (let row = 0; row < this.rows; row++) {
+      if (!(earlier.writtenAt[row] >= oldest)) continue; // NaN: never written
+      const [from, to] = [row * earlier.bins, row * this.bins];
+      for (let n = 0; 2 * n < edges.length; n++) {
+        let level = 0;
+        for (let k = edges[2 * n]; k < edges[2 * n + 1]; k++) level = Math.max(level, earlier.video[from + k]);
+        this.video[to + n] = level;
+      }
+      this.writtenAt[row] = Math.max(earlier.writtenAt[row], this.writtenAt[row] || -Infinity);
+      this.dirty[row] = 1;
+    }
+    this.newest = Math.max(earlier.newest, this.newest || -Infinity);
+  }
+
+  /** Sets the clock to `time` [s], where the simulation has started again: rows keep their age. */
+  setClock(time) {
+    const shift = time - this.newest;
+    if (!(shift < 0)) return;
+    this.writtenAt = this.writtenAt.map((then) => then + shift);
+    this.newest = time;
   }
 
   /** Throws if the sizes in a `spokes` message contradict each other or the picture. */
@@ -69,4 +106,18 @@ export class Polar {
     }
     return runs;
   }
+}
+
+/** Of each of `bins` cells the earlier cells from `start` to `stop` that it covers, in turn, as far as there are earlier
+ *  ones. */
+function spans(bins, { first, step }, earlierBins, earlier) {
+  const edge = (range) => (range - earlier.first) / earlier.step + 0.5; // in cells: whole numbers are the edges of cells
+  const edges = [];
+  for (let n = 0; n < bins; n++) {
+    const start = Math.max(Math.floor(edge(first + (n - 0.5) * step) + ROUNDING), 0);
+    if (start >= earlierBins) break;
+    const stop = Math.max(Math.ceil(edge(first + (n + 0.5) * step) - ROUNDING), start + 1);
+    edges.push(start, Math.min(stop, earlierBins));
+  }
+  return Int32Array.from(edges);
 }

@@ -3,8 +3,8 @@
 import { keep } from "./settings.js";
 import { announce } from "./status.js";
 
-const LISTS = ["orientation", "afterglow", "unit", "palette", "trails", "trailmotion", "detail"];
-const CHECKS = ["rings", "headline", "sweep", "truth"];
+const LISTS = ["orientation", "motion", "afterglow", "unit", "palette", "trails", "trailmotion", "detail"];
+const CHECKS = ["rings", "headline", "sweep", "truth", "keys"];
 const ZOOM_STEP = 2;
 const element = (id) => document.getElementById(id);
 
@@ -26,7 +26,7 @@ export class Preferences {
     element("look-ahead").onclick = () => this.lookAhead();
     element("centre").onclick = () => this.frame(() => this.scope.framing.reset());
     element("clear").onclick = () => this.frame(() => (this.scope.marker = null));
-    element("clear-trails").onclick = () => this.scope.startTrails();
+    element("clear-trails").onclick = () => this.scope.startTrails(false);
   }
 
   choose(name, value) {
@@ -35,9 +35,9 @@ export class Preferences {
       document.documentElement.dataset.palette = value;
       this.scope.repaint();
     }
-    if (name === "orientation") this.scope.framing.moveTo({ x: 0, y: 0 }, 1); // the screen's axes now mean other bearings
+    if (name === "orientation" || name === "motion") this.scope.framing.moveTo({ x: 0, y: 0 }, 1); // axes have other bearings
     if (name === "detail") this.scope.fit();
-    if (name === "trails" || name === "trailmotion") this.scope.startTrails();
+    if (name === "trails" || name === "trailmotion") this.scope.startTrails(true);
     this.scope.changed = true;
     this.show();
     this.changed(name, value);
@@ -46,6 +46,7 @@ export class Preferences {
   show() {
     for (const name of LISTS) element(name).value = this.settings[name];
     for (const name of CHECKS) element(name).checked = this.settings[name] === "on";
+    element("motion").disabled = this.settings.orientation !== "north-up"; // true motion is defined with north up
     element("trailmotion").disabled = element("clear-trails").disabled = this.settings.trails === "0";
   }
 

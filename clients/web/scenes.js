@@ -1,6 +1,7 @@
 // The running scene: the service's list of scenes, uploads by drag and drop or file chooser, and the plan.
 
-import { callApi, postForm } from "./api.js";
+import { NoAnswer, callApi, postForm } from "./api.js";
+import { toast } from "./toast.js";
 
 const SCENE_FILE = /\.(toml|json)$/i;
 const element = (id) => document.getElementById(id);
@@ -11,6 +12,7 @@ export class Scenes {
     this.radar = radar;
     this.entries = [];
     this.running = "";
+    this.isWorking = false;
     element("scene").onchange = () => this.showChoice();
     element("load-scene").onclick = () => this.load(element("scene").value);
     element("remove-scene").onclick = () => this.remove(element("scene").value);
@@ -41,6 +43,12 @@ export class Scenes {
     if (this.running !== hello.scene.name || !this.entries.length) this.list(hello.scene.name);
   }
 
+  /** Says that another viewer has started a scene. name: of the scene that runs now. */
+  tellOthers(name) {
+    const isOther = this.running && name !== this.running && !this.isWorking;
+    if (isOther) toast(`Scene ${name} started by another viewer`, { topic: "Scene" });
+  }
+
   /** Fetches the list of scenes. running: title of the running scene; chosen: name of the scene to select, or null. */
   async list(running = this.running, chosen = null) {
     this.running = running;
@@ -59,17 +67,18 @@ export class Scenes {
     element("scene-about").textContent = entry ? [entry.summary, ...(entry.problems ?? [])].filter(Boolean).join("\n") : "";
   }
 
-  /** Starts a scene of the list. */
-  load(name) {
-    return this.work(`Preparing ${name} …`, async () => {
+  /** Starts a scene of the list. title: the name of the user's file, if it was uploaded just now. */
+  load(name, title = name) {
+    return this.work(`Preparing ${title} …`, title, async () => {
       const answer = await callApi(`radars/${encodeURIComponent(this.radar())}/scene`, "PUT", { scene: name });
       if (answer.plan) showPlan(answer.plan);
-      return `${name} is on the air: ${answer.bodies} ${answer.bodies === 1 ? "body" : "bodies"}.`;
+      const stored = title === name ? "" : ` as ${name}`;
+      return `${title} is on the air${stored}: ${answer.bodies} ${answer.bodies === 1 ? "body" : "bodies"}.`;
     });
   }
 
   remove(name) {
-    return this.work(`Removing ${name} …`, async () => {
+    return this.work(`Removing ${name} …`, name, async () => {
       await callApi(`scenes/${encodeURIComponent(name)}`, "DELETE");
       await this.list();
       return `${name} is removed.`;
@@ -81,37 +90,44 @@ export class Scenes {
     const scenes = files.filter((file) => SCENE_FILE.test(file.name));
     if (scenes.length !== 1) {
       const names = scenes.map((file) => file.name).join(", ") || "none";
-      return this.showAnswer(`Choose one scene (.toml or .json) and its meshes. Scenes among these files: ${names}.`, true);
+      const text = `Choose one scene (.toml or .json) and its meshes. Scenes among these files: ${names}.`;
+      return this.showAnswer(text, { isAlert: true, takesFocus: true });
     }
     const [scene] = scenes;
     const name = sceneName(scene.name);
-    const isStored = await this.work(`Sending ${scene.name} …`, async () => {
+    const isStored = await this.work(`Sending ${scene.name} …`, scene.name, async () => {
       await postForm("scenes", form(name, scene, files));
       await this.list(this.running, name);
       return "";
     });
     element("files").value = ""; // so that the same file can be chosen again
-    if (isStored) await this.load(name);
+    if (isStored) await this.load(name, scene.name);
   }
 
-  /** Runs an action that the service may refuse, and shows its answer; returns whether it succeeded. */
-  async work(progress, action) {
-    this.showAnswer(progress, false);
-    element("load-scene").disabled = true;
+  /** Runs an action that the service may refuse, and shows its answer; returns whether it succeeded. title: of the scene or
+   *  file; the service has stored the file under a name of its own. */
+  async work(progress, title, action) {
+    this.showAnswer(progress, { isLasting: true });
+    element("load-scene").disabled = this.isWorking = true;
     try {
-      this.showAnswer(await action(), false);
+      this.showAnswer(await action(), { takesFocus: true });
       return true;
     } catch (refused) {
-      this.showAnswer(refused.message, true);
+      const text = refused.message.replaceAll(/\bscene\.(toml|json)\b/g, title);
+      const verdict = refused instanceof NoAnswer ? "did not arrive" : "is refused";
+      this.showAnswer(`${title} ${verdict}:\n${text}`, { isAlert: true, takesFocus: true });
       return false;
     } finally {
+      this.isWorking = false;
       this.showChoice();
     }
   }
 
-  showAnswer(text, isBad) {
+  /** Shows an answer in the panel and over the page. */
+  showAnswer(text, options = {}) {
     element("scene-answer").textContent = text;
-    element("scene-answer").classList.toggle("bad", isBad);
+    element("scene-answer").classList.toggle("bad", Boolean(options.isAlert));
+    if (text) toast(text, { topic: "Scene", ...options });
   }
 }
 

@@ -5,13 +5,12 @@ import { Detail } from "./detail.js";
 import { Framing } from "./framing.js";
 import { begin, drawOverlay, drawMarks, overlayColours } from "./overlay.js";
 import { echoColours, trailTint } from "./palette.js";
-import { Polar } from "./polar.js";
-import { Trails } from "./trails.js";
+import { Picture } from "./picture.js";
 import { drawTruth } from "./truth.js";
-import { TURN, View, upOf } from "./view.js";
+import { scaleFor } from "./units.js";
+import { View, upOf } from "./view.js";
 import { WebGLRenderer } from "./webgl.js";
 
-const WIRE_TURN = 65_536; // wire units per revolution
 const element = (id) => document.getElementById(id);
 
 export class Scope {
@@ -24,71 +23,79 @@ export class Scope {
     this.detail = new Detail();
     this.ship = { heading: 0, course: 0, azimuth: null, position: [0, 0] };
     this.blindSectors = [];
-    this.cursor = this.marker = this.truth = this.trails = null;
-    this.grid = { first: 0.5, step: 1, range: 1000 };
-    this.polar = new Polar(4, 1);
-    this.period = 1;
+    this.cursor = this.marker = this.truth = null;
+    this.picture = new Picture(settings);
     this.written = "";
+    this.sailed = false; // whether own ship's position is known
     this.repaint();
     new ResizeObserver(() => this.fit()).observe(this.container);
     this.fit();
   }
 
-  /** Starts an empty picture with the size of a hello. */
+  /** Starts the picture of a hello's epoch. */
   adopt(hello) {
-    const { radar, encoding } = hello;
-    this.polar = new Polar(radar.azimuths, encoding.bins);
-    this.grid = { first: encoding.range_first_m, step: encoding.range_step_m, range: encoding.range_m };
-    this.period = 60 / radar.rpm;
-    this.blindSectors = radar.blind_sectors_deg ?? [];
+    this.picture.adopt(hello);
+    this.blindSectors = hello.radar.blind_sectors_deg ?? [];
     this.ship.azimuth = this.truth = null;
-    this.framing.moveTo(this.framing.centre, encoding.range_m);
+    this.sailed = false;
+    this.framing.moveTo(this.framing.centre, this.view.reach);
     this.written = `${hello.epoch}:`;
-    this.startTrails();
+    this.changed = true;
   }
 
-  /** Starts new trails with the length and motion of the settings. */
-  startTrails() {
-    const length = Number(this.settings.trails); // s, 0 for none
-    const isTrue = this.settings.trailmotion === "true";
-    this.trails = length ? new Trails(length, isTrue, this.grid.range, this.polar.azimuths) : null;
+  /** Starts new trails with the length and motion of the settings; keeps: with the echoes of the present ones. */
+  startTrails(keeps) {
+    this.picture.startTrails(keeps);
+    this.changed = true;
+  }
+
+  /** Blanks the picture: the radar is in standby. */
+  blank() {
+    this.picture.blank();
+    this.ship.azimuth = null;
     this.changed = true;
   }
 
   /** Adds spokes from <= k < to of a `spokes` message; ship: own ship at the last of them. */
   write(message, from, to, ship) {
-    this.polar.write(message, from, to);
-    this.grid = { first: message.range_first_m, step: message.range_step_m, range: message.range };
-    if (this.trails) this.trail(message, from, to);
+    this.picture.write(message, from, to);
+    if (this.isTrueMotion && this.sailed) {
+      const moved = ship.position.map((metres, axis) => metres - this.ship.position[axis]);
+      this.framing.follow(moved, ship.course, this.view);
+    }
+    this.sailed = true;
     this.ship = ship;
     this.written = `${message.epoch}:${message.first + to}`;
     this.changed = true;
   }
 
-  trail({ data, bins, azimuth, position, time, blind }, from, to) {
-    for (let k = from; k < to; k++) {
-      if (blind?.[k]) continue;
-      const video = data.subarray(k * bins, (k + 1) * bins);
-      this.trails.spoke(video, (azimuth[k] * TURN) / WIRE_TURN, this.grid, position[k], time[k]);
-    }
+  /** Whether the map stands still and own ship moves: only where north stays up. */
+  get isTrueMotion() {
+    return this.settings.motion === "true" && this.settings.orientation === "north-up";
+  }
+
+  /** The range [m] at the rim at zoom 1. */
+  get scale() {
+    return scaleFor(this.picture.grid.range, this.settings.unit);
   }
 
   get view() {
-    const { width, height, settings, ship, grid, framing } = this;
+    const { width, height, settings, ship, picture, framing, scale } = this;
     const margin = width > 500 ? 33 : 30; // for the bearing scale and its numbers
     const up = upOf(settings.orientation, ship.heading, ship.course);
     const rim = { x: width / 2, y: height / 2, radius: Math.max(Math.min(width, height) / 2 - margin, 20) };
-    return new View({ rim, range: grid.range, up, zoom: framing.zoom, centre: framing.centre });
+    return new View({ rim, range: picture.grid.range, scale, up, zoom: framing.zoom, centre: framing.centre });
   }
 
   fit() {
-    this.scale = window.devicePixelRatio || 1;
+    this.pixels = window.devicePixelRatio || 1; // of the device, per CSS pixel
     this.width = this.container.clientWidth;
     this.height = this.container.clientHeight;
     this.detail.restart();
-    for (const layer of ["echoes", "overlay", "marks"]) this.size(element(layer), this.scale);
+    for (const layer of ["echoes", "overlay", "marks"]) this.size(element(layer), this.pixels);
     this.overlayKey = "";
     this.changed = true;
+    this.draw(performance.now()); // a canvas of another size is empty until then
   }
 
   size(canvas, scale) {
@@ -107,12 +114,13 @@ export class Scope {
   /** Draws the changes since the last call. time: of the frame [ms]. */
   draw(time) {
     if (this.adaptsDetail && this.detail.frame(time, this.changed)) {
-      this.size(element("echoes"), this.scale * this.detail.share);
+      this.size(element("echoes"), this.pixels * this.detail.share);
     }
     if (!this.changed) return;
-    const { view, settings, scale, polar } = this;
-    polar.age(this.period, Number(settings.afterglow));
-    this.changed = Boolean(this.renderer.draw(polar, this.grid, view, this.trails, scale * this.detail.share));
+    const { view, settings, pixels, picture } = this;
+    const { polar, grid, trails } = picture;
+    polar.age(picture.period, Number(settings.afterglow));
+    this.changed = Boolean(this.renderer.draw(polar, grid, view, trails, pixels * this.detail.share));
     this.updateOverlay(view);
     this.updateMarks(view);
     if (!this.changed) this.container.dataset.drawn = this.written; // epoch and number of the next spoke
@@ -125,14 +133,14 @@ export class Scope {
 
   updateMarks(view) {
     const { settings, truth, colours } = this;
-    const context = begin(element("marks"), this.scale);
+    const context = begin(element("marks"), this.pixels);
     const sweep = settings.sweep === "on" ? this.ship.azimuth : null;
     drawMarks(context, view, { sweep, marker: this.marker, cursor: this.cursor }, colours);
     if (truth && settings.truth === "on") drawTruth(context, view, truth, colours, this.labels);
   }
 
   updateOverlay(view) {
-    const { settings, ship, scale, blindSectors } = this;
+    const { settings, ship, pixels, blindSectors } = this;
     const options = {
       unit: settings.unit,
       rings: settings.rings === "on",
@@ -143,7 +151,7 @@ export class Scope {
     const key = JSON.stringify([view, ship.heading, options]);
     if (key === this.overlayKey) return;
     this.overlayKey = key;
-    this.labels = drawOverlay(begin(element("overlay"), scale), view, ship, this.colours, options);
+    this.labels = drawOverlay(begin(element("overlay"), pixels), view, ship, this.colours, options);
   }
 }
 

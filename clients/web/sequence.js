@@ -10,6 +10,11 @@ export class SequenceTracker {
     this.repeated = 0;
   }
 
+  /** Counts on from another feed, of which it knows no number yet. */
+  startFeed() {
+    this.epoch = this.next = null;
+  }
+
   get lost() {
     return this.announced + this.missing;
   }

@@ -1,7 +1,11 @@
-// The settings of this page: from the address (?orientation=head-up), else from the last visit, else the default.
+// The settings of this page: from the address (?orientation=head-up), else from the last visit, else the default. A setting
+// that the user changes replaces the one in the address.
+
+import { setAddress } from "./address.js";
 
 const CHOICES = {
   orientation: ["north-up", "head-up", "course-up"],
+  motion: ["relative", "true"],
   unit: ["nm", "m"],
   palette: ["dusk", "day", "night", "phosphor"],
   afterglow: ["1", "0", "0.25", "0.5", "2", "4"], // half-life in scans; 0: none
@@ -12,6 +16,7 @@ const CHOICES = {
   trailmotion: ["true", "relative"],
   detail: ["auto", "full"],
   truth: ["off", "on"],
+  keys: ["on", "off"], // of one character
 };
 
 /** Loads the settings; the first choice of each is the default. */
@@ -25,9 +30,10 @@ export function loadSettings() {
   return settings;
 }
 
-/** Changes a setting and stores it. */
+/** Changes a setting and stores it, here and in the address. */
 export function keep(settings, name, value) {
   settings[name] = value;
+  setAddress({ [name]: value });
   try {
     localStorage.setItem(`radar.${name}`, value);
   } catch {

@@ -1,5 +1,6 @@
 // The read-outs of the page.
 
+import { radarName } from "./radars.js";
 import { geographicPosition, positionText } from "./geo.js";
 import { bearingText, rangeText, ringStep } from "./units.js";
 import { TURN } from "./view.js";
@@ -33,19 +34,22 @@ export function showConnection(state, detail) {
   show("connection", words[state]);
 }
 
-/** Shows a warning across the picture; empty text removes it. isMild: the picture is still updated. */
-export function showBanner(text, isMild) {
+/** Shows a warning across the picture; empty text removes it. isMild: the picture is still updated; offersRetry: with a
+ *  button that connects at once. */
+export function showBanner(text, isMild, offersRetry) {
   show("banner", text);
   element("banner").hidden = !text;
-  element("banner").classList.toggle("mild", isMild);
+  element("warning").classList.toggle("mild", isMild);
+  element("retry").hidden = !offersRetry;
 }
 
 export function showHello(hello) {
-  const title = hello.radar.name === hello.radar.id ? `Radar ${hello.radar.id}` : hello.radar.name;
+  const title = radarName(hello.radar);
   show("radar-name", title);
   document.title = `${title}: ${hello.scene.name}`;
   show("scene-name", hello.scene.name);
   show("fidelity-text", hello.fidelity);
+  showTransmitter(hello.radar);
   const warnings = hello.scene.warnings ?? [];
   element("warnings").hidden = warnings.length === 0;
   element("warnings").querySelector("summary").textContent = `${warnings.length} warning${warnings.length === 1 ? "" : "s"}`;
@@ -58,9 +62,24 @@ function listItem(text) {
   return item;
 }
 
-export function showMode(orientation) {
-  show("mode-text", { "north-up": "North up", "head-up": "Head up", "course-up": "Course up" }[orientation]);
+/** Shows orientation and motion as radars do: N-UP, H-UP or C-UP; RM for relative or TM for true motion, and in brackets
+ *  whether trails are relative or true. Course and speed of own ship are over ground, and so the picture is. */
+export function showMode({ orientation, trails, trailmotion }, isTrueMotion) {
+  const up = { "north-up": "N-UP", "head-up": "H-UP", "course-up": "C-UP" }[orientation];
+  const kind = trails === "0" ? "" : trailmotion === "true" ? "(T)" : "(R)";
+  show("mode-text", `${up} ${isTrueMotion ? "TM" : "RM"}${kind}`);
 }
+
+/** Shows pulse, PRF and power of a radar. */
+function showTransmitter({ modulation, pulse_s, bandwidth_hz, prf_hz, power_w }) {
+  const pulse = pulse_s < 1e-6 ? `${rounded(pulse_s * 1e9)} ns` : `${rounded(pulse_s * 1e6)} µs`;
+  const kind = modulation === "lfm" ? `Chirp ${pulse}, ${rounded(bandwidth_hz / 1e6)} MHz` : `Pulse ${pulse}`;
+  const power = power_w < 1000 ? `${rounded(power_w)} W` : `${rounded(power_w / 1000)} kW`;
+  show("pulse-text", kind);
+  show("power-text", prf_hz ? `${power}, PRF ${rounded(prf_hz)} Hz` : power);
+}
+
+const rounded = (value) => String(Number(value.toPrecision(3)));
 
 /** Shows own ship at a simulated time [s]. origin: of the scene, or null. */
 export function showShip({ ship, time, scan }, origin) {
@@ -80,7 +99,7 @@ function clock(seconds) {
   return parts.map((part) => String(part).padStart(2, "0")).join(":");
 }
 
-/** Shows range, rings and zoom. range: of the radar [m]; framing: the part of it that is on the screen. */
+/** Shows range, rings and zoom. range: at the rim at zoom 1 [m]; framing: the part of it that is on the screen. */
 export function showRange(range, framing, unit) {
   const span = range / framing.zoom;
   show("range-text", rangeText(span, unit));

@@ -19,7 +19,9 @@ export class Trails {
     this.stampPeriod = length / LONGEST; // s between stamps
     this.stamps = new Uint8Array(SIDE * SIDE); // rows from south to north
     this.dirty = new Uint8Array((SIDE / TILE) ** 2).fill(1);
-    this.own = [0, 0];
+    this.own = [0, 0]; // of the grid: in relative motion it stays
+    this.position = [0, 0]; // own ship's on the map
+    this.track = new Float64Array(2 * (STAMPS + 1)); // own ship's position at each stamp
     this.tick = null;
   }
 
@@ -32,7 +34,7 @@ export class Trails {
    *  [m]. */
   spoke(video, bearing, { first, step }, position, time) {
     this.advance(Math.floor(time / this.stampPeriod));
-    if (this.isTrue) this.moveTo(position);
+    this.place(position);
     for (let n = 0; n < video.length; n++) {
       if (video[n] < LEVEL) continue;
       let to = n + 1;
@@ -56,6 +58,72 @@ export class Trails {
         dirty[tileOf(x, y)] = 1;
       }
     }
+  }
+
+  /** Notes own ship's position [east, north] [m] at the present stamp. */
+  place(position) {
+    this.position = position;
+    this.track.set(position, 2 * this.stamp);
+    if (this.isTrue) this.moveTo(position);
+  }
+
+  /** Takes over the echoes of earlier trails of another range, motion or length, each as old as it is there. */
+  adopt(earlier) {
+    if (earlier.tick === null) return;
+    this.advance(Math.floor((earlier.tick * earlier.stampPeriod) / this.stampPeriod));
+    this.place(earlier.position);
+    const { ages, shifts } = this.convert(earlier);
+    const offsets = [0, 1].map((axis) => Array.from({ length: SIDE }, (_, index) => earlier.offset(index, axis)));
+    for (let cell = 0; cell < earlier.stamps.length; cell++) {
+      const stamp = earlier.stamps[cell];
+      if (!stamp || ages[stamp] > LONGEST) continue;
+      const east = offsets[0][cell % SIDE] + shifts[2 * stamp];
+      const north = offsets[1][Math.floor(cell / SIDE)] + shifts[2 * stamp + 1];
+      this.fill(east, north, earlier.cell, ages[stamp]);
+    }
+  }
+
+  /** For each earlier stamp its age [stamps of these trails], and by how much its echoes move [m, east and north]: by own
+   *  ship's motion since, where one motion is true and the other relative. */
+  convert(earlier) {
+    const sign = Number(earlier.isTrue) - Number(this.isTrue);
+    const ages = new Float64Array(STAMPS + 1);
+    const shifts = earlier.track.map((then, k) => sign * (earlier.position[k % 2] - then));
+    for (let stamp = 1; stamp <= STAMPS; stamp++) {
+      const isLive = earlier.age(stamp) <= LONGEST;
+      ages[stamp] = isLive ? Math.round((earlier.age(stamp) * earlier.stampPeriod) / this.stampPeriod) : Infinity;
+      if (ages[stamp] > LONGEST) continue;
+      this.track.set(earlier.track.subarray(2 * stamp, 2 * stamp + 2), 2 * this.stampOf(ages[stamp]));
+    }
+    return { ages, shifts };
+  }
+
+  /** Middle of a column (axis 0) or row (axis 1) of cells, east or north of own ship [m]. */
+  offset(index, axis) {
+    return (wrapCell(index + 0.5 - this.own[axis] / this.cell + SIDE / 2) - SIDE / 2) * this.cell;
+  }
+
+  /** Stamps a square of `side` [m] around a point east and north of own ship [m], where no younger echo is. */
+  fill(east, north, side, age) {
+    const { cell, own } = this;
+    if (!(Math.max(Math.abs(east), Math.abs(north)) < (cell * SIDE) / 2)) return;
+    const count = Math.max(1, Math.round(side / cell));
+    const left = Math.floor((own[0] + east) / cell - (count - 1) / 2);
+    const low = Math.floor((own[1] + north) / cell - (count - 1) / 2);
+    const stamp = this.stampOf(age);
+    for (let y = low; y < low + count; y++) {
+      for (let x = left; x < left + count; x++) this.stampYounger(wrapCell(x), wrapCell(y), stamp, age);
+    }
+  }
+
+  stampYounger(x, y, stamp, age) {
+    const before = this.stamps[y * SIDE + x];
+    if (!before || this.age(before) > age) this.setStamp(x, y, stamp);
+  }
+
+  /** The stamp of echoes of an age [stamps]. */
+  stampOf(age) {
+    return 1 + ((((this.tick - age) % STAMPS) + STAMPS) % STAMPS);
   }
 
   /** Advances the clock. Each tick clears old cells in some rows; all rows are cleared before the stamps repeat. */

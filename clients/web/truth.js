@@ -1,20 +1,25 @@
 // Shows true positions on the picture and in a table, whether or not the radar detects the bodies.
 
 import { inside, label } from "./overlay.js";
-import { bearingText, rangeText } from "./units.js";
+import { bearingText, rangeNumber, unitName } from "./units.js";
 import { TURN } from "./view.js";
 
 const KNOT = 1852 / 3600; // m/s
 const VECTOR_TIME = 60; // s; a line ahead of a body shows its motion in this time
 const UNDERWAY = 0.05; // m/s; slower bodies show no course
 const RADIUS = 6; // CSS pixels, of a mark
+const LONGEST_SHIP = 460; // m; what reaches farther from its own position is land
 const [LETTER, LINE] = [7, 15]; // CSS pixels, of a name: width of a letter on average, height
+
+/** Whether own ship is within the circle of the body's extent: the direction to its position means nothing. */
+const isAround = (body) => body.extent >= body.range;
+const isLand = (body) => isAround(body) || body.extent > LONGEST_SHIP;
 
 /** Marks every body of a `truth` message with a ring, dashed if the radar cannot see it, a vector for its motion, and its
  *  name if there is room. occupied: boxes [x, y, width, height] of other labels. */
 export function drawTruth(context, view, truth, colours, occupied) {
-  const shown = fastestFirst(truth.bodies)
-    .filter((body) => body.range <= view.range && view.contains(...view.toScreen(body.azimuth, body.range)))
+  const shown = fastestFirst(truth.bodies.filter((body) => !isAround(body)))
+    .filter((body) => body.range <= view.reach && view.contains(...view.toScreen(body.azimuth, body.range)))
     .map((body) => ({ body, point: view.toScreen(body.azimuth, body.range) }));
   inside(context, view, () => {
     for (const { body, point } of shown) drawBody(context, view, body, point, truth.own_ship, colours);
@@ -60,15 +65,17 @@ function drawBody(context, view, body, point, own, colours) {
   context.lineWidth = 1;
 }
 
-/** Fills the table body with all bodies, the nearest first. */
+/** Fills the table with all bodies: ships and buoys, the nearest first, then land. */
 export function listTruth(table, truth, unit) {
-  const near = [...truth.bodies].sort((a, b) => a.range - b.range);
-  table.replaceChildren(...near.map((body) => row(cells(body, unit))));
+  const near = [...truth.bodies].sort((a, b) => isLand(a) - isLand(b) || a.range - b.range);
+  table.querySelector(".unit").textContent = unitName(unit);
+  table.querySelector("tbody").replaceChildren(...near.map((body) => row(cells(body, unit))));
 }
 
 function cells(body, unit) {
-  const motion = body.speed > UNDERWAY ? `${bearingText(body.course, 0)} ${(body.speed / KNOT).toFixed(1)} kn` : "–";
-  return [body.name, rangeText(body.range, unit), bearingText(body.azimuth), motion, body.visible ? "yes" : body.reason];
+  const motion = body.speed > UNDERWAY ? `${bearingText(body.course, 0)} ${(body.speed / KNOT).toFixed(0)}` : "–";
+  const place = isAround(body) ? ["around", "–"] : [rangeNumber(body.range, unit), bearingText(body.azimuth)];
+  return [body.name, ...place, motion, body.visible ? "yes" : body.reason];
 }
 
 function row(texts) {

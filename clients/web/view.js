@@ -6,11 +6,13 @@ export const TURN = 2 * Math.PI;
 export const wrap = (angle) => ((angle % TURN) + TURN) % TURN;
 
 export class View {
-  /** rim {x, y, radius}: the circle that the picture fills [CSS pixels]; range: of the radar [m], which fills it at zoom 1;
-   *  centre {x, y}: the point in its middle, right of and above own ship [m]; up: true bearing at the top [rad]. */
-  constructor({ rim, range, up, zoom = 1, centre = { x: 0, y: 0 } }) {
-    const metre = (rim.radius / range) * zoom; // CSS pixels
-    Object.assign(this, { rim, range, up, metre, x: rim.x - centre.x * metre, y: rim.y + centre.y * metre });
+  /** rim {x, y, radius}: the circle that the picture fills [CSS pixels]; range: of the radar [m]; scale: the range [m] at the
+   *  rim at zoom 1; centre {x, y}: the point in the middle, right of and above own ship [m]; up: true bearing at the top
+   *  [rad]. */
+  constructor({ rim, range, scale = range, up, zoom = 1, centre = { x: 0, y: 0 } }) {
+    const metre = (rim.radius / scale) * zoom; // CSS pixels
+    const reach = Math.max(range, scale); // m: marks and rings end there
+    Object.assign(this, { rim, range, reach, up, metre, x: rim.x - centre.x * metre, y: rim.y + centre.y * metre });
   }
 
   /** Distance from the middle of the picture to its rim [m]. */
@@ -20,8 +22,8 @@ export class View {
 
   /** The greatest range in the picture [m]. */
   get maxRange() {
-    const { rim, x, y, metre, range } = this;
-    return Math.min((Math.hypot(x - rim.x, y - rim.y) + rim.radius) / metre, range);
+    const { rim, x, y, metre, reach } = this;
+    return Math.min((Math.hypot(x - rim.x, y - rim.y) + rim.radius) / metre, reach);
   }
 
   /** Screen point [x, y] of a true bearing [rad] and a range [m]. */

@@ -4,7 +4,8 @@ const WITH_OWN_ELEMENTS = ["range_m", "pace"]; // with scales, buttons and keys:
 const UNITS = { "rev/min": "rpm", "%": "" }; // as the page shows them; other units are shown as declared
 
 /** Builds the elements of the declared controls in place of earlier ones. send(change): sends a change to the radar.
- *  Returns for each control, by its name, the function that shows its value: show(value, isSending). */
+ *  Returns for each control, by its name, the function that shows its value: show(value, isBusy, isRefused), where isBusy
+ *  means that a change is being sent, and isRefused that one has failed. */
 export function buildWidgets(definitions, send) {
   for (const group of document.querySelectorAll("[data-acts-on] :is(.switches, .sliders, .fields)")) group.replaceChildren();
   const built = definitions.filter(({ name }) => !WITH_OWN_ELEMENTS.includes(name));
@@ -25,13 +26,10 @@ function widgetOf({ kind, step }) {
 }
 
 /** A button, pressed while the control is on. */
-function makeSwitch({ name, label, label_off, description }, send) {
+function makeSwitch({ name, label, description }, send) {
   const button = create("button", { id: name, title: description, textContent: label });
   button.onclick = () => send(button.ariaPressed !== "true");
-  const show = (value) => {
-    button.ariaPressed = String(Boolean(value));
-    button.textContent = value ? label : label_off || label;
-  };
+  const show = (value) => (button.ariaPressed = String(Boolean(value)));
   return { elements: [button], show };
 }
 
@@ -44,8 +42,8 @@ function makeSlider(definition, send) {
     output.value = input.value;
     send(Number(input.value));
   };
-  const show = (value, isSending) => {
-    if (input !== document.activeElement || !isSending) input.value = value;
+  const show = (value, isBusy) => {
+    if (input !== document.activeElement || !isBusy) input.value = value;
     output.value = input.value;
   };
   return { elements: [create("label", { htmlFor: name, textContent: labelText(definition) }), input, output], show };
@@ -57,8 +55,8 @@ function makeField(definition, send) {
   const limits = { min: minimum ?? "", max: maximum ?? "", step: "any" };
   const input = create("input", { id: name, type: "number", inputMode: "decimal", title: description, ...limits });
   input.onchange = () => input.reportValidity() && send(Number(input.value));
-  const show = (value) => {
-    if (input !== document.activeElement) input.value = value;
+  const show = (value, isBusy, isRefused) => {
+    if (input !== document.activeElement || isRefused) input.value = value;
   };
   const label = create("label", { className: "row" });
   label.append(labelText(definition), input);

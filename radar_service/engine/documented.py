@@ -77,10 +77,10 @@ class DocumentedEngine:
         self._transmitted = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
         self._window = window(radar.window, self._transmitted.size)
 
-    def tiles(self, scan: int, wanted: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
+    def tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
         """One revolution in one piece, as eq. 19 needs all of it: index 0 of its first azimuth, field and power.
 
-        wanted: ignored, for the same reason.
+        requested: ignored, for the same reason.
         """
         yield 0, *self.scan(scan)
 

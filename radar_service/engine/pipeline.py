@@ -223,14 +223,11 @@ class Engine:
         radar = prepared.scene.radar
         self.range: Floats = (np.arange(radar.bins, dtype=np.float64) + 0.5) * radar.range_step
 
-    def tiles(self, scan: int, wanted: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
-        """One scan: index of each tile's first azimuth, field (K, bins) [sqrt(W)] and power (K, bins) [W].
-
-        wanted: flags of azimuths (A,); tiles without any are left out.
-        """
-        tile = self.prepared.tile
-        every = range(0, self.prepared.scene.radar.azimuths, tile)
-        starts = [start for start in every if wanted is None or wanted[start : start + tile].any()]
+    def tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
+        """One scan: index of each tile's first azimuth, field (K, bins) [sqrt(W)] and power (K, bins) [W]; only tiles that
+        hold any of the requested azimuths, where there are flags (A,) of these."""
+        azimuths, tile = self.prepared.scene.radar.azimuths, self.prepared.tile
+        starts = [n for n in range(0, azimuths, tile) if requested is None or requested[n : n + tile].any()]
         fields = in_order(partial(self._tile, scan), starts, self._threads)
         for start, field in zip(starts, fields, strict=True):
             yield start, field, square_law(field)

@@ -36,10 +36,10 @@ class GroundTruth:
         every = np.arange(len(scene.bodies))
         reasons = self.why_invisible(every, np.full(len(every), time))
         bodies = tuple(
-            self._record(body.name, body.motion.pose(time), antenna, reason, body.mmsi)
+            self._record(body.name, body.motion.pose(time), antenna, reason, body.mmsi, body.arm)
             for body, reason in zip(scene.bodies, reasons, strict=True)
         )
-        return Truth(time, self._record("own ship", own, antenna, "", None), bodies)
+        return Truth(time, self._record("own ship", own, antenna, "", None, 0.0), bodies)
 
     def why_invisible(self, bodies: Indices, time: Floats) -> list[str]:
         """For each of bodies (E,) the reason why no part of it is visible at its time (E,) [s]; "" where one is."""
@@ -85,7 +85,7 @@ class GroundTruth:
                 occluded[left] = self.line_of_sight.occluded_by_moving(point[left], antenna[start], float(time[start]))
         return occluded
 
-    def _record(self, name: str, pose: Pose, antenna: Floats, reason: str, mmsi: int | None) -> BodyTruth:
+    def _record(self, name: str, pose: Pose, antenna: Floats, reason: str, mmsi: int | None, extent: float) -> BodyTruth:
         position = pose.position[0]
         polar = polar_from_map(position, antenna, self.earth_radius)
         latitude, longitude = None, None
@@ -95,6 +95,7 @@ class GroundTruth:
             name, _triple(position), _triple(pose.velocity[0]),
             float(pose.heading[0]), float(pose.course[0]), float(pose.speed[0]), float(polar.range),
             float(wrap_bearing(polar.azimuth)), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
+            float(extent),
         )  # fmt: skip
 
 

@@ -23,6 +23,21 @@ FLAGS = [
 ]  # fmt: skip
 
 
+def until(condition: str) -> str:
+    """A promise of "" once an expression is true in a page, or of the page's text when it does not become so."""
+    return f"""new Promise((done) => {{
+      const end = performance.now() + {PATIENCE * 750};
+      const look = () => {{
+        let met = false;
+        try {{ met = {condition}; }} catch {{ /* not there yet */ }}
+        if (met) done("");
+        else if (performance.now() > end) done(document.body.innerText);
+        else setTimeout(look, 15);
+      }};
+      look();
+    }})"""
+
+
 class Browser:
     """One Chromium with a profile of its own under `folder`."""
 
@@ -90,18 +105,7 @@ class Page:
 
     def wait(self, condition: str) -> None:
         """Until the expression is true in the page; fails with the page's status when it does not become so."""
-        script = f"""new Promise((done) => {{
-          const end = performance.now() + {PATIENCE * 750};
-          const look = () => {{
-            let met = false;
-            try {{ met = {condition}; }} catch {{ /* not there yet */ }}
-            if (met) done("");
-            else if (performance.now() > end) done(document.body.innerText);
-            else setTimeout(look, 15);
-          }};
-          look();
-        }})"""
-        seen = self.ask(script)
+        seen = self.ask(until(condition))
         assert seen == "", f"never true: {condition}\n{seen}\n{self.faults()}"
 
     def text(self, selector: str) -> str:

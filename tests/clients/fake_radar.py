@@ -24,9 +24,12 @@ POLICY = "default-src 'self'"
 
 
 class Picture:
-    """A u8 picture of `azimuths` spokes with spots of full strength and, if asked for, a full ring in its last cells."""
+    """A u8 picture of `azimuths` spokes with spots of full strength and, if asked for, a full ring in its last cells.
 
-    def __init__(self, azimuths: int = 720, bins: int = 512, step: float = 4.0, rim: bool = True) -> None:
+    By default it reaches to 1.5 NM, a standard range scale.
+    """
+
+    def __init__(self, azimuths: int = 720, bins: int = 512, step: float = 2778 / 512, rim: bool = True) -> None:
         self.azimuths, self.bins, self.step = azimuths, bins, step
         self.video: NDArray[np.uint8] = np.zeros((azimuths, bins), dtype=np.uint8)
         if rim:
@@ -54,6 +57,7 @@ class FakeRadar:
     def __init__(self) -> None:
         self.picture = Picture()
         self.heading_deg = 0.0
+        self.range_max: float | None = None  # m; None: of the picture
         self.epoch = "one"
         self.radars = [{"id": "0", "name": "test radar"}]
         self.scenes = [{"name": "known", "title": "known", "summary": "3 bodies"}, {"name": "other", "title": "other"}]
@@ -81,8 +85,13 @@ class FakeRadar:
         radar = {"id": "0", "name": "test radar", "azimuths": picture.azimuths, "rpm": 24.0, "bins": picture.bins}
         radar |= {
             "height_m": 0.0,
+            "modulation": "none",
+            "bandwidth_hz": 20e6,
+            "pulse_s": 80e-9,
+            "prf_hz": 2100.0,
+            "power_w": 25e3,
             "range_step_m": picture.step,
-            "range_max_m": picture.range,
+            "range_max_m": self.range_max or picture.range,
             "blind_sectors_deg": self.blind_sectors_deg,
         }
         encoding = {"name": "u8", "bins": picture.bins, "range_step_m": picture.step, "range_first_m": picture.step / 2}
@@ -96,7 +105,7 @@ class FakeRadar:
 
     def description(self, identity: str) -> dict[str, Any]:
         """What REST says of the radar, as far as the page reads it."""
-        definitions = control_definitions(fake_scene(range_max_m=self.picture.range))
+        definitions = control_definitions(fake_scene(range_max_m=self.range_max or self.picture.range))
         return {"id": identity, "controls": self.controls, "control_definitions": definitions}
 
     def spokes(self, first: int, count: int) -> dict[str, Any]:
@@ -119,7 +128,7 @@ class FakeRadar:
         plain = {
             "position": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0], "heading": 0.0, "course": 0.0, "speed": 0.0,
             "range": 0.0, "azimuth": 0.0, "elevation": 0.0, "visible": True, "reason": "", "latitude_deg": None,
-            "longitude_deg": None, "mmsi": None,
+            "longitude_deg": None, "mmsi": None, "extent": 0.0,
         }  # fmt: skip
         listed = [plain | {"name": name} | what for name, what in bodies.items()]
         own = plain | {"name": "own ship"}

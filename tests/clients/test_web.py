@@ -203,7 +203,7 @@ def test_cursor_by_keyboard(opened: Opened) -> None:
     for key in ["ArrowRight"] * 3 + ["ArrowUp"] * 2 + ["Enter"]:
         page.press(key)
     assert page.text("#marker-bearing") == "003.0° T  003.0° R"
-    assert page.text("#marker-range") == "1065 m"  # half of 2048 m and two hundredths of it
+    assert page.text("#marker-range") == "1560 m"  # half of the scale of 3000 m and two hundredths of it
     assert "003.0° T" in page.text("#spoken")
     page.press("Escape")
     assert page.text("#marker-bearing") == "–"
@@ -213,15 +213,17 @@ def test_controls_are_patched_and_refusals_shown(radar: FakeRadar, opened: Opene
     opened.refusal = "422"
     page = opened(f"{BARE}&unit=m")
     page.ask("gain.value = 63, gain.dispatchEvent(new Event('input'))")
-    page.wait("document.querySelector('#gain-value').value === '63' && !document.getElementById('notice').textContent")
+    page.wait("document.querySelector('#gain-value').value === '63'")
     page.press("-")
-    page.wait("document.getElementById('range').value === '2000'")
+    page.wait("document.getElementById('range').value === '1500'")
     page.press("p")
-    page.wait("document.getElementById('pause').textContent === 'Resume'")
+    page.wait("document.getElementById('pause').ariaPressed === 'true'")
     page.wait("document.getElementById('banner').textContent === 'Paused'")
     page.ask("rpm.value = 13, rpm.dispatchEvent(new Event('change'))")
-    page.wait("document.getElementById('notice').textContent.includes('unlucky')")
-    assert radar.patched == [{"gain": 63}, {"range_m": 2000}, {"pace": {"state": "pause"}}, {"rpm": 13}]
+    page.wait("document.getElementById('alerts').textContent.includes('unlucky')")
+    page.wait("document.getElementById('rpm').value === '24'")  # what was refused is taken back
+    assert page.text("#pause") == "Pause"  # one label: the state is in aria-pressed
+    assert radar.patched == [{"gain": 63}, {"range_m": 1500}, {"pace": {"state": "pause"}}, {"rpm": 13}]
 
 
 def test_scene_is_put(radar: FakeRadar, opened: Opened) -> None:

@@ -50,17 +50,17 @@ def test_targets_are_at_their_positions_zoomed_and_off_centre(radar: FakeRadar, 
     page.wait("document.getElementById('zoom-text').textContent === '2×'")
     ship = centre + 2 * pull
     points = expected(radar.picture, ship, 2 * radius, 0.0)
-    points = points[np.hypot(*(points - centre).T) < radius - 20]
+    points = points[np.hypot(*(points - centre).T) < radius * 3000 / 2778 - 20]  # within the rim: the scale is 3000 m
     page.ask(FRAMES)
     spots, _ = blobs(seen(page))
-    assert len(points) == 2
+    assert len(points) == 3
     assert off_by(spots, points) < 2 * PIXELS  # what the ring's edges err by is doubled too
     x, y = points[0]
     page.click(x, y)
     assert page.text("#cursor-bearing").startswith("030.") or page.text("#cursor-bearing").startswith("029.")
-    assert float(page.text("#cursor-range").removesuffix(" m")) == pytest.approx(902, abs=2 * PIXELS * 2048 / (2 * radius))
-    assert page.text("#range-text") == "1024 m"
-    assert page.text("#framing-text") == "2× of 2048 m"
+    assert float(page.text("#cursor-range").removesuffix(" m")) == pytest.approx(898, abs=2 * PIXELS * 2778 / (2 * radius))
+    assert page.text("#range-text") == "1500 m"
+    assert page.text("#framing-text") == "2× of 3000 m"
     page.press("c")
     page.wait("document.getElementById('framing-text').textContent === ''")
     page.press("o")
@@ -101,7 +101,7 @@ def test_latitude_and_longitude_of_the_cursor(radar: FakeRadar, opened: Opened) 
     page.ask("document.getElementById('scope').focus()")
     for key in ["ArrowRight"] * 3 + ["ArrowUp"] * 2 + ["Enter"]:
         page.press(key)
-    reach, bearing = 0.52 * 2048, np.deg2rad(3)
+    reach, bearing = 0.52 * 3000, np.deg2rad(3)
     latitude, longitude = geographic_from_map(reach * np.array([np.sin(bearing), np.cos(bearing)]), (50.3, -1.4))
     north, west = (latitude - 50) * 60, (1 + longitude) * -60
     assert page.text("#marker-position") == f"50°{north:06.3f}′ N\n001°{west:06.3f}′ W"
@@ -149,19 +149,23 @@ def test_truth_is_drawn_and_listed_if_the_service_sends_it(radar: FakeRadar, ope
         "velocity": [0.0, 5.0, 0.0],
         "speed": 5.0,
     }
-    hidden = {"position": [0.0, -512.0, 0.0], "range": 512.0, "azimuth": np.pi, "visible": False, "reason": "shadowed"}
-    radar.send(radar.truth(ferry=seen_one, rock=hidden))
+    hidden = {"position": [0.0, -512.0, 0.0], "range": 512.0, "azimuth": np.pi, "visible": False, "reason": "below horizon"}
+    radar.send(radar.truth(coast={"range": 20.0, "extent": 4000.0}, ferry=seen_one, rock=hidden))
     page.ask("document.getElementById('targets').open = true")
-    page.wait("document.querySelectorAll('#targets tbody tr').length === 2")
+    page.wait("document.querySelectorAll('#targets tbody tr').length === 3")
     rows = page.ask(
         "[...document.querySelectorAll('#targets tbody tr')].map((row) => [...row.children].map((c) => c.textContent))"
     )
     assert rows == [
-        ["rock", "512 m", "180.0°", "–", "shadowed"],
-        ["ferry", "1024 m", "090.0°", "000° 9.7 kn", "yes"],
+        ["rock", "512", "180.0°", "–", "below horizon"],
+        ["ferry", "1024", "090.0°", "000° 10", "yes"],
+        ["coast", "around", "–", "–", "yes"],  # its position, which is not the nearest point of it, is 20 m off
     ]
+    assert page.text("#targets thead") == "NameRange, mBrgCourse, knVisible"
+    assert page.ask("(({scrollWidth, clientWidth}) => scrollWidth - clientWidth)(document.querySelector('.table'))") == 0
     screen = seen(page)
-    for position in (centre + [radius / 2, 6], centre + [0, radius / 4 + 6]):  # the lowest points of the two circles
+    lowest = centre + [radius * 1024 / 2778, 6], centre + [0, radius * 512 / 2778 + 6]  # points of the two circles
+    for position in lowest:
         off = np.abs(reddish(screen, *position) - np.array(TRUTH_COLOUR)).sum(axis=-1)
         assert off.min() < 60
     page.ask(CLICK.format("truth"))
@@ -192,12 +196,18 @@ def test_a_dropped_scene_is_uploaded_started_and_its_plan_shown(radar: FakeRadar
     page.ask(DROP.format([["rock.obj", "v 0 0 0"], ["ferry.obj", "v 1 0 0"]]))
     page.wait("document.getElementById('scene-answer').textContent.includes('one scene')")
     page.ask(DROP.format([["x.toml", "bad"]]))
-    page.wait("document.getElementById('scene-answer').textContent === 'body[0]: bad; mend it'")
+    page.wait("document.getElementById('scene-answer').textContent === 'x.toml is refused:\\nbody[0]: bad; mend it'")
+    page.wait("document.activeElement.closest('[role=alert]')?.textContent.startsWith('x.toml is refused')")
+    page.press("Escape")
+    assert page.ask("document.querySelectorAll('.toast').length") == 0 and page.ask("document.activeElement.id") != "alerts"
     page.ask(DROP.format([["my bay (2).toml", "name = 'sent'"], ["rock.obj", "v 0 0 0"]]))
-    page.wait("document.getElementById('scene-answer').textContent.startsWith('my bay -2- is on the air')")
+    page.wait(
+        "document.getElementById('scene-answer').textContent.startsWith('my bay (2).toml is on the air as my bay -2-')"
+    )
     files = [("scene", "my bay (2).toml", b"name = 'sent'"), ("files", "rock.obj", b"v 0 0 0")]
     assert radar.uploads[1:] == [("my bay -2-", files)]
     assert radar.scene == "my bay -2-"
+    page.wait("document.activeElement.closest('[role=status]')?.textContent.startsWith('my bay (2).toml is on the air')")
     assert page.text("#plan summary") == "Plan: 1 of 2 modelled"
     assert [page.text(f"#plan li.{kind}") for kind in ("modelled", "not-modelled")] == [
         "beam, modelled:  sinc2",
@@ -213,7 +223,7 @@ def test_the_page_says_how_far_the_service_falls_behind(radar: FakeRadar, opened
     page = opened(BARE)
     page.press("-")  # whatever is commanded, the page asks how things stand
     page.wait("document.getElementById('banner').textContent === 'Too slow: 0.62× reached of 1× requested'")
-    assert page.ask("document.getElementById('banner').classList.contains('mild')")
+    assert page.ask("document.getElementById('warning').classList.contains('mild')")
 
 
 def live(radar: FakeRadar, first: int, seconds: float, levels: tuple[int, int]) -> threading.Thread:
@@ -233,7 +243,7 @@ def live(radar: FakeRadar, first: int, seconds: float, levels: tuple[int, int]) 
 
 
 def test_the_picture_has_one_seam_at_the_sweep(radar: FakeRadar, opened: Opened) -> None:
-    radar.picture = Picture(bins=64, step=32.0, rim=False)
+    radar.picture = Picture(bins=64, step=2778 / 64, rim=False)
     radar.picture.video[:] = 70
     page = opened("rings=off&headline=off&afterglow=0")
     left, top, side = box(page)
@@ -295,7 +305,7 @@ def test_nothing_overlaps_on_a_phone_or_a_desk(radar: FakeRadar, opened: Opened,
     assert len(read_outs) >= 13
     if width < 500:
         assert overlaps([*page.ask(BOXES.format("#scope, #panel")), *read_outs]) == []
-        assert side > 0.99 * width  # the picture is as wide as the screen
+        assert side > min(0.99 * width, 0.43 * height)  # as wide as the screen, or all that 200 pixels for the panel leave
     else:
         middle = np.array([left + side / 2, top + side / 2])
         nearest = [np.hypot(*(np.clip(middle, corners[:2], corners[2:]) - middle)) for _, *corners in read_outs]

@@ -37,7 +37,12 @@ def luminance(colour: str) -> float:
 def test_words_and_lines_stand_out_in_every_palette(modules: Page, palette: str) -> None:
     modules.ask(f"document.documentElement.dataset.palette = '{palette}'")
     words = ["text panel", "text page", "dim panel", "dim page", "good panel", "alarm panel", "text button", "text active"]
-    marks = ["scale page", *(f"{name} scope" for name in ("ring-text", "heading", "marker", "cursor", "truth", "echo"))]
+    marks = [
+        "scale page",
+        "edge panel",
+        "edge button",
+        *(f"{name} scope" for name in ("ring-text", "heading", "marker", "cursor", "truth", "echo")),
+    ]
     names = sorted({f"--{name}" for pair in words + marks for name in pair.split()})
     script = f"import('./palette.js').then(({{colour}}) => {json.dumps(names)}.map((name) => colour(name)))"
     bright = dict(zip(names, map(luminance, modules.ask(script)), strict=True))

@@ -99,7 +99,7 @@ class FakeEngine:
 
     def truth(self, t: float) -> Truth:
         own = BodyTruth(
-            "own ship", (0, 0, 0), (0, 0, 0), 0.5, 0.5, 0.0, 0.0, 0.0, 0.0, True, "", None, None, None
+            "own ship", (0, 0, 0), (0, 0, 0), 0.5, 0.5, 0.0, 0.0, 0.0, 0.0, True, "", None, None, None, 0.0
         )  # fmt: skip
         return Truth(t, own, (replace(own, name="buoy"),))
 

@@ -60,5 +60,6 @@ def test_positions_and_reasons_of_invisibility() -> None:
     assert mover.azimuth == pytest.approx(np.arctan2(300, 51.4444), abs=1e-5)
     assert (mover.speed, mover.course) == pytest.approx((5.14444, 0.0), abs=1e-4)
     assert truths["blind"].mmsi == 235000001
+    assert (truths["wall"].extent, truths["far"].extent) == (20.0, 0.0)  # half the plate's width; a point
     assert truths["behind"].latitude_deg == pytest.approx(50.0 + 900 / 111_229, abs=1e-6)  # 111.229 km a degree at 50 N
     assert truth.as_dict()["bodies"][0]["name"] == "wall"

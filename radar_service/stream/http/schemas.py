@@ -167,6 +167,11 @@ class RadarState(BaseModel):
     beamwidth_deg: float
     beamwidth_el_deg: float
     frequency_hz: float
+    modulation: Literal["lfm", "none"] = Field(description="lfm: a chirp; none: a plain pulse")
+    bandwidth_hz: float = Field(description="of the chirp, or of the receiver of a plain pulse")
+    pulse_s: float
+    prf_hz: float | None = Field(description="pulses per second; null where it has no effect")
+    power_w: float
     height_m: float
     blind_sectors_deg: list[tuple[float, float]]
     scene: RunningScene
@@ -233,6 +238,7 @@ class BodyState(BaseModel):
     latitude_deg: float | None
     longitude_deg: float | None
     mmsi: int | None
+    extent: float
 
 
 class TruthState(BaseModel):

@@ -87,7 +87,7 @@ class WorldSource:
             self._child.data.send((self._scan, size))
             while not isinstance(message := self._child.data.receive(), str):
                 if isinstance(message, NewSpare):
-                    self._replace_spare(Child(message.process, *self._child.data.receive_ends(2)))
+                    self.replace_spare(Child(message.process, *self._child.data.receive_ends(2)))
                     continue
                 fields, self.trees = message
                 yield SpokeBlock(**fields | {"range": self.range})
@@ -128,7 +128,7 @@ class WorldSource:
             if self._spare:
                 self._spare.close()
 
-    def _replace_spare(self, other: Child) -> None:
+    def replace_spare(self, other: Child) -> None:
         """Takes another spare in place of one that has died."""
         with self._changing:
             unused, self._spare = (other, self._spare) if self._closed else (self._spare, other)

@@ -25,6 +25,7 @@ from radar_service.stream.radio.world import WorldMaker, WorldSource
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import UNFOLLOWED, NoProgress, SceneOrder, SpokeSource
 from tests.stream.fake import FakeEngine, dying
+from tests.stream.processes import tasks
 from tests.stream.processes.test_fork_server import is_gone, until
 from tests.stream.radio.recording import RecordingSink
 
@@ -125,12 +126,11 @@ def test_a_spare_that_has_died_is_replaced_within_scans(threads: int, fork_serve
     until(lambda: all(is_gone(process) for process in processes))
 
 
-def test_a_spare_that_comes_after_the_end_is_ended(maker: WorldMaker) -> None:
-    source, other = maker(ORDER, UNFOLLOWED), maker(ORDER, UNFOLLOWED)
+def test_a_spare_that_comes_after_the_end_is_ended(maker: WorldMaker, fork_server: ForkServer) -> None:
+    source, late = maker(ORDER, UNFOLLOWED), fork_server.child(tasks.wait)
     source.close()
-    source._replace_spare(other._child)
-    until(lambda: is_gone(other.process))
-    other.close()
+    source.replace_spare(late)
+    until(lambda: is_gone(late.process))
 
 
 def test_a_plan_that_is_known_is_not_made_again(maker: WorldMaker) -> None:

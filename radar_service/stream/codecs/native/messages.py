@@ -36,6 +36,11 @@ def radar_fields(identity: str, name: str, radar: Radar, to: Layout) -> dict[str
         "beamwidth_deg": math.degrees(radar.beamwidth),
         "beamwidth_el_deg": math.degrees(radar.beamwidth_el),
         "frequency_hz": radar.frequency,
+        "modulation": radar.modulation,
+        "bandwidth_hz": radar.bandwidth,
+        "pulse_s": radar.pulse,
+        "prf_hz": radar.prf,
+        "power_w": radar.power,
         "height_m": radar.height,
         "blind_sectors_deg": [[math.degrees(a), math.degrees(b)] for a, b in radar.blind_sectors],
     }

@@ -5,10 +5,11 @@ azimuth - heading modulo 65536 is the angle from the bow). Everything else is SI
 
 hello   first message, and again whenever the epoch changes:
         protocol 1, epoch, radar {id, name, azimuths, rpm, bins, range_step_m, range_max_m, beamwidth_deg,
-        beamwidth_el_deg, frequency_hz, height_m, blind_sectors_deg}, scene {name, origin {latitude_deg, longitude_deg} or
-        nil, bodies, warnings}, seed, fidelity, plan, encoding {name, bins, range_step_m, range_first_m, range_m, dtype,
-        noise_dbw; in u8 and u8-log also db_per_step, offset_db}, view {sector_deg, spokes, compression}, controls {...},
-        clocks {simulated_s, utc, pace}, mode, truth (whether this server sends it)
+        beamwidth_el_deg, frequency_hz, modulation, bandwidth_hz, pulse_s, prf_hz, power_w, height_m, blind_sectors_deg},
+        scene {name, origin {latitude_deg, longitude_deg} or nil, bodies, warnings}, seed, fidelity, plan,
+        encoding {name, bins, range_step_m, range_first_m, range_m, dtype, noise_dbw; in u8 and u8-log also db_per_step,
+        offset_db}, view {sector_deg, spokes, compression}, controls {...}, clocks {simulated_s, utc, pace}, mode,
+        truth (whether this server sends it)
 spokes  first (sequence number of the first one), count, scan, index (of the first one within the scan),
         time [s of simulation, one each], azimuth [one each], heading [one each], position [[east, north] m, one each],
         course [one each], speed [m/s, one each], bins, range_step_m, range_first_m (where sample 0 stands), range (far
