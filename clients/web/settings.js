@@ -3,7 +3,7 @@
 const CHOICES = {
   orientation: ["north-up", "head-up", "course-up"],
   unit: ["nm", "m"],
-  palette: ["dusk", "day", "night", "phosphor"],
+  palette: ["multicolour", "dusk", "day", "night", "phosphor"],
   afterglow: ["1", "0", "0.25", "0.5", "2", "4"], // half-life in scans; 0: none
   rings: ["on", "off"],
   headline: ["on", "off"],

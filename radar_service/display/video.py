@@ -1,7 +1,8 @@
 """From power to display video: sea control, gain, rain control and quantiser, and fewer bins without loss of a peak.
 
 The order is that of a logarithmic receiver: log detector, sensitivity time control (STC), gain, differentiation (FTC),
-quantiser. Gain, sea and rain act on `u8` alone; the other encodings have the measured values. Functions of arrays; no state.
+quantiser. The controls act on `u8` alone; the other encodings have the measured values. Functions of arrays; no state: the
+bytes of a spoke depend on its own cells and the controls alone.
 """
 
 import math
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.display.local_clutter import MARGIN_DB, clutter_level
 from radar_service.types import Floats, Profiles, Singles
 
 Bytes = NDArray[np.uint8]
@@ -26,17 +28,24 @@ RAIN_LENGTH = 50.0  # m over which rain control averages: long against a buoy, s
 
 @dataclass(frozen=True)
 class Controls:
-    """The controls of a display, 0 to 100 percent each. Sea and rain 0 are off; gain is 1 dB per percent around 50.
+    """The controls of a display: gain, sea and rain are 0 to 100 percent each.
 
-    At gain 50 noise is visible with probability PFA. The default is 5 dB lower, which also removes most range sidelobes.
+    gain: 1 dB per percent around 50, where noise is visible with probability PFA; counts where gain_auto is off.
+    sea: 0 is off; counts where sea_auto is off.
+    rain: 0 is off.
+    gain_auto: the threshold follows local clutter and leaves AUTO_PFA of noise (`local_clutter`).
+    sea_auto: the level of local sea clutter is subtracted.
     """
 
     gain: float = 45.0
     sea: float = 0.0
     rain: float = 0.0
+    gain_auto: bool = True
+    sea_auto: bool = True
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
+        for name in ("gain", "sea", "rain"):
+            value = getattr(self, name)
             if not 0.0 <= value <= 100.0:
                 raise ValueError(f"{name}: {value:g} is not from 0 to 100 percent")
 
@@ -146,14 +155,18 @@ def rain_level_db(video_db: Singles, step: float, rain: float) -> Singles:
 def display_video(power: Singles, to: Layout, controls: Controls, noise_power: float) -> Bytes:
     """Video bytes (K, bins) of cells (K, N) [W]: 0 is below the threshold, b > 0 is b - 1 to b steps above it.
 
-    The threshold before the controls is noise_threshold_db(noise_power). Gain raises the video by 1 dB per percent over 50;
-    sea and rain lower it. Any level above the threshold is visible, so that the noise of a cell is visible with probability PFA
-    at gain 50.
+    By hand, the threshold before the controls is noise_threshold_db(noise_power), and gain raises the video by 1 dB per
+    percent over 50. Auto gain sets the threshold by itself, auto sea the level that is subtracted. Rain lowers the video.
+    Any level above the threshold is visible.
     """
     cells = power[:, : to.samples]
-    raised = (controls.gain - 50.0) - noise_threshold_db(noise_power)
-    video = decibels(cells) + np.float32(raised)
-    if controls.sea > 0:
+    noise_db = 10.0 * math.log10(noise_power)
+    threshold = noise_db + MARGIN_DB if controls.gain_auto else noise_threshold_db(noise_power) - (controls.gain - 50.0)
+    video = decibels(cells) - np.float32(threshold)
+    if controls.sea_auto:
+        level = clutter_level(power * np.float32(1.0 / noise_power), to.native_first, to.native_step)
+        video -= level[:, : to.samples]  # of all cells, so that a change of range changes no level
+    elif controls.sea > 0:
         distance: Floats = to.native_first + to.native_step * np.arange(to.samples, dtype=np.float64)
         video -= sea_attenuation_db(distance, controls.sea).astype(np.float32)
     if controls.rain > 0:

@@ -52,13 +52,22 @@ class Control:
     label_off: str = ""
 
 
-def _display(name: str, description: str, example: float) -> Control:
-    """A control of the video, 0 to 100 percent: a field of `display.video.Controls`."""
+def _display(name: str, description: str, example: float, **also: bool) -> Control:
+    """A control of the video, 0 to 100 percent: a field of `display.video.Controls`. also: fields that it sets besides."""
     return Control(
         name, "number", "display", name.capitalize(), description,
         read=lambda settings, scene: getattr(settings.video, name),
-        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value})),
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value}, **also)),
         unit="%", example=example, minimum=0, maximum=100, step=1,
+    )  # fmt: skip
+
+
+def _display_switch(name: str, label: str, description: str) -> Control:
+    """A switch of the video: a field of `display.video.Controls`."""
+    return Control(
+        name, "switch", "display", label, description,
+        read=lambda settings, scene: getattr(settings.video, name),
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value})),
     )  # fmt: skip
 
 
@@ -92,8 +101,12 @@ CONTROLS = (
         "range_m", "number", "transmitter", "Range", "display range, at most the scene's; a change opens a new epoch",
         read=_read_range, write=_write_range, unit="m", example=5000, minimum=10, scene_maximum=_range_max,
     ),
-    _display("gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4", 50),
-    _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off", 0),
+    _display(
+        "gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4; switches auto gain off", 50, gain_auto=False
+    ),
+    _display_switch("gain_auto", "Auto gain", "the threshold follows noise and clutter; one false alarm in 1e6 noise samples"),
+    _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off; switches auto sea off", 0, sea_auto=False),
+    _display_switch("sea_auto", "Auto sea", "subtracts the local level of sea clutter"),
     _display("rain", "fast time constant (FTC) against rain clutter, 0 is off", 0),
     Control(
         "rpm", "number", "engine", "Antenna", "rate of rotation; a change restarts the scene when the running scan ends",

@@ -12,6 +12,7 @@ from radar_service.scene.load import load_scene
 
 SCENE = load_scene({"radar": {"azimuths": 24, "beamwidth_deg": 20, "range_max_m": 200}, "own_ship": {"heading_deg": 90}})
 NOISE = 1e-15  # W
+BY_HAND = Controls(gain_auto=False, sea_auto=False)  # auto sea takes an echo all along a spoke for clutter
 
 
 def picture(rows: list[int], echo_row: int | None = None) -> np.ndarray:
@@ -21,7 +22,7 @@ def picture(rows: list[int], echo_row: int | None = None) -> np.ndarray:
     last_rows = [
         (np.array([row]), np.full((1, bins), 1e6 * NOISE if row == echo_row else NOISE, np.float32)) for row in rows
     ]
-    png = last_scan_png(last_rows, 24, to, Controls(), NOISE, title="x", size=200, range_max=None, heading=math.radians(90))
+    png = last_scan_png(last_rows, 24, to, BY_HAND, NOISE, title="x", size=200, range_max=None, heading=math.radians(90))
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
 
 

@@ -33,9 +33,9 @@ def cells(*levels_db: float) -> np.ndarray:
     return (10.0 ** (level / 10.0)).astype(np.float32)[None, :]
 
 
-def shown(power: np.ndarray, **controls: float) -> np.ndarray:
+def shown(power: np.ndarray, **by_hand: float) -> np.ndarray:
     to = layout(power.shape[1], 5.0, 10.0)
-    return display_video(power, to, Controls(**({"gain": 50.0} | controls)), NOISE)
+    return display_video(power, to, Controls(**({"gain": 50.0} | by_hand), gain_auto=False, sea_auto=False), NOISE)
 
 
 @settings(deadline=None, max_examples=60)
@@ -141,7 +141,7 @@ def test_controls_act_on_u8_only() -> None:
     power = cells(10.0, 20.0, 30.0)
     field = np.sqrt(power).astype(np.complex64)
     to = layout(3, 5.0, 10.0)
-    settings = Controls(gain=80.0, sea=70.0, rain=60.0)
+    settings = Controls(gain=80.0, sea=70.0, rain=60.0, gain_auto=False, sea_auto=False)
     for encoding in ("u8-log", "f16", "f32", "c64"):
         plain = encode(encoding, power, field, to, Controls(), NOISE)
         np.testing.assert_array_equal(encode(encoding, power, field, to, settings, NOISE), plain)
