@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from radar_service.display.local_clutter import MARGIN_DB, clutter_level
 from radar_service.display.video import (
     DB_PER_STEP,
     Controls,
@@ -135,6 +136,47 @@ def test_rain_control_leaves_the_edge_and_removes_the_body_of_a_shower() -> None
     shower = shown(cells(*[0.0] * 20, *[30.0] * 30, *[0.0] * 10), rain=100.0)[0] * DB_PER_STEP
     assert shower[20] == pytest.approx(30.0, abs=HALF_STEP)
     assert np.all(shower[25:50] == 0)
+
+
+def sea_spokes(count: int) -> np.ndarray:
+    """Spokes of 600 cells of 10 m: noise, and exponential clutter that falls as R^-3 from 40 dB over the noise at 500 m."""
+    mean = 1.0 + 1e4 * (500.0 / (100.0 + 10.0 * np.arange(600))) ** 3
+    return (NOISE * mean * np.random.default_rng(8).exponential(1.0, (count, 600))).astype(np.float32)
+
+
+def test_auto_gain_alone_has_one_threshold_over_the_noise() -> None:
+    to, automatic = layout(3, 5.0, 10.0), Controls(gain=0.0, sea_auto=False)
+    level_db = 10.0 * math.log10(NOISE) + MARGIN_DB + np.array([-1e-4, 1e-4, 10.0 + 1e-4])
+    power = (10.0 ** (level_db / 10.0)).astype(np.float32)[None]
+    np.testing.assert_array_equal(display_video(power, to, automatic, NOISE), [[0, 1, 41]])  # the gain by hand counts for nothing
+
+
+def test_auto_sea_alone_subtracts_the_local_level_and_leaves_the_gain_by_hand() -> None:
+    spokes, to = sea_spokes(4), layout(600, 5.0, 10.0)
+    level = clutter_level(spokes / np.float32(NOISE), 5.0, 10.0)
+    expected = np.ceil((decibels(spokes) - level - noise_threshold_db(NOISE) + 10.0) / DB_PER_STEP)  # gain 60
+    got = display_video(spokes, to, Controls(gain=60.0, gain_auto=False, sea=100.0), NOISE)
+    assert np.abs(got - np.clip(expected, 0, 255)).max() <= 1  # a byte is the nearest step
+    assert np.mean(got == np.clip(expected, 0, 255)) > 0.999
+
+
+def test_a_strong_target_has_the_upper_half_of_the_palette() -> None:
+    """45 dB over the sea around it is 33 dB over the threshold: yellow, on a clean display."""
+    spokes = sea_spokes(200)
+    spokes[100, 200:203] = spokes[:, 200].mean() * 10**4.5
+    video = display_video(spokes, layout(600, 5.0, 10.0), Controls(), NOISE)
+    assert video[100, 201] > 127 and np.mean(video > 0) < 1e-4
+
+
+def test_the_bytes_of_a_spoke_depend_on_its_own_cells_alone() -> None:
+    """Not on the spokes beside it, and nearer ones not on the display range."""
+    spokes, whole = sea_spokes(17), layout(600, 5.0, 10.0)
+    together = display_video(spokes, whole, Controls(), NOISE)
+    for size in (1, 4):
+        parts = [display_video(spokes[k : k + size], whole, Controls(), NOISE) for k in range(0, 17, size)]
+        np.testing.assert_array_equal(np.concatenate(parts), together)
+    near = layout(600, 5.0, 10.0, None, 1500.0)
+    np.testing.assert_array_equal(display_video(spokes, near, Controls(), NOISE), together[:, : near.samples])
 
 
 def test_controls_act_on_u8_only() -> None:

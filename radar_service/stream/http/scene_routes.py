@@ -43,8 +43,9 @@ def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
             source = await first.prepare(order, job)
         first.preparations.keep(source)  # a radar is likely to run it next
         store.add(name, order, source.scene)
+        warnings = [*source.scene.warnings, *source.scene.notes]
         return schemas.SceneAnswer(
-            name=name, bodies=source.scene.body_count, warnings=list(source.scene.warnings), plan=source.plan.as_dict()
+            name=name, bodies=source.scene.body_count, warnings=warnings, plan=source.plan.as_dict()
         )
 
     @router.delete("/scenes/{name}", status_code=204, responses={**UNKNOWN, **CONFLICT})
