@@ -148,7 +148,9 @@ def test_auto_gain_alone_has_one_threshold_over_the_noise() -> None:
     to, automatic = layout(3, 5.0, 10.0), Controls(gain=0.0, sea_auto=False)
     level_db = 10.0 * math.log10(NOISE) + MARGIN_DB + np.array([-1e-4, 1e-4, 10.0 + 1e-4])
     power = (10.0 ** (level_db / 10.0)).astype(np.float32)[None]
-    np.testing.assert_array_equal(display_video(power, to, automatic, NOISE), [[0, 1, 41]])  # the gain by hand counts for nothing
+    np.testing.assert_array_equal(
+        display_video(power, to, automatic, NOISE), [[0, 1, 41]]
+    )  # the gain by hand counts for nothing
 
 
 def test_auto_sea_alone_subtracts_the_local_level_and_leaves_the_gain_by_hand() -> None:
