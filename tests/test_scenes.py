@@ -156,7 +156,8 @@ def zeros(name: str, **controls: float) -> float:
     """Share of a scan's video samples that show nothing."""
     simulator, scan = first_scan(name)
     cells = layout(len(scan.range), float(scan.range[0]), scan.range_step)
-    return float(np.mean(display_video(scan.power, cells, Controls(**controls, gain_auto=False, sea_auto=False), simulator.noise_power) == 0))
+    by_hand = Controls(**controls, gain_auto=False, sea_auto=False)
+    return float(np.mean(display_video(scan.power, cells, by_hand, simulator.noise_power) == 0))
 
 
 def test_video_is_as_sparse_as_the_readme_says() -> None:

@@ -55,8 +55,8 @@ class _Grid(NamedTuple):
 def _grid(cells: int, first: float, step: float) -> _Grid:
     edges = [0]
     while edges[-1] < cells:
-        distance = first + edges[-1] * step
-        edges.append(edges[-1] + max(MIN_CELLS, round(min(BLOCK, NEAR_BLOCK * distance) / step)))
+        near_block = NEAR_BLOCK * (first + edges[-1] * step)
+        edges.append(edges[-1] + max(MIN_CELLS, round(min(BLOCK, near_block) / step)))
     if len(edges) > 2 and cells - edges[-2] < MIN_CELLS:
         del edges[-2]
     edge = np.minimum(edges, cells)

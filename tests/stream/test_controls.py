@@ -20,17 +20,8 @@ from radar_service.stream.settings import Pace, Settings
 from tests.stream.fake import BINS, STEP, FakeEngine, scene, scene_in
 
 NAMES = [control.name for control in CONTROLS]
-PUBLIC = [
-    "transmit",
-    "range_m",
-    "gain",
-    "gain_auto",
-    "sea",
-    "sea_auto",
-    "rain",
-    "rpm",
-    "pace",
-]  # keys of the state that clients rely on, in order
+PUBLIC = ["transmit", "range_m", "gain", "gain_auto", "sea", "sea_auto", "rain", "rpm", "pace"]
+# keys of the state that clients rely on, in order
 
 
 def state(settings: Settings) -> dict[str, Any]:

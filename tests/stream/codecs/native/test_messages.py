@@ -25,13 +25,8 @@ def test_a_point_target_stands_where_it_belongs_in_every_encoding(encoding: str)
     to = epoch.layout(60)
     strongest, result = -math.inf, (0.0, 0.0)
     for block in engine.blocks(scans=1):
-        message = wire.unpack(
-            wire.pack(
-                messages.spokes(
-                    SpokeBatch(epoch, block.first, block, Controls(gain=0, gain_auto=False, sea_auto=False)), view
-                )
-            )
-        )
+        batch = SpokeBatch(epoch, block.first, block, Controls(gain=0, gain_auto=False, sea_auto=False))
+        message = wire.unpack(wire.pack(messages.spokes(batch, view)))
         level = np.abs(wire.samples(message)).astype(float) if encoding == "c64" else wire.samples(message).astype(float)
         k, b = np.unravel_index(np.argmax(level), level.shape)
         if level[k, b] > strongest:
