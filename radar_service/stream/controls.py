@@ -109,6 +109,15 @@ CONTROLS = (
     _display_switch("sea_auto", "Auto sea", "subtracts the local level of sea clutter"),
     _display("rain", "fast time constant (FTC) against rain clutter, 0 is off", 0),
     Control(
+        "echo_stretch", "number", "display", "Stretch", "lengthens echoes outward by 1 % of the range per unit, 0 is off",
+        read=lambda settings, scene: settings.video.echo_stretch,
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, echo_stretch=value)),
+        example=0, minimum=0, maximum=2, step=1,
+    ),
+    _display_switch(
+        "interference_rejection", "Interference rejection", "removes what only one spoke has, such as pulses of other radars"
+    ),
+    Control(
         "rpm", "number", "engine", "Antenna", "rate of rotation; a change restarts the scene when the running scan ends",
         read=lambda settings, scene: 60.0 / scene.radar.rotation_period,
         rebuild=lambda order, value: replace(order, rpm=value), unit="rev/min", example=24, minimum=0.01, maximum=600,

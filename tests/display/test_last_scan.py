@@ -38,6 +38,20 @@ def test_an_echo_shows_at_its_bearing() -> None:
     assert at(levels, 225).max() > 150 and at(levels, 45).max() < 60
 
 
+def test_interference_rejection_compares_rows_across_batches() -> None:
+    """A pulse in row 11 alone, the last of a batch or the first of one, or all rows at once: the same picture without it."""
+    to, controls = layout(64, 1.0, 2.0), Controls(gain=50.0, gain_auto=False, sea_auto=False, interference_rejection=True)
+    power = np.full((24, 64), NOISE / 2, np.float32)
+    quiet = power.copy()
+    power[11, 30] = 1e6 * NOISE
+
+    def drawn(power: np.ndarray, *edges: int) -> bytes:
+        parts = [(np.arange(a, b), power[a:b]) for a, b in zip((0, *edges), (*edges, 24), strict=True)]
+        return last_scan_png(parts, 24, to, controls, NOISE, title="", size=100, range_max=None, heading=0.0)
+
+    assert drawn(power) == drawn(power, 11) == drawn(power, 12) == drawn(power, 5, 12, 13) == drawn(quiet)
+
+
 def test_azimuths_without_a_row_are_grey() -> None:
     levels = picture(list(range(12)))
     east, west = at(levels, 60), at(levels, 240)

@@ -181,11 +181,49 @@ def test_the_bytes_of_a_spoke_depend_on_its_own_cells_alone() -> None:
     np.testing.assert_array_equal(display_video(spokes, near, Controls(), NOISE), together[:, : near.samples])
 
 
+def test_stretch_lengthens_echoes_outward_by_a_share_of_the_range() -> None:
+    power, to = cells(*[-30.0] * 500), layout(500, 5.0, 10.0)
+    power[0, [100, 498]] = cells(20.0)[0, 0]
+    for stretch, length in ((0.0, 1), (1.0, 6), (2.0, 11)):  # 1 % of 500 cells per unit
+        video = display_video(power, to, Controls(gain=50.0, gain_auto=False, sea_auto=False, echo_stretch=stretch), NOISE)[
+            0
+        ]
+        expected = [*range(100, 100 + length), *range(498, min(500, 498 + length))]
+        assert np.flatnonzero(video).tolist() == expected and len(set(video[expected])) == 1
+
+
+def rejected(power: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
+    controls = Controls(gain=50.0, gain_auto=False, sea_auto=False, interference_rejection=True)
+    return display_video(power, layout(power.shape[1], 5.0, 10.0), controls, NOISE, before)
+
+
+def test_interference_rejection_removes_what_one_spoke_alone_has() -> None:
+    """A pulse 60 dB over the noise leaves 10 dB over the noise before it, just under the threshold with the noise here. An
+    echo, which the beam comes over by less than 10 dB a spoke, keeps every byte."""
+    power = np.full((8, 40), NOISE / 2, dtype=np.float32)
+    power[3, 7] = 1e6 * NOISE
+    echo = NOISE / 2 * 10.0 ** (np.array([0.0, 8.0, 16.0, 24.0, 24.0, 16.0, 8.0, 0.0]) / 10.0)
+    power[:, 20] = echo
+    plain = shown(power)
+    got = rejected(power)
+    assert plain[3, 7] > 0 and not got[:, 7].any()
+    np.testing.assert_array_equal(got[:, 20], plain[:, 20])
+
+
+def test_interference_rejection_does_not_depend_on_where_batches_end() -> None:
+    spokes = sea_spokes(17)
+    whole = rejected(spokes)
+    for size in (1, 5):
+        parts = [rejected(spokes[k : k + size], spokes[k - 1] if k else None) for k in range(0, 17, size)]
+        np.testing.assert_array_equal(np.concatenate(parts), whole)
+    assert np.any(whole != shown(spokes))
+
+
 def test_controls_act_on_u8_only() -> None:
     power = cells(10.0, 20.0, 30.0)
     field = np.sqrt(power).astype(np.complex64)
     to = layout(3, 5.0, 10.0)
-    settings = Controls(gain=80.0, sea=70.0, rain=60.0, gain_auto=False, sea_auto=False)
+    settings = Controls(80.0, 70.0, 60.0, gain_auto=False, sea_auto=False, echo_stretch=2.0, interference_rejection=True)
     for encoding in ("u8-log", "f16", "f32", "c64"):
         plain = encode(encoding, power, field, to, Controls(), NOISE)
         np.testing.assert_array_equal(encode(encoding, power, field, to, settings, NOISE), plain)
@@ -217,7 +255,7 @@ def test_scales_reach_from_the_noise_to_a_ship_alongside() -> None:
     assert -21 < log_offset_db(NOISE) - noise_db <= -20
 
 
-@pytest.mark.parametrize("bad", [{"gain": -1.0}, {"sea": 101.0}, {"rain": math.nan}])
+@pytest.mark.parametrize("bad", [{"gain": -1.0}, {"sea": 101.0}, {"rain": math.nan}, {"echo_stretch": 2.5}])
 def test_controls_outside_their_range_are_refused(bad: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(bad))):
         Controls(**bad)
