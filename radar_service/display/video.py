@@ -25,7 +25,8 @@ MAX_SEA_DB = 60.0  # attenuation of full sea control at SEA_RANGE
 SEA_RANGE = 50.0  # m; at shorter ranges the attenuation is constant
 SEA_SLOPE_DB = 30.0  # per decade: sea clutter falls as R^-3, its cell growing as R (Skolnik 2001, section 7.2)
 STRETCH = 0.01  # of the display range: 3 pixels of a picture of 600
-REJECTION = 10.0  # times the power in the spoke before: an echo grows by less from spoke to spoke, as the beam comes over it
+REJECTION = 4.0  # times the power in the spoke before: at a beamwidth of three spokes and more an echo grows by less, but at
+# the skirts of the beam; noise before a pulse seldom lets it pass the threshold
 RAIN_LENGTH = 50.0  # m over which rain control averages: long against a buoy, short against a shower
 
 

@@ -1,12 +1,14 @@
 """The video chain: exact levels by theory, the peak-keeping reduction against a plain loop."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import radar_service as rs
 from radar_service.display.local_clutter import MARGIN_DB, clutter_level
 from radar_service.display.video import (
     DB_PER_STEP,
@@ -23,6 +25,7 @@ from radar_service.display.video import (
     sea_attenuation_db,
     strongest,
 )
+from tests.scenes import point, scene
 
 NOISE = 1.371e-15  # W, the receiver of docs/conventions.md
 HALF_STEP = DB_PER_STEP / 2 + 1e-5  # a byte is the nearest step; float32 logarithms of -150 dB err by 1e-5 dB
@@ -198,16 +201,34 @@ def rejected(power: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
 
 
 def test_interference_rejection_removes_what_one_spoke_alone_has() -> None:
-    """A pulse 60 dB over the noise leaves 10 dB over the noise before it, just under the threshold with the noise here. An
-    echo, which the beam comes over by less than 10 dB a spoke, keeps every byte."""
+    """A pulse 60 dB over the noise leaves 6 dB over the cell before it. An echo, which the beam comes over by less than 6 dB
+    a spoke, keeps every byte."""
     power = np.full((8, 40), NOISE / 2, dtype=np.float32)
     power[3, 7] = 1e6 * NOISE
-    echo = NOISE / 2 * 10.0 ** (np.array([0.0, 8.0, 16.0, 24.0, 24.0, 16.0, 8.0, 0.0]) / 10.0)
+    echo = NOISE / 2 * 10.0 ** (np.array([0.0, 5.0, 10.0, 15.0, 20.0, 15.0, 10.0, 5.0]) / 10.0)
     power[:, 20] = echo
     plain = shown(power)
     got = rejected(power)
     assert plain[3, 7] > 0 and not got[:, 7].any()
     np.testing.assert_array_equal(got[:, 20], plain[:, 20])
+
+
+def test_interference_rejection_removes_another_radar_and_keeps_an_echo() -> None:
+    """Where noise of mean 1 came before a pulse, it passes 13.8 x the mean with probability exp(-13.8 / 4): 3 %, and where the
+    other radar's pulses meet the same range twice; nine tenths must go."""
+    other = {"bearing_deg": 100, "prf_hz": 20_000}
+    radar = {"range_max_m": 3000, "modulation": "none", "pulse_s": 0.25e-6, "sample_rate_hz": 8e6}
+    bodies = [point("p", 0.0, 1500.0, rcs_dbsm=10.0)]
+    simulator = rs.Simulator(scene(bodies, radar=radar, environment={"noise": True}, interference=[other]))
+    scan = simulator.scan()
+    to, chosen = layout(len(scan.range), float(scan.range[0]), scan.range_step), Controls()
+    plain, clean = (
+        display_video(scan.power, to, replace(chosen, interference_rejection=on), simulator.noise_power)
+        for on in (False, True)
+    )
+    others = np.abs((scan.azimuth + 1.0) % (2.0 * np.pi) - 1.0) > 0.5  # rows without the echo at north
+    assert np.count_nonzero(plain[others]) > 100 and np.count_nonzero(clean[others]) < 0.1 * np.count_nonzero(plain[others])
+    assert clean[~others].max() == plain[~others].max() > 100
 
 
 def test_interference_rejection_does_not_depend_on_where_batches_end() -> None:
