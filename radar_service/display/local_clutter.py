@@ -19,11 +19,9 @@ MARGIN_DB = 10.0 * math.log10(math.log(1.0 / AUTO_PFA))  # threshold over the me
 BLOCK = 150.0  # m, length of a block: several waves long, short against the range over which clutter changes
 NEAR_BLOCK = 0.25  # of the range: nearer blocks are shorter, as clutter falls as R^-3 and more
 MIN_CELLS = 16  # of a block
-WINDOW, RANK = (
-    11,
-    8,
-)  # blocks around a block, and which of their means counts, from 1 for the weakest: near the mean of spiky
-# clutter too, whose blocks differ by 4 dB; ships may cover the three above
+WINDOW = 11  # blocks among which one is judged
+RANK = 8  # of their means, from 1 for the weakest, is the level: near the mean of spiky clutter too, whose blocks differ by
+# 4 dB. Ships may cover the three above
 MIN_BLOCKS = 4  # of a spoke: in fewer, a target cannot be told from clutter
 CEILING_FROM = 400.0  # m; nearer, clutter may still rise with range, as the beam passes above the sea
 MAX_RISE_DB = 6.0  # over the minimum level at shorter range: sea clutter falls with range, so that what rises more is land

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from radar_service.display.local_clutter import MARGIN_DB, clutter_level
 from radar_service.types import Floats, Profiles, Singles
@@ -175,7 +174,11 @@ def without_interference(power: Singles, before: Singles | None) -> Singles:
 
 def stretched(video_db: Singles, cells: int) -> Singles:
     """Video (K, N) [dB] in which each cell has the maximum of itself and the `cells` before it."""
-    longer: Singles = maximum_filter1d(video_db, cells + 1, axis=1, origin=cells - (cells + 1) // 2, mode="nearest")
+    longer, length = video_db.copy(), 1
+    while length <= cells:  # each cell has the maximum of `length` cells
+        step = min(length, cells + 1 - length)
+        longer[:, step:] = np.maximum(longer[:, step:], longer[:, :-step])
+        length += step
     return longer
 
 

@@ -142,7 +142,7 @@ class Transmitter:
     def _take_over(self) -> None:
         name, engine = self.engines.take_over()
         self.pacer.restart_schedule()
-        self.simulated, self._spokes_done, self._last = 0.0, 0, None
+        self.simulated, self._spokes_done = 0.0, 0
         self._open(Epoch(name, engine, self.pacer.settings.range))
         self.fault = None
 
