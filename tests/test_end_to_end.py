@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -12,8 +13,10 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy import ndimage
 
+import radar_service as rs
 import scenes
 from clients.ppi.__main__ import main as receive
+from radar_service.display.video import Controls, display_video, layout
 
 Serve = Callable[[str], str]
 TARGETS = {"orientation": [(30.0, 1000.0), (120.0, 2000.0), (250.0, 3000.0)], "worked-example": [(45.0, 200.0)]}
@@ -100,3 +103,26 @@ def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, se
         assert len(located) == len(expected)
         for spot in expected:
             assert np.hypot(*(located - spot).T).min() < 0.015 + 2 / disc(picture)
+
+
+def test_video_of_the_feed_is_that_computed_in_process(serve: Serve, tmp_path: Path) -> None:
+    """The same bytes for whoever joins when, and in process: auto gain and auto sea know nothing but a spoke's own cells."""
+    text = (
+        (Path(scenes.__file__).parent / "orientation.toml")
+        .read_text()
+        .replace("noise = true", "noise = true\nsea_state = 3")
+    )
+    address, arrays = serve(text), tmp_path / "scan.npz"
+    simulator = rs.Simulator(rs.load_scene(tomllib.loads(text)))
+    to = layout(len(simulator.range), float(simulator.range[0]), simulator.range_step)
+    for _ in range(2):
+        assert receive([f"ws://{address}", "--mode", "lossless", "--npz", str(arrays)]) == 0
+        with np.load(arrays) as file:
+            spoke, samples = file["spoke"][0], file["samples"][0]
+        azimuths = len(spoke)
+        for scan in np.unique(spoke // azimuths):
+            rows = spoke // azimuths == scan
+            simulator.skip_to(int(scan))
+            expected = display_video(simulator.scan().power, to, Controls(), simulator.noise_power)
+            np.testing.assert_array_equal(samples[rows], expected[rows])
+            assert np.count_nonzero(expected) > 100
