@@ -12,7 +12,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from radar_service.types import Singles
+from radar_service.types import Floats, Singles
 
 AUTO_PFA = 1e-6  # false alarms per cell of noise or exponential clutter under auto gain: one or two in a scan
 MARGIN_DB = 10.0 * math.log10(math.log(1.0 / AUTO_PFA))  # threshold over the mean of exponential power
@@ -28,6 +28,7 @@ MAX_RISE_DB = 6.0  # over the minimum level at shorter range: sea clutter falls 
 SEA_SLOPE_DB = 30.0  # per decade, by which clutter falls at least from FALLING_FROM [m] on
 FALLING_FROM = 50.0
 NEGLIGIBLE = 0.1  # of the noise: weaker clutter counts as none, as the mean of a block errs by as much
+MAX_CLUTTER = 1e30  # of the noise, so that single precision holds it
 EMPTY = 1e-6  # of the noise: clutter of a block whose mean is that of the noise or less
 
 
@@ -41,7 +42,7 @@ class _Grid(NamedTuple):
     """
 
     start: NDArray[np.intp]
-    length: Singles
+    length: Floats
     falling: Singles
     near: NDArray[np.bool_]
     before: NDArray[np.intp]
@@ -66,19 +67,19 @@ def _grid(cells: int, first: float, step: float) -> _Grid:
     before = place.astype(np.intp)
     after = np.minimum(before + 1, len(middle) - 1)
     share = (place - before).astype(np.float32)
-    return _Grid(edge[:-1], length.astype(np.float32), falling, distance < CEILING_FROM, before, after, share)
+    return _Grid(edge[:-1], length.astype(np.float64), falling, distance < CEILING_FROM, before, after, share)
 
 
-def clutter_level(power: Singles, first: float, step: float) -> Singles:
+def clutter_level(power: Singles, noise_power: float, first: float, step: float) -> Singles:
     """The local mean (K, N) of sea clutter and noise over that of the noise [dB], at least 0; 0 in spokes of few blocks.
 
-    power: (K, N) over the mean noise, of cells at first + n step [m].
+    power: (K, N) [W] of cells at first + n step [m]; noise_power: of a cell [W].
     """
     grid = _grid(power.shape[1], first, step)
     if len(grid.start) < MIN_BLOCKS:
         return np.zeros_like(power)
-    mean = np.add.reduceat(power, grid.start, axis=1) / grid.length
-    clutter_db = np.float32(10.0) * np.log10(np.maximum(mean - 1, np.float32(EMPTY)))
+    mean = np.add.reduceat(power, grid.start, axis=1) / (noise_power * grid.length)
+    clutter_db = (10.0 * np.log10(np.clip(mean - 1.0, EMPTY, MAX_CLUTTER))).astype(np.float32)
     flat = _ranked(clutter_db - grid.falling)
     ceiling = np.minimum.accumulate(np.where(grid.near, np.float32(np.inf), flat), axis=1) + np.float32(MAX_RISE_DB)
     level = np.minimum(flat, ceiling) + grid.falling

@@ -36,8 +36,8 @@ class Controls:
     gain: 1 dB per percent around 50, where noise is visible with probability PFA; counts where gain_auto is off.
     sea: 0 is off; counts where sea_auto is off.
     rain: 0 is off.
-    gain_auto: the threshold follows local clutter and leaves AUTO_PFA of noise (`local_clutter`).
-    sea_auto: the level of local sea clutter is subtracted.
+    gain_auto: the threshold leaves AUTO_PFA of noise, and of what auto sea leaves of clutter (`local_clutter`).
+    sea_auto: the local level of sea clutter is subtracted.
     echo_stretch: 0 to 2; lengthens echoes outward by this many times STRETCH of the display range.
     interference_rejection: a cell counts for at most REJECTION times what the spoke before it has at its range.
     """
@@ -198,7 +198,7 @@ def display_video(
     threshold = noise_db + MARGIN_DB if controls.gain_auto else noise_threshold_db(noise_power) - (controls.gain - 50.0)
     video = decibels(cells) - np.float32(threshold)
     if controls.sea_auto:
-        level = clutter_level(power * np.float32(1.0 / noise_power), to.native_first, to.native_step)
+        level = clutter_level(power, noise_power, to.native_first, to.native_step)
         video -= level[:, : to.samples]  # of all cells, so that a change of range changes no level
     elif controls.sea > 0:
         distance: Floats = to.native_first + to.native_step * np.arange(to.samples, dtype=np.float64)

@@ -104,7 +104,7 @@ CONTROLS = (
     _display(
         "gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4; switches auto gain off", 50, gain_auto=False
     ),
-    _display_switch("gain_auto", "Auto gain", "the threshold follows noise and clutter; one false alarm in 1e6 noise samples"),
+    _display_switch("gain_auto", "Auto gain", "one false alarm in 1e6 samples of noise, and of what auto sea leaves"),
     _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off; switches auto sea off", 0, sea_auto=False),
     _display_switch("sea_auto", "Auto sea", "subtracts the local level of sea clutter"),
     _display("rain", "fast time constant (FTC) against rain clutter, 0 is off", 0),

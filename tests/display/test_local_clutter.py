@@ -20,7 +20,7 @@ Powers = NDArray[np.float64]
 
 def level_of(power: Powers) -> Powers:
     """The level [dB] of power (K, N) over the noise."""
-    return clutter_level(power.astype(np.float32), RANGE[0], STEP).astype(np.float64)
+    return clutter_level(power.astype(np.float32), 1.0, RANGE[0], STEP).astype(np.float64)
 
 
 def threshold(power: Powers) -> Powers:
@@ -87,13 +87,18 @@ def test_land_behind_the_sea_is_not_subtracted() -> None:
 
 def test_each_spoke_is_judged_by_itself() -> None:
     power = (sea_mean(30.0) * exponential(6, 17)).astype(np.float32)
-    whole = clutter_level(power, RANGE[0], STEP)
+    whole = clutter_level(power, 1.0, RANGE[0], STEP)
     for size in (1, 5, 16):
-        parts = [clutter_level(power[k : k + size], RANGE[0], STEP) for k in range(0, 17, size)]
+        parts = [clutter_level(power[k : k + size], 1.0, RANGE[0], STEP) for k in range(0, 17, size)]
         np.testing.assert_array_equal(np.concatenate(parts), whole)
 
 
-@pytest.mark.parametrize("cells", [1, 3, 16, 17, 40])
+@pytest.mark.parametrize("cells", [1, 3, 16, 17, 40, 200])
 def test_short_spokes_and_cells_without_power_are_possible(cells: int) -> None:
-    level = clutter_level(np.zeros((2, cells), np.float32), 5.0, 10.0)
-    assert level.shape == (2, cells) and not level.any()
+    level = clutter_level(np.zeros((2, cells), np.float32), 1e-15, 5.0, 10.0)
+    assert level.shape == (2, cells) and level.max() < 0.01  # dB: EMPTY, at 1/100 of the range
+
+
+def test_the_strongest_echoes_that_a_scene_may_have_are_finite() -> None:
+    level = clutter_level(np.full((2, 200), 1e34, np.float32), 1e-15, 5.0, 10.0)
+    assert np.isfinite(level).all()

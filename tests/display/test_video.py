@@ -158,7 +158,7 @@ def test_auto_gain_alone_has_one_threshold_over_the_noise() -> None:
 
 def test_auto_sea_alone_subtracts_the_local_level_and_leaves_the_gain_by_hand() -> None:
     spokes, to = sea_spokes(4), layout(600, 5.0, 10.0)
-    level = clutter_level(spokes / np.float32(NOISE), 5.0, 10.0)
+    level = clutter_level(spokes, NOISE, 5.0, 10.0)
     expected = np.ceil((decibels(spokes) - level - noise_threshold_db(NOISE) + 10.0) / DB_PER_STEP)  # gain 60
     got = display_video(spokes, to, Controls(gain=60.0, gain_auto=False, sea=100.0), NOISE)
     assert np.abs(got - np.clip(expected, 0, 255)).max() <= 1  # a byte is the nearest step
