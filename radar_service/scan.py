@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.display.picture import colour_map, picture_from_power, render_png
+from radar_service.display.palettes import colour_map
+from radar_service.display.picture import picture_from_power, render_png
 from radar_service.display.ppi import scan_convert
 from radar_service.records import SpokeBlock, joined
 from radar_service.scan_file import read_arrays, write_arrays

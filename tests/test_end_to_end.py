@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.request import urlopen
@@ -17,6 +18,7 @@ from scipy import ndimage
 import radar_service as rs
 import scenes
 from clients.ppi.__main__ import main as receive
+from radar_service.display.video import Controls, display_video, layout
 
 Serve = Callable[..., str]
 TARGETS = {"orientation": [(30.0, 1000.0), (120.0, 2000.0), (250.0, 3000.0)], "worked-example": [(45.0, 200.0)]}
@@ -132,3 +134,26 @@ def test_the_clients_that_are_waited_for_get_the_bytes_of_a_simulator_from_spoke
         with np.load(file) as arrays:
             np.testing.assert_array_equal(arrays["spoke"], np.arange(180).reshape(2, 90))
             assert arrays["field"].tobytes() == expected.tobytes()
+
+
+def test_video_of_the_feed_is_that_computed_in_process(serve: Serve, tmp_path: Path) -> None:
+    """The same bytes for whoever joins when, and in process: auto gain and auto sea know nothing but a spoke's own cells."""
+    text = (
+        (Path(scenes.__file__).parent / "orientation.toml")
+        .read_text()
+        .replace("noise = true", "noise = true\nsea_state = 3")
+    )
+    address, arrays = serve(text), tmp_path / "scan.npz"
+    simulator = rs.Simulator(rs.load_scene(tomllib.loads(text)))
+    to = layout(len(simulator.range), float(simulator.range[0]), simulator.range_step)
+    for _ in range(2):
+        assert receive([f"ws://{address}", "--mode", "lossless", "--npz", str(arrays)]) == 0
+        with np.load(arrays) as file:
+            spoke, samples = file["spoke"][0], file["samples"][0]
+        azimuths = len(spoke)
+        for scan in np.unique(spoke // azimuths):
+            rows = spoke // azimuths == scan
+            simulator.skip_to(int(scan))
+            expected = display_video(simulator.scan().power, to, Controls(), simulator.noise_power)
+            np.testing.assert_array_equal(samples[rows], expected[rows])
+            assert np.count_nonzero(expected) > 100

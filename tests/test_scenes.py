@@ -152,11 +152,12 @@ def first_scan(name: str) -> tuple[rs.Simulator, rs.Scan]:
     return simulator, simulator.scan()
 
 
-def zeros(name: str, **controls: float) -> float:
+def zeros(name: str, automatic: bool = False, **controls: float) -> float:
     """Share of a scan's video samples that show nothing."""
     simulator, scan = first_scan(name)
     cells = layout(len(scan.range), float(scan.range[0]), scan.range_step)
-    return float(np.mean(display_video(scan.power, cells, Controls(**controls), simulator.noise_power) == 0))
+    chosen = Controls(**controls, gain_auto=automatic, sea_auto=automatic)
+    return float(np.mean(display_video(scan.power, cells, chosen, simulator.noise_power) == 0))
 
 
 def test_video_is_as_sparse_as_the_readme_says() -> None:
@@ -165,6 +166,7 @@ def test_video_is_as_sparse_as_the_readme_says() -> None:
     shares = zeros("harbour", gain=50), zeros("harbour", gain=50, sea=100), zeros("open-sea", gain=50)
     print("zero samples: harbour {:.1%}, with sea control {:.1%}; open sea {:.1%}".format(*shares))
     assert shares == pytest.approx((0.60, 0.83, 0.85), abs=0.015)
+    assert (zeros("harbour", True), zeros("open-sea", True)) == pytest.approx((0.905, 0.998), abs=0.015)
 
 
 def test_the_hill_of_the_harbour_occludes_bodies_behind_it() -> None:

@@ -60,7 +60,7 @@ def _show_live(chosen: argparse.Namespace) -> str:
     """Shows the radar until the user ends it; returns the counts of spokes as a sentence."""
     status = live.Status()
     client = _client(chosen, bins=chosen.bins or live.BINS, notice=status)
-    asyncio.run(live.show(client, Scope(chosen.dynamic_range_db, chosen.range, chosen.head_up), status))
+    asyncio.run(live.show(client, Scope(chosen.dynamic_range_db, chosen.range, chosen.head_up, chosen.palette), status))
     return _counts(client)
 
 
@@ -91,7 +91,7 @@ async def _receive(client: FeedClient, scans: int, keep: int | None) -> ScanColl
 def _save(scans: list[ReceivedScan], chosen: argparse.Namespace) -> None:
     match chosen.kind:
         case ".gif":
-            write_gif(chosen.out, _frames(scans, chosen), chosen.fps)
+            write_gif(chosen.out, _frames(scans, chosen), chosen.fps, chosen.palette)
         case ".mp4":
             write_mp4(chosen.out, _frames(scans, chosen), chosen.fps)
         case ".png":
@@ -105,7 +105,9 @@ def _save(scans: list[ReceivedScan], chosen: argparse.Namespace) -> None:
 
 def _drawing(scan: ReceivedScan, chosen: argparse.Namespace) -> Drawing:
     title = f"{scan.hello['scene']['name']}\n{scan.hello['radar']['name']}"
-    return Drawing(range_max=chosen.range, size=chosen.size, head_up=chosen.head_up, title=title)
+    return Drawing(
+        range_max=chosen.range, size=chosen.size, head_up=chosen.head_up, title=title, palette=chosen.palette
+    )  # fmt: skip
 
 
 def _frames(scans: list[ReceivedScan], chosen: argparse.Namespace) -> Iterator[Page]:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from radar_service.display.film import MAX_FPS, ffmpeg
+from radar_service.display.palettes import DEFAULT_PALETTE, PALETTES
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
 from radar_service.scan_file import SUFFIX
 from radar_service.stream.codecs.native import wire
@@ -59,6 +60,10 @@ def _add_picture(p: argparse.ArgumentParser) -> None:
     p.add_argument("--fps", type=_whole(1, MAX_FPS), default=10, help="pictures per second of a film (default 10)")
     p.add_argument("--range", type=_positive, metavar="M", help="radius of the picture (default: the whole range)")
     p.add_argument("--head-up", action="store_true", help="put the bow at the top (default: north)")
+    p.add_argument(
+        "--palette", choices=list(PALETTES), default=DEFAULT_PALETTE,
+        help=f"colours of echoes, those of the page (default {DEFAULT_PALETTE})",
+    )  # fmt: skip
     p.add_argument(
         "--dynamic-range-db",
         type=_positive,

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.display.picture import HEADING, RING, UNSEEN, colour_map, distance_label, ring_step
+from radar_service.display.palettes import DEFAULT_PALETTE, colour_map
+from radar_service.display.picture import HEADING, RING, UNSEEN, distance_label, ring_step
 from radar_service.display.ppi import Ppi, scan_convert
 from radar_service.stream.codecs.native import wire
 
@@ -17,13 +18,21 @@ Bytes = NDArray[np.uint8]
 
 
 class Scope:
-    """The echoes of the running epoch. range: radius of the picture [m]; None means the whole range of the radar."""
+    """The echoes of the running epoch.
 
-    def __init__(self, dynamic_range_db: float = 60.0, range: float | None = None, head_up: bool = False) -> None:
+    range: radius of the picture [m]; None means the whole range of the radar.
+    palette: a name of `display.palettes.PALETTES`.
+    """
+
+    def __init__(
+        self, dynamic_range_db: float = 60.0, range: float | None = None, head_up: bool = False,
+        palette: str = DEFAULT_PALETTE,
+    ) -> None:  # fmt: skip
         self.ppi: Ppi | None = None
         self.hello: dict[str, Any] = {}
         self.scan, self.heading = 0, 0.0
         self._dynamic_range_db, self._range, self._head_up = dynamic_range_db, range, head_up
+        self._colours = colour_map(palette)
 
     def take(self, message: dict[str, Any]) -> None:
         """Adds a message. Raises FeedError if the radar is too large; ValueError, TypeError or LookupError if it is invalid."""
@@ -59,7 +68,7 @@ class Scope:
             np.maximum(self.ppi.age, 0) / len(self.ppi.number),
         )
         shown = scan_convert(bright, self.ppi.range_first, self.ppi.range_step, size, radius, up, mode)  # type: ignore[arg-type]
-        image = colour_map()[np.rint(shown).astype(np.uint8)]
+        image = self._colours[np.rint(shown).astype(np.uint8)]
         self._annotate(image, radius, up)
         return image
 

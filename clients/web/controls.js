@@ -63,6 +63,17 @@ export class Controls {
     this.definitions = definitions;
     this.rangeLimits = definitions.find(({ name }) => name === "range_m");
     this.widgets = buildWidgets(definitions, (change) => this.send(change));
+    for (const name of ["gain", "sea"]) this.showAutomatic(name);
+  }
+
+  /** Lets a control show "auto" in place of its value while its automatic is on. */
+  showAutomatic(name) {
+    const show = this.widgets[name];
+    if (!show) return;
+    this.widgets[name] = (...shown) => {
+      show(...shown);
+      if (this.state[`${name}_auto`]) element(`${name}-value`).value = "auto";
+    };
   }
 
   /** Fetches definitions and controls, which other clients may have changed, and the radar's health. */

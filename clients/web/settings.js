@@ -7,8 +7,8 @@ const CHOICES = {
   orientation: ["north-up", "head-up", "course-up"],
   motion: ["relative", "true"],
   unit: ["nm", "m"],
-  palette: ["dusk", "day", "night", "phosphor"],
-  afterglow: ["1", "0", "0.25", "0.5", "2", "4"], // half-life in scans; 0: none
+  palette: ["multicolour", "dusk", "day", "night", "phosphor"],
+  afterglow: ["2", "0", "0.25", "0.5", "1", "4"], // half-life in scans; 0: none
   rings: ["on", "off"],
   headline: ["on", "off"],
   sweep: ["on", "off"],

@@ -24,9 +24,12 @@ def last_scan_png(
     """
     polar = np.zeros((azimuths, to.bins), dtype=np.uint8)
     filled = np.zeros(azimuths, dtype=bool)
+    last: tuple[int, NDArray[np.float32]] | None = None  # number and power of the row before
     for numbers, power in rows:
-        polar[numbers] = display_video(power, to, controls, noise_power)
+        before = last[1] if last and (last[0] + 1) % azimuths == numbers[0] else None
+        polar[numbers] = display_video(power, to, controls, noise_power, before)
         filled[numbers] = True
+        last = int(numbers[-1]), power[-1]
     return render_png(
         polar, to.first, to.step, range_max=range_max or to.range, size=size, heading=heading % (2.0 * math.pi),
         title=title, filled=filled,

@@ -1,7 +1,6 @@
 """Pictures of the PPI: colours, range rings, bearing scale and heading line, as an image and as a PNG."""
 
 from collections.abc import Callable
-from functools import lru_cache
 from io import BytesIO
 from math import cos, floor, log10, sin
 from typing import Any, TypedDict, Unpack
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from radar_service.constants import NAUTICAL_MILE
+from radar_service.display.palettes import DEFAULT_PALETTE, colour_map
 from radar_service.display.ppi import Interpolation, scan_convert
 
 Bytes = NDArray[np.uint8]
@@ -18,17 +18,13 @@ Colour = tuple[int, int, int]
 Draw = ImageDraw.ImageDraw
 Page = Image.Image  # a drawn picture
 
-SEA: Colour = (5, 9, 18)
+SEA: Colour = (4, 18, 29)  # of the default palette
 UNSEEN: Colour = (38, 38, 42)  # grey: no spoke yet, which differs from no echo
 SURROUND: Colour = (0, 0, 0)
 RING: Colour = (92, 116, 136)
 SCALE: Colour = (150, 170, 186)
 HEADING: Colour = (255, 255, 255)
 NORTH: Colour = (255, 176, 64)
-
-# Blue to yellow through green, which the common colour blindnesses distinguish; lightness rises in even steps.
-ANCHORS: tuple[Colour, ...] = ((10, 22, 56), (17, 52, 112), (23, 92, 140), (32, 136, 142), (97, 178, 113), (182, 212, 86),
-                               (255, 243, 150))  # fmt: skip
 MIN_SIZE, MAX_SIZE = 64, 4096
 
 
@@ -52,16 +48,6 @@ def picture_from_power(
     return bright
 
 
-@lru_cache(maxsize=1)
-def colour_map() -> Bytes:
-    """Red, green and blue (256, 3) of each brightness, from dark sea at 0 to the lightest at 255."""
-    positions = np.linspace(1, 255, len(ANCHORS))
-    channels = [np.interp(np.arange(256), positions, channel) for channel in zip(*ANCHORS, strict=True)]
-    colours: Bytes = np.rint(np.stack(channels, axis=1)).astype(np.uint8)
-    colours[0] = SEA
-    return colours
-
-
 class Drawing(TypedDict, total=False):
     """Options of a picture; `render_image` explains them."""
 
@@ -72,6 +58,7 @@ class Drawing(TypedDict, total=False):
     title: str
     filled: NDArray[np.bool_] | None
     interpolation: Interpolation | None
+    palette: str
 
 
 def render_png(picture: Bytes, range_first: float, range_step: float, **drawing: Unpack[Drawing]) -> bytes:
@@ -93,12 +80,13 @@ def render_image(
     title: str = "",
     filled: NDArray[np.bool_] | None = None,
     interpolation: Interpolation | None = None,
+    palette: str = DEFAULT_PALETTE,
 ) -> Page:
     """An image of size x size pixels of a polar picture (A, N) of brightness 0 to 255, with samples as in `scan_convert`.
 
     range_max: the radius [m], default the far edge of the last cell. heading: of the heading line [rad]; head_up: turns it to
     the top. filled: (A,) rows that have a spoke; the others are grey. interpolation: default `peak` where pixels are larger
-    than range cells, so that each target is drawn, else `bilinear`.
+    than range cells, so that each target is drawn, else `bilinear`. palette: a name of `palettes.PALETTES`.
     Raises ValueError for a picture that is not bytes, for a size outside 64 to 4096, and for head_up without a heading.
     """
     if picture.dtype != np.uint8:
@@ -112,7 +100,7 @@ def render_image(
     dial = _Dial(size, up)
     mode = interpolation or ("peak" if 2.0 * radius / dial.width > range_step else "bilinear")
     bright = scan_convert(picture, range_first, range_step, dial.width, radius, up, mode)
-    disc = colour_map()[np.rint(bright).astype(np.uint8)]
+    disc = colour_map(palette)[np.rint(bright).astype(np.uint8)]
     if filled is not None and not filled.all():
         unseen = scan_convert((~filled[:, None]).astype(np.uint8), radius / 2.0, radius, dial.width, radius, up)
         disc[unseen > 0.5] = UNSEEN

@@ -1,7 +1,8 @@
 """From power to display video: sea control, gain, rain control and quantiser, and fewer bins without loss of a peak.
 
 The order is that of a logarithmic receiver: log detector, sensitivity time control (STC), gain, differentiation (FTC),
-quantiser. Gain, sea and rain act on `u8` alone; the other encodings have the measured values. Functions of arrays; no state.
+quantiser. The controls act on `u8` alone; the other encodings have the measured values. Functions of arrays; no state: the
+bytes of a spoke depend on its own cells, the controls and, with interference rejection, the cells of the spoke before.
 """
 
 import math
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.display.local_clutter import MARGIN_DB, clutter_level
 from radar_service.types import Floats, Profiles, Singles
 
 Bytes = NDArray[np.uint8]
@@ -21,24 +23,40 @@ SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so t
 MAX_SEA_DB = 60.0  # attenuation of full sea control at SEA_RANGE
 SEA_RANGE = 50.0  # m; at shorter ranges the attenuation is constant
 SEA_SLOPE_DB = 30.0  # per decade: sea clutter falls as R^-3, its cell growing as R (Skolnik 2001, section 7.2)
+STRETCH = 0.01  # of the display range: 3 pixels of a picture of 600
+REJECTION = 4.0  # times the power in the spoke before: at a beamwidth of three spokes and more an echo grows by less, but at
+# the skirts of the beam; noise before a pulse seldom lets it pass the threshold
 RAIN_LENGTH = 50.0  # m over which rain control averages: long against a buoy, short against a shower
 
 
 @dataclass(frozen=True)
 class Controls:
-    """The controls of a display, 0 to 100 percent each. Sea and rain 0 are off; gain is 1 dB per percent around 50.
+    """The controls of a display: gain, sea and rain are 0 to 100 percent each.
 
-    At gain 50 noise is visible with probability PFA. The default is 5 dB lower, which also removes most range sidelobes.
+    gain: 1 dB per percent around 50, where noise is visible with probability PFA; counts where gain_auto is off.
+    sea: 0 is off; counts where sea_auto is off.
+    rain: 0 is off.
+    gain_auto: the threshold leaves AUTO_PFA of noise, and of what auto sea leaves of clutter (`local_clutter`).
+    sea_auto: the local level of sea clutter is subtracted.
+    echo_stretch: 0 to 2; lengthens echoes outward by this many times STRETCH of the display range.
+    interference_rejection: a cell counts for at most REJECTION times what the spoke before it has at its range.
     """
 
     gain: float = 45.0
     sea: float = 0.0
     rain: float = 0.0
+    gain_auto: bool = True
+    sea_auto: bool = True
+    echo_stretch: float = 0.0
+    interference_rejection: bool = False
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
+        for name in ("gain", "sea", "rain"):
+            value = getattr(self, name)
             if not 0.0 <= value <= 100.0:
                 raise ValueError(f"{name}: {value:g} is not from 0 to 100 percent")
+        if not 0.0 <= self.echo_stretch <= 2.0:
+            raise ValueError(f"echo_stretch: {self.echo_stretch:g} is not from 0 to 2")
 
 
 @dataclass(frozen=True)
@@ -143,21 +161,52 @@ def rain_level_db(video_db: Singles, step: float, rain: float) -> Singles:
     return level
 
 
-def display_video(power: Singles, to: Layout, controls: Controls, noise_power: float) -> Bytes:
+def without_interference(power: Singles, before: Singles | None) -> Singles:
+    """Cells (K, N) [W], each limited to REJECTION times that at its range in the spoke before.
+
+    Pulses of another radar come at other times after each own pulse, so that they meet the same range in one spoke alone.
+    before: (N,) cells of the spoke before the first one; None: it is not known, and the first spoke keeps its cells.
+    """
+    previous = np.concatenate([power[:1] if before is None else before[None], power[:-1]])
+    limited: Singles = np.minimum(power, np.float32(REJECTION) * previous)
+    return limited
+
+
+def stretched(video_db: Singles, cells: int) -> Singles:
+    """Video (K, N) [dB] in which each cell has the maximum of itself and the `cells` before it."""
+    longer, length = video_db.copy(), 1
+    while length <= cells:  # each cell has the maximum of `length` cells
+        step = min(length, cells + 1 - length)
+        longer[:, step:] = np.maximum(longer[:, step:], longer[:, :-step])
+        length += step
+    return longer
+
+
+def display_video(
+    power: Singles, to: Layout, controls: Controls, noise_power: float, before: Singles | None = None
+) -> Bytes:
     """Video bytes (K, bins) of cells (K, N) [W]: 0 is below the threshold, b > 0 is b - 1 to b steps above it.
 
-    The threshold before the controls is noise_threshold_db(noise_power). Gain raises the video by 1 dB per percent over 50;
-    sea and rain lower it. Any level above the threshold is visible, so that the noise of a cell is visible with probability PFA
-    at gain 50.
+    By hand, the threshold before the controls is noise_threshold_db(noise_power), and gain raises the video by 1 dB per
+    percent over 50. Auto gain sets the threshold by itself, auto sea the level that is subtracted. Rain lowers the video.
+    Any level above the threshold is visible. before: see `without_interference`, which alone uses it.
     """
+    if controls.interference_rejection:
+        power = without_interference(power, before)
     cells = power[:, : to.samples]
-    raised = (controls.gain - 50.0) - noise_threshold_db(noise_power)
-    video = decibels(cells) + np.float32(raised)
-    if controls.sea > 0:
+    noise_db = 10.0 * math.log10(noise_power)
+    threshold = noise_db + MARGIN_DB if controls.gain_auto else noise_threshold_db(noise_power) - (controls.gain - 50.0)
+    video = decibels(cells) - np.float32(threshold)
+    if controls.sea_auto:
+        level = clutter_level(power, noise_power, to.native_first, to.native_step)
+        video -= level[:, : to.samples]  # of all cells, so that a change of range changes no level
+    elif controls.sea > 0:
         distance: Floats = to.native_first + to.native_step * np.arange(to.samples, dtype=np.float64)
         video -= sea_attenuation_db(distance, controls.sea).astype(np.float32)
     if controls.rain > 0:
         video -= rain_level_db(video, to.native_step, controls.rain)
+    if controls.echo_stretch > 0:
+        video = stretched(video, math.ceil(STRETCH * controls.echo_stretch * to.samples))
     return quantise(peaks(video, to), -0.5 * DB_PER_STEP, DB_PER_STEP)
 
 
@@ -183,14 +232,21 @@ def scale(encoding: str, noise_power: float) -> dict[str, float]:
 
 
 def encode(
-    encoding: str, power: Singles, field: Profiles, to: Layout, controls: Controls, noise_power: float
+    encoding: str,
+    power: Singles,
+    field: Profiles,
+    to: Layout,
+    controls: Controls,
+    noise_power: float,
+    before: Singles | None = None,
 ) -> NDArray[np.generic]:
     """Cells (K, N) as samples (K, bins) in one of the encodings of the native feed (see stream.codecs.native.wire).
 
-    power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the reference of the byte scales.
+    power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the reference of the byte scales; before: (N,) power
+    of the spoke before the first one [W], None where it is not known.
     """
     if encoding == "u8":
-        return display_video(power, to, controls, noise_power)
+        return display_video(power, to, controls, noise_power, before)
     if encoding == "c64":
         return strongest(field, to).astype("<c8")
     top = peaks(power, to)

@@ -21,7 +21,7 @@ TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam
 
 
 def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) -> str:
-    """Returns a description of many lines: the radar's derived numbers, each body at t = 0, the warnings.
+    """Returns a description of many lines: the radar's derived numbers, each body at t = 0, notes, warnings.
 
     remarks: further lines about bodies, by their names.
     """
@@ -33,6 +33,7 @@ def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     lines.append(f"bodies      {len(scene.bodies)} with {triangles} triangles in all")
     for body in scene.bodies:
         lines += [*_body_lines(body, scene), *(f"    {remark}" for remark in remarks.get(body.name, ()))]
+    lines += [f"note        {note}" for note in scene.notes]
     lines += [f"warning     {warning}" for warning in scene.warnings]
     return "\n".join(lines)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from radar_service.constants import EARTH_RADIUS
 from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body, Mesh, Scattering
+from radar_service.scene.checks.mesh_findings import Findings, mesh_notes, mesh_warnings
 from radar_service.scene.checks.placement import placement_warnings
 from radar_service.scene.checks.validity import check_echo_power, validity_warnings
 from radar_service.scene.convert import environment_from_model, interferer_from_model, radar_from_model
@@ -63,12 +64,14 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     world = World(model.name, loader.origin, loader.environment, tuple(bodies))
     platform = Platform(loader.own_ship)
     check_echo_power(loader.radar, bodies)
+    loader.warnings.extend(mesh_warnings(loader.findings))
     loader.warn_of_distance()
     loader.warnings.extend(validity_warnings(world, loader.radar, platform))
     terrain = [k for k, body in enumerate(model.body) if body.heightmap is not None]
     loader.warnings.extend(placement_warnings(world, loader.radar, platform, terrain))
     interference = tuple(interferer_from_model(other) for other in model.interference)
-    return Scene(world, loader.radar, platform, tuple(loader.warnings), interference)
+    notes = tuple(mesh_notes(loader.findings))
+    return Scene(world, loader.radar, platform, tuple(loader.warnings), interference, notes)
 
 
 class _Loader:
@@ -78,6 +81,7 @@ class _Loader:
         self.model, self.folder, self.mesh_reader = model, folder, mesh_reader
         self.problems: list[str] = []
         self.warnings: list[str] = []
+        self.findings: list[Findings] = []
         self.triangles = 0
         self.meshes: dict[tuple[object, ...], LoadedMesh | SceneError] = {}
         self.origin: Origin | None = None
@@ -123,7 +127,7 @@ class _Loader:
             terrain = self._terrain(body, start, location)
             mesh: Mesh | None = terrain.loaded.mesh
             start = terrain.position
-            self._warn(f"{location}.heightmap", body.heightmap, terrain.loaded)
+            self._note_findings(f"{location}.heightmap", body.heightmap, terrain.loaded)
         else:
             mesh = self._mesh(body, location, self.radar.wavelength if scattering == "optics" else None)
         self._count(mesh, location)
@@ -140,9 +144,8 @@ class _Loader:
             return np.array([east, north, body.up_m or 0.0])
         return np.array(body.position_m or (0.0, 0.0, 0.0))
 
-    def _warn(self, location: str, name: str, loaded: LoadedMesh) -> None:
-        if loaded.findings:
-            self.warnings.append(f"{location}: {name}: {', '.join(loaded.findings)}")
+    def _note_findings(self, location: str, name: str, loaded: LoadedMesh) -> None:
+        self.findings.append((location, name, loaded.findings))
 
     def _terrain(self, body: BodyModel, start: Floats, location: str) -> Terrain:
         name = str(body.heightmap)
@@ -160,7 +163,7 @@ class _Loader:
     def _mesh(self, body: BodyModel, location: str, wavelength: float | None) -> Mesh | None:
         if body.mesh is not None:
             loaded = self._mesh_file(body, f"{location}.mesh")
-            self._warn(f"{location}.mesh", body.mesh, loaded)
+            self._note_findings(f"{location}.mesh", body.mesh, loaded)
             return loaded.mesh
         if body.shape is None or body.shape == "point":
             return None

@@ -44,6 +44,7 @@ class Scene:
     platform: the carrier of the antenna, today own ship.
     warnings: sentences about unusual but usable content, in order.
     interference: other radars whose pulses this radar receives.
+    notes: sentences about its files that need no action.
     """
 
     world: World
@@ -51,6 +52,7 @@ class Scene:
     platform: Platform
     warnings: tuple[str, ...] = ()
     interference: tuple[Interferer, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         radar, triangles = self.radar, sum(len(body.mesh.faces) for body in self.bodies if body.mesh is not None)

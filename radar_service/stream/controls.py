@@ -52,13 +52,22 @@ class Control:
     label_off: str = ""
 
 
-def _display(name: str, description: str, example: float) -> Control:
-    """A control of the video, 0 to 100 percent: a field of `display.video.Controls`."""
+def _display(name: str, description: str, example: float, **also: bool) -> Control:
+    """A control of the video, 0 to 100 percent: a field of `display.video.Controls`. also: fields that it sets besides."""
     return Control(
         name, "number", "display", name.capitalize(), description,
         read=lambda settings, scene: getattr(settings.video, name),
-        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value})),
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value}, **also)),
         unit="%", example=example, minimum=0, maximum=100, step=1,
+    )  # fmt: skip
+
+
+def _display_switch(name: str, label: str, description: str) -> Control:
+    """A switch of the video: a field of `display.video.Controls`."""
+    return Control(
+        name, "switch", "display", label, description,
+        read=lambda settings, scene: getattr(settings.video, name),
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, **{name: value})),
     )  # fmt: skip
 
 
@@ -92,9 +101,22 @@ CONTROLS = (
         "range_m", "number", "transmitter", "Range", "display range, at most the scene's; a change opens a new epoch",
         read=_read_range, write=_write_range, unit="m", example=5000, minimum=10, scene_maximum=_range_max,
     ),
-    _display("gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4", 50),
-    _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off", 0),
+    _display(
+        "gain", "1 dB per percent; at 50 a noise sample shows with probability 1e-4; switches auto gain off", 50, gain_auto=False
+    ),
+    _display_switch("gain_auto", "Auto gain", "one false alarm in 1e6 samples of noise, and of what auto sea leaves"),
+    _display("sea", "sensitivity time control (STC) against sea clutter, 0 is off; switches auto sea off", 0, sea_auto=False),
+    _display_switch("sea_auto", "Auto sea", "subtracts the local level of sea clutter"),
     _display("rain", "fast time constant (FTC) against rain clutter, 0 is off", 0),
+    Control(
+        "echo_stretch", "number", "display", "Stretch", "lengthens echoes outward by 1 % of the range per unit, 0 is off",
+        read=lambda settings, scene: settings.video.echo_stretch,
+        write=lambda settings, scene, value: replace(settings, video=replace(settings.video, echo_stretch=value)),
+        example=0, minimum=0, maximum=2, step=1,
+    ),
+    _display_switch(
+        "interference_rejection", "Interference rejection", "removes what only one spoke has, such as pulses of other radars"
+    ),
     Control(
         "rpm", "number", "engine", "Antenna", "rate of rotation; a change restarts the scene when the running scan ends",
         read=lambda settings, scene: 60.0 / scene.radar.rotation_period,

@@ -37,13 +37,17 @@ class SceneOrder:
 
 @dataclass(frozen=True)
 class SceneOutline:
-    """A scene as the serving process knows it: the bodies and their meshes stay with the process that computes."""
+    """A scene as the serving process knows it: the bodies and their meshes stay with the process that computes.
+
+    notes: sentences about its files that need no action; whoever uploads the scene gets them.
+    """
 
     name: str
     origin: tuple[float, float] | None
     body_count: int
     warnings: tuple[str, ...]
     radar: Radar
+    notes: tuple[str, ...] = ()
 
 
 class PlanSummary(Protocol):

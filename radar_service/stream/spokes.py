@@ -12,6 +12,7 @@ from typing import Any, Protocol
 from radar_service.display.video import Controls, Layout
 from radar_service.records import SpokeBlock
 from radar_service.stream.source import SpokeSource, cell_layout
+from radar_service.types import Singles
 
 
 @dataclass(frozen=True)
@@ -34,13 +35,17 @@ class Epoch:
 class SpokeBatch:
     """Consecutive spokes of one scan at the moment when they are due, not encoded.
 
-    first: sequence number of the first spoke within the epoch; block: the spokes; video: the display controls in force.
+    first: sequence number of the first spoke within the epoch.
+    block: the spokes.
+    video: the display controls in force.
+    before: power (N,) [W] of the spoke before the first one, None where there was none.
     """
 
     epoch: Epoch
     first: int
     block: SpokeBlock
     video: Controls
+    before: Singles | None = None
 
     def __len__(self) -> int:
         return len(self.block)

@@ -38,8 +38,9 @@ def radar(air: Air) -> FakeRadar:
 
 
 @pytest.fixture(scope="session")
-def modules(browser: Browser, served: Served) -> Iterator[Page]:
+def modules(browser: Browser, air: Air, served: Served) -> Iterator[Page]:
     """A page whose modules can be imported."""
+    air.radar = FakeRadar()  # whatever an earlier test has left
     page = browser.open(served.url)
     page.wait(DRAWN.format("one:720"))
     yield page

@@ -14,7 +14,7 @@ BROWSER = [
 ]
 
 TARGETS = ((30.0, 900.0), (120.0, 1500.0), (250.0, 600.0))  # degrees from north, m; no two alike, none on a symmetry
-BARE = "rings=off&headline=off&sweep=off&afterglow=0"  # echoes alone, at full strength
+BARE = "rings=off&headline=off&sweep=off&afterglow=0&palette=dusk"  # echoes alone, at full strength, in yellow
 DRAWN = "document.getElementById('scope').dataset.drawn === '{}'"  # epoch and next sequence number
 # A blob's centroid errs by half a pixel, so does each edge of the ring that gives centre and scale, whose outermost
 # pixel the frame of the scope may hide.

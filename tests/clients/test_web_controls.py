@@ -58,6 +58,16 @@ def test_a_new_declaration_is_patched_when_it_is_moved(declared: FakeRadar, open
     assert sent == {"tune": [-7.5], "mute": [True, False], "tilt": [2.125]}
 
 
+def test_gain_and_sea_show_auto_while_their_automatics_are_on(radar: FakeRadar, opened: Opened) -> None:
+    radar.controls |= {"gain": 45, "gain_auto": True, "sea": 20, "sea_auto": False}
+    page = opened(BARE)
+    page.wait("document.getElementById('gain-value').value === 'auto' && document.getElementById('gain').value === '45'")
+    assert page.text("#sea-value") == "20" and page.ask("gain_auto.ariaPressed") == "true"
+    page.ask("gain_auto.click()")
+    page.wait("document.getElementById('gain-value').value === '45' && gain_auto.ariaPressed === 'false'")
+    assert radar.patched == [{"gain_auto": False}]
+
+
 def test_a_new_scene_brings_new_limits(radar: FakeRadar, opened: Opened, monkeypatch: pytest.MonkeyPatch) -> None:
     page = opened(f"{BARE}&unit=m")
     page.ask("window.before = gain")

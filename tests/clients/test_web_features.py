@@ -245,7 +245,7 @@ def live(radar: FakeRadar, first: int, seconds: float, levels: tuple[int, int]) 
 def test_the_picture_has_one_seam_at_the_sweep(radar: FakeRadar, opened: Opened) -> None:
     radar.picture = Picture(bins=64, step=2778 / 64, rim=False)
     radar.picture.video[:] = 70
-    page = opened("rings=off&headline=off&afterglow=0")
+    page = opened("rings=off&headline=off&afterglow=0&palette=dusk")
     left, top, side = box(page)
     bearing = np.deg2rad(np.arange(2, 358, 0.1))
     radii = np.linspace(0.25, 0.8, 12)[:, None] * (side / 2 - 33)

@@ -7,18 +7,18 @@ import msgpack
 import numpy as np
 import pytest
 
+from radar_service.display.palettes import PALETTES, colour_map
 from tests.clients.chromium import Page
 from tests.clients.screen import BROWSER
 
 pytestmark = BROWSER
-
-PALETTES = ["day", "dusk", "night", "phosphor"]
 
 
 @pytest.mark.parametrize("palette", PALETTES)
 def test_stronger_echoes_are_brighter_in_every_palette(modules: Page, palette: str) -> None:
     modules.ask(f"document.documentElement.dataset.palette = '{palette}'")
     table = modules.ask("import('./palette.js').then(({echoColours}) => [...echoColours()])")
+    np.testing.assert_array_equal(np.array(table).reshape(256, 4)[:, :3], colour_map(palette))  # those of the Python client
     linear = (np.array(table).reshape(256, 4)[:, :3] / 255) ** 2.2
     luminance = linear @ [0.2126, 0.7152, 0.0722]  # ITU-R BT.709: brightness is what every eye sees alike
     assert np.all(np.diff(luminance) > -2e-3)  # a step of a channel's 256 at full brightness is worth 2e-3 x 0.7
@@ -41,7 +41,7 @@ def test_words_and_lines_stand_out_in_every_palette(modules: Page, palette: str)
         "scale page",
         "edge panel",
         "edge button",
-        *(f"{name} scope" for name in ("ring-text", "heading", "marker", "cursor", "truth", "echo")),
+        *(f"{name} scope" for name in ("ring-text", "heading", "marker", "cursor", "truth")),
     ]
     names = sorted({f"--{name}" for pair in words + marks for name in pair.split()})
     script = f"import('./palette.js').then(({{colour}}) => {json.dumps(names)}.map((name) => colour(name)))"

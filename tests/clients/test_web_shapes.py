@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from radar_service.display.palettes import PALETTES
 from tests.clients.chromium import Page
 from tests.clients.conftest import Opened
 from tests.clients.fake_radar import FakeRadar
@@ -14,7 +15,6 @@ from tests.clients.screen import BROWSER, box, seen
 pytestmark = BROWSER
 
 AXE = Path(os.environ.get("AXE_CORE", "absent"))  # axe.min.js of axe-core; .ci/run fetches it
-PALETTES = ("dusk", "day", "night", "phosphor")
 # 1280 x 800 at 200 %; a phone on its side, tablets upright and lying, a small phone.
 SHAPES = [(640, 400), (667, 375), (768, 1024), (820, 1180), (1024, 768), (360, 640)]
 SIZE = "(({{width, height}}) => [width, height])(document.getElementById('{}').getBoundingClientRect())"

@@ -98,7 +98,7 @@ def test_radars_are_listed_by_name_and_scene_and_kept_in_the_address(radar: Fake
 
 def test_the_address_follows_what_the_page_shows(radar: FakeRadar, opened: Opened) -> None:
     radar.range_max = radar.picture.range
-    page = opened(f"{BARE}&palette=night&unit=nm")
+    page = opened(f"{BARE.replace('dusk', 'night')}&unit=nm")
     for key in ("n", "z"):
         page.press(key)
     page.press("-")

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from radar_service.display.film import ffmpeg, write_gif, write_mp4
-from radar_service.display.picture import HEADING, NORTH, RING, SCALE, SEA, SURROUND, UNSEEN, colour_map
+from radar_service.display.palettes import colour_map
+from radar_service.display.picture import HEADING, NORTH, RING, SCALE, SEA, SURROUND, UNSEEN
 
 
 def frames(count: int) -> Iterator[Image.Image]:

@@ -12,6 +12,7 @@ from radar_service.scene.load import load_scene
 
 SCENE = load_scene({"radar": {"azimuths": 24, "beamwidth_deg": 20, "range_max_m": 200}, "own_ship": {"heading_deg": 90}})
 NOISE = 1e-15  # W
+BY_HAND = Controls(gain_auto=False, sea_auto=False)  # auto sea takes an echo all along a spoke for clutter
 
 
 def picture(rows: list[int], echo_row: int | None = None) -> np.ndarray:
@@ -21,7 +22,7 @@ def picture(rows: list[int], echo_row: int | None = None) -> np.ndarray:
     last_rows = [
         (np.array([row]), np.full((1, bins), 1e6 * NOISE if row == echo_row else NOISE, np.float32)) for row in rows
     ]
-    png = last_scan_png(last_rows, 24, to, Controls(), NOISE, title="x", size=200, range_max=None, heading=math.radians(90))
+    png = last_scan_png(last_rows, 24, to, BY_HAND, NOISE, title="x", size=200, range_max=None, heading=math.radians(90))
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
 
 
@@ -35,6 +36,20 @@ def at(levels: np.ndarray, bearing_deg: float, share: float = 0.37) -> np.ndarra
 def test_an_echo_shows_at_its_bearing() -> None:
     levels = picture(list(range(24)), echo_row=15)  # 225 degrees
     assert at(levels, 225).max() > 150 and at(levels, 45).max() < 60
+
+
+def test_interference_rejection_compares_rows_across_batches() -> None:
+    """A pulse in row 11 alone, the last of a batch or the first of one, or all rows at once: the same picture without it."""
+    to, controls = layout(64, 1.0, 2.0), Controls(gain=50.0, gain_auto=False, sea_auto=False, interference_rejection=True)
+    power = np.full((24, 64), NOISE / 2, np.float32)
+    quiet = power.copy()
+    power[11, 30] = 1e6 * NOISE
+
+    def drawn(power: np.ndarray, *edges: int) -> bytes:
+        parts = [(np.arange(a, b), power[a:b]) for a, b in zip((0, *edges), (*edges, 24), strict=True)]
+        return last_scan_png(parts, 24, to, controls, NOISE, title="", size=100, range_max=None, heading=0.0)
+
+    assert drawn(power) == drawn(power, 11) == drawn(power, 12) == drawn(power, 5, 12, 13) == drawn(quiet)
 
 
 def test_azimuths_without_a_row_are_grey() -> None:

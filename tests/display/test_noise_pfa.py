@@ -30,7 +30,7 @@ def test_noise_lights_one_cell_in_ten_thousand_at_gain_50(name: str) -> None:
     cells = layout(len(sim.range), float(sim.range[0]), sim.range_step)
     lit = total = 0
     for _ in range(4):
-        video = display_video(sim.scan().power, cells, Controls(gain=50.0), sim.noise_power)
+        video = display_video(sim.scan().power, cells, Controls(gain=50.0, gain_auto=False, sea_auto=False), sim.noise_power)
         lit, total = lit + int(np.count_nonzero(video)), total + video.size
     expected = total * PFA
     assert lit == pytest.approx(expected, abs=5 * np.sqrt(3 * expected))
@@ -41,7 +41,7 @@ def test_gain_shifts_the_threshold_by_its_decibels(gain: float) -> None:
     """Pfa(gain) = Pfa^(10^((50 - gain) / 10))."""
     sim = rs.Simulator(scene([], **NOISE), seed=2)
     cells = layout(len(sim.range), float(sim.range[0]), sim.range_step)
-    video = display_video(sim.scan().power, cells, Controls(gain=gain), sim.noise_power)
+    video = display_video(sim.scan().power, cells, Controls(gain=gain, gain_auto=False, sea_auto=False), sim.noise_power)
     expected = video.size * PFA ** (10 ** ((50 - gain) / 10))
     assert np.count_nonzero(video) == pytest.approx(expected, abs=5 * np.sqrt(3 * expected) + 1)
 

@@ -1,4 +1,4 @@
-"""The PNG: colours that keep their order for every eye, brightness in dB, targets and heading line where they belong."""
+"""The PNG: brightness in dB, targets and heading line where they belong."""
 
 import math
 from io import BytesIO
@@ -8,10 +8,10 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from radar_service.display.palettes import colour_map
 from radar_service.display.picture import (
     SEA,
     UNSEEN,
-    colour_map,
     distance_label,
     picture_from_power,
     render_png,
@@ -19,38 +19,12 @@ from radar_service.display.picture import (
 )
 
 TARGETS = ((30.0, 1300.0), (120.0, 2300.0), (250.0, 3700.0))  # bearing in degrees, range in metres; none on a ring
-# Machado, Oliveira and Fernandes (2009), severity 1.0: linear RGB as seen with no red, no green, no blue cones
-EYES = {
-    "normal": np.eye(3),
-    "protan": np.array([[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]),
-    "deutan": np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]),
-    "tritan": np.array([[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]),
-}
-
-
-def lightness(colours: NDArray[np.uint8], eye: str) -> NDArray[np.float64]:
-    """CIE L* of sRGB colours (N, 3) as that eye sees them (CIE 15:2004; IEC 61966-2-1)."""
-    c = colours / 255.0
-    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
-    y = np.clip(linear @ EYES[eye].T, 0.0, 1.0) @ np.array([0.2126, 0.7152, 0.0722])
-    lightness: NDArray[np.float64] = np.where(y > 216 / 24389, 116 * np.cbrt(y) - 16, y * 24389 / 27)
-    return lightness
 
 
 def pixels(png: bytes) -> NDArray[np.uint8]:
     image = Image.open(BytesIO(png))
     assert image.format == "PNG" and image.mode == "RGB"
     return np.asarray(image)
-
-
-@pytest.mark.parametrize("eye", EYES)
-def test_brighter_is_lighter_for_every_eye(eye: str) -> None:
-    light = lightness(colour_map(), eye)
-    assert light[0] < 3.0  # the sea is nearly black
-    # Rounding to 8 bits makes neighbours tie or slip: one count of green, the heaviest channel, is 0.4 L* in the dark.
-    assert (np.diff(light) > -0.4).all()
-    assert (light[16:] - light[:-16] > 2.0).all()  # 2 L* is about what is told apart side by side
-    assert light[-1] > 90.0
 
 
 def test_brightness_is_decibels_below_the_reference() -> None:

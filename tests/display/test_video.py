@@ -1,12 +1,15 @@
 """The video chain: exact levels by theory, the peak-keeping reduction against a plain loop."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import radar_service as rs
+from radar_service.display.local_clutter import MARGIN_DB, clutter_level
 from radar_service.display.video import (
     DB_PER_STEP,
     Controls,
@@ -22,6 +25,7 @@ from radar_service.display.video import (
     sea_attenuation_db,
     strongest,
 )
+from tests.scenes import point, scene
 
 NOISE = 1.371e-15  # W, the receiver of docs/conventions.md
 HALF_STEP = DB_PER_STEP / 2 + 1e-5  # a byte is the nearest step; float32 logarithms of -150 dB err by 1e-5 dB
@@ -33,9 +37,9 @@ def cells(*levels_db: float) -> np.ndarray:
     return (10.0 ** (level / 10.0)).astype(np.float32)[None, :]
 
 
-def shown(power: np.ndarray, **controls: float) -> np.ndarray:
+def shown(power: np.ndarray, **by_hand: float) -> np.ndarray:
     to = layout(power.shape[1], 5.0, 10.0)
-    return display_video(power, to, Controls(**({"gain": 50.0} | controls)), NOISE)
+    return display_video(power, to, Controls(**({"gain": 50.0} | by_hand), gain_auto=False, sea_auto=False), NOISE)
 
 
 @settings(deadline=None, max_examples=60)
@@ -137,11 +141,112 @@ def test_rain_control_leaves_the_edge_and_removes_the_body_of_a_shower() -> None
     assert np.all(shower[25:50] == 0)
 
 
+def sea_spokes(count: int) -> np.ndarray:
+    """Spokes of 600 cells of 10 m: noise, and exponential clutter that falls as R^-3 from 40 dB over the noise at 500 m."""
+    mean = 1.0 + 1e4 * (500.0 / (100.0 + 10.0 * np.arange(600))) ** 3
+    return (NOISE * mean * np.random.default_rng(8).exponential(1.0, (count, 600))).astype(np.float32)
+
+
+def test_auto_gain_alone_has_one_threshold_over_the_noise() -> None:
+    to, automatic = layout(3, 5.0, 10.0), Controls(gain=0.0, sea_auto=False)
+    level_db = 10.0 * math.log10(NOISE) + MARGIN_DB + np.array([-1e-4, 1e-4, 10.0 + 1e-4])
+    power = (10.0 ** (level_db / 10.0)).astype(np.float32)[None]
+    np.testing.assert_array_equal(
+        display_video(power, to, automatic, NOISE), [[0, 1, 41]]
+    )  # the gain by hand counts for nothing
+
+
+def test_auto_sea_alone_subtracts_the_local_level_and_leaves_the_gain_by_hand() -> None:
+    spokes, to = sea_spokes(4), layout(600, 5.0, 10.0)
+    level = clutter_level(spokes, NOISE, 5.0, 10.0)
+    expected = np.ceil((decibels(spokes) - level - noise_threshold_db(NOISE) + 10.0) / DB_PER_STEP)  # gain 60
+    got = display_video(spokes, to, Controls(gain=60.0, gain_auto=False, sea=100.0), NOISE)
+    assert np.abs(got - np.clip(expected, 0, 255)).max() <= 1  # a byte is the nearest step
+    assert np.mean(got == np.clip(expected, 0, 255)) > 0.999
+
+
+def test_a_strong_target_has_the_upper_half_of_the_palette() -> None:
+    """45 dB over the sea around it is 33 dB over the threshold: yellow, on a clean display."""
+    spokes = sea_spokes(200)
+    spokes[100, 200:203] = spokes[:, 200].mean() * 10**4.5
+    video = display_video(spokes, layout(600, 5.0, 10.0), Controls(), NOISE)
+    assert video[100, 201] > 127 and np.mean(video > 0) < 1e-4
+
+
+def test_the_bytes_of_a_spoke_depend_on_its_own_cells_alone() -> None:
+    """Not on the spokes beside it, and nearer ones not on the display range."""
+    spokes, whole = sea_spokes(17), layout(600, 5.0, 10.0)
+    together = display_video(spokes, whole, Controls(), NOISE)
+    for size in (1, 4):
+        parts = [display_video(spokes[k : k + size], whole, Controls(), NOISE) for k in range(0, 17, size)]
+        np.testing.assert_array_equal(np.concatenate(parts), together)
+    near, bright = layout(600, 5.0, 10.0, None, 1500.0), Controls(gain=90.0, gain_auto=False)
+    everywhere = display_video(spokes, whole, bright, NOISE)[:, : near.samples]
+    assert np.mean(everywhere > 0) > 0.9
+    np.testing.assert_array_equal(display_video(spokes, near, bright, NOISE), everywhere)
+
+
+def test_stretch_lengthens_echoes_outward_by_a_share_of_the_range() -> None:
+    power, to = cells(*[-30.0] * 500), layout(500, 5.0, 10.0)
+    power[0, [100, 498]] = cells(20.0)[0, 0]
+    for stretch, length in ((0.0, 1), (1.0, 6), (2.0, 11)):  # 1 % of 500 cells per unit
+        video = display_video(power, to, Controls(gain=50.0, gain_auto=False, sea_auto=False, echo_stretch=stretch), NOISE)[
+            0
+        ]
+        expected = [*range(100, 100 + length), *range(498, min(500, 498 + length))]
+        assert np.flatnonzero(video).tolist() == expected and len(set(video[expected])) == 1
+
+
+def rejected(power: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
+    controls = Controls(gain=50.0, gain_auto=False, sea_auto=False, interference_rejection=True)
+    return display_video(power, layout(power.shape[1], 5.0, 10.0), controls, NOISE, before)
+
+
+def test_interference_rejection_removes_what_one_spoke_alone_has() -> None:
+    """A pulse 60 dB over the noise leaves 6 dB over the cell before it. An echo, which the beam comes over by less than 6 dB
+    a spoke, keeps every byte."""
+    power = np.full((8, 40), NOISE / 2, dtype=np.float32)
+    power[3, 7] = 1e6 * NOISE
+    echo = NOISE / 2 * 10.0 ** (np.array([0.0, 5.0, 10.0, 15.0, 20.0, 15.0, 10.0, 5.0]) / 10.0)
+    power[:, 20] = echo
+    plain = shown(power)
+    got = rejected(power)
+    assert plain[3, 7] > 0 and not got[:, 7].any()
+    np.testing.assert_array_equal(got[:, 20], plain[:, 20])
+
+
+def test_interference_rejection_removes_another_radar_and_keeps_an_echo() -> None:
+    """Where noise of mean 1 came before a pulse, it passes 13.8 x the mean with probability exp(-13.8 / 4): 3 %, and where the
+    other radar's pulses meet the same range twice; nine tenths must go."""
+    other = {"bearing_deg": 100, "prf_hz": 20_000}
+    radar = {"range_max_m": 3000, "modulation": "none", "pulse_s": 0.25e-6, "sample_rate_hz": 8e6}
+    bodies = [point("p", 0.0, 1500.0, rcs_dbsm=10.0)]
+    simulator = rs.Simulator(scene(bodies, radar=radar, environment={"noise": True}, interference=[other]))
+    scan = simulator.scan()
+    to, chosen = layout(len(scan.range), float(scan.range[0]), scan.range_step), Controls()
+    plain, clean = (
+        display_video(scan.power, to, replace(chosen, interference_rejection=on), simulator.noise_power)
+        for on in (False, True)
+    )
+    others = np.abs((scan.azimuth + 1.0) % (2.0 * np.pi) - 1.0) > 0.5  # rows without the echo at north
+    assert np.count_nonzero(plain[others]) > 100 and np.count_nonzero(clean[others]) < 0.1 * np.count_nonzero(plain[others])
+    assert clean[~others].max() == plain[~others].max() > 100
+
+
+def test_interference_rejection_does_not_depend_on_where_batches_end() -> None:
+    spokes = sea_spokes(17)
+    whole = rejected(spokes)
+    for size in (1, 5):
+        parts = [rejected(spokes[k : k + size], spokes[k - 1] if k else None) for k in range(0, 17, size)]
+        np.testing.assert_array_equal(np.concatenate(parts), whole)
+    assert np.any(whole != shown(spokes))
+
+
 def test_controls_act_on_u8_only() -> None:
     power = cells(10.0, 20.0, 30.0)
     field = np.sqrt(power).astype(np.complex64)
     to = layout(3, 5.0, 10.0)
-    settings = Controls(gain=80.0, sea=70.0, rain=60.0)
+    settings = Controls(80.0, 70.0, 60.0, gain_auto=False, sea_auto=False, echo_stretch=2.0, interference_rejection=True)
     for encoding in ("u8-log", "f16", "f32", "c64"):
         plain = encode(encoding, power, field, to, Controls(), NOISE)
         np.testing.assert_array_equal(encode(encoding, power, field, to, settings, NOISE), plain)
@@ -173,7 +278,7 @@ def test_scales_reach_from_the_noise_to_a_ship_alongside() -> None:
     assert -21 < log_offset_db(NOISE) - noise_db <= -20
 
 
-@pytest.mark.parametrize("bad", [{"gain": -1.0}, {"sea": 101.0}, {"rain": math.nan}])
+@pytest.mark.parametrize("bad", [{"gain": -1.0}, {"sea": 101.0}, {"rain": math.nan}, {"echo_stretch": 2.5}])
 def test_controls_outside_their_range_are_refused(bad: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(bad))):
         Controls(**bad)

@@ -20,7 +20,8 @@ from radar_service.stream.settings import Pace, Settings
 from tests.stream.fake import BINS, STEP, FakeEngine, scene, scene_in
 
 NAMES = [control.name for control in CONTROLS]
-PUBLIC = ["transmit", "range_m", "gain", "sea", "rain", "rpm", "pace"]  # keys of the state that clients rely on, in order
+PUBLIC = ["transmit", "range_m", "gain", "gain_auto", "sea", "sea_auto", "rain", "rpm", "pace"]
+# keys of the state that clients rely on, in order
 
 
 def state(settings: Settings) -> dict[str, Any]:
@@ -66,7 +67,10 @@ def test_definitions_hold_the_limits_of_this_radar() -> None:
 @pytest.mark.parametrize(
     ("requested", "changed"),
     [
-        ({"gain": 60.0}, {"gain": 60.0}), ({"sea": 20.0, "rain": 5.0}, {"sea": 20.0, "rain": 5.0}),
+        ({"gain": 60.0}, {"gain": 60.0, "gain_auto": False}), ({"rain": 5.0}, {"rain": 5.0}),
+        ({"echo_stretch": 2.0, "interference_rejection": True}, {"echo_stretch": 2.0, "interference_rejection": True}),
+        ({"sea": 20.0, "rain": 5.0}, {"sea": 20.0, "sea_auto": False, "rain": 5.0}),
+        ({"gain": 60.0, "gain_auto": True}, {"gain": 60.0}), ({"sea_auto": False}, {"sea_auto": False}),
         ({"transmit": False}, {"transmit": False}), ({"range_m": 150.0}, {"range_m": 150.0}), ({}, {}), ({"rpm": 48.0}, {}),
         ({"pace": {"factor": "max"}}, {"pace": {"state": "run", "factor": "max"}}),
         ({"pace": {"state": "pause", "factor": 4}}, {"pace": {"state": "pause", "factor": 4}}),

@@ -95,8 +95,9 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
                 order = store.order(choice.scene)
         with without_folder(order):
             epoch, engine = await station.swap(order, job)
+        notes = () if isinstance(choice.scene, str) else engine.scene.notes
         return schemas.SceneAnswer(
-            name=engine.scene.name, bodies=engine.scene.body_count, warnings=list(engine.scene.warnings), epoch=epoch,
+            name=engine.scene.name, bodies=engine.scene.body_count, warnings=[*engine.scene.warnings, *notes], epoch=epoch,
             plan=engine.plan.as_dict(),
         )  # fmt: skip
 

@@ -43,9 +43,8 @@ def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
             source = await first.prepare(order, job)
         first.preparations.keep(source)  # a radar is likely to run it next
         store.add(name, order, source.scene)
-        return schemas.SceneAnswer(
-            name=name, bodies=source.scene.body_count, warnings=list(source.scene.warnings), plan=source.plan.as_dict()
-        )
+        warnings = [*source.scene.warnings, *source.scene.notes]
+        return schemas.SceneAnswer(name=name, bodies=source.scene.body_count, warnings=warnings, plan=source.plan.as_dict())
 
     @router.delete("/scenes/{name}", status_code=204, responses={**UNKNOWN, **CONFLICT})
     async def delete_scene(name: str) -> None:

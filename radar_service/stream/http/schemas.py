@@ -109,7 +109,10 @@ class SceneUpload(Body):
 
 
 class SceneAnswer(BaseModel):
-    """A scene that was accepted. epoch: of the feed once it runs, null where it is only kept; plan: what is modelled of it."""
+    """A scene that was accepted. epoch: of the feed once it runs, null where it is only kept; plan: what is modelled of it.
+
+    warnings: of the scene; for an upload also notes on its files.
+    """
 
     name: str
     bodies: int

@@ -19,6 +19,7 @@ from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, SpokeSource
 from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink, new_epoch_name
+from radar_service.types import Singles
 
 BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the orders again
 
@@ -58,6 +59,7 @@ class Transmitter:
         self._on_restart, self._on_failure = on_restart, on_failure
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
         self._number = 0  # of the next spoke in this epoch
+        self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
         self._thread = threading.Thread(target=self._run, name="radar transmitter", daemon=True)
 
     def start(self) -> None:
@@ -114,14 +116,19 @@ class Transmitter:
 
     def _send(self, part: SpokeBlock, settings: Settings) -> None:
         if settings.transmit:
-            batch = SpokeBatch(self.epoch, self._number, part, settings.video)
+            batch = SpokeBatch(self.epoch, self._number, part, settings.video, self._before(part))
             for sink in self._sinks:
                 sink.send(batch)
             self._number += len(part)
             self.sent += len(part)
         self._spokes_done = part.first + len(part)
+        self._last = self._spokes_done - 1, part.power[-1].copy()
         self.pacer.sent(float(part.time[-1]))
         self.simulated = float(part.time[-1]) + self.epoch.engine.scene.radar.spoke_period
+
+    def _before(self, part: SpokeBlock) -> Singles | None:
+        """The power of the spoke before a part; None where it is the first one or follows a gap."""
+        return self._last[1] if self._last and self._last[0] == part.first - 1 else None
 
     def _apply_pending(self) -> bool:
         """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""

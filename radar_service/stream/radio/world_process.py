@@ -47,7 +47,7 @@ def scene_of(order: SceneOrder) -> Scene:
 
 def outline_of(scene: Scene) -> SceneOutline:
     """Returns what the serving process keeps of a scene."""
-    return SceneOutline(scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar)
+    return SceneOutline(scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes)
 
 
 def describe(engine: SceneEngine, plan: Mapping[str, Any] | None = None) -> Description:

@@ -72,7 +72,7 @@ def test_sea_and_land_beyond_coverage_are_removed(tmp_path: Path) -> None:
     scene = load(tmp_path, "h.npy", npy(heights), range_max_m=2900, extent_m=[10_000, 10_000])
     (body,) = scene.bodies
     assert body.mesh is not None and len(body.mesh.faces) == 6  # round the peak 1000 m west; the one 4000 m east is too far
-    assert scene.warnings == (
+    assert scene.notes == (
         "body[0].heightmap: h.npy: 6 of 200 triangles kept, those above the sea and within radar coverage",
     )
 
@@ -148,4 +148,4 @@ def test_catalina(real_folder: Path) -> None:
     summit = vertices[np.argmax(vertices[:, 2])]
     assert summit[2] == pytest.approx(633, abs=2 * 2696 / 255)  # two greys
     assert math.hypot(summit[0], summit[1]) < 150  # m: two samples of 100 m, and the published seconds
-    assert "triangles kept" in scene.warnings[0]
+    assert "triangles kept" in scene.notes[0]

@@ -64,7 +64,7 @@ def test_a_height_map_equals_that_read_in_process(sandbox: Sandbox, name: str, c
     np.testing.assert_array_equal(mesh.vertices, expected.vertices)
     np.testing.assert_array_equal(mesh.faces, expected.faces)
     np.testing.assert_array_equal(there.bodies[0].motion.position, here.bodies[0].motion.position)
-    assert there.warnings == here.warnings
+    assert (there.warnings, there.notes) == (here.warnings, here.notes)
 
 
 HOSTILE = [

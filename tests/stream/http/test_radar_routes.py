@@ -41,10 +41,12 @@ def test_controls_change_one_by_one() -> None:
     async def test(server: Server) -> None:
         expected = (await server.http.get("/api/radars/0/controls")).json()
         changes: list[dict[str, Any]] = [
-            {"gain": 60}, {"sea": 20, "rain": 5}, {"range_m": 150}, {"transmit": False}, {},
+            {"gain": 60}, {"gain_auto": True}, {"sea": 20, "rain": 5}, {"sea": 30, "sea_auto": True}, {"range_m": 150},
+            {"transmit": False}, {},
         ]  # fmt: skip
         for change in changes:
-            expected |= change
+            by_hand = {f"{name}_auto": False for name in ("gain", "sea") if name in change}
+            expected |= by_hand | change
             answer = await server.http.patch("/api/radars/0/controls", json=change)
             assert answer.status_code == 200 and answer.json() == expected
         for change, pace in (

@@ -75,6 +75,19 @@ def test_display_controls_act_from_the_next_batch_on() -> None:
     assert sink.batches[0].video == Controls() and sink.batches[-1].video.gain == 80.0
 
 
+def test_each_batch_has_the_spoke_before_it_and_the_first_of_a_scene_has_none() -> None:
+    with transmitting() as (transmitter, sink):
+        stepped(transmitter, sink, AZIMUTHS + 3)
+        transmitter.switch_to(prepared(FakeEngine(scene("second"))))
+        sink.wait_for(lambda: len(sink.epochs) == 2)
+        stepped(transmitter, sink, 6)
+    for epoch in sink.epochs:
+        first, *others = [batch for batch in sink.batches if batch.epoch is epoch]
+        assert first.before is None and others
+        for batch in others:
+            np.testing.assert_array_equal(batch.before, power_of([batch.block.first - 1], BINS)[0])
+
+
 def test_standby_uses_no_numbers_and_time_goes_on() -> None:
     with transmitting(replace(PAUSED, transmit=False)) as (transmitter, sink):
         transmitter.pacer.step(6)

@@ -1,0 +1,38 @@
+"""Sentences about mesh files and height maps: warnings of what is missing, and notes on what needs no action.
+
+The engine computes open and inconsistent meshes as they are. What many meshes have in common is one note.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+
+MISSING = "without data become sea"  # how the finding of a height map with holes ends, see scene.files.raster
+OPEN = "not watertight"  # how the finding of a surface with open edges begins, see scene.files.mesh
+NAMED = 2  # meshes that a common note names
+
+Findings = tuple[str, str, Sequence[str]]  # key path of a body's mesh, name of its file, findings in words without a subject
+
+
+def mesh_warnings(meshes: Sequence[Findings]) -> Iterator[str]:
+    """Yields a warning for each height map of which a part is missing."""
+    yield from _sentences(meshes, lambda finding: finding.endswith(MISSING))
+
+
+def mesh_notes(meshes: Sequence[Findings]) -> Iterator[str]:
+    """Yields a note for each mesh with other findings, but one for all that are not watertight where these are several."""
+    open_ones = [location for location, _, findings in meshes if any(map(_is_open, findings))]
+    several = len(open_ones) > 1
+    yield from _sentences(meshes, lambda f: not f.endswith(MISSING) and not (several and _is_open(f)))
+    if several:
+        more = f" and {len(open_ones) - NAMED} more" if len(open_ones) > NAMED else ""
+        yield f"{len(open_ones)} meshes are {OPEN}: {', '.join(open_ones[:NAMED])}{more}"
+
+
+def _sentences(meshes: Sequence[Findings], concerns: Callable[[str], bool]) -> Iterator[str]:
+    for location, name, findings in meshes:
+        chosen = [finding for finding in findings if concerns(finding)]
+        if chosen:
+            yield f"{location}: {name}: {', '.join(chosen)}"
+
+
+def _is_open(finding: str) -> bool:
+    return finding.startswith(OPEN)
