@@ -50,7 +50,9 @@ class Browser:
         self._log = self._process.stderr
         self._line = ExitStack()
         address = line.split(marker)[1].strip()
-        self._socket: ClientConnection = self._line.enter_context(connect(address, max_size=None, compression=None))
+        # Between two tests nobody reads the events of open pages: a bounded queue would keep pongs from being read as well.
+        connection = connect(address, max_size=None, max_queue=None, ping_interval=None, compression=None)
+        self._socket: ClientConnection = self._line.enter_context(connection)
         self._numbers = itertools.count(1)
         self.events: list[dict[str, Any]] = []
 

@@ -40,7 +40,9 @@ class Firefox:
         self._log = self._process.stderr
         address = next(line for line in self._log if marker in line).split(marker)[1].strip()
         self._line = ExitStack()
-        self._socket: ClientConnection = self._line.enter_context(connect(f"{address}/session", max_size=None))
+        self._socket: ClientConnection = self._line.enter_context(
+            connect(f"{address}/session", max_size=None, max_queue=None, ping_interval=None)
+        )
         self._numbers = itertools.count(1)
         self.call("session.new", capabilities={})
         self._page: str = self.call("browsingContext.getTree")["contexts"][0]["context"]
