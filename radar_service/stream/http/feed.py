@@ -2,7 +2,8 @@
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Coroutine, Mapping
+from typing import Any
 
 from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -91,17 +92,11 @@ async def _refuse(socket: WebSocket, codec: Codec, code: int, reason: str) -> No
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the client may have left already
         if last := codec.bye("", reason):
             await socket.send_bytes(last)
-        await socket.close(code, reason.encode()[:120].decode(errors="ignore"))  # a close frame holds 123 bytes
+        await socket.close(code, close_reason(reason))
 
 
 async def _converse(socket: WebSocket, client: ClientQueue) -> None:
-    tasks = [asyncio.create_task(part) for part in (_send(socket, client), until_gone(socket), _cut_after_end(client))]
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+    await until_first_ends(_send(socket, client), until_gone(socket), _cut_after_end(client))
     if client.closed:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
             await asyncio.wait_for(socket.close(client.code), GRACE)
@@ -113,6 +108,22 @@ async def _send(socket: WebSocket, client: ClientQueue) -> None:
         while (item := await client.get()) is not None:
             if item.data and not (write and write(item.frame)):
                 await socket.send_bytes(item.data)  # which waits for room and raises where the socket closes
+
+
+async def until_first_ends(*parts: Coroutine[Any, Any, None]) -> None:
+    """Runs the parts of a conversation side by side until one ends, and then ends the others."""
+    tasks = [asyncio.create_task(part) for part in parts]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+def close_reason(text: str) -> str:
+    """Returns as much of a reason as a close frame holds, 123 bytes."""
+    return text.encode()[:120].decode(errors="ignore")
 
 
 async def until_gone(socket: WebSocket) -> None:

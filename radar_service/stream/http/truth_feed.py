@@ -9,7 +9,16 @@ from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service.stream.fanout.hub import FeedRefused
-from radar_service.stream.http.feed import FORBIDDEN, GRACE, NOT_FOUND, REFUSALS, UNAVAILABLE, until_gone
+from radar_service.stream.http.feed import (
+    FORBIDDEN,
+    GRACE,
+    NOT_FOUND,
+    REFUSALS,
+    UNAVAILABLE,
+    close_reason,
+    until_first_ends,
+    until_gone,
+)  # fmt: skip
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 
@@ -39,14 +48,10 @@ def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]
 
 async def _serve(socket: WebSocket, stream: TruthStream, follower: Follower) -> None:
     """Serves one client until it leaves or is ended."""
-    tasks = [asyncio.create_task(part) for part in (_send(socket, stream, follower), until_gone(socket))]
     try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        await until_first_ends(_send(socket, stream, follower), until_gone(socket))
     finally:
         stream.leave(follower)
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
     if follower.reason:
         await _say_bye(socket, follower.code, follower.reason)
 
@@ -67,4 +72,4 @@ async def _say_bye(socket: WebSocket, code: int, reason: str) -> None:
     with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
         async with asyncio.timeout(GRACE):
             await socket.send_text(json.dumps({"type": "bye", "reason": reason}))
-            await socket.close(code, reason.encode()[:120].decode(errors="ignore"))
+            await socket.close(code, close_reason(reason))

@@ -8,6 +8,7 @@ import os
 import signal
 import socket
 import sys
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -45,12 +46,19 @@ class Spares:
         while self._forked(self._told_first):
             continue
 
-    def renew(self) -> None:
+    def renew(self, answering: threading.Lock) -> None:
         """Forks another spare where the one that was made has died, and tells it on the data channel by a NewSpare.
 
+        answering: while a thread holds it there is no fork, as nobody would release it in the spare; nothing waits for it.
         Raises in the spare: TakeOver when it is to run, after which it calls `first`, and EOFError when it is not needed.
         """
-        if self._process > 0 and not _exists(self._process) and self._forked(self._told_later):
+        if self._process <= 0 or _exists(self._process) or not answering.acquire(blocking=False):
+            return
+        try:
+            takes_over = self._forked(self._told_later)
+        finally:
+            answering.release()
+        if takes_over:
             raise TakeOver
 
     def _told_first(self, process: int | None) -> Channel:

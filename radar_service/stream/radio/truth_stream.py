@@ -122,7 +122,7 @@ class TruthStream:
                     yield header
                 scan = await self._asked(sent.engine, sent.scan) if sent.scan >= 0 else []
                 waiting = deque(line for line in scan if line.time >= sent.first)
-                position = sent.engine, sent.scan if scan else -1
+                position = sent.engine, sent.scan
             while waiting and (sent.ends or waiting[0].time <= sent.last):
                 yield waiting.popleft().text
             sent = await follower.next()

@@ -52,7 +52,7 @@ class WorldSource:
         self._description, self._spare = description, _spare(child)
         self._scan = 0
         self._asking, self._changing = threading.Lock(), threading.Lock()
-        self._closed = False
+        self._closed = self._is_answer_due = False
 
     @property
     def process(self) -> int:
@@ -106,13 +106,17 @@ class WorldSource:
         return answer
 
     def _answer(self, question: str, argument: object) -> Any:
-        """Returns what the process answers (world_process.ANSWERS)."""
+        """Returns what the process answers (world_process.ANSWERS). One question at a time: a late answer comes first."""
+        deadline, control = monotonic() + TRUTH_TIMEOUT, self._child.control
         try:
             with self._asking:
-                self._child.control.send((question, argument))
-                succeeded, answer = self._child.control.receive(TRUTH_TIMEOUT)
+                if self._is_answer_due:
+                    control.receive(TRUTH_TIMEOUT)
+                control.send((question, argument))
+                self._is_answer_due = True
+                succeeded, answer = control.receive(max(0.0, deadline - monotonic()))
+                self._is_answer_due = False
         except TimeoutError:
-            self._child.close()  # a late answer would be taken for that of the next request
             raise EngineFault(f"no ground truth after {TRUTH_TIMEOUT:g} s") from None
         except (OSError, EOFError):
             raise EngineFault(ENDED) from None

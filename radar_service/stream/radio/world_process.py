@@ -114,7 +114,7 @@ def _portable(error: Exception, memory: int) -> Exception:
 def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> None:
     """Sends blocks; the last message is the reason of the end. Raises TakeOver in a spare that is to run instead.
 
-    answering: held while a question is answered; not while a spare is forked, which would never be released there.
+    answering: held while a question is answered.
     """
     data = spares.ends[1]
     scan, size = data.receive()
@@ -126,8 +126,7 @@ def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> 
                 trees, counted = engine.trees, monotonic()
             data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
             if block.index + len(block) == engine.scene.radar.azimuths:  # threads that compute the scan have ended
-                with answering:
-                    spares.renew()
+                spares.renew(answering)
         data.send("the engine ended its stream of spokes")
     except (OSError, EOFError):
         return

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import signal
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -16,16 +17,19 @@ SOON = 20.0  # s, for what should take milliseconds
 
 
 def counting(control: Channel, data: Channel) -> None:
-    """Counts what it is told, and so do its spares. It looks after its spare when it is told 0."""
+    """Counts what it is told, and so do its spares. It looks after its spare when it is told 0; not while it answers: -0.5."""
     count = control.receive()
-    spares = Spares(control, data)
+    spares, answering = Spares(control, data), threading.Lock()
     while True:
         spares.first()
         with contextlib.suppress(TakeOver):
             while True:
                 count += (number := spares.ends[1].receive())
                 if not number:
-                    spares.renew()
+                    spares.renew(answering)
+                if number == -0.5:
+                    with answering:
+                        spares.renew(answering)
                 spares.ends[1].send((spares.is_spare, count))
 
 
@@ -41,9 +45,9 @@ def spare_of(child: Child) -> Child:
     return Child(child.control.receive(SOON), *child.control.receive_ends(2))
 
 
-def told(child: Child, number: int) -> tuple[bool, int]:
+def told(child: Child, number: float) -> tuple[bool, float]:
     child.data.send(number)
-    answer: tuple[bool, int] = child.data.receive(SOON)
+    answer: tuple[bool, float] = child.data.receive(SOON)
     return answer
 
 
@@ -86,7 +90,8 @@ def test_a_spare_that_has_died_is_replaced(child: Child) -> None:
     assert told(child, 0) == (False, 5)  # there is nothing to do
     os.kill(first.process, signal.SIGKILL)
     until(lambda: is_gone(first.process))
-    assert told(child, 1) == (False, 6)
+    assert told(child, 1.5) == (False, 6.5)
+    assert told(child, -0.5) == (False, 6)  # answers at once, without a new spare
     child.data.send(0)
     new = child.data.receive(SOON)
     assert isinstance(new, NewSpare)

@@ -126,6 +126,23 @@ def test_a_spare_that_has_died_is_replaced_within_scans(threads: int, fork_serve
     until(lambda: all(is_gone(process) for process in processes))
 
 
+def test_a_truth_that_takes_too_long_ends_nothing_and_is_not_taken_for_another(
+    maker: WorldMaker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source, ours = maker(ORDER, UNFOLLOWED), Simulator(load_scene(SCENE), "fast")
+    assert source.truth(1.0) == ours.truth(1.0)
+    os.kill(source.process, signal.SIGSTOP)
+    monkeypatch.setattr(world, "TRUTH_TIMEOUT", 0.05)
+    for time_asked in (2.0, 3.0):
+        with pytest.raises(EngineFault, match=r"after 0.05 s"):
+            source.truth(time_asked)
+    os.kill(source.process, signal.SIGCONT)
+    monkeypatch.setattr(world, "TRUTH_TIMEOUT", 20.0)
+    assert source.truth(4.0) == ours.truth(4.0) and source.truth(5.0) == ours.truth(5.0)
+    assert taken(source, 1)[0].first == 0
+    source.close()
+
+
 def test_a_spare_that_comes_after_the_end_is_ended(maker: WorldMaker, fork_server: ForkServer) -> None:
     source, late = maker(ORDER, UNFOLLOWED), fork_server.child(tasks.wait)
     source.close()
