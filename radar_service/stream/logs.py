@@ -143,7 +143,10 @@ def configure(style: Style) -> LineQueue:
 def dropped() -> Counter[str]:
     """Returns how many lines were dropped since the start, by the reason."""
     queues = [handler for handler in logging.getLogger().handlers if isinstance(handler, LineQueue)]
-    return sum((handler.dropped for handler in queues), Counter({"queue": 0, "repeated": 0}))
+    counts = Counter({"queue": 0, "repeated": 0})
+    for queue in queues:
+        counts.update(queue.dropped)  # a sum of counters would leave out what is 0
+    return counts
 
 
 class Refusals:

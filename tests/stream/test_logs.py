@@ -120,3 +120,10 @@ def test_control_characters_forge_no_line() -> None:
         fault.exc_info = (ValueError, error, error.__traceback__)
     first, *rest = Words().format(fault).split("\n")
     assert first == "info: fault" and rest and all(line.startswith("    ") and line.isprintable() for line in rest)
+
+
+def test_counts_of_dropped_lines_name_every_reason_from_the_start(new_loggers: None) -> None:
+    handler = logs.configure("quiet")
+    assert logs.dropped() == {"queue": 0, "repeated": 0} and set(logs.dropped()) == {"queue", "repeated"}
+    handler.dropped["queue"] += 3
+    assert set(logs.dropped().items()) == {("queue", 3), ("repeated", 0)}
