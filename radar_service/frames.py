@@ -80,6 +80,12 @@ def map_from_body(points: Floats, position: Floats, heading: float) -> Floats:
     return points @ body_rotation(heading).T + position
 
 
+def turned(points: Floats, cosine: Floats, sine: Floats) -> Floats:
+    """Points (3,) or (K, 3) [m] of bodies' own frames along the map's axes (K, 3) [m], for cosine and sine (K,) of headings."""
+    east, north, up = points[..., 0], points[..., 1], points[..., 2]
+    return np.stack([cosine * east + sine * north, cosine * north - sine * east, np.broadcast_to(up, cosine.shape)], axis=-1)
+
+
 def map_from_deck(heading: Floats, roll: Floats, pitch: Floats) -> Floats:
     """Matrices (K, 3, 3) from a ship's deck (x starboard, y bow, z mast) to the map, for angles (K,) [rad]: roll with the
     starboard side down, then pitch with the bow up, then heading."""

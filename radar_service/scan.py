@@ -96,14 +96,11 @@ def scan_of(blocks: Iterable[SpokeBlock], azimuths: int | None = None) -> Scan:
     parts = list(blocks)
     whole = joined(parts)
     count = azimuths or len(whole)
-    if count == len(whole):
-        return Scan(
-            whole.scan, whole.time, whole.azimuth, whole.heading, whole.position, whole.course, whole.speed, whole.range,
-            whole.range_step, whole.field, whole.power,
-        )  # fmt: skip
     rows = np.concatenate([part.index + np.arange(len(part)) for part in parts])
 
     def spread(values: NDArray[Any]) -> NDArray[Any]:
+        if len(values) == count:
+            return values
         result = np.full((count, *values.shape[1:]), np.nan, dtype=values.dtype)
         result[rows] = values
         return result

@@ -84,7 +84,6 @@ class Simulator:
         self.range, self.range_step = self._engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
         self._truth = GroundTruth(scene, line_of_sight)
-        self._crossings = CrossingTruth(self._truth)
         self._next_scan = 0
 
     def __repr__(self) -> str:
@@ -151,6 +150,11 @@ class Simulator:
     def truth_header(self) -> dict[str, Any]:
         """What a truth file says first: the scene, the seed, the fidelity and the radar."""
         return header(self.scene, self.seed, self.fidelity.name)
+
+    @cached_property
+    def _crossings(self) -> CrossingTruth:
+        """Made when it is first asked: most runs need none."""
+        return CrossingTruth(self._truth)
 
     def _latest(self, scan: int | None) -> int:
         return max(0, self._next_scan - 1) if scan is None else scan

@@ -1,8 +1,12 @@
-"""How the suite runs: on all cores, except where figures are printed or measured."""
+"""How the suite runs: on all cores, except where figures are printed or measured. The file of a scene that tests share."""
 
+import json
 import os
+from pathlib import Path
 
 import pytest
+
+from tests.scenes import ONE_TARGET
 
 SUITE = "not bench and not study"
 
@@ -11,3 +15,11 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Cores for the suite, at most four; none besides this process for benchmarks, studies and with -s or --pdb."""
     alone = config.option.markexpr != SUITE or config.option.capture == "no" or config.option.usepdb
     return 0 if alone else min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+
+
+@pytest.fixture
+def one_target(tmp_path: Path) -> Path:
+    """A file with the scene ONE_TARGET."""
+    path = tmp_path / "one.json"
+    path.write_text(json.dumps(ONE_TARGET))
+    return path

@@ -5,6 +5,12 @@ from typing import Any
 import radar_service as rs
 from radar_service.radar.parameters import Radar
 
+ONE_TARGET: dict[str, Any] = {
+    "name": "one target",
+    "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
+    "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
+}
+
 
 def scene(bodies: list[dict[str, Any]] | None = None, **sections: Any) -> rs.Scene:
     """A scene of these bodies; sections: radar, own_ship, environment as mappings."""

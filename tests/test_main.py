@@ -23,22 +23,12 @@ from websockets.asyncio.client import connect
 import radar_service as rs
 from radar_service.__main__ import main, parser
 from radar_service.stream.codecs.native import wire
-
-SCENE = {
-    "name": "one target",
-    "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
-    "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
-}
+from tests.scenes import ONE_TARGET
 
 
-@pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    path = tmp_path / "one.json"
-    path.write_text(json.dumps(SCENE))
-    return path
-
-
-def test_threads_reach_the_engine_and_change_no_byte(scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_threads_reach_the_engine_and_change_no_byte(
+    one_target: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     requested: list[int] = []
     made = rs.Simulator.__init__
 
@@ -50,16 +40,16 @@ def test_threads_reach_the_engine_and_change_no_byte(scene: Path, tmp_path: Path
     monkeypatch.setattr(os, "cpu_count", lambda: 4)
     files = [tmp_path / f"{name}.npz" for name in ("1", "3", "auto")]
     for out in files:
-        assert main(["scan", str(scene), "-o", str(out), "--threads", out.stem]) == 0
+        assert main(["scan", str(one_target), "-o", str(out), "--threads", out.stem]) == 0
     monkeypatch.setattr("radar_service.stream.serve.serve", lambda options, make: requested.append(make.threads) or 0)
-    assert main(["serve", str(scene), "--threads", "2"]) == 0
+    assert main(["serve", str(one_target), "--threads", "2"]) == 0
     assert requested == [1, 3, 3, 2]
     assert files[0].read_bytes() == files[1].read_bytes() == files[2].read_bytes()
     assert parser().parse_args(["serve"]).threads == 1
 
 
-def test_check_says_what_a_scene_contains(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check", str(scene)]) == 0
+def test_check_says_what_a_scene_contains(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(one_target)]) == 0
     output = capsys.readouterr().out
     assert "one target" in output and "p" in output
 
@@ -70,30 +60,30 @@ def without_costs(plan: str) -> str:
     return "\n".join(" ".join(line.split()) for line in priced.splitlines() if not line.startswith("cost"))
 
 
-def test_plan_prints_the_plan(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", str(scene)]) == 0
-    printed, planned = capsys.readouterr().out.strip(), str(rs.Simulator(rs.load_scene(scene)).plan).strip()
+def test_plan_prints_the_plan(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", str(one_target)]) == 0
+    printed, planned = capsys.readouterr().out.strip(), str(rs.Simulator(rs.load_scene(one_target)).plan).strip()
     assert without_costs(printed) == without_costs(planned)
 
 
-def test_plan_answers_in_json_and_keeps_an_error_budget(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", str(scene), "--json", "--error-db", "2"]) == 0
+def test_plan_answers_in_json_and_keeps_an_error_budget(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", str(one_target), "--json", "--error-db", "2"]) == 0
     output = json.loads(capsys.readouterr().out)
     assert output["settings"]["error_db"] == 2.0 and output["counts"]["resting_echoes"] == 1
     assert output["choices"][-1]["what"] == "body p" and output["realtime_factor"] > 0
 
 
-def test_plan_keeps_a_pace_and_says_where_it_cannot(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", str(scene), "--realtime-factor", "1e12"]) == 0
+def test_plan_keeps_a_pace_and_says_where_it_cannot(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", str(one_target), "--realtime-factor", "1e12"]) == 0
     assert "! 1e+12 x real time is not possible on this machine" in capsys.readouterr().out
-    assert main(["plan", str(scene), "--realtime-factor", "1", "--fidelity", "fast"]) == 2
+    assert main(["plan", str(one_target), "--realtime-factor", "1", "--fidelity", "fast"]) == 2
     assert "--realtime-factor" in capsys.readouterr().err
 
 
 def test_schema_accepts_a_good_scene_and_refuses_a_bad_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["schema"]) == 0
     validator = Draft202012Validator(json.loads(capsys.readouterr().out))
-    assert validator.is_valid(SCENE) and not validator.is_valid(SCENE | {"colour": "red"})
+    assert validator.is_valid(ONE_TARGET) and not validator.is_valid(ONE_TARGET | {"colour": "red"})
 
 
 @pytest.mark.parametrize("command", ["check", "plan", "serve", "scan"])
@@ -110,20 +100,25 @@ def test_a_bad_scene_is_refused_on_stderr(command: str, tmp_path: Path, capsys: 
 
 @pytest.mark.parametrize(("option", "name"), [("-o", "x.npz"), ("--png", "x.png")])
 def test_a_folder_that_is_not_there_is_named_before_anything_is_computed(
-    option: str, name: str, scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    option: str,
+    name: str,
+    one_target: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.delattr(rs.Simulator, "blocks")
     missing = tmp_path / "nowhere" / name
-    assert main(["scan", str(scene), "-o", str(tmp_path / "x.npz"), option, str(missing)]) == 2
+    assert main(["scan", str(one_target), "-o", str(tmp_path / "x.npz"), option, str(missing)]) == 2
     assert str(missing.parent) in capsys.readouterr().err
 
 
-def test_a_port_in_use_is_named(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_port_in_use_is_named(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        assert main(["serve", str(scene), "--port", str(port)]) == 2
+        assert main(["serve", str(one_target), "--port", str(port)]) == 2
     assert capsys.readouterr().err.startswith(f"127.0.0.1:{port}: ")
 
 
@@ -148,11 +143,11 @@ def test_bad_arguments_are_refused_by_name(arguments: list[str], word: str, caps
 
 
 @pytest.mark.parametrize("command", [["check"], ["schema"], ["plan", "--fidelity", "fast"]])
-def test_a_reader_that_has_gone_ends_a_command_without_a_word(command: list[str], scene: Path) -> None:
+def test_a_reader_that_has_gone_ends_a_command_without_a_word(command: list[str], one_target: Path) -> None:
     """As in `radar-service check SCENE | head -0`: the pipe is closed before anything is written."""
     reader, writer = os.pipe()
     os.close(reader)
-    named = [str(scene)] if command[0] in ("check", "plan") else []
+    named = [str(one_target)] if command[0] in ("check", "plan") else []
     with os.fdopen(writer, "wb") as pipe:
         ended = subprocess.run(
             [sys.executable, "-m", "radar_service", *command, *named], stdout=pipe, stderr=subprocess.PIPE
@@ -168,7 +163,7 @@ def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.fixture
-def service(scene: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+def service(one_target: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """A service with two radars on a free port, and its address."""
     command = [
         sys.executable,
@@ -177,8 +172,8 @@ def service(scene: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
         "-m",
         "radar_service",
         "serve",
-        str(scene),
-        str(scene),
+        str(one_target),
+        str(one_target),
         "--port",
         "0",
         "--pace",
@@ -216,7 +211,7 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
         assert [radar["id"] for radar in http.get("/api/radars").json()] == ["0", "1"]
         assert http.get("/api/health").json()["status"] in ("ok", "behind")  # the latter where the machine is busy
         assert "text/html" in http.get("/").headers["content-type"]
-        loaded = http.put("/api/radars/1/scene", json={"scene": SCENE}, timeout=20).json()
+        loaded = http.put("/api/radars/1/scene", json={"scene": ONE_TARGET}, timeout=20).json()
         assert loaded["plan"]["counts"]["resting_echoes"] == 1 and loaded["plan"]["choices"][-1]["modelled"]
     hello, *spokes = asyncio.run(asyncio.wait_for(whole_scan(0), 20))
     power = np.zeros((60, hello["encoding"]["bins"]))
@@ -225,7 +220,7 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
         power[message["index"] : message["index"] + message["count"]] = wire.samples(message)
     azimuth, cell = np.unravel_index(np.argmax(power), power.shape)
     assert azimuth == 0 and abs(message["range_first_m"] + cell * message["range_step_m"] - 300) < message["range_step_m"]
-    simulated = rs.Simulator(rs.load_scene(SCENE)).scan()  # the target does not move: every scan is the first one
+    simulated = rs.Simulator(rs.load_scene(ONE_TARGET)).scan()  # the target does not move: every scan is the first one
     np.testing.assert_array_equal(power, simulated.power)
 
     bye, code = asyncio.run(asyncio.wait_for(until_bye(), 20))
@@ -235,7 +230,7 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
     assert (process.returncode, errors) == (0, "")
 
 
-def test_a_log_that_nobody_reads_stops_nothing(scene: Path) -> None:
+def test_a_log_that_nobody_reads_stops_nothing(one_target: Path) -> None:
     """Standard error is a pipe that is full from the start, so every write to it would wait for ever."""
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
@@ -243,7 +238,7 @@ def test_a_log_that_nobody_reads_stops_nothing(scene: Path) -> None:
         while True:
             os.write(writing, b"x" * 4096)
     os.set_blocking(writing, True)  # as the service has it
-    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--log", "text"]
+    command = [sys.executable, "-m", "radar_service", "serve", str(one_target), "--port", "0", "--log", "text"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=writing, text=True) as process:
         try:
             assert process.stdout is not None

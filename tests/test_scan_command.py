@@ -1,6 +1,5 @@
 """The command `scan`: the files that it writes, and what it refuses."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,25 +9,12 @@ from PIL import Image
 import radar_service as rs
 from radar_service.__main__ import main
 
-SCENE = {
-    "name": "one target",
-    "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
-    "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
-}
 
-
-@pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    path = tmp_path / "one.json"
-    path.write_text(json.dumps(SCENE))
-    return path
-
-
-def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_scan_writes_what_the_simulator_gives(one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, png = tmp_path / "scans.npz", tmp_path / "last.png"
-    assert main(["scan", str(scene), "-o", str(out), "--scans", "2", "--png", str(png), "--seed", "3"]) == 0
+    assert main(["scan", str(one_target), "-o", str(out), "--scans", "2", "--png", str(png), "--seed", "3"]) == 0
     assert "2 x 60 spokes" in capsys.readouterr().out
-    simulator = rs.Simulator(rs.load_scene(scene), seed=3)
+    simulator = rs.Simulator(rs.load_scene(one_target), seed=3)
     scans = [simulator.scan(), simulator.scan()]
     with np.load(out) as file:
         for key in ("azimuth", "time", "heading", "position", "field", "power"):
@@ -45,9 +31,9 @@ def test_scan_writes_what_the_simulator_gives(scene: Path, tmp_path: Path, capsy
 
 
 def test_scan_shows_no_bar_where_there_is_no_terminal(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["scan", str(scene), "-o", str(tmp_path / "a.npz")]) == 0
+    assert main(["scan", str(one_target), "-o", str(tmp_path / "a.npz")]) == 0
     assert capsys.readouterr().err == ""
 
 

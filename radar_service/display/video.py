@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.display.local_clutter import MARGIN_DB, clutter_level
+from radar_service.display.local_clutter import MARGIN_DB, SEA_RANGE, SEA_SLOPE_DB, clutter_level
 from radar_service.types import Floats, Profiles, Singles
 
 Bytes = NDArray[np.uint8]
@@ -21,8 +21,6 @@ LOG_DB_PER_STEP = 0.5  # of u8-log: 127 dB, from below the noise to a ship along
 PFA = 1e-4  # false alarms per cell at gain 50: one or two per spoke, as on a well-adjusted display
 SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so that noise keeps its distribution
 MAX_SEA_DB = 60.0  # attenuation of full sea control at SEA_RANGE
-SEA_RANGE = 50.0  # m; at shorter ranges the attenuation is constant
-SEA_SLOPE_DB = 30.0  # per decade: sea clutter falls as R^-3, its cell growing as R (Skolnik 2001, section 7.2)
 STRETCH = 0.01  # of the display range: 3 pixels of a picture of 600
 REJECTION = 4.0  # times the power in the spoke before: at a beamwidth of three spokes and more an echo grows by less, but at
 # the skirts of the beam; noise before a pulse seldom lets it pass the threshold

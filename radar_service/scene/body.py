@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import map_from_body
+from radar_service.frames import map_from_body, turned
 from radar_service.scene.motion import Motion
 
 Floats = NDArray[np.float64]
@@ -99,9 +99,7 @@ class Body:
     def middles_at(self, time: Floats) -> Floats:
         """Returns the map positions (K, 3) [m] of `middle` at times (K,) [s]."""
         pose = self.motion.pose(time)
-        c, s, (east, north, up) = np.cos(pose.heading), np.sin(pose.heading), self.middle
-        turned = np.stack([c * east + s * north, c * north - s * east, np.full(len(time), up)], axis=-1)
-        return np.asarray(pose.position + turned)
+        return np.asarray(pose.position + turned(self.middle, np.cos(pose.heading), np.sin(pose.heading)))
 
     @cached_property
     def _plan(self) -> tuple[Floats, float, float]:

@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from radar_service.frames import body_rotation, map_from_body, wrap_bearing
+from radar_service.frames import body_rotation, map_from_body, turned, wrap_bearing
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.motion import Motion
 from radar_service.types import Floats, Indices
@@ -88,9 +88,7 @@ def map_from_bodies(points: Floats, body: Indices, position: Floats, heading: Fl
 
     position: (B, 3) [m] and heading: (B,) [rad] of the bodies.
     """
-    c, s = np.cos(heading)[body], np.sin(heading)[body]
-    east, north, up = points.T
-    rotated = np.stack([c * east + s * north, c * north - s * east, up], axis=-1)
+    rotated = turned(points, np.cos(heading)[body], np.sin(heading)[body])
     rotated += position[body]
     return rotated
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from radar_service.frames import polar_from_map, wrap_bearing
+from radar_service.frames import polar_from_map, turned, wrap_bearing
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
@@ -156,11 +156,9 @@ def closest_approach(offset: Floats, velocity: Floats) -> tuple[Floats, Floats]:
 
 def _reference_moved(pose: Pose, turn_rate: Floats, offset: Floats) -> tuple[Floats, Floats]:
     """Map positions (K, 3) [m] and velocities (K, 3) [m/s] of a point of a body's frame (3,) [m] that turns at (K,) [rad/s]."""
-    (x, y, up), c, s = offset, np.cos(pose.heading), np.sin(pose.heading)
-    east, north = c * x + s * y, c * y - s * x
-    turned = np.stack([east, north, np.full(len(c), up)], axis=-1)
-    swung = np.stack([turn_rate * north, -turn_rate * east, np.zeros(len(c))], axis=-1)
-    return pose.position + turned, pose.velocity + swung
+    arm = turned(offset, np.cos(pose.heading), np.sin(pose.heading))
+    swung = np.stack([turn_rate * arm[:, 1], -turn_rate * arm[:, 0], np.zeros(len(arm))], axis=-1)
+    return pose.position + arm, pose.velocity + swung
 
 
 def _triple(vector: Sequence[float]) -> tuple[float, float, float]:
