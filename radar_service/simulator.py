@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from radar_service.engine.documented import DocumentedEngine
-from radar_service.engine.pipeline import Engine, prepare
+from radar_service.engine.pipeline import Engine
+from radar_service.engine.preparation import prepare
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.parallel import BLAS_LIMIT

@@ -25,3 +25,22 @@ def radar(**settings: Any) -> Radar:
 def point(name: str, east: float, north: float, up: float = 15.0, rcs_dbsm: float = 10.0, **more: Any) -> dict[str, Any]:
     """A point body; by default as high as the default antenna."""
     return {"name": name, "shape": "point", "position_m": [east, north, up], "rcs_dbsm": rcs_dbsm, **more}
+
+
+def everything() -> rs.Scene:
+    """Metal and wood under way, a coast at rest behind them, sea, rain, noise, interference, a blind sector and sway."""
+    ship = {"shape": "hull", "length_m": 40, "beam_m": 8, "height_m": 6, "speed_kn": 12, "course_deg": 70}
+    quay = {"name": "quay", "shape": "box", "length_m": 20, "width_m": 300, "height_m": 8, "position_m": [0, 500, 0]}
+    bodies = [
+        {**quay, "material": "concrete"}, {**ship, "name": "steel", "position_m": [0, 300, 0], "scattering": "optics"},
+        {**ship, "name": "wood", "position_m": [-200, -300, 0], "material": "wood"}, point("buoy", 250, -100, swerling=2),
+        {"name": "corner", "shape": "trihedral", "edge_m": 0.5, "position_m": [300, 200, 5], "heading_deg": 240,
+         "scattering": "optics"},
+    ]  # fmt: skip
+    return scene(
+        bodies,
+        radar={"range_max_m": 800, "azimuths": 72, "beamwidth_deg": 8, "pulse_s": 1e-6, "blind_sectors_deg": [[170, 180]]},
+        environment={"noise": True, "multipath": True, "sea_state": 4, "rain_mm_h": 20},
+        interference=[{"bearing_deg": 100, "level_db": 20, "prf_hz": 2100}],
+        own_ship={"speed_kn": 8, "course_deg": 30, "roll_deg": 4},
+    )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.engine.pipeline import prepare
+from radar_service.engine.preparation import prepare
 from radar_service.fidelity import PRESETS
 from radar_service.scene.motion import Motion
 from radar_service.scene.poses import BodyPose

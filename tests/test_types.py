@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from radar_service import types
-from radar_service.engine.pipeline import prepare, profiles, tile_azimuths
+from radar_service.engine.pipeline import profiles, tile_azimuths
+from radar_service.engine.preparation import prepare
 from radar_service.fidelity import PRESETS
 from radar_service.receive.detection import square_law
 from tests.scenes import point, scene

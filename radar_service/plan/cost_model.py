@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.engine.pipeline import Prepared, tile_azimuths
+from radar_service.engine.pipeline import tile_azimuths
+from radar_service.engine.preparation import Prepared
 from radar_service.plan.culling import Culling
 from radar_service.plan.statistics import Counts, EngineStatistics, PerBody
 from radar_service.plan.timed_tiles import timed_costs

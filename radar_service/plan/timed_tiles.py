@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from radar_service.engine.pipeline import (
-    Prepared,
     add_clutter,
     add_interference,
     add_resting,
@@ -22,6 +21,7 @@ from radar_service.engine.pipeline import (
     tile_azimuths,
     visibility_steps,
 )
+from radar_service.engine.preparation import Prepared
 from radar_service.plan.statistics import Costs
 from radar_service.receive.detection import square_law
 

@@ -16,7 +16,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.engine.pipeline import prepare
+from radar_service.engine.preparation import prepare
 from radar_service.frames import wrap_angle
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.radar.patterns import PATTERNS

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 import radar_service as rs
 from radar_service.echo.beam_passage import MAIN_BEAM, MAX_PHASE, BeamPassages, hats, outward_nodes
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.engine.pipeline import Engine, Prepared, prepare
+from radar_service.engine.pipeline import Engine
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scene.body import Body

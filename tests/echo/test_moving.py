@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
 from radar_service.echo.range_history import TOLERANCE
-from radar_service.engine.pipeline import Prepared, prepare
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain

@@ -5,7 +5,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.echo.resting import PassingShadows
-from radar_service.engine.pipeline import Prepared, prepare
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from tests.occlusion import occluded
 from tests.reference.compressed_pulse import sinc2_beam

@@ -11,7 +11,7 @@ import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.engine import pipeline
-from radar_service.engine.pipeline import Prepared, prepare
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from radar_service.frames import polar_from_map
 from radar_service.radar.parameters import Radar

@@ -8,7 +8,7 @@ import pytest
 import radar_service as rs
 from radar_service.constants import KNOT
 from radar_service.echo.visibility import VisibilitySnapshot, mast_speed, visibility_interval
-from radar_service.engine.pipeline import Prepared, prepare
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes
 from tests.scenes import point, scene

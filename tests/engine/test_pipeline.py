@@ -1,10 +1,6 @@
 """The corrected engine against the closed form: range, phase, beam, level, at rest and moving."""
 
-import pickle
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,18 +8,11 @@ import pytest
 
 import radar_service as rs
 from radar_service.constants import KNOT
-from radar_service.engine.pipeline import (
-    Engine,
-    Prepared,
-    blocks,
-    prepare,
-    profiles,
-    tile_azimuths,
-    visibility_steps,
-)
+from radar_service.engine.pipeline import Engine, blocks, tile_azimuths, visibility_steps
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from tests.reference.compressed_pulse import point_field, sinc2_beam
-from tests.scenes import point, scene
+from tests.scenes import everything, point, scene
 
 COARSE = {"range_max_m": 1200, "pulse_s": 1e-6, "azimuths": 16, "beamwidth_deg": 40}  # for statistics over many scans
 WINDOWS = {"none": (1.0,), "hamming": (0.54, 0.46), "blackman": (0.42, 0.5, 0.08)}
@@ -251,56 +240,6 @@ def test_phase_at_forty_kilometres() -> None:
     assert abs(np.rad2deg(turn)) < 1.0
 
 
-def everything() -> rs.Scene:
-    """Metal and wood under way, a coast at rest behind them, sea, rain, noise, interference, a blind sector and sway."""
-    ship = {"shape": "hull", "length_m": 40, "beam_m": 8, "height_m": 6, "speed_kn": 12, "course_deg": 70}
-    quay = {"name": "quay", "shape": "box", "length_m": 20, "width_m": 300, "height_m": 8, "position_m": [0, 500, 0]}
-    bodies = [
-        {**quay, "material": "concrete"}, {**ship, "name": "steel", "position_m": [0, 300, 0], "scattering": "optics"},
-        {**ship, "name": "wood", "position_m": [-200, -300, 0], "material": "wood"}, point("buoy", 250, -100, swerling=2),
-        {"name": "corner", "shape": "trihedral", "edge_m": 0.5, "position_m": [300, 200, 5], "heading_deg": 240,
-         "scattering": "optics"},
-    ]  # fmt: skip
-    return scene(
-        bodies,
-        radar={"range_max_m": 800, "azimuths": 72, "beamwidth_deg": 8, "pulse_s": 1e-6, "blind_sectors_deg": [[170, 180]]},
-        environment={"noise": True, "multipath": True, "sea_state": 4, "rain_mm_h": 20},
-        interference=[{"bearing_deg": 100, "level_db": 20, "prf_hz": 2100}],
-        own_ship={"speed_kn": 8, "course_deg": 30, "roll_deg": 4},
-    )
-
-
-CHILD = """
-import pickle, sys
-from radar_service.engine.pipeline import profiles, tile_azimuths
-prepared = pickle.load(open(sys.argv[1], "rb"))
-for scan in (1, 0):
-    for start in range(0, prepared.scene.radar.azimuths, prepared.tile):
-        sys.stdout.buffer.write(profiles(prepared, tile_azimuths(prepared, scan, start)).tobytes())
-"""
-
-
-@pytest.mark.parametrize("used", [False, True], ids=["as prepared", "after a scan"])
-def test_a_prepared_scene_crosses_to_another_process(used: bool, tmp_path: Path) -> None:
-    """There its profiles have the same bytes, scans in another order too, whether or not its caches were filled here."""
-    prepared = prepare(everything(), PRESETS["balanced"], 5)
-    fields = {}
-
-    def compute() -> None:
-        for scan in (0, 1):
-            fields[scan] = b"".join(field.tobytes() for _, field, _ in Engine(prepared).tiles(scan))
-
-    if used:
-        compute()
-    (tmp_path / "prepared.pickle").write_bytes(pickle.dumps(prepared))
-    if not used:
-        compute()
-    command = [sys.executable, "-c", CHILD, str(tmp_path / "prepared.pickle")]
-    child = subprocess.run(command, capture_output=True, check=True, cwd=Path(__file__).parents[2])
-    assert child.stdout == fields[1] + fields[0]
-    assert fields[0] != fields[1] and np.frombuffer(fields[0], np.complex64).any()
-
-
 def test_each_stage_adds_to_the_profiles() -> None:
     """Nothing rests, as the antenna moves. Without clutter or without interference the profiles of the first scan differ."""
     prepared = prepare(everything(), PRESETS["balanced"], 5)
@@ -324,23 +263,6 @@ def test_tiles_cover_a_scan_and_end_with_it() -> None:
     first = tile_azimuths(prepared, 3, 0)
     assert first.boresight[0] == 0.0 and first.time[0] == pytest.approx(3 * radar.rotation_period, rel=1e-15)
     assert [start for start, _, _ in Engine(prepared).tiles(3)] == list(starts)
-
-
-def test_silent_and_transparent_bodies() -> None:
-    """A silent body still occludes; a transparent one still echoes, its far side too, and what is behind it is visible."""
-    ship = {"name": "ship", "shape": "hull", "length_m": 60, "beam_m": 12, "height_m": 40, "rcs_dbsm": 20,
-            "position_m": [0, 400, 0], "course_deg": 90, "speed_kn": 1}  # fmt: skip
-    made = scene([ship, point("behind", 0, 900)], radar={"range_max_m": 1200, "pulse_s": 1e-6})
-    near, far = slice(180, 230), slice(440, 460)
-
-    def levels(**options: Any) -> tuple[float, float]:
-        prepared = prepare(made, PRESETS["balanced"], 1, **options)
-        power = np.abs(profiles(prepared, tile_azimuths(prepared, 0, 0))[0]) ** 2
-        return float(power[near].max()), float(power[far].max())
-
-    plain, silent, transparent = levels(), levels(silent=[0]), levels(transparent=[0])
-    assert silent[0] < 1e-6 * plain[0] and silent[1] < 1e-4 * transparent[1]
-    assert transparent[0] > 0.1 * plain[0] and plain[1] < 1e-4 * transparent[1]
 
 
 def test_a_block_lies_within_one_visibility_step() -> None:

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import radar_service as rs
-from radar_service.engine.pipeline import Prepared, prepare
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from radar_service.plan.cost_model import (
     SetUp,

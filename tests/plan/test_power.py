@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.engine.pipeline import prepare
+from radar_service.engine.preparation import prepare
 from radar_service.fidelity import Fidelity
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for

@@ -10,7 +10,8 @@ import scipy.fft
 
 import radar_service as rs
 from radar_service.engine import pipeline
-from radar_service.engine.pipeline import moving_rows, prepare, receive, tile_azimuths
+from radar_service.engine.pipeline import moving_rows, receive, tile_azimuths
+from radar_service.engine.preparation import prepare
 from radar_service.fidelity import PRESETS
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.cost_model import counts_per_body, first_visibility_update

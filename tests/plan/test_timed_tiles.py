@@ -8,7 +8,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.echo.beam_passage import BeamPassages
-from radar_service.engine.pipeline import Prepared, prepare
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from radar_service.plan import timed_tiles
 from radar_service.plan.timed_tiles import MAX_SECONDS, MIN_TILES, STRETCHES, timed_costs

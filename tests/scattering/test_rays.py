@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import radar_service as rs
-from radar_service.engine.pipeline import prepare
+from radar_service.engine.preparation import prepare
 from radar_service.fidelity import PRESETS
 from radar_service.frames import effective_earth_radius
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext

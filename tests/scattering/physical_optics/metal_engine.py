@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.engine.pipeline import prepare, profiles, tile_azimuths
+from radar_service.engine.pipeline import profiles, tile_azimuths
+from radar_service.engine.preparation import prepare
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import cull
