@@ -4,20 +4,23 @@ import numpy as np
 
 from radar_service.fidelity import PRESETS
 from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import compression_for
+from radar_service.receive.compression import compression_for, receiver_noise_power
 from radar_service.tracking.detections import Detections
 from radar_service.types import Floats
 
 MAIN_LOBE = 0.01  # of the two-way gain on boresight: sidelobes are weaker
 
+NOISE_PEAK = 2.5  # times the mean noise amplitude: noise adds that much to a sidelobe in one cell of 500
+
 
 class SidelobeGate:
-    """Knows how strong the sidelobes of a radar are at most, in azimuth at the same range and in range at the same azimuth."""
+    """Knows how strong the sidelobes of a radar are at most, by their distance from an echo in azimuth and in range."""
 
     def __init__(self, radar: Radar, margin_db: float) -> None:
         """margin_db: sidelobes may be this much stronger than those of a point at rest."""
         self._margin = 10.0 ** (margin_db / 10.0)
         self._azimuths = radar.azimuths
+        self._noise = NOISE_PEAK * np.sqrt(receiver_noise_power(radar))
         self._azimuth = azimuth_envelope(radar)
         self._range = range_envelope(radar)
 
@@ -32,15 +35,11 @@ class SidelobeGate:
         apart = np.abs(stronger.spoke - spoke)
         across = np.minimum(apart % self._azimuths, -apart % self._azimuths)  # the beam meets an echo again a scan later,
         again = (apart > self._azimuths // 2) & (self._azimuth[across] > MAIN_LOBE)  # and the plot's own echo as well
-        near = (np.abs(stronger.cell - cell) <= 1) & ~again
-        along = np.abs(stronger.cell - cell)
-        beside = (np.abs(stronger.spoke - spoke) <= 1) & (along < len(self._range))
+        along = np.minimum(np.abs(stronger.cell - cell), len(self._range) - 1)
+        along = np.maximum(along - 1, 0)  # an echo stands between two cells
         own = np.isin(stronger.spoke * 2**32 + stronger.cell, plot.spoke * 2**32 + plot.cell)
-        level = max(
-            (stronger.power * self._azimuth[across])[near & ~own].max(initial=0.0),
-            (stronger.power * self._range[np.minimum(along, len(self._range) - 1)])[beside & ~own].max(initial=0.0),
-        )
-        return bool(level * self._margin >= power)
+        level = (stronger.power * self._azimuth[across] * self._range[along])[~again & ~own].max(initial=0.0)
+        return bool(np.sqrt(power) <= np.sqrt(level * self._margin) + self._noise)
 
 
 def azimuth_envelope(radar: Radar) -> Floats:

@@ -1,0 +1,77 @@
+"""One run of the test bench: a scenario, a seed and a tracker."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from radar_service.radar.parameters import Radar
+from radar_service.records import Crossing, Kinematics, OwnShipTruth
+from radar_service.scan import Scan
+from radar_service.scene.load import load_scene
+from radar_service.simulator import Simulator
+from radar_service.tracking.clusters import ClusterRule
+from radar_service.tracking.extractor import PlotExtractor
+from radar_service.tracking.plot import Plot
+from radar_service.tracking.scenario import PlotSettings, Scenario
+from radar_service.tracking.scoring import ScanResult, TargetTruth
+from radar_service.tracking.thresholds import CellAveraging, KnownThreshold, OrderedStatistic, Threshold
+from radar_service.tracking.tracker import Tracker, TrackerInput
+
+
+def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]:
+    """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises SceneError."""
+    scene = load_scene(scenario.scene_for(seed))
+    simulator = Simulator(scene, scenario.fidelity, seed)
+    extractor = PlotExtractor(
+        scene.radar,
+        threshold_of(scenario.plots, scene.radar),
+        rule=rule_of(scenario.plots),
+        max_plots=scenario.plots.max_plots,
+    )
+    for _ in range(scenario.scans):
+        scan = simulator.scan()
+        given = tracker_input(scan, extractor.add(scan).plots, scene.radar.rotation_period)
+        yield ScanResult(given, tuple(tracker.update(given)), truths_of(simulator, scan.number, scenario.tracked))
+
+
+def threshold_of(settings: PlotSettings, radar: Radar) -> Threshold:
+    """Returns the threshold that a scenario asks for."""
+    if settings.threshold == "known":
+        return KnownThreshold(radar, settings.pfa)
+    detector = CellAveraging if settings.threshold == "ca" else OrderedStatistic
+    return detector(radar, settings.pfa, settings.guard_m, settings.window_m)
+
+
+def rule_of(settings: PlotSettings) -> ClusterRule:
+    """Returns the rule of clusters that a scenario asks for."""
+    return ClusterRule(settings.gap_spokes, settings.gap_cells, settings.split_db or np.inf)
+
+
+def tracker_input(scan: Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
+    """Returns what a tracker gets of one scan, with own ship as of its last spoke, moved on to its end."""
+    end = (scan.number + 1) * rotation_period
+    later = end - float(scan.time[-1])
+    course, speed = float(scan.course[-1]), float(scan.speed[-1])
+    east, north = scan.position[-1] + later * speed * np.array([np.sin(course), np.cos(course)])
+    return TrackerInput(
+        scan=scan.number, time=end, east=float(east), north=float(north), heading=float(scan.heading[-1]), course=course,
+        speed=speed, plots=tuple(plots),
+    )  # fmt: skip
+
+
+def truths_of(simulator: Simulator, scan: int, targets: Sequence[str]) -> tuple[TargetTruth, ...]:
+    """Returns each target at its last crossing in a scan, or at the end of the scan where it has none."""
+    snapshot = simulator.snapshot(scan)
+    latest: Mapping[str, Crossing] = {crossing.body: crossing for crossing in simulator.crossings(scan)}
+    bodies = (body for body in snapshot.bodies if body.body in targets)
+    return tuple(
+        _truth(crossing, crossing.own_ship) if (crossing := latest.get(body.body)) else _truth(body, snapshot.own_ship)
+        for body in bodies
+    )
+
+
+def _truth(body: Kinematics, own: OwnShipTruth) -> TargetTruth:
+    return TargetTruth(
+        body=body.body, time=body.time, position=body.position[:2], velocity=body.velocity[:2], own_position=own.position[:2],
+        own_velocity=own.velocity[:2], visible=body.visible,
+    )  # fmt: skip

@@ -1,0 +1,128 @@
+"""Scenarios of the test bench: a scene, the question that it asks, and limits with their sources. Files are TOML."""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from radar_service.packaged import packaged_folder
+from radar_service.random import SCENARIO, generator, name_key
+
+SUFFIX = ".toml"
+
+
+class ScenarioError(Exception):
+    """A scenario that cannot be used. Its text names the file, the key and the remedy."""
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Limit(_Table):
+    """One limit on a metric. Only limits whose source was read decide; the others are shown."""
+
+    metric: str = Field(min_length=1)
+    maximum: float | None = None
+    minimum: float | None = None
+    source: str = Field(min_length=1)
+    decides: bool = True
+
+    def is_met(self, value: float | None) -> bool:
+        """Returns whether a value lies within the limit; no value does not."""
+        if value is None or math.isnan(value):
+            return False
+        return (self.maximum is None or value <= self.maximum) and (self.minimum is None or value >= self.minimum)
+
+
+class TrackerSettings(_Table):
+    """How the reference tracker is tuned; stone_soup.Tuning has the meanings. Angles in degrees."""
+
+    range_error_m: Annotated[float, Field(gt=0)] = 5.0
+    bearing_error_deg: Annotated[float, Field(gt=0)] = 0.1
+    acceleration: Annotated[float, Field(gt=0)] = 0.01
+    speed_error_kn: Annotated[float, Field(gt=0)] = 20.0
+    detection: Annotated[float, Field(gt=0, lt=1)] = 0.9
+    clutter_per_m2: Annotated[float, Field(gt=0)] = 1e-8
+
+
+class PlotSettings(_Table):
+    """How plots are extracted; see docs/plots.md."""
+
+    threshold: Literal["known", "ca", "os"] = "known"
+    pfa: Annotated[float, Field(gt=0, lt=1)] = 1e-7
+    guard_m: Annotated[float, Field(gt=0)] = 100.0
+    window_m: Annotated[float, Field(gt=0)] = 300.0
+    gap_spokes: Annotated[int, Field(ge=1, le=1000)] = 2
+    gap_cells: Annotated[int, Field(ge=1, le=1000)] = 2
+    split_db: Annotated[float, Field(gt=0)] | None = None
+    max_plots: Annotated[int, Field(ge=1, le=10_000)] = 40
+
+
+class Scenario(_Table):
+    """One scenario.
+
+    name: of its file. question, expected, source: in sentences. scans: its length. fidelity: of the simulation.
+    targets: names of the bodies that are to be tracked; all by default.
+    vary_m: each seed moves the start of each target by up to this much east and north [m].
+    scene: a scene, as a scene file has it.
+    """
+
+    name: str = ""
+    question: str = Field(min_length=1)
+    expected: str = Field(min_length=1)
+    source: str = Field(min_length=1)
+    scans: Annotated[int, Field(ge=1, le=100_000)] = 60
+    fidelity: str = "balanced"
+    targets: tuple[str, ...] = ()
+    vary_m: Annotated[float, Field(ge=0, le=10_000)] = 10.0
+    plots: PlotSettings = PlotSettings()
+    tracker: TrackerSettings = TrackerSettings()
+    limit: tuple[Limit, ...] = ()
+    scene: Mapping[str, Any]
+
+    @cached_property
+    def tracked(self) -> tuple[str, ...]:
+        """Names of the bodies that are to be tracked."""
+        return self.targets or tuple(body["name"] for body in self.scene.get("body", ()))
+
+    def scene_for(self, seed: int) -> dict[str, Any]:
+        """Returns the scene of one seed: each target starts up to `vary_m` elsewhere, by a draw for its name alone."""
+        bodies = [self._moved(dict(body), seed) for body in self.scene.get("body", ())]
+        return {"name": self.name, **self.scene, "body": bodies}
+
+    def _moved(self, body: dict[str, Any], seed: int) -> dict[str, Any]:
+        if body["name"] in self.tracked and "position_m" in body:
+            east, north = generator(seed, SCENARIO, name_key(self.name, body["name"])).uniform(-self.vary_m, self.vary_m, 2)
+            at = body["position_m"]
+            body["position_m"] = [float(at[0] + east), float(at[1] + north), *at[2:]]
+        return body
+
+
+def scenarios() -> dict[str, Path]:
+    """Returns the packaged scenarios by name."""
+    folder = packaged_folder("scenes") / "scenarios"
+    return {path.stem: path for path in sorted(folder.glob(f"*{SUFFIX}"))}
+
+
+def load_scenario(name: str) -> Scenario:
+    """Returns a packaged scenario by name, or that of a file. Raises ScenarioError."""
+    path = Path(name) if name.endswith(SUFFIX) else scenarios().get(name)
+    if path is None:
+        raise ScenarioError(
+            f"{name}: there is no such scenario; there are {', '.join(scenarios())}, or give a {SUFFIX} file"
+        )
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        return Scenario(**{"name": path.stem, **content})
+    except OSError as error:
+        raise ScenarioError(f"{path}: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{path}: {error}; correct the file") from None
+    except ValidationError as error:
+        lines = (f"{path}: {'.'.join(map(str, e['loc']))}: {e['msg']}; correct the key" for e in error.errors())
+        raise ScenarioError("\n".join(lines)) from None
