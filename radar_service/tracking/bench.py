@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.constants import KNOT
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.tracking.process_tracker import ProcessTracker, TrackerError
 from radar_service.tracking.run import run
@@ -42,8 +43,6 @@ def tracker_for(name: str, scenario: Scenario, seed: int) -> Tracker:
 
 def tuning_of(scenario: Scenario, association: str) -> Tuning:
     """Returns the tuning that a scenario gives the reference tracker."""
-    from radar_service.constants import KNOT
-
     asked = scenario.tracker
     return Tuning(
         association="jpda" if association == "jpda" else "gnn", range_error=asked.range_error_m,
@@ -63,7 +62,8 @@ def single_run(scenario_name: str, seed: int, tracker_name: str) -> dict[str, An
         if isinstance(tracker, ProcessTracker):
             tracker.close()
     return {
-        "scenario": scenario.name, "seed": seed, "tracker": tracker_name, "metrics": scores(results),
+        "scenario": scenario.name, "digest": scenario.digest, "seed": seed, "tracker": tracker_name,
+        "metrics": scores(results),
         "scans": [_scan_data(result) for result in results],
     }  # fmt: skip
 
@@ -77,21 +77,31 @@ def _scan_data(result: ScanResult) -> dict[str, Any]:
 
 
 def bench(
-    names: Sequence[str], seeds: int, tracker: str, folder: Path, jobs: int, progress: Callable[[Iterable[Any], int], Iterable[Any]]
+    names: Sequence[str],
+    seeds: int,
+    tracker: str,
+    folder: Path,
+    jobs: int,
+    progress: Callable[[Iterable[Any], int], Iterable[Any]],
 ) -> dict[str, Any]:
     """Runs scenarios with seeds 0 to `seeds` - 1, and returns the report. Runs whose file is in `folder` are not made again.
 
     jobs: processes at once; progress: wraps the runs that are left, of which it gets the number.
     Raises ScenarioError, TrackerError, SceneError and OSError.
     """
-    loaded = {name: load_scenario(name) for name in names}
+    loaded = {(one := load_scenario(name)).name: one for name in names}
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     orders = [(name, seed) for name in names for seed in range(seeds)]
-    left = [order for order in orders if _kept(folder, loaded[order[0]], order[1], tracker) is None]
+    left = [order for order in orders if not _is_kept(folder, load_scenario(order[0]), order[1], tracker)]
     for data in progress(_made(left, tracker, jobs), len(left)):
         _write(_file(folder, data["scenario"], data["seed"], tracker), data)
-    runs = {name: [_read(_file(folder, loaded[name].name, seed, tracker)) for seed in range(seeds)] for name in names}
-    return report(loaded, runs, tracker)
+    return report(loaded, runs_of(names, seeds, tracker, folder), tracker)
+
+
+def runs_of(names: Sequence[str], seeds: int, tracker: str, folder: Path) -> dict[str, list[dict[str, Any]]]:
+    """Returns the runs in a folder, by name of the scenario. Raises OSError where one is missing."""
+    loaded = [load_scenario(name) for name in names]
+    return {one.name: [_read(_file(folder, one.name, seed, tracker)) for seed in range(seeds)] for one in loaded}
 
 
 def report(loaded: Mapping[str, Scenario], runs: Mapping[str, Sequence[Mapping[str, Any]]], tracker: str) -> dict[str, Any]:
@@ -142,13 +152,12 @@ def _file(folder: Path, scenario: str, seed: int, tracker: str) -> Path:
     return folder / "runs" / f"{plain}-{seed}.json"
 
 
-def _kept(folder: Path, scenario: Scenario, seed: int, tracker: str) -> dict[str, Any] | None:
-    """A run that an earlier command made with the same scenario; None where there is none, or its file was cut."""
+def _is_kept(folder: Path, scenario: Scenario, seed: int, tracker: str) -> bool:
+    """Whether an earlier command made this run with the same scenario, and its file is whole."""
     try:
-        data = _read(_file(folder, scenario.name, seed, tracker))
-    except (OSError, ValueError):
-        return None
-    return data if len(data["scans"]) == scenario.scans else None
+        return bool(_read(_file(folder, scenario.name, seed, tracker))["digest"] == scenario.digest)
+    except (OSError, ValueError, KeyError):
+        return False
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Scenarios of the test bench: a scene, the question that it asks, and limits with their sources. Files are TOML."""
 
+import hashlib
 import math
 import tomllib
 from collections.abc import Mapping
@@ -89,6 +90,11 @@ class Scenario(_Table):
     def tracked(self) -> tuple[str, ...]:
         """Names of the bodies that are to be tracked."""
         return self.targets or tuple(body["name"] for body in self.scene.get("body", ()))
+
+    @cached_property
+    def digest(self) -> str:
+        """A hash of all that the scenario says: runs of another one are not mixed with its own."""
+        return hashlib.blake2b(self.model_dump_json().encode(), digest_size=8).hexdigest()
 
     def scene_for(self, seed: int) -> dict[str, Any]:
         """Returns the scene of one seed: each target starts up to `vary_m` elsewhere, by a draw for its name alone."""

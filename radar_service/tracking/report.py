@@ -1,0 +1,114 @@
+"""The report of a test bench as one HTML page: verdicts with their sources, tracks over the map, error over time."""
+
+import base64
+import html
+import io
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+SHOWN = ("ospa_m", "completeness", "spurious", "identity_changes", "position_error_m", "velocity_error_m_s")
+STYLE = (
+    "body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem}"
+    "table{border-collapse:collapse;margin:.6rem 0}td,th{border:1px solid #999;padding:.25rem .6rem;text-align:left}"
+    ".pass{background:#d8f0d8}.fail{background:#f6d0d0}.undecided{background:#f7ecc4}img{max-width:100%}"
+)
+
+
+def write_report(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[str, Any]]], folder: Path) -> None:
+    """Writes report.json and report.html. runs: by scenario, of which the first is drawn. Raises OSError."""
+    (folder / "report.json").write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")
+    (folder / "report.html").write_text(page(report, runs), encoding="utf-8")
+
+
+def page(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
+    """Returns the page."""
+    sections = "".join(_section(one, runs[one["name"]][0]) for one in report["scenarios"])
+    title = f"Test bench: {html.escape(report['tracker'])}"
+    return (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
+        f"<h1>{title}</h1>{sections}</html>\n"
+    )
+
+
+def comparison(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """Returns a table of the metrics of two reports, scenario by scenario, as text."""
+    others = {scenario["name"]: scenario for scenario in other["scenarios"]}
+    lines = [f"{'scenario':32} {'metric':26} {one['tracker'][:14]:>14} {other['tracker'][:14]:>14}"]
+    for scenario in one["scenarios"]:
+        second = others.get(scenario["name"], {"metrics": {}})
+        for metric, value in scenario["metrics"].items():
+            lines.append(
+                f"{scenario['name'][:32]:32} {metric[:26]:26} {_number(value):>14} {_number(second['metrics'].get(metric)):>14}"
+            )
+    return "\n".join(lines) + "\n"
+
+
+def _number(value: float | None) -> str:
+    return "none" if value is None else f"{value:.4g}"
+
+
+def _section(scenario: Mapping[str, Any], run: Mapping[str, Any]) -> str:
+    text = {key: html.escape(str(scenario[key])) for key in ("name", "question", "expected", "source")}
+    metrics = "".join(
+        f"<tr><td>{name}</td><td>{_number(scenario['metrics'][name])}</td>"
+        f"<td>{_number(scenario['percentile_95'][name])}</td></tr>"
+        for name in scenario["metrics"]
+    )
+    return (
+        f"<h2>{text['name']}</h2><p>{text['question']} Expected: {text['expected']} ({text['source']})</p>"
+        f"<table><tr><th>limit</th><th>95 % value</th><th>runs that miss it</th><th>verdict</th><th>source</th></tr>"
+        f"{''.join(map(_verdict_row, scenario['verdicts']))}</table>"
+        f'<img alt="plots, tracks and truth of the first seed" src="data:image/png;base64,{_figure(run)}">'
+        f"<details><summary>all metrics</summary><table><tr><th>metric</th><th>mean</th><th>95th percentile</th></tr>{metrics}"
+        f"</table></details>"
+    )
+
+
+def _verdict_row(verdict: Mapping[str, Any]) -> str:
+    bound = f"at most {verdict['maximum']:g}" if verdict["maximum"] is not None else f"at least {verdict['minimum']:g}"
+    return (
+        f"<tr><td>{html.escape(verdict['metric'])} {bound}</td><td>{_number(verdict['value_95'])}</td>"
+        f'<td>{verdict["failures"]} of {verdict["runs"]}</td><td class="{verdict["word"].split(",")[0]}">{verdict["word"]}</td>'
+        f"<td>{html.escape(verdict['source'])}</td></tr>"
+    )
+
+
+def _figure(run: Mapping[str, Any]) -> str:
+    """Plots, tracks and truth on the map, and the distance of the nearest track over time, as a PNG in base 64."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 4.8), layout="constrained")
+    chart, errors = figure.subplots(1, 2)
+    scans = run["scans"]
+    plots = np.array([plot for scan in scans for plot in scan["plots"]]).reshape(-1, 2)
+    chart.plot(*plots.T, ".", color="0.7", markersize=2, label="plots")
+    for name in sorted({truth["body"] for scan in scans for truth in scan["truths"]}):
+        truths = [(scan, truth) for scan in scans for truth in scan["truths"] if truth["body"] == name]
+        path = np.array([truth["position"] for _, truth in truths])
+        (line,) = chart.plot(*path.T, linewidth=1.0, label=name)
+        nearest = [(truth["time"], _nearest(truth, scan["tracks"])) for scan, truth in truths]
+        errors.plot(*np.array(nearest, dtype=float).T, color=line.get_color(), label=name)
+    tracks = np.array([[track["east"], track["north"]] for scan in scans for track in scan["tracks"]]).reshape(-1, 2)
+    chart.plot(*tracks.T, "k.", markersize=2, label="tracks")
+    chart.set(xlabel="east [m]", ylabel="north [m]", aspect="equal")
+    chart.legend(fontsize="small")
+    errors.set(xlabel="time [s]", ylabel="distance of the nearest track [m]", yscale="log")
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=100)
+    return base64.b64encode(buffer.getvalue()).decode()
+
+
+def _nearest(truth: Mapping[str, Any], tracks: Sequence[Mapping[str, Any]]) -> float:
+    """Distance [m] of the nearest track at its own time; nan without tracks."""
+    distances = [
+        np.hypot(
+            track["east"] - truth["position"][0] - (track["time"] - truth["time"]) * truth["velocity"][0],
+            track["north"] - truth["position"][1] - (track["time"] - truth["time"]) * truth["velocity"][1],
+        )
+        for track in tracks
+    ]
+    return float(min(distances, default=np.nan))
