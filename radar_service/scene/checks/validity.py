@@ -51,7 +51,7 @@ def check_echo_power(radar: Radar, bodies: Sequence[Body]) -> None:
 
 def _folding(radar: Radar) -> Iterator[str]:
     """Warns where a chirp's spectrum exceeds the sampled band so far that the field errs."""
-    if radar.modulation != "lfm" or (error := least_chirp_error_db(radar)) <= MAX_CHIRP_ERROR_DB:
+    if radar.modulation == "none" or (error := least_chirp_error_db(radar)) <= MAX_CHIRP_ERROR_DB:
         return
     product, ratio = radar.bandwidth * radar.pulse, radar.sample_rate / radar.bandwidth
     helpful = remedies(radar, least_chirp_error_db, MAX_CHIRP_ERROR_DB) or "raise sample_rate_hz and lengthen pulse_s"
@@ -63,7 +63,7 @@ def _folding(radar: Radar) -> Iterator[str]:
 
 
 def _doppler(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
-    if radar.modulation != "lfm":
+    if radar.modulation == "none":
         return
     speed = platform.motion.top_speed + max((body.motion.top_speed for body in world.bodies), default=0.0)
     cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength)
