@@ -143,7 +143,8 @@ def _doppler(scene: Scene) -> list[PlanItem]:
     speed = scene.own_ship.top_speed + max((body.motion.top_speed for body in scene.bodies), default=0.0)
     if speed == 0.0 or scene.radar.modulation == "none":
         return []
-    cells = pulse_doppler_shift(speed, scene.radar.pulse, scene.radar.wavelength)
+    radar = scene.radar
+    cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength, radar.chirp.doppler_coupling)
     how = f"from spoke to spoke it is exact; within a pulse it would move echoes by up to {cells:.2g} range cells"
     error = min(0.0, 20.0 * math.log10(BAND * cells))
     return [PlanItem("Doppler within the pulse", False, how, field_db=error)]

@@ -62,6 +62,16 @@ def nonlinear_chirp_spectrum(frequency: Floats, bandwidth: float, pulse: float, 
     return np.asarray(spectrum / bandwidth)
 
 
+def range_doppler_coupling(taper: Floats) -> float:
+    """Shift of the compressed echo in cells c / 2B for a Doppler shift of one cycle over the pulse: 1 for a linear chirp.
+
+    It is the slope of the group delay that fits best under the taper, over T / B.
+    """
+    frequency = (np.arange(TABLE) + 0.5) / TABLE - 0.5
+    weight = frequency * sum(a * np.cos(2.0 * np.pi * m * frequency) for m, a in enumerate(taper))
+    return float(np.sum(weight * group_delay(frequency, 1.0, 1.0, taper)) / np.sum(weight * frequency))
+
+
 def _samples(product: float) -> int:
     """Samples of a chirp of this bandwidth x pulse."""
     return int(np.ceil(OVERSAMPLING * product))

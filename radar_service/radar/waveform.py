@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import fresnel
 
 from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
-from radar_service.radar.nonlinear_chirp import nonlinear_chirp_spectrum
+from radar_service.radar.nonlinear_chirp import nonlinear_chirp_spectrum, range_doppler_coupling
 from radar_service.types import Complexes, Floats
 
 COSINE_SUMS = {
@@ -130,6 +130,11 @@ class Chirp:
         if self.compression == "inverse":
             return tapered_spectrum(frequency, self.bandwidth, self.window)
         return np.asarray(self.transmitted(frequency) * self.filter(frequency))
+
+    @property
+    def doppler_coupling(self) -> float:
+        """Shift of an echo in cells c / 2B for a Doppler shift of one cycle over the pulse."""
+        return 1.0 if self.modulation == "lfm" else range_doppler_coupling(window_coefficients(self.window))
 
     def noise_power(self, noise_factor: float) -> float:
         """Power [W] of compressed white receiver noise in a sample: k T0 F times the integral of |filter|^2."""

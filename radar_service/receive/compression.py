@@ -22,6 +22,7 @@ from radar_service.receive.plain_pulse import (
 from radar_service.types import Complexes, Floats, Profiles, Singles
 
 Spectrum = Callable[[Floats], Complexes]  # of the frequency [Hz]
+FILTER_REACH = {"matched": 1, "inverse": 2}  # pulse lengths: beyond, an inverse filter adds less than -57 dB of an echo
 MAX_PULSE_KERNEL = 64  # samples of a plain pulse that is its own kernel; longer pulses fill little of the band
 
 
@@ -113,7 +114,7 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     echo = pulse / kernel.transform(frequency / fs)
     eclipsing_filter = None
     if radar.eclipsing and not own_kernel:
-        eclipsing_filter = eclipsing_for(radar.pulse, fs, kernel, transmitted, filtered)
+        eclipsing_filter = eclipsing_for(radar.pulse, fs, kernel, transmitted, filtered, FILTER_REACH[radar.compression])
     return Compression(radar.bins, size, kernel, kernel.tables(), echo.astype(np.complex64), noise, eclipsing_filter)
 
 

@@ -2,7 +2,8 @@
 
 The correlation of a chirp with its windowed copy is an integral of exponentials over their overlap, so it is a sum of sincs:
 y(tau) = int s(t) conj(w(t - tau) s(t - tau)) dt / int w dt, s(t) = exp(j pi K t^2). It needs neither samples nor transforms, and
-its error is that of rounding. A nonlinear chirp has no closed form: its correlation is summed over fine samples. Author: this project.
+its error is that of rounding. A nonlinear chirp has no closed form: its correlation is a sum over fine samples. Author: this
+project.
 """
 
 from functools import lru_cache
