@@ -44,7 +44,9 @@ def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
     """What a radar transmits or filters beyond linear chirps and matched filters."""
     names = {"lfm": [], "nlfm": ["nonlinear chirp"], "none": ["plain pulse"]}[radar.modulation]
     inverse = ["inverse filter"] if radar.compression == "inverse" else []
-    return [PlanItem(name, False, "the specification has only linear chirps and matched filters") for name in names + inverse]
+    return [
+        PlanItem(name, False, "the specification has only linear chirps and matched filters") for name in names + inverse
+    ]
 
 
 def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:

@@ -94,7 +94,7 @@ def _sum_spline(product: float, taper: tuple[float, ...]) -> BSpline:
     count = _samples(product)
     step = product / count
     size = int(scipy.fft.next_fast_len(PADDING * count))
-    time = (np.arange(count) + 0.5) * step - product / 2.0
+    time = np.asarray((np.arange(count) + 0.5) * step - product / 2.0, dtype=np.float64)
     wave = nonlinear_chirp(time, 1.0, product, np.array(taper))
     frequency = scipy.fft.fftshift(scipy.fft.fftfreq(size, step))
     spectrum = scipy.fft.fftshift(scipy.fft.fft(wave, size)) * step * np.exp(-2j * np.pi * frequency * time[0])

@@ -83,5 +83,11 @@ def eclipsing_for(
     received = OVERSAMPLING * fs * gridded * np.exp(2j * np.pi * frequency * (begin + position))
     compressed = filtered(frequency) / OVERSAMPLING * np.exp(2j * np.pi * frequency * (0.5 / fs - begin))
     return Eclipsing(
-        margin, length + 2 * margin, size, cut, reach * length, received.astype(np.complex64), compressed.astype(np.complex64)
+        margin,
+        length + 2 * margin,
+        size,
+        cut,
+        reach * length,
+        received.astype(np.complex64),
+        compressed.astype(np.complex64),
     )

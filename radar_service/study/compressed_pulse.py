@@ -80,7 +80,7 @@ def nonlinear_chirp_samples(bandwidth: float, pulse: float, window: str) -> tupl
         passed += a / coefficients[0] * np.sin(2.0 * np.pi * m * share) / (2.0 * np.pi * m)
     edge = np.interp(np.linspace(-0.5, 0.5, 2 * count + 1), passed, share) * bandwidth  # at the edges and middles of samples
     cycles = (edge[:-2:2] + 4.0 * edge[1:-1:2] + edge[2::2]) / 6.0 * pulse / count  # Simpson's rule, of each sample
-    half = (5.0 * edge[:-2:2] + 8.0 * edge[1:-1:2] - edge[2::2]) / 24.0 * pulse / count  # the same parabola, of its first half
+    half = (5.0 * edge[:-2:2] + 8.0 * edge[1:-1:2] - edge[2::2]) / 24.0 * pulse / count  # of the same parabola
     phase = 2.0 * np.pi * (np.cumsum(cycles) - cycles + half)
     return ((np.arange(count) + 0.5) / count - 0.5) * pulse, np.exp(1j * phase)
 
