@@ -73,7 +73,7 @@ export function showMode({ orientation, trails, trailmotion }, isTrueMotion) {
 /** Shows pulse, PRF and power of a radar. */
 function showTransmitter({ modulation, pulse_s, bandwidth_hz, prf_hz, power_w }) {
   const pulse = pulse_s < 1e-6 ? `${rounded(pulse_s * 1e9)} ns` : `${rounded(pulse_s * 1e6)} µs`;
-  const kind = modulation === "lfm" ? `Chirp ${pulse}, ${rounded(bandwidth_hz / 1e6)} MHz` : `Pulse ${pulse}`;
+  const kind = modulation === "none" ? `Pulse ${pulse}` : `Chirp ${pulse}, ${rounded(bandwidth_hz / 1e6)} MHz`;
   const power = power_w < 1000 ? `${rounded(power_w)} W` : `${rounded(power_w / 1000)} kW`;
   show("pulse-text", kind);
   show("power-text", prf_hz ? `${power}, PRF ${rounded(prf_hz)} Hz` : power);

@@ -171,5 +171,5 @@ def _split_paths(body: Body, scene: Scene) -> list[str]:
 def _excess_cells(distance: float, top: float, scene: Scene) -> float:
     """How many range cells longer the way by the sea is, to a height `top` [m] at `distance` [m]."""
     radar = scene.radar
-    cell = radar.range_resolution if radar.modulation == "lfm" else SPEED_OF_LIGHT * radar.pulse / 2.0
+    cell = SPEED_OF_LIGHT * radar.pulse / 2.0 if radar.modulation == "none" else radar.range_resolution
     return float(specular_geometry(max(distance, NEAREST), top, radar.height).excess) / cell

@@ -31,12 +31,21 @@ def _documented_effects(scene: Scene) -> list[PlanItem]:
     return [
         PlanItem("signal chain", True, chain),
         PlanItem("beam", True, "printed pattern within 1.5 beamwidths, then the Gaussian spread of eq. 19"),
-        *([PlanItem("plain pulse", False, "the specification has only chirps")] if radar.modulation == "none" else []),
+        *_undocumented_waveform(radar),
         PlanItem("earth", False, "flat: the specification has no refraction and no curvature"),
         PlanItem("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else NOT_REQUESTED),
         *_sway(scene, "the mast and the heading sway; the specification does not tilt the beam"),
         PlanItem("noise", False, "not in the specification"),
         *_documented_clutter(scene),
+    ]
+
+
+def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
+    """What a radar transmits or filters beyond linear chirps and matched filters."""
+    names = {"lfm": [], "nlfm": ["nonlinear chirp"], "none": ["plain pulse"]}[radar.modulation]
+    inverse = ["inverse filter"] if radar.compression == "inverse" else []
+    return [
+        PlanItem(name, False, "the specification has only linear chirps and matched filters") for name in names + inverse
     ]
 
 
@@ -61,6 +70,8 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
 
 def _waveform(radar: Radar, fidelity: Fidelity, microseconds: float | None) -> list[PlanItem]:
     pulse = f"exact delays, Kaiser-Bessel grid of {fidelity.kernel_width} bins, closed-form spectrum"
+    if radar.compression == "inverse":
+        pulse += "; the inverse filter leaves the sidelobes of the window alone"
     if radar.modulation == "none":
         pulse = "plain pulse behind a Gaussian receiver, gridded in closed form at exact delays"
     error = kernel_db(radar, fidelity.kernel_width)
@@ -132,9 +143,10 @@ def _air(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
 def _doppler(scene: Scene) -> list[PlanItem]:
     """Doppler shift within a chirp, which is not modelled; no item where nothing moves."""
     speed = scene.own_ship.top_speed + max((body.motion.top_speed for body in scene.bodies), default=0.0)
-    if speed == 0.0 or scene.radar.modulation != "lfm":
+    if speed == 0.0 or scene.radar.modulation == "none":
         return []
-    cells = pulse_doppler_shift(speed, scene.radar.pulse, scene.radar.wavelength)
+    radar = scene.radar
+    cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength, radar.chirp.doppler_coupling)
     how = f"from spoke to spoke it is exact; within a pulse it would move echoes by up to {cells:.2g} range cells"
     error = min(0.0, 20.0 * math.log10(BAND * cells))
     return [PlanItem("Doppler within the pulse", False, how, field_db=error)]

@@ -66,7 +66,7 @@ def kernel_db(radar: Radar, width: int) -> float:
     kernel = range_kernel(radar, width)
     if isinstance(kernel, PulseKernel):
         return -math.inf
-    if radar.modulation == "lfm":
+    if radar.modulation != "none":
         return chirp_error_db(radar, width)
     transmitted, filtered = waveform_spectra(radar)
     return sampling_error_db(lambda f: transmitted(f) * filtered(f), kernel.transform, radar.sample_rate)

@@ -6,6 +6,7 @@ import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, interpolated_gain
+from radar_service.radar.waveform import Chirp
 from radar_service.types import Flags, Floats, Indices
 
 FULL_CIRCLE = 2.0 * np.pi
@@ -17,11 +18,12 @@ class Radar:
     """The radar of a scene; RadarModel has the allowed ranges.
 
     frequency: of the carrier [Hz].
-    modulation: "lfm", a chirp, or "none", a plain pulse.
+    modulation: "lfm", a linear chirp, "nlfm", a nonlinear one, or "none", a plain pulse.
     bandwidth: of the chirp, or of the receiver of a plain pulse [Hz].
     pulse: its length [s].
     sample_rate: of complex samples [Hz].
-    window: on the reference of the matched filter.
+    window: on the reference of a linear chirp, or the power spectrum of a nonlinear one.
+    compression: of a chirp, "matched" or "inverse".
     prf: pulses per second [Hz]; None where it has no effect.
     second_time_around: whether echoes beyond the unambiguous range fold.
     azimuths: spokes per scan.
@@ -51,6 +53,7 @@ class Radar:
     pulse: float
     sample_rate: float
     window: str
+    compression: str
     prf: float | None
     second_time_around: bool
     azimuths: int
@@ -77,6 +80,11 @@ class Radar:
     def wavelength(self) -> float:
         """Free-space wavelength [m] (docs/specification.md eq. 1)."""
         return SPEED_OF_LIGHT / self.frequency
+
+    @property
+    def chirp(self) -> Chirp:
+        """The chirp and its filter; of no meaning for a plain pulse."""
+        return Chirp(self.bandwidth, self.pulse, self.window, self.modulation, self.compression)
 
     @property
     def range_step(self) -> float:

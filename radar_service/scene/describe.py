@@ -93,11 +93,17 @@ def _radar_lines(radar: Radar) -> list[str]:
 
 
 def _pulse_text(radar: Radar) -> str:
-    kind = f"product {radar.pulse * radar.bandwidth:.0f}" if radar.modulation == "lfm" else "not modulated"
+    kind = "not modulated" if radar.modulation == "none" else _chirp_text(radar)
     rate = "" if radar.prf is None else f", {radar.prf:g} a second: unambiguous to {radar.unambiguous_range:.0f} m"
     folded = ", second-time-around echoes fold" if radar.second_time_around else ""
     eclipsed = f", eclipsed to {radar.blind_range:.0f} m" if radar.eclipsing else ""
     return f"{radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, {kind}{rate}{folded}{eclipsed}"
+
+
+def _chirp_text(radar: Radar) -> str:
+    nonlinear = "nonlinear chirp, " if radar.modulation == "nlfm" else ""
+    inverse = ", compressed by the inverse filter" if radar.compression == "inverse" else ""
+    return f"{nonlinear}product {radar.pulse * radar.bandwidth:.0f}{inverse}"
 
 
 def _resolution_text(radar: Radar) -> str:

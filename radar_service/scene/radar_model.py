@@ -15,6 +15,8 @@ MAX_BINS = 65_536  # 64 NM at 0.9 m
 MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
 MAX_GRID = 2**27  # cells of the grid of a scan, 24 bytes each: 3 GB
 MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
+EDGELESS = ("hann", "blackman", "blackman-harris", "nuttall")  # windows that end at zero, to 6e-5 of their middle
+MAX_NONLINEAR_PRODUCT = 20_000  # bandwidth x pulse: the spectrum then has 1.3 million samples
 MIN_CHIRP_PRODUCT = 4  # bandwidth x pulse: below, the edges of the chirp make its spectrum twice as wide as the band
 RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: at these limits 3 and 13 dB of signal to noise are lost
 
@@ -31,14 +33,21 @@ class RadarModel(Section):
     """The radar: waveform, scan, antenna, receiver."""
 
     frequency_hz: Number = Field(9.41e9, ge=1e9, le=100e9)
-    modulation: Literal["lfm", "none"] = Field("lfm", description='"none": a plain pulse, as of a magnetron')
+    modulation: Literal["lfm", "nlfm", "none"] = Field(
+        "lfm",
+        description='"nlfm": a nonlinear chirp, whose power spectrum is the window; "none": a plain pulse, as of a magnetron',
+    )
     bandwidth_hz: Number | None = Field(
         None, ge=1e5, le=2e9, description='default 50e6; with modulation = "none" the receiver\'s, default 1.2 / pulse_s'
     )
     pulse_s: Number = Field(10e-6, ge=1e-8, le=1e-3)
     sample_rate_hz: Number | None = Field(None, ge=1e5, le=4e9, description="complex; default 1.5 x bandwidth")
     window: Literal["none", "hamming", "hann", "blackman", "blackman-harris", "nuttall", "taylor"] = Field(
-        "hamming", description="on the reference of the chirp"
+        "hamming", description='on the reference of the chirp; with "nlfm" or "inverse" on the spectrum'
+    )
+    compression: Literal["matched", "inverse"] = Field(
+        "matched",
+        description='of a chirp; "inverse": by a filter that leaves the sidelobes of the window alone, as no Fresnel ripples',
     )
     prf_hz: Number | None = Field(None, ge=10, le=1e6, description="pulses per second; default: no limit on range")
     second_time_around: Flag = Field(False, description="echoes from beyond Ru = c / (2 prf_hz) are received at R - n Ru")
@@ -81,7 +90,7 @@ class RadarModel(Section):
         """The bandwidth [Hz], given or by default; 1.2 / T is usual for the receiver of a plain pulse (Skolnik 2001)."""
         if self.bandwidth_hz is not None:
             return self.bandwidth_hz
-        return 50e6 if self.modulation == "lfm" else 1.2 / self.pulse_s
+        return 1.2 / self.pulse_s if self.modulation == "none" else 50e6
 
     @property
     def sampling_hz(self) -> float:
@@ -139,7 +148,17 @@ def _check_sizes(radar: RadarModel) -> None:
 
 def _check_waveform(radar: RadarModel) -> None:
     product = radar.band_hz * radar.pulse_s
-    if radar.modulation == "lfm":
+    if radar.modulation != "none":
+        if radar.compression == "inverse" and radar.window not in EDGELESS:
+            raise ValueError(
+                f'compression: "inverse" with window "{radar.window}" leaves sidelobes along the whole profile, as that jumps '
+                f'at the edges of the band; set window to one of {", ".join(EDGELESS)}, or compression to "matched"'
+            )
+        if radar.modulation == "nlfm" and product > MAX_NONLINEAR_PRODUCT:
+            raise ValueError(
+                f"pulse_s: bandwidth x pulse is {product:.3g}; a nonlinear chirp has at most {MAX_NONLINEAR_PRODUCT}: shorten "
+                'the pulse, narrow bandwidth_hz, or set modulation = "lfm"'
+            )
         if product < MIN_CHIRP_PRODUCT:
             raise ValueError(
                 f"pulse_s: bandwidth x pulse is {product:.3g}; a chirp needs at least {MIN_CHIRP_PRODUCT}: lengthen the pulse, "
@@ -154,6 +173,10 @@ def _check_waveform(radar: RadarModel) -> None:
         )
     if "window" in radar.model_fields_set and radar.window != "none":
         raise ValueError(f'window: "{radar.window}" needs a chirp, and modulation = "none" has none; remove window')
+    if radar.compression != "matched":
+        raise ValueError(
+            f'compression: "{radar.compression}" needs a chirp, and modulation = "none" has none; remove compression'
+        )
 
 
 def _check_repetition(radar: RadarModel) -> None:

@@ -102,3 +102,10 @@ def test_arcs_and_sway_are_in_the_description() -> None:
     assert "4 legs and 5 arcs, repeats every" in text  # the arc at the start is sailed half at a time
     assert "heading 000.0, rolling 8 degrees in 9 s, course" in text
     assert "roll, pitch, yaw" in str(rs.Simulator(scene(own_ship=own)).plan)
+
+
+def test_nonlinear_chirps_and_inverse_filters_are_in_the_description() -> None:
+    settings = {"modulation": "nlfm", "compression": "inverse", "window": "nuttall"}
+    text = describe(scene([point("t", 0, 500)], radar=settings))
+    assert "10 us, 50 MHz, nonlinear chirp, product 500, compressed by the inverse filter" in text
+    assert "before the window (nuttall) widens it" in text

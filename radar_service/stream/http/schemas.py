@@ -170,7 +170,9 @@ class RadarState(BaseModel):
     beamwidth_deg: float
     beamwidth_el_deg: float
     frequency_hz: float
-    modulation: Literal["lfm", "none"] = Field(description="lfm: a chirp; none: a plain pulse")
+    modulation: Literal["lfm", "nlfm", "none"] = Field(
+        description="lfm, nlfm: a linear, a nonlinear chirp; none: a plain pulse"
+    )
     bandwidth_hz: float = Field(description="of the chirp, or of the receiver of a plain pulse")
     pulse_s: float
     prf_hz: float | None = Field(description="pulses per second; null where it has no effect")
