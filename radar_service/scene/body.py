@@ -65,6 +65,11 @@ class Body:
     presence: Presence = Presence.always
 
     @property
+    def at_rest(self) -> bool:
+        """Whether it neither moves nor comes nor goes."""
+        return self.motion.at_rest and self.presence.constant and bool(self.presence.present[0])
+
+    @property
     def middle(self) -> Floats:
         """Middle (3,) of the plan view in the body frame [m], at height 0. The mesh may be far from the frame's origin."""
         return self._plan[0]

@@ -24,6 +24,7 @@ from radar_service.scene.fields import (
     Whole,
 )  # fmt: skip
 from radar_service.scene.interference_model import MAX_INTERFERERS, InterferenceModel
+from radar_service.scene.presence_model import FadingModel, Instant
 from radar_service.scene.radar_model import RadarModel
 
 MAX_BODIES = 10_000
@@ -164,6 +165,18 @@ class BodyModel(MovingSection):
     rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
     swerling: Literal[0, 1, 2, 3, 4] = 0
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999)
+    start_s: Instant = Field(0.0, description="when the body appears; it moves from time 0 on all the same")
+    end_s: Instant | None = Field(None, description="when it disappears for good; default: never")
+    fading: FadingModel | None = Field(None, description="a schedule on which it comes and goes; default: none")
+
+    @model_validator(mode="after")
+    def _check_presence(self) -> Self:
+        if self.end_s is not None and self.end_s <= self.start_s:
+            raise ValueError(f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them")
+        for key in ("start_s", "end_s", "fading"):
+            if self.heightmap is not None and key in self.model_fields_set:
+                raise ValueError(f"{key}: a height map is land and always there; remove {key}")
+        return self
 
     @model_validator(mode="after")
     def _check_body(self) -> Self:

@@ -92,10 +92,16 @@ class Presences:
 
     def at(self, time: float) -> Flags:
         """Returns which bodies (B,) are present at `time` [s]."""
+        if not len(self.changing):
+            return self._present_first
         present = self._present_first.copy()
         for b in self.changing.tolist():
             present[b] = self._each[b].at(np.array([time]))[0]
         return present
+
+    def state(self, time: float) -> bytes:
+        """Returns a key of which bodies are present at `time` [s]; the same for all times where no presence changes."""
+        return self.at(time)[self.changing].tobytes() if len(self.changing) else b""
 
     def spans(self, time: Floats) -> Iterator[tuple[int, int]]:
         """First and end of the runs of times (K,) [s] over which no presence changes."""
