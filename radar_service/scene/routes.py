@@ -11,8 +11,10 @@ from radar_service.constants import KNOT
 from radar_service.scene.error import SceneError
 from radar_service.scene.manoeuvre_model import ManoeuvreModel
 from radar_service.scene.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
-from radar_service.scene.model import MovingSection, OwnShipModel, WaypointModel
-from radar_service.scene.motion import Motion, Sway, leg_headings
+from radar_service.scene.model import MovingSection, WaypointModel
+from radar_service.scene.motion import Motion, leg_headings
+from radar_service.scene.sway import Sway
+from radar_service.scene.sway_model import AMPLITUDES, SwaySection
 from radar_service.scene.waypoint_arcs import RoundedRoute, round_corners
 
 Floats = NDArray[np.float64]
@@ -26,14 +28,16 @@ def motion_from_model(section: MovingSection, start: Floats, location: str, read
     Raises SceneError if a track or the corners of a route are not usable.
     """
     motion = _motion_without_sway(section, start, location, read_track)
-    return replace(motion, sway=sway_from_model(section)) if isinstance(section, OwnShipModel) else motion
+    return replace(motion, sway=sway_from_model(section))
 
 
-def sway_from_model(section: OwnShipModel) -> Sway | None:
-    """Returns the sway of own ship, None if all amplitudes are 0."""
-    amplitude = np.deg2rad([section.roll_deg, section.pitch_deg, section.yaw_deg])
-    period = np.array([section.roll_period_s, section.pitch_period_s, section.yaw_period_s])
-    return Sway(amplitude, period) if amplitude.any() else None
+def sway_from_model(section: SwaySection) -> Sway | None:
+    """Returns the sway, None if all amplitudes are 0."""
+    amplitude = np.array([*np.deg2rad([section.roll_deg, section.pitch_deg, section.yaw_deg]), section.heave_m])
+    period, phase = (
+        np.array([getattr(section, f"{name}_{ending}") for name in AMPLITUDES]) for ending in ("period_s", "phase_deg")
+    )
+    return Sway(amplitude, period, np.deg2rad(phase)) if amplitude.any() else None
 
 
 def _motion_without_sway(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:

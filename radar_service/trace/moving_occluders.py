@@ -8,7 +8,7 @@ import numpy as np
 
 from radar_service.block_cache import BlockCache
 from radar_service.scene.body import Body
-from radar_service.scene.poses import BodyPose, BodyPoses, PoseArrays, map_from_bodies
+from radar_service.scene.poses import BodyPose, BodyPoses, PoseArrays
 from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.occluder import Occluder
@@ -84,7 +84,7 @@ class MovingOccluders:
         for n, points in points_behind(sectors, azimuth, distance):
             key = int(self.keys[n])
             if present[key]:
-                yield PosedOccluder(key, self._occluders[key], _pose(poses, n), points)
+                yield PosedOccluder(key, self._occluders[key], poses.of_body(0, n), points)
 
     def chosen(self, keys: Collection[int], antenna: Floats, time: float) -> list[tuple[Occluder, BodyPose, int]]:
         """Those of the bodies `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
@@ -93,7 +93,7 @@ class MovingOccluders:
         if not moving:
             return []
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
-        return [(self._occluders[key], _pose(poses, self._number[key]), key) for key in moving]
+        return [(self._occluders[key], poses.of_body(0, self._number[key]), key) for key in moving]
 
     def sectors(self, antenna: Floats, time: float) -> ShadowSectors:
         """The sectors (N,) that the bodies may occlude from the antenna (3,) at `time` [s], as if all were present."""
@@ -102,13 +102,9 @@ class MovingOccluders:
     def middles(self, antenna: Floats, time: float) -> Floats:
         """Middles (N, 2) of the plans of all bodies on the map at `time` [s]."""
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
-        return map_from_bodies(self._middle, np.arange(len(self.keys)), poses.position[0], poses.heading[0])[:, :2]
+        return poses.map_from_bodies(0, self._middle, np.arange(len(self.keys)))[:, :2]
 
     def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
         poses = self._poses.at(np.array([time]))
-        centre = map_from_bodies(self._centre, np.arange(len(self.keys)), poses.position[0], poses.heading[0])
+        centre = poses.map_from_bodies(0, self._centre, np.arange(len(self.keys)))
         return poses, shadow_sectors(centre, self._radius, antenna)
-
-
-def _pose(poses: PoseArrays, n: int) -> BodyPose:
-    return BodyPose(poses.position[0, n], float(poses.heading[0, n]))
