@@ -199,13 +199,18 @@ class BeamPassages:
         )
         nearest = np.maximum(distance - self._radius[n], NEAREST)
         rate = np.abs(np.gradient(np.unwrap(heading), time)) + np.minimum(across, speed) / nearest
-        sway = self._bodies[n].motion.sway
+        body = self._bodies[n]
+        sway, lifted = body.motion.sway, np.zeros(len(time))
         if sway is not None:
-            rate += np.abs(sway.rate(0, time)) + np.abs(sway.rate(1, time))
+            tilt_rate = np.abs(sway.rate(0, time)) + np.abs(sway.rate(1, time))
+            rate += tilt_rate
+            lifted = np.abs(sway.rate(3, time)) + body.arm * tilt_rate
         if self._scene.environment.multipath:
             rate += 2.0 * radar.height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
         coherence = min(self._size[n], aspect.model.coherence(aspect.local, float(distance[len(distance) // 2])))
-        return np.asarray(2.0 * np.pi / radar.wavelength * coherence * rate)
+        # The waterline stays at the sea while the body rises: its echoes leave those of the body by 2 k z sin(elevation)
+        waterline = 2.0 * lifted * radar.height / nearest
+        return np.asarray(2.0 * np.pi / radar.wavelength * (coherence * rate + waterline))
 
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""

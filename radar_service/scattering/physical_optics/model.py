@@ -87,7 +87,8 @@ class PhysicalOptics:
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
-        optical, pose: of body b in the frame in which the sea is level. others: bodies that may occlude it and their radii [m], as from `OcclusionScene.other_occluders`.
+        optical, pose: of body b in the frame in which the sea is level. others: bodies that may occlude it and their radii
+        [m], as from `OcclusionScene.other_occluders`.
         """
         scene, key, (among, radius) = instant.line_of_sight, int(self.key[b]), others
 

@@ -190,8 +190,7 @@ class OpticalBody:
         return max(self.limits.at(nearest))
 
     def facets_near(self, antenna: Floats) -> BodyFacets:
-        """The facets for an antenna (3,) in the body's frame [m], each block as its own distance asks."""
-        antenna = antenna if self.lean is None else antenna @ self.lean
+        """The facets for an antenna (3,) in the body's frame [m], each block as its own distance asks, upright or not."""
         keys = [(number, *self.limits.at(block.distance(antenna))) for number, block in enumerate(self.blocks)]
         facets = BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
         return facets if self.lean is None else facets.rotated(self.lean)
