@@ -59,13 +59,13 @@ class MovingEchoes:
         """How many bodies there are."""
         return len(self._bodies)
 
-    def snapshot(self, number: int) -> VisibilitySnapshot:
-        """The visibility snapshot of the step of that number."""
-        return self.visibility.snapshot(number, self._beam.extent + self._beam.span)
+    def snapshot(self, number: int, time: float | None = None) -> VisibilitySnapshot:
+        """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`."""
+        return self.visibility.snapshot(number, self._beam.extent + self._beam.span, time)
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
-        """All echoes within the beam's extent of any of these azimuths."""
-        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval))
+        """All echoes within the beam's extent of any of these azimuths, over which no body comes or goes."""
+        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval), azimuths.middle)
         middle, half = self._sector(azimuths)
         around = snapshot.around(middle, half + self.visibility.bearing_drift)
         passing = self.passing(azimuths)
@@ -208,6 +208,10 @@ class MovingEchoes:
             arm = np.array([self._bodies[b].arm for b in moving])
             away = interpolation_error(position[3:], position[:3], over)
             away = away + arm * interpolation_error(heading[3:], heading[:3], over)
+            for n, b in enumerate(moving.tolist()):
+                if b in poses.rotation:
+                    entries = poses.rotation[b].reshape(-1, 1, 9)
+                    away[n] += 3.0 * arm[n] * interpolation_error(entries[3:], entries[:3], over)[0]
             rough[moving] = away > TOLERANCE
         return rough
 

@@ -101,7 +101,7 @@ def _beam(scene: Scene, fidelity: Fidelity) -> PlanItem:
 
 def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> list[PlanItem]:
     """How echoes that move relative to the antenna are computed; no item where all bodies and own ship rest."""
-    if scene.own_ship.at_rest and all(body.motion.at_rest for body in scene.bodies):
+    if scene.own_ship.at_rest and all(body.at_rest for body in scene.bodies):
         return []
     blocks = f"in blocks of {fidelity.azimuths_per_block}" if fidelity.azimuths_per_block > 1 else "one by one"
     how = f"range, phase and beam weight of every azimuth, {blocks}; visibility updated every {fidelity.visibility_step:g} m"
@@ -170,8 +170,9 @@ def _documented_clutter(scene: Scene) -> list[PlanItem]:
 
 
 def _sway(scene: Scene, how: str) -> list[PlanItem]:
-    """How roll, pitch and yaw are modelled, where own ship has them."""
-    return [] if scene.own_ship.sway is None else [PlanItem("roll, pitch, yaw", True, how)]
+    """How roll, pitch, yaw and heave are modelled, where own ship has them."""
+    sway = scene.own_ship.sway
+    return [] if sway is None else [PlanItem("roll, pitch, yaw" + (", heave" if sway.max_heave else ""), True, how)]
 
 
 def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:

@@ -160,8 +160,9 @@ def _visibility_text(distance_now: float, ground: float, up: float, body: Body, 
 def _sway_text(motion: Motion) -> str:
     if motion.sway is None:
         return ""
-    swings = zip(("rolling", "pitching", "yawing"), motion.sway.amplitude, motion.sway.period, strict=True)
-    return "".join(f", {verb} {math.degrees(a):g} degrees in {p:g} s" for verb, a, p in swings if a)
+    sizes = [*(f"{math.degrees(angle):g} degrees" for angle in motion.sway.amplitude[:3]), f"{motion.sway.max_heave:g} m"]
+    swings = zip(("rolling", "pitching", "yawing", "heaving"), sizes, motion.sway.amplitude, motion.sway.period, strict=True)
+    return "".join(f", {verb} {size} in {period:g} s" for verb, size, amplitude, period in swings if amplitude)
 
 
 def _motion_text(motion: Motion) -> str:
@@ -171,8 +172,9 @@ def _motion_text(motion: Motion) -> str:
     if motion.at_rest:
         return f"{position}, {heading}, at rest"
     course = f"course {_bearing(pose.course[0])}, {pose.speed[0] / KNOT:.1f} kn"
-    arcs = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:, 2]))
+    arcs = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:-1, 2]))
     legs = f", {len(motion.time) - 1 - arcs} legs" if len(motion.time) > 1 else ""
     legs += f" and {arcs} arcs" if arcs else ""
     loop = f", repeats every {motion.period:.0f} s" if motion.period is not None else ""
-    return f"{position}, {heading}, {course}{legs}{loop}"
+    turn = f", at last turning at {math.degrees(motion.final_turn):g} degrees/s" if motion.final_turn else ""
+    return f"{position}, {heading}, {course}{legs}{turn}{loop}"
