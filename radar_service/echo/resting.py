@@ -66,6 +66,10 @@ class PassingShadows:
         """Echoes occluded during a visibility step, with opposite sign: added, they cancel the resting ones."""
         return self._steps.get(step, lambda: self.computed(step))
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._steps.clear()
+
     def computed(self, step: int) -> Echoes:
         """As `at`, computed anew."""
         resting, echoes = self._resting, self._resting.echoes

@@ -64,6 +64,10 @@ class Visibility:
         """The snapshot of the visibility step of that number, within `half` [rad] of all boresights meanwhile."""
         return self._snapshots.get(number, lambda: self._computed(number, half))
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._snapshots.clear()
+
     def all_round(self, number: int) -> BodyEchoes:
         """All visible echoes in the middle of the step of that number, wherever the beam points, those by aspect among them."""
         return self.scatterers.echoes(*self.observed_at(number))

@@ -47,6 +47,13 @@ SwayAngle = Annotated[float, Field(strict=True, ge=0, le=45)]  # degrees
 Period = Annotated[float, Field(strict=True, ge=1, le=3600)]  # s; ships roll in 4 to 30
 
 
+class SteerableModel(Section):
+    """What commands may order while the radar runs: see docs/commands.md."""
+
+    max_speed_kn: Number = Field(30.0, ge=0, le=2000)
+    max_turn_rate_deg_s: Number = Field(5.0, gt=0, le=90, description="also the rate of turns to a course")
+
+
 class MovingSection(Section):
     """Motion that own ship and bodies share: a constant course and speed, or waypoints, or a track from a file."""
 
@@ -62,6 +69,7 @@ class MovingSection(Section):
         max_length=500,
         description="CSV with time_s and east_m, north_m (or latitude_deg, longitude_deg), optional up_m, heading_deg",
     )
+    steerable: SteerableModel | None = Field(None, description="a table: commands may steer it; {} for the defaults")
 
     @model_validator(mode="after")
     def _check_motion(self) -> Self:
@@ -225,6 +233,8 @@ class BodyModel(MovingSection):
             raise ValueError(f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}; exchange them")
         if self.speed_kn > 0 or self.waypoints or self.track is not None:
             raise ValueError("heightmap: a height map cannot move; remove speed_kn, waypoints and track")
+        if self.steerable is not None:
+            raise ValueError("steerable: a height map cannot move; remove steerable")
         if self.heading_deg is not None or self.course_deg is not None:
             raise ValueError(
                 "heading_deg: a height map has north at its top and cannot turn; remove heading_deg, course_deg"

@@ -87,6 +87,11 @@ class Motion:
         resting = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any())
         return resting and bool(np.all(self.heading == self.heading[0])) and self.sway is None
 
+    @property
+    def has_one_leg(self) -> bool:
+        """Whether it is one straight leg at all times."""
+        return len(self.time) == 1
+
     @cached_property
     def top_speed(self) -> float:
         """The highest speed [m/s] on any leg or arc, and beyond the last knot; sway not counted."""

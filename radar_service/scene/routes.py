@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import KNOT
-from radar_service.scene.model import MovingSection, OwnShipModel, WaypointModel
+from radar_service.scene.model import MovingSection, OwnShipModel, SteerableModel, WaypointModel
 from radar_service.scene.motion import Motion, Sway, leg_headings
+from radar_service.scene.steered_motion import SteeredMotion, SteeringLimits
 from radar_service.scene.waypoint_arcs import RoundedRoute, round_corners
 
 Floats = NDArray[np.float64]
@@ -23,7 +24,13 @@ def motion_from_model(section: MovingSection, start: Floats, location: str, read
     Raises SceneError if a track or the corners of a route are not usable.
     """
     motion = _motion_without_sway(section, start, location, read_track)
-    return replace(motion, sway=sway_from_model(section)) if isinstance(section, OwnShipModel) else motion
+    motion = replace(motion, sway=sway_from_model(section)) if isinstance(section, OwnShipModel) else motion
+    return motion if section.steerable is None else SteeredMotion.under(motion, limits_from_model(section.steerable))
+
+
+def limits_from_model(steerable: SteerableModel) -> SteeringLimits:
+    """Returns the limits of commands in SI units."""
+    return SteeringLimits(steerable.max_speed_kn * KNOT, math.radians(steerable.max_turn_rate_deg_s))
 
 
 def sway_from_model(section: OwnShipModel) -> Sway | None:

@@ -2,8 +2,9 @@
 all other bodies."""
 
 from collections.abc import Callable, Collection, Sequence
+from copy import copy
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -133,6 +134,16 @@ class OcclusionScene:
         near = (miss <= (radius + radius[body]) * 1.001 + 1.0) & self._occludes & (movers | self._resting)
         near[body] = False
         return np.flatnonzero(near), radius[near]
+
+    def following(self, bodies: Sequence[Body]) -> Self:
+        """The same occluders, moving as other `bodies` of the scene do."""
+        other = copy(self)
+        other._moving = self._moving.following(bodies)
+        return other
+
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._moving.motions_changed()
 
     @property
     def has_movers(self) -> bool:

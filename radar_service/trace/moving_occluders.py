@@ -1,7 +1,8 @@
 """The occluders of all bodies that move, and which of them may occlude which points at an instant."""
 
 from collections.abc import Collection, Iterator, Sequence
-from typing import NamedTuple
+from copy import copy
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -83,6 +84,17 @@ class MovingOccluders:
         """Middles (N, 2) of the plans of all bodies on the map at `time` [s]."""
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
         return map_from_bodies(self._middle, np.arange(len(self.keys)), poses.position[0], poses.heading[0])[:, :2]
+
+    def following(self, bodies: Sequence[Body]) -> Self:
+        """The same occluders, moving as other `bodies` of the scene do."""
+        other = copy(self)
+        other._poses = BodyPoses([bodies[i] for i in self._occluders])
+        other._instants = BlockCache(INSTANTS)
+        return other
+
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._instants.clear()
 
     def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
         poses = self._poses.at(np.array([time]))

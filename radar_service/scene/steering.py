@@ -1,0 +1,111 @@
+"""The commands to one world: what may be steered, all commands by the spokes from which they act, and the motions they make."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import replace
+from threading import Lock
+from typing import Any
+
+from radar_service.scene.commands import Command, CommandError, checked_values
+from radar_service.scene.motion import Motion
+from radar_service.scene.steered_motion import SteeredMotion
+from radar_service.scene.world import Scene
+
+MAX_SPOKE = 2**53  # beyond it a time has no exact number
+MAX_COMMANDS = 1_000_000  # to one world: five hours of poses at 50 Hz, or a day of 11 a second
+
+
+def steered(scene: Scene) -> dict[str | None, SteeredMotion]:
+    """Returns the motions of a scene that commands may change, by the names of the bodies; None is own ship."""
+    motions: dict[str | None, Motion] = {None: scene.own_ship} | {body.name: body.motion for body in scene.bodies}
+    return {name: motion for name, motion in motions.items() if isinstance(motion, SteeredMotion)}
+
+
+def with_motions(scene: Scene, motions: Mapping[str | None, Motion]) -> Scene:
+    """Returns a scene with other motions of some bodies, by name; None is own ship."""
+    if not motions:
+        return scene
+    bodies = tuple(replace(body, motion=motions[body.name]) if body.name in motions else body for body in scene.bodies)
+    own_ship = replace(scene.platform, motion=motions.get(None, scene.own_ship))
+    return replace(scene.with_world(bodies=bodies), platform=own_ship)
+
+
+class Steering:
+    """All commands to a world. They are sorted by spoke; of the same spoke, the later one acts after the earlier one.
+
+    Two commanders may steer one body: the command that came last holds. `go_to` is called by the thread that computes while
+    it computes nothing; all else may be called from any thread.
+
+    scene: the given one, with motions of its own, which `go_to` changes. past: the same, as it was at each time.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = with_motions(scene, {name: replace(motion) for name, motion in steered(scene).items()})
+        self._motions = steered(self.scene)
+        self.past = with_motions(self.scene, {name: motion.past for name, motion in self._motions.items()})
+        self._limits = {name: motion.limits for name, motion in self._motions.items()}
+        self._names = frozenset(body.name for body in scene.bodies)
+        self._commands: list[Command] = []  # by spoke
+        self._taken = 0  # how many of them the motions have taken
+        self._followed = 0  # how many of them the spokes that are computed now follow
+        self._changed = False  # whether motions have taken or forgotten any since `go_to`
+        self._lock = Lock()
+
+    @property
+    def commands(self) -> tuple[Command, ...]:
+        """All commands, those that act later among them."""
+        with self._lock:
+            return tuple(self._commands)
+
+    @property
+    def due(self) -> float:
+        """The first spoke that the motions which `go_to` has chosen do not hold for; inf where they always do."""
+        with self._lock:
+            return self._commands[self._followed].spoke if self._followed < len(self._commands) else math.inf
+
+    def add(self, spoke: int, body: str | None, values: Mapping[str, Any], reached: int = -1) -> Command:
+        """Adds a command that acts from a spoke on. reached: the next spoke; `past` takes all commands up to it at once.
+
+        Raises CommandError.
+        """
+        if isinstance(spoke, bool) or not isinstance(spoke, int) or not 0 <= spoke <= MAX_SPOKE:
+            raise CommandError(f"spoke: {str(spoke)[:100]} is not allowed; a whole number from 0 to {MAX_SPOKE}")
+        checked = checked_values(body, values, self._limits, self._names)
+        command = Command(spoke, spoke * self.scene.radar.spoke_period, body, **checked)
+        with self._lock:
+            if len(self._commands) >= MAX_COMMANDS:
+                raise CommandError(f"a world takes {MAX_COMMANDS} commands, and has had as many; start the scene anew")
+            at = bisect_right(self._commands, spoke, key=_spoke)
+            self._commands.insert(at, command)
+            self._followed = min(self._followed, at)
+            if at < self._taken:
+                self._take(at)
+            self._take(max(self._taken, bisect_right(self._commands, reached, key=_spoke)))
+        return command
+
+    def go_to(self, spoke: int) -> bool:
+        """Lets the motions of `scene` follow all commands up to this spoke, and no later one; returns whether they changed."""
+        with self._lock:
+            count = bisect_right(self._commands, spoke, key=_spoke)
+            self._take(count)
+            changed, self._changed, self._followed = self._changed, False, count
+            for motion in self._motions.values() if changed else ():
+                motion.follow()
+            return changed
+
+    def _take(self, count: int) -> None:
+        """Lets the motions take the first `count` commands, and no other ones."""
+        self._changed |= count != self._taken
+        if count < self._taken:
+            self._taken = 0
+            for motion in self._motions.values():
+                motion.forget()
+        for command in self._commands[self._taken : count]:
+            motion = self._motions[command.body]
+            motion.steer(command.leg(motion.leg_at(command.time), motion.limits))
+        self._taken = count
+
+
+def _spoke(command: Command) -> int:
+    return command.spoke
