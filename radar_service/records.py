@@ -116,7 +116,7 @@ class BodyTruth:
     azimuth: float  # rad from true north
     elevation: float
     visible: bool
-    reason: str  # why not: "", "beyond range", "below horizon", "blind sector", "shadowed"
+    reason: str  # why not: "", "absent", "beyond range", "below horizon", "blind sector", "shadowed"
     latitude_deg: float | None
     longitude_deg: float | None
     mmsi: int | None

@@ -29,6 +29,8 @@ ORDERS: Orders = {
     100: ("buoy", {"position_m": [-150, 200], "heading_deg": 40}),
     131: ("wood", {"course_deg": 10, "at_once": True}),
     150: ("steel", {"speed_kn": 0}),
+    151: ("buoy", {"present": False}),
+    190: ("buoy", {"present": True, "position_m": [200, 150]}),
 }
 LIGHT = scene(
     [
@@ -204,6 +206,22 @@ def test_a_moved_ship_shadows_what_is_behind_her_now() -> None:
     cell = int(np.argmin(np.abs(scan.range - 400)))
     at_p, at_q = (scan.power[row, cell - 2 : cell + 3].max() for row in (0, AZIMUTHS // 4))
     assert at_p < 1e-3 * at_q  # all that is left is what two beams 90 degrees apart share
+
+
+def test_a_body_disappears_and_appears() -> None:
+    made = scene(
+        [point("a", 0, 300, steerable=STEERED)], radar={"azimuths": AZIMUTHS, "range_max_m": 600, "beamwidth_deg": 8}
+    )
+    sim = rs.Simulator(made, "fast", commands=[{"spoke": 60, "body": "a", "present": False}])
+    cell = int(np.argmin(np.abs(sim.range - 300)))
+    scans = [sim.scan() for _ in range(2)]
+    sim.command("a", present=True, position_m=[300, 0])
+    scans.append(sim.scan())
+    north, east = ([float(scan.power[row, cell]) for scan in scans] for row in (0, AZIMUTHS // 4))
+    assert north[0] > 0 and north[1] == 0 and east[0] < 1e-3 * north[0] and east[1] == 0
+    assert east[2] == pytest.approx(north[0], rel=1e-3)  # spokes point at both
+    assert [body.visible for t in (2.0, 3.0, 6.0) for body in sim.truth(t).bodies] == [True, False, True]
+    assert [len(sim.crossings(n)) for n in range(3)] == [1, 1, 1]
 
 
 def test_commands_from_another_thread_lose_no_spoke() -> None:

@@ -114,12 +114,16 @@ class SeaCells:
         crossing = [i for i, sweep in enumerate(sweeps) if self._crosses(sweep, start, stop)]
         if self._rests and not crossing:
             return level
-        time = (scan + 0.5 * (start + stop) / self.rows_per_scan) * self.scene.radar.rotation_period
+        period = self.scene.radar.rotation_period
+        time = (scan + 0.5 * (start + stop) / self.rows_per_scan) * period
         antenna = self._antenna(time)
         if not self._rests:
             self._shadow_by_rest(level, start, antenna)
-        for shadow in self.line_of_sight.moving_shadows(crossing, antenna, time):
-            self._shadow(level, start, antenna, shadow)
+        row_times = (scan + np.arange(start, stop) / self.rows_per_scan) * period
+        for first, last in self.line_of_sight.presences.spans(row_times):
+            line_of_sight = self.line_of_sight.as_of(float(row_times[first]))
+            for shadow in line_of_sight.moving_shadows(crossing, antenna, time):
+                self._shadow(level[first:last], start + first, antenna, shadow)
         return level
 
     def _shadow_by_rest(self, level: Singles, start: int, antenna: Floats) -> None:

@@ -64,6 +64,7 @@ class BeamPassages:
             for local, body in enumerate(np.searchsorted(scatterers.key, model.key))
         ]
         bodies = [scatterers.bodies[aspect.body] for aspect in self._aspects]
+        self._key = scatterers.key[[aspect.body for aspect in self._aspects]]  # in the scene
         self._bodies, self._poses = bodies, BodyPoses(bodies)
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
@@ -72,7 +73,7 @@ class BeamPassages:
         self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
-        self._nodes: BlockCache[tuple[int, int], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
+        self._nodes: BlockCache[tuple[int, int, bytes], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
         self._schedules: BlockCache[tuple[int, int], Indices] = BlockCache(4 * max(1, len(bodies)))
         self._speed = np.array([body.motion.top_speed for body in bodies]) + scene.own_ship.top_speed + mast_speed(scene)
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
@@ -91,19 +92,24 @@ class BeamPassages:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths; None where none do."""
         spoke = azimuths.time / self._scene.radar.spoke_period
         parts, fades = [], []
+        present = self._line_of_sight.present(azimuths.middle)[self._key]
         for n, crossing in self.passing(azimuths.middle, middle, half):
+            if not present[n]:
+                continue
             nodes = self.nodes(n, crossing)
             for node, fade in zip(nodes, hats(nodes, spoke), strict=True):
                 if fade.any():
-                    parts.append(self._node(n, int(node)))
+                    parts.append(self._node(n, int(node), azimuths.middle))
                     fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
         if not parts:
             return None
         echoes = BodyEchoes.joined([part.echoes for part in parts])
         return ObservedEchoes(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades))
 
-    def _node(self, n: int, spoke: int) -> ObservedEchoes:
-        return self._nodes.get((n, spoke), lambda: self.evaluated(n, spoke))
+    def _node(self, n: int, spoke: int, time: float) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke, where those bodies occlude that are present at `time` [s]."""
+        state = self._line_of_sight.presences.state(time)
+        return self._nodes.get((n, spoke, state), lambda: self.evaluated(n, spoke, time))
 
     def crossing(self, n: int, turns: float) -> int:
         """The spoke, numbered from the start, at which the beam points at body n, within a quarter of a scan of `turns` scans.
@@ -209,11 +215,11 @@ class BeamPassages:
             return np.ones_like(offset)
         return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
-    def evaluated(self, n: int, spoke: int) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke."""
+    def evaluated(self, n: int, spoke: int, presence_time: float) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke, computed anew; presence_time: as of `_node`."""
         model, local, body = self._aspects[n]
         time = spoke * self._scene.radar.spoke_period
-        instant = Instant(time, self._line_of_sight, self._max_range)
+        instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
         echoes = model.body_echoes(local, self._scene.antenna(time)[0], instant)
         poses = self._poses.at(np.array([time]))
         position = map_from_bodies(echoes.position, np.full(len(echoes), n), poses.position[0], poses.heading[0])

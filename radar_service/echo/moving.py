@@ -64,13 +64,13 @@ class MovingEchoes:
         self.visibility.motions_changed()
         self.passages.motions_changed()
 
-    def snapshot(self, number: int) -> VisibilitySnapshot:
-        """The visibility snapshot of the step of that number."""
-        return self.visibility.snapshot(number, self._beam.extent + self._beam.span)
+    def snapshot(self, number: int, time: float | None = None) -> VisibilitySnapshot:
+        """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`."""
+        return self.visibility.snapshot(number, self._beam.extent + self._beam.span, time)
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
-        """All echoes within the beam's extent of any of these azimuths."""
-        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval))
+        """All echoes within the beam's extent of any of these azimuths, over which no body comes or goes."""
+        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval), azimuths.middle)
         middle, half = self._sector(azimuths)
         around = snapshot.around(middle, half + self.visibility.bearing_drift)
         passing = self.passing(azimuths)

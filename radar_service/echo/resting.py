@@ -60,23 +60,27 @@ class PassingShadows:
         self._azimuth = np.arctan2(east, north)  # rising
         movers = line_of_sight.moving_shadow_sectors(resting.antenna, 0.0).middle
         self.possible = len(resting) > 0 and len(movers) > 0  # else no echo is ever occluded
-        self._steps: BlockCache[int, Echoes] = BlockCache(STEPS)
+        self._steps: BlockCache[tuple[int, bytes], Echoes] = BlockCache(STEPS)
 
-    def at(self, step: int) -> Echoes:
-        """Echoes occluded during a visibility step, with opposite sign: added, they cancel the resting ones."""
-        return self._steps.get(step, lambda: self.computed(step))
+    def at(self, step: int, time: float | None = None) -> Echoes:
+        """Echoes occluded during a visibility step, with opposite sign: added, they cancel the resting ones.
+
+        time: when those bodies are present that occlude [s]; None: the middle of the step.
+        """
+        time = (step + 0.5) * self._interval if time is None else time
+        return self._steps.get((step, self._line_of_sight.presences.state(time)), lambda: self.computed(step, time))
 
     def motions_changed(self) -> None:
         """Drops what has been computed from the motions before."""
         self._steps.clear()
 
-    def computed(self, step: int) -> Echoes:
+    def computed(self, step: int, presence_time: float) -> Echoes:
         """As `at`, computed anew."""
-        resting, echoes = self._resting, self._resting.echoes
+        resting, echoes, line_of_sight = self._resting, self._resting.echoes, self._line_of_sight.as_of(presence_time)
         time = (step + 0.5) * self._interval
-        behind = self._behind(self._line_of_sight.moving_shadow_sectors(resting.antenna, time))
+        behind = self._behind(line_of_sight.moving_shadow_sectors(resting.antenna, time))
         polar = Polar(*(part[behind] for part in resting.polar))
-        which = behind[self._line_of_sight.shadowed(resting.position[behind], polar, resting.antenna, time)]
+        which = behind[line_of_sight.shadowed(resting.position[behind], polar, resting.antenna, time)]
         return Echoes(echoes.range[which], echoes.azimuth[which], -echoes.amplitude[which])
 
     def _behind(self, sectors: ShadowSectors) -> Indices:

@@ -58,11 +58,16 @@ class Visibility:
         self._movers = len(line_of_sight.moving_shadow_sectors(scene.antenna(0.0)[0], 0.0).middle) > 0
         sway = scene.own_ship.sway
         self.bearing_drift = MAX_BEARING_DRIFT + (0.0 if sway is None else float(sway.amplitude[:2].sum()))
-        self._snapshots: BlockCache[int, VisibilitySnapshot] = BlockCache(SNAPSHOTS)
+        self._snapshots: BlockCache[tuple[int, bytes], VisibilitySnapshot] = BlockCache(SNAPSHOTS)
 
-    def snapshot(self, number: int, half: float) -> VisibilitySnapshot:
-        """The snapshot of the visibility step of that number, within `half` [rad] of all boresights meanwhile."""
-        return self._snapshots.get(number, lambda: self._computed(number, half))
+    def snapshot(self, number: int, half: float, time: float | None = None) -> VisibilitySnapshot:
+        """The snapshot of the visibility step of that number, within `half` [rad] of all boresights meanwhile.
+
+        time: when those bodies are present that it shows [s]; None: the middle of the step.
+        """
+        time = self._middle(number) if time is None else time
+        state = self.line_of_sight.presences.state(time)
+        return self._snapshots.get((number, state), lambda: self._computed(number, half, time))
 
     def motions_changed(self) -> None:
         """Drops what has been computed from the motions before."""
@@ -80,13 +85,16 @@ class Visibility:
     def _middle(self, number: int) -> float:
         return (number + 0.5) * self.interval
 
-    def _computed(self, number: int, half: float) -> VisibilitySnapshot:
+    def _computed(self, number: int, half: float, presence_time: float) -> VisibilitySnapshot:
         antenna, instant = self.observed_at(number)
-        time = instant.time
+        time, line_of_sight = instant.time, self.line_of_sight.as_of(presence_time)
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
         sector = Sector(antenna, rate * time % (2.0 * np.pi), width, self._step / MAX_BEARING_DRIFT)
-        echoes = self.scatterers.steady.echoes(antenna, replace(instant, sector=sector))
+        echoes = self.scatterers.steady.echoes(antenna, replace(instant, sector=sector, line_of_sight=line_of_sight))
+        present = line_of_sight.present(time)[self.scatterers.key]
+        if not present.all():
+            echoes = echoes.chosen(np.flatnonzero(present[echoes.body]))
         poses = self._poses.at(np.array([time]))
         position = map_from_bodies(echoes.position, echoes.body, poses.position[0], poses.heading[0])
         east, north, _ = (position - antenna).T

@@ -21,6 +21,7 @@ from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_
 from radar_service.receive.detection import beam_spread, detect
 from radar_service.scene.motion import Motion
 from radar_service.scene.poses import BodyPoses
+from radar_service.scene.presence import Presence, Presences
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.moller_trumbore import TriangleList
@@ -52,10 +53,11 @@ class Solid:
 
 @dataclass(frozen=True)
 class Traced:
-    """Triangles in their own frame, ready for rays, and their motion."""
+    """Triangles in their own frame, ready for rays, their motion and their presence."""
 
     triangles: TriangleScene | TriangleList
     motion: Motion
+    presence: Presence
 
 
 class DocumentedEngine:
@@ -68,12 +70,13 @@ class DocumentedEngine:
         self._scene, self._seed = scene, seed
         # As printed: sample n stands at n c / (2 fs), where all else in the project has the middle of its cell.
         self.range: Floats = np.arange(radar.bins, dtype=np.float64) * radar.range_step
-        meshes = [(body.mesh.vertices, body.mesh.faces, body.motion) for body in scene.bodies if body.mesh is not None]
+        solids = [(body, body.mesh) for body in scene.bodies if body.mesh is not None]
+        self._traced = [Traced(tracer(m.vertices, m.faces), body.motion, body.presence) for body, m in solids]
         if scene.environment.ground_plane:
-            meshes.append((*ground_plane(2.0 * radar.range_max), scene.own_ship))
-        self._traced = [Traced(tracer(vertices, faces), motion) for vertices, faces, motion in meshes]
-        self._poses = BodyPoses(self._traced)
-        self._point_poses = BodyPoses([body for body in scene.bodies if body.mesh is None])
+            self._traced.append(Traced(tracer(*ground_plane(2.0 * radar.range_max)), scene.own_ship, Presence.always))
+        points = [body for body in scene.bodies if body.mesh is None]
+        self._poses, self._point_poses = BodyPoses(self._traced), BodyPoses(points)
+        self._presences, self._point_presences = Presences(self._traced), Presences(points)
         self._transmitted = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
         self._window = window(radar.window, self._transmitted.size)
 
@@ -167,7 +170,7 @@ class DocumentedEngine:
         half = np.arcsin(np.minimum(radius / np.maximum(polar.distance, radius), 1.0))
         off = np.abs(wrap_angle(polar.azimuth - boresight))
         inside = (polar.distance <= radius) | (off <= BOX_BEAMWIDTHS * radar.beamwidth + half)
-        chosen = np.flatnonzero(inside & (polar.range - radius < radar.range_max))
+        chosen = np.flatnonzero(inside & (polar.range - radius < radar.range_max) & self._presences.at(time))
         return [Solid(triangles[k], position[k], rotations[k]) for k in chosen]
 
     def _point_hits(self, boresight: float, antenna: Floats, time: float, solids: list[Solid]) -> Hits:
@@ -180,7 +183,7 @@ class DocumentedEngine:
         inside = (np.abs(azimuth) <= BOX_BEAMWIDTHS * radar.beamwidth) & (
             np.abs(elevation) <= BOX_BEAMWIDTHS * radar.beamwidth_el
         )
-        chosen = np.flatnonzero(inside)
+        chosen = np.flatnonzero(inside & self._point_presences.at(time))
         first_hit = nearest(solids, antenna, direction(polar.azimuth[chosen], polar.elevation[chosen]))
         visible = chosen[first_hit >= polar.range[chosen] * (1.0 - ON_SURFACE)]
         return Hits(polar.range[visible], azimuth[visible], elevation[visible], positions[visible, 2])

@@ -59,12 +59,16 @@ def visibility_steps(prepared: Prepared, azimuths: AzimuthTimes) -> Indices:
 
 
 def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, int]]:
-    """First and end of the blocks of a tile, each within one visibility step, so that no azimuth has the shadows of another."""
+    """First and end of the blocks of a tile, each within one visibility step, so that no azimuth has the shadows of another.
+
+    Neither does a body come or go within a block.
+    """
     steps, size = visibility_steps(prepared, azimuths), prepared.fidelity.azimuths_per_block
-    edges = [0, len(steps)]
+    edges = {0, len(steps)}
     if steps[0] != steps[-1]:
-        edges[1:1] = (np.flatnonzero(np.diff(steps)) + 1).tolist()
-    for start, end in pairwise(edges):
+        edges.update((np.flatnonzero(np.diff(steps)) + 1).tolist())
+    edges.update(first for first, _ in prepared.line_of_sight.presences.spans(azimuths.time))
+    for start, end in pairwise(sorted(edges)):
         for first in range(start, end, size):
             yield first, min(first + size, end)
 
@@ -75,7 +79,7 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes) -> BeamWeightedEch
     if len(prepared.moving):
         parts += fold_ranges(prepared.moving.echoes, azimuths, prepared.scene.radar)
     if prepared.shadows.possible:
-        shadows = prepared.shadows.at(int(azimuths.middle // prepared.moving.visibility.interval))
+        shadows = prepared.shadows.at(int(azimuths.middle // prepared.moving.visibility.interval), azimuths.middle)
         if len(shadows.range):
             parts.append(_beam_weighted(shadows, azimuths.boresight, prepared.scene.radar))
     return concatenated(parts, len(azimuths.time))

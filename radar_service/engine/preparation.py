@@ -133,7 +133,7 @@ def _scatterers(
 
 
 def _rests(body: Body, scene: Scene) -> bool:
-    return scene.own_ship.at_rest and body.motion.at_rest and body.swerling == 0
+    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0
 
 
 def _beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:

@@ -23,6 +23,8 @@ def legs_of(motion: Motion) -> tuple[Floats, Floats, float]:
     bulge = 0.0
     if motion.arcs is not None and len(motion.time) > 1:
         bulge = float((motion.arcs[:-1, 1] * np.diff(motion.time)).max())  # an arc leaves its chord by less than its length
+    if motion.arcs is not None and motion.final_turn:
+        last, bulge = position[-1], max(bulge, 2.0 * float(motion.arcs[-1, 1]) / abs(motion.final_turn))  # a circle
     return position, np.concatenate([position[1:], last[None]]), bulge
 
 

@@ -90,7 +90,7 @@ def _beam(scene: Scene, fidelity: Fidelity) -> PlanItem:
 
 def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> list[PlanItem]:
     """How echoes that move relative to the antenna are computed; no item where all bodies and own ship rest."""
-    if scene.own_ship.at_rest and all(body.motion.at_rest for body in scene.bodies):
+    if scene.own_ship.at_rest and all(body.at_rest for body in scene.bodies):
         return []
     blocks = f"in blocks of {fidelity.azimuths_per_block}" if fidelity.azimuths_per_block > 1 else "one by one"
     how = f"range, phase and beam weight of every azimuth, {blocks}; visibility updated every {fidelity.visibility_step:g} m"

@@ -132,6 +132,7 @@ def _about_approach(start: Floats, length: Floats, place: Floats, step: Floats) 
 def _end(one: Motion, other: Motion) -> tuple[float, bool]:
     """The last time [s] at which a course changes, and whether loops end the run there."""
     periods = {motion.period for motion in (one, other) if motion.period is not None}
+    periods |= {2.0 * np.pi / abs(motion.final_turn) for motion in (one, other) if motion.final_turn}
     last = max(0.0, float(one.time[-1]), float(other.time[-1]))
     if not periods:
         return last, False
@@ -144,6 +145,8 @@ def _knots(motion: Motion, end: float | None) -> Floats:
     knots = motion.time
     if motion.arcs is not None or motion.turning:
         knots = np.concatenate([np.linspace(a, b, PER_ARC, endpoint=False) for a, b in pairwise(knots)] + [knots[-1:]])
+    if motion.final_turn and end is not None:
+        knots = np.append(knots, np.arange(knots[-1], end, 2.0 * np.pi / abs(motion.final_turn) / PER_ARC))
     if motion.period is None or end is None:
         return knots
     return np.asarray((knots + motion.period * np.arange(int(end / motion.period) + 1)[:, None]).ravel())

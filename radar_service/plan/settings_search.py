@@ -186,4 +186,4 @@ def relative_cost(radar: Radar, fidelity: Fidelity) -> float:
 
 def all_rests(scene: Scene) -> bool:
     """Whether all echoes are gridded once: nothing moves relative to the antenna, and nothing fluctuates."""
-    return scene.own_ship.at_rest and all(body.motion.at_rest and body.swerling == 0 for body in scene.bodies)
+    return scene.own_ship.at_rest and all(body.at_rest and body.swerling == 0 for body in scene.bodies)

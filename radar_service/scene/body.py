@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from radar_service.frames import map_from_body, turned
 from radar_service.scene.motion import Motion
+from radar_service.scene.presence import Presence
 
 Floats = NDArray[np.float64]
 Scattering = Literal["rcs", "diffuse", "optics"]  # names of the models in radar_service.scattering.models
@@ -47,6 +48,7 @@ class Body:
     mmsi: identity for AIS, or None.
     length, beam: horizontal extents in its own frame [m], 0 for a point.
     is_vessel: whether its reference point is the middle of its waterline: hulls, and meshes of what vessels are built of.
+    presence: when it is in the scene at all.
     """
 
     name: str
@@ -60,6 +62,12 @@ class Body:
     length: float
     beam: float
     is_vessel: bool = False
+    presence: Presence = Presence.always
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it neither moves nor comes nor goes."""
+        return self.motion.at_rest and self.presence.constant and bool(self.presence.present[0])
 
     @property
     def middle(self) -> Floats:

@@ -41,6 +41,7 @@ class Command:
     turn_rate_deg_s: of the course, positive to starboard; without course_deg it goes on.
     heading_deg: of the bow, at once; from then on the angle between heading and course stays.
     position_m: east, north, at once; the height stays.
+    present: whether a body is there at all; own ship always is.
     at_once: the course jumps to course_deg, and turn_rate_deg_s goes on from there.
     """
 
@@ -52,12 +53,18 @@ class Command:
     turn_rate_deg_s: float | None = None
     heading_deg: float | None = None
     position_m: tuple[float, float] | None = None
+    present: bool | None = None
     at_once: bool | None = None
 
     @property
     def values(self) -> dict[str, Any]:
         """The values that it gives, by key."""
         return {key: value for key in KEYS if (value := getattr(self, key)) is not None}
+
+    @property
+    def moves(self) -> bool:
+        """Whether it begins another leg."""
+        return bool(self.values.keys() - {"present", "at_once"})
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as JSON has it: spoke, time, body, and the values that it gives."""
@@ -108,6 +115,8 @@ def checked_values(body: str | None, values: Mapping[str, Any], limits: Limits, 
         raise CommandError(f"{unknown[0]}: not a key of a command; allowed are {', '.join(KEYS)}")
     if not given.keys() - {"at_once"}:
         raise CommandError(f"a command without a value: give at least one of {', '.join(KEYS[:-1])}")
+    if body is None and "present" in given:
+        raise CommandError("present: own ship is always present; leave it out")
     result = {key: CHECKS[key](key, value, own) for key, value in given.items()}
     if result.get("turn_rate_deg_s") == 0.0 and "course_deg" in result and not result.get("at_once"):
         raise CommandError(
@@ -167,5 +176,6 @@ CHECKS: dict[str, Callable[[str, Any, SteeringLimits], Any]] = {
     "turn_rate_deg_s": _turn_rate,
     "heading_deg": _bearing,
     "position_m": _position,
+    "present": _flag,
     "at_once": _flag,
 }

@@ -1,7 +1,9 @@
-"""Converts the radar and the environment of the scene model to SI units and radians."""
+"""Converts the radar, the environment and the presence of bodies of the scene model to SI units and radians."""
 
 import math
 from dataclasses import replace
+
+import numpy as np
 
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS
@@ -9,7 +11,8 @@ from radar_service.scene.atmosphere import gas_attenuation_db_per_km
 from radar_service.scene.environment import Environment, Interferer
 from radar_service.scene.error import SceneError
 from radar_service.scene.interference_model import InterferenceModel
-from radar_service.scene.model import EnvironmentModel
+from radar_service.scene.model import BodyModel, EnvironmentModel
+from radar_service.scene.presence import Fading, Presence
 from radar_service.scene.radar_model import RadarModel, antenna_pattern, max_rpm
 from radar_service.scene.world import Scene
 
@@ -90,3 +93,18 @@ def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment
         wind_from=math.radians(model.wind_from_deg),
         ground_plane=model.ground_plane,
     )
+
+
+def presence_from_model(model: BodyModel, rotation_period: float) -> Presence:
+    """Returns when a body is present; a unit of its fading is by default a scan of `rotation_period` [s]."""
+    fading = None
+    if model.fading is not None:
+        unit = rotation_period if model.fading.unit_s is None else model.fading.unit_s
+        fading = Fading(np.array(model.fading.pattern(), dtype=np.bool_), unit, model.fading.offset_s)
+    changes = [(0.0, model.start_s <= 0.0)]
+    changes += [(model.start_s, True)] if model.start_s > 0.0 else []
+    changes += [(model.end_s, False)] if model.end_s is not None else []
+    if len(changes) == 1 and fading is None:
+        return Presence.always
+    time, present = zip(*changes, strict=True)
+    return Presence(np.array(time), np.array(present, dtype=np.bool_), fading)

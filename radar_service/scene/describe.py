@@ -166,11 +166,12 @@ def _motion_text(motion: Motion) -> str:
     if motion.at_rest:
         return f"{position}, {heading}, at rest"
     course = f"course {_bearing(pose.course[0])}, {pose.speed[0] / KNOT:.1f} kn"
-    arcs = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:, 2]))
+    arcs = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:-1, 2]))
     legs = f", {len(motion.time) - 1 - arcs} legs" if len(motion.time) > 1 else ""
     legs += f" and {arcs} arcs" if arcs else ""
     loop = f", repeats every {motion.period:.0f} s" if motion.period is not None else ""
-    return f"{position}, {heading}, {course}{legs}{loop}{_steering_text(motion)}"
+    turn = f", at last turning at {math.degrees(motion.final_turn):g} degrees/s" if motion.final_turn else ""
+    return f"{position}, {heading}, {course}{legs}{turn}{loop}{_steering_text(motion)}"
 
 
 def _steering_text(motion: Motion) -> str:

@@ -15,7 +15,7 @@ from radar_service.scene.body import Body, Mesh, Scattering
 from radar_service.scene.checks.mesh_findings import Findings, mesh_notes, mesh_warnings
 from radar_service.scene.checks.placement import placement_warnings
 from radar_service.scene.checks.validity import check_echo_power, validity_warnings
-from radar_service.scene.convert import environment_from_model, interferer_from_model, radar_from_model
+from radar_service.scene.convert import environment_from_model, interferer_from_model, presence_from_model, radar_from_model
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.heightmap import Coverage, Terrain
 from radar_service.scene.files.mesh import MAX_FILE_BYTES, LoadedMesh
@@ -136,7 +136,10 @@ class _Loader:
         rcs = None if body.rcs_dbsm is None else 10.0 ** (body.rcs_dbsm / 10.0)
         beam, length = (0.0, 0.0) if mesh is None else np.ptp(mesh.vertices[:, :2], axis=0).tolist()
         is_vessel = body.shape == "hull" or (body.mesh is not None and material.name in VESSEL_MATERIALS)
-        return Body(body.name, mesh, motion, material, scattering, rcs, body.swerling, body.mmsi, length, beam, is_vessel)
+        presence = presence_from_model(body, self.radar.rotation_period)
+        return Body(
+            body.name, mesh, motion, material, scattering, rcs, body.swerling, body.mmsi, length, beam, is_vessel, presence
+        )  # fmt: skip
 
     def _start(self, body: BodyModel) -> Floats:
         """Returns the position (3,) [m] of the body in the scene file; by default the origin."""

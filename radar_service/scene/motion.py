@@ -84,13 +84,18 @@ class Motion:
     @cached_property
     def at_rest(self) -> bool:
         """Whether position and heading never change."""
-        resting = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any())
+        resting = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any()) and not self.final_turn
         return resting and bool(np.all(self.heading == self.heading[0])) and self.sway is None
 
     @property
-    def has_one_leg(self) -> bool:
-        """Whether it is one straight leg at all times."""
-        return len(self.time) == 1
+    def is_straight(self) -> bool:
+        """Whether it goes straight at one heading from its only knot on."""
+        return len(self.time) == 1 and self.sway is None and not self.final_turn
+
+    @property
+    def final_turn(self) -> float:
+        """The rate [rad/s] at which it turns for ever after the last knot."""
+        return 0.0 if self.arcs is None or self.period is not None else float(self.arcs[-1, 2])
 
     @cached_property
     def top_speed(self) -> float:
@@ -102,7 +107,7 @@ class Motion:
     def pose(self, time: Floats | float) -> Pose:
         """Returns the state at each `time` (K,) [s]."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
-        if len(self.time) == 1 and self.sway is None:
+        if self.is_straight:
             return self._straight(t)
         if self.period is not None:
             t = t % self.period

@@ -52,7 +52,7 @@ class BodyPoses:
     def __init__(self, bodies: Sequence[HasMotion]) -> None:
         self._motions = [body.motion for body in bodies]
         self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
-        self._with_legs = {int(b) for b in self.moving if not self._motions[b].has_one_leg}
+        self._with_legs = {int(b) for b in self.moving if not self._motions[b].is_straight}
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
         self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
         self._velocity = np.array([self._motions[b].final_velocity for b in self.moving]).reshape(-1, 3)

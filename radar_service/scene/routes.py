@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import KNOT
+from radar_service.scene.error import SceneError
+from radar_service.scene.manoeuvre_model import ManoeuvreModel
+from radar_service.scene.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
 from radar_service.scene.model import MovingSection, OwnShipModel, SteerableModel, WaypointModel
 from radar_service.scene.motion import Motion, Sway, leg_headings
 from radar_service.scene.steered_motion import SteeredMotion, SteeringLimits
@@ -41,13 +44,32 @@ def sway_from_model(section: OwnShipModel) -> Sway | None:
 
 
 def _motion_without_sway(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:
+    motion = _motion_without_drift(section, start, location, read_track)
+    if not section.drift_deg:
+        return motion
+    if motion.turning:
+        raise SceneError(f"{location}.drift_deg: the track has a heading_deg of its own; remove drift_deg or that column")
+    return replace(motion, heading=motion.heading - math.radians(section.drift_deg))
+
+
+def _motion_without_drift(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:
     if section.track is not None:
         return read_track(section.track, f"{location}.track", section.heading_deg)
     if section.waypoints:
+        rate = None if section.turn_rate_deg_s is None else math.radians(section.turn_rate_deg_s)
         return motion_from_waypoints(
-            section.waypoints, start, section.heading_deg, section.loop, section.turn_radius_m, location
+            section.waypoints, start, section.heading_deg, section.loop, section.turn_radius_m, location, rate
         )
+    if section.turn_rate_deg_s or section.manoeuvre:
+        course, rate = math.radians(section.course_deg or 0.0), math.radians(section.turn_rate_deg_s or 0.0)
+        knot = Knot(0.0, start, course, section.speed_kn * KNOT, rate)
+        return motion_with_manoeuvres(knot, [_manoeuvre(each) for each in section.manoeuvre])
     return constant_motion(start, section.heading_deg, section.course_deg, section.speed_kn * KNOT)
+
+
+def _manoeuvre(model: ManoeuvreModel) -> Manoeuvre:
+    course, rate = (None if deg is None else math.radians(deg) for deg in (model.course_deg, model.turn_rate_deg_s))
+    return Manoeuvre(model.time_s, course, None if model.speed_kn is None else model.speed_kn * KNOT, rate)
 
 
 def constant_motion(start: Floats, heading_deg: float | None, course_deg: float | None, speed: float) -> Motion:
@@ -69,12 +91,14 @@ def motion_from_waypoints(
     loop: bool,
     radius: float | None = None,
     location: str = "",
+    turn_rate: float | None = None,
 ) -> Motion:
     """Returns the motion from `start` (3,) [m] through waypoints, each leg at the speed of its end; then the body stops.
 
     With `loop` it returns to the start at the last speed and repeats. A waypoint at the body's position makes no leg. The
     heading follows the leg unless `heading_deg` is given. radius: of the arcs at corners [m], None for sharp corners.
-    location: key path for messages. Raises SceneError if arcs do not fit.
+    location: key path for messages. turn_rate: on the arcs, instead of a radius [rad/s]. Raises SceneError if arcs do not
+    fit.
     """
     stops = [(*waypoint.position_m, start[2]) for waypoint in waypoints]
     speeds = [waypoint.speed_kn * KNOT for waypoint in waypoints]
@@ -88,9 +112,10 @@ def motion_from_waypoints(
             times.append(times[-1] + duration)
             positions.append(position)
             leg_speeds.append(speed)
-    if radius is not None and leg_speeds:
-        route = round_corners(np.array(positions), leg_speeds, radius, loop, location)
-        return _rounded_motion(route, heading_deg, loop)
+    if (radius is not None or turn_rate is not None) and leg_speeds:
+        radii = np.array(leg_speeds) / turn_rate if turn_rate is not None else np.full(len(leg_speeds), radius)
+        key = f"{location}.{'turn_radius_m' if turn_rate is None else 'turn_rate_deg_s'}"
+        return _rounded_motion(round_corners(np.array(positions), leg_speeds, radii, loop, key), heading_deg, loop)
     knots = np.array(positions)
     heading = leg_headings(knots, heading_deg)
     period = times[-1] if loop and times[-1] > 0.0 else None

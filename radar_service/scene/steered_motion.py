@@ -115,8 +115,8 @@ class SteeredMotion(Motion):
         return False
 
     @property
-    def has_one_leg(self) -> bool:
-        """Whether it is one straight leg at all times."""
+    def is_straight(self) -> bool:
+        """Whether it goes straight at one heading from its only knot on: commands may change that."""
         return False
 
     @property
@@ -184,8 +184,8 @@ class PastMotion(Motion):
         return False
 
     @property
-    def has_one_leg(self) -> bool:
-        """As `SteeredMotion.has_one_leg`."""
+    def is_straight(self) -> bool:
+        """As `SteeredMotion.is_straight`."""
         return False
 
     def pose(self, time: Floats | float) -> Pose:

@@ -5,11 +5,14 @@ from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import replace
 from threading import Lock
+from types import MappingProxyType
 from typing import Any
 
 from radar_service.scene.commands import Command, CommandError, checked_values
 from radar_service.scene.motion import Motion
+from radar_service.scene.presence import Presence
 from radar_service.scene.steered_motion import SteeredMotion
+from radar_service.scene.steered_presence import SteeredPresence
 from radar_service.scene.world import Scene
 
 MAX_SPOKE = 2**53  # beyond it a time has no exact number
@@ -22,11 +25,18 @@ def steered(scene: Scene) -> dict[str | None, SteeredMotion]:
     return {name: motion for name, motion in motions.items() if isinstance(motion, SteeredMotion)}
 
 
-def with_motions(scene: Scene, motions: Mapping[str | None, Motion]) -> Scene:
-    """Returns a scene with other motions of some bodies, by name; None is own ship."""
+def with_motions(
+    scene: Scene, motions: Mapping[str | None, Motion], presences: Mapping[str, Presence] = MappingProxyType({})
+) -> Scene:
+    """Returns a scene with other motions of some bodies, and other presences of the same ones, by name; None is own ship."""
     if not motions:
         return scene
-    bodies = tuple(replace(body, motion=motions[body.name]) if body.name in motions else body for body in scene.bodies)
+    bodies = tuple(
+        replace(body, motion=motions[body.name], presence=presences.get(body.name, body.presence))
+        if body.name in motions
+        else body
+        for body in scene.bodies
+    )
     own_ship = replace(scene.platform, motion=motions.get(None, scene.own_ship))
     return replace(scene.with_world(bodies=bodies), platform=own_ship)
 
@@ -41,9 +51,12 @@ class Steering:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.scene = with_motions(scene, {name: replace(motion) for name, motion in steered(scene).items()})
-        self._motions = steered(self.scene)
-        self.past = with_motions(self.scene, {name: motion.past for name, motion in self._motions.items()})
+        self._motions = {name: replace(motion) for name, motion in steered(scene).items()}
+        presences = {body.name: SteeredPresence.under(body.presence) for body in scene.bodies if body.name in self._motions}
+        self.scene = with_motions(scene, self._motions, presences)
+        past = {name: motion.past for name, motion in self._motions.items()}
+        self.past = with_motions(scene, past, {name: presence.past for name, presence in presences.items()})
+        self._presences: dict[str | None, SteeredPresence] = {name: presence for name, presence in presences.items()}
         self._limits = {name: motion.limits for name, motion in self._motions.items()}
         self._names = frozenset(body.name for body in scene.bodies)
         self._commands: list[Command] = []  # by spoke
@@ -90,8 +103,8 @@ class Steering:
             count = bisect_right(self._commands, spoke, key=_spoke)
             self._take(count)
             changed, self._changed, self._followed = self._changed, False, count
-            for motion in self._motions.values() if changed else ():
-                motion.follow()
+            for each in self._steered() if changed else ():
+                each.follow()
             return changed
 
     def _take(self, count: int) -> None:
@@ -99,12 +112,18 @@ class Steering:
         self._changed |= count != self._taken
         if count < self._taken:
             self._taken = 0
-            for motion in self._motions.values():
-                motion.forget()
+            for each in self._steered():
+                each.forget()
         for command in self._commands[self._taken : count]:
             motion = self._motions[command.body]
-            motion.steer(command.leg(motion.leg_at(command.time), motion.limits))
+            if command.moves:
+                motion.steer(command.leg(motion.leg_at(command.time), motion.limits))
+            if command.present is not None:
+                self._presences[command.body].steer(command.time, command.present)
         self._taken = count
+
+    def _steered(self) -> list[SteeredMotion | SteeredPresence]:
+        return [*self._motions.values(), *self._presences.values()]
 
 
 def _spoke(command: Command) -> int:

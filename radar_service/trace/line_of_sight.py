@@ -11,6 +11,7 @@ import numpy as np
 from radar_service.frames import Polar, distances_from_map
 from radar_service.scene.body import Body
 from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh
+from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
@@ -36,7 +37,7 @@ class Shadow(NamedTuple):
 
 
 class OcclusionScene:
-    """All that may occlude: one occluder for all bodies at rest, and one for each mesh that moves."""
+    """All that may occlude: one occluder for all bodies at rest, and one for each mesh that moves. Absent bodies do not."""
 
     def __init__(
         self, bodies: Sequence[Body], earth_radius: float, without: Collection[int] = (), rays: RayCount | None = None
@@ -44,7 +45,7 @@ class OcclusionScene:
         """earth_radius: effective, inf for flat [m]; without: indices of moving bodies that never occlude, not even
         themselves; rays: counts the rays cast, where given."""
         self.earth_radius = earth_radius
-        self._resting: Flags = np.array([body.motion.at_rest for body in bodies], dtype=np.bool_)
+        self._resting: Flags = np.array([body.at_rest for body in bodies], dtype=np.bool_)
         self._occludes: Flags = np.array(
             [b.mesh is not None and i not in without for i, b in enumerate(bodies)], dtype=np.bool_
         )
@@ -54,9 +55,24 @@ class OcclusionScene:
         )
         resting_faces = np.where(self._resting, self._faces, 0)
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
-        merged = merged_mesh([body for body in bodies if body.motion.at_rest])
+        merged = merged_mesh([body for body in bodies if body.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
         self._moving = MovingOccluders(bodies, earth_radius, without, rays)
+
+    @property
+    def presences(self) -> Presences:
+        """The presence of all bodies."""
+        return self._moving.presences
+
+    def as_of(self, time: float) -> Self:
+        """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
+        view = copy(self)
+        view._moving = self._moving.as_of(time)
+        return view
+
+    def present(self, time: float) -> Flags:
+        """Which bodies (B,) are present at `time` [s], or at that of `as_of`."""
+        return self._moving.present(time)
 
     def visible(
         self,
@@ -132,6 +148,7 @@ class OcclusionScene:
         along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
         miss = np.hypot(*(toward - along[:, None] * line).T)
         near = (miss <= (radius + radius[body]) * 1.001 + 1.0) & self._occludes & (movers | self._resting)
+        near &= self.present(time)
         near[body] = False
         return np.flatnonzero(near), radius[near]
 
@@ -175,17 +192,18 @@ class OcclusionScene:
         return float(middle[0]), float(half[0]), float(begin[0])
 
     def moving_shadow_sectors(self, antenna: Floats, time: float) -> ShadowSectors:
-        """The sectors that the moving bodies may occlude at `time` [s]."""
+        """The sectors that the moving bodies may occlude at `time` [s], as if all were present."""
         return self._moving.sectors(antenna, time)
 
     def moving_shadows(self, numbers: Sequence[int], antenna: Floats, time: float) -> list[Shadow]:
-        """Shadows of moving bodies by their numbers in `moving_shadow_sectors` at `time` [s]."""
+        """Shadows of moving bodies by their numbers in `moving_shadow_sectors` at `time` [s]; absent ones have none."""
         if not numbers:
             return []
         middle, half, begin = self._moving.sectors(antenna, time)
-        keys = [int(self._moving.keys[number]) for number in numbers]
+        number_of = {int(self._moving.keys[number]): number for number in numbers}
         shadows = []
-        for number, (occluder, pose, _) in zip(numbers, self._moving.chosen(keys, antenna, time), strict=True):
+        for occluder, pose, key in self._moving.chosen(list(number_of), antenna, time):
+            number = number_of[key]
             sector = float(middle[number]), float(half[number]), float(begin[number])
             shadows.append(Shadow(sector, partial(occluder.occludes, pose, antenna)))
         return shadows

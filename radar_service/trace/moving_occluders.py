@@ -9,10 +9,11 @@ import numpy as np
 from radar_service.block_cache import BlockCache
 from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPose, BodyPoses, PoseArrays, map_from_bodies
+from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.occluder import Occluder
 from radar_service.trace.shadow_sectors import ShadowSectors, points_behind, shadow_sectors
-from radar_service.types import Floats, Indices
+from radar_service.types import Flags, Floats, Indices
 
 INSTANTS = 8  # kept: threads may be some visibility steps apart, and the truth is asked for at instants of its own
 
@@ -33,9 +34,10 @@ class PosedOccluder(NamedTuple):
 
 
 class MovingOccluders:
-    """One occluder for each mesh that moves. Safe to call from several threads.
+    """One occluder for each mesh that moves, or comes and goes. Safe to call from several threads.
 
     keys: (N,) indices of their bodies in the scene, rising.
+    presences: of all bodies of the scene.
     """
 
     def __init__(
@@ -45,17 +47,31 @@ class MovingOccluders:
         self._occluders = {
             i: Occluder(body.mesh, earth_radius, rays)
             for i, body in enumerate(bodies)
-            if body.mesh is not None and not body.motion.at_rest and i not in without
+            if body.mesh is not None and not body.at_rest and i not in without
         }
         self.keys: Indices = np.array(list(self._occluders), dtype=np.int64)
         self._number = {key: n for n, key in enumerate(self._occluders)}
         self._poses = BodyPoses([bodies[i] for i in self._occluders])
+        self.presences = Presences(bodies)
+        self._instant: float | None = None  # of presence, where it is not that of the poses
         middles = [bodies[i].middle for i in self._occluders]
         self._middle: Floats = np.array(middles).reshape(-1, 3)
         spheres = [occluder.sphere for occluder in self._occluders.values()]
         self._centre: Floats = np.array([centre for centre, _ in spheres]).reshape(-1, 3)
         self._radius: Floats = np.array([radius for _, radius in spheres])
         self._instants: BlockCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = BlockCache(INSTANTS)
+
+    def as_of(self, time: float) -> Self:
+        """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
+        if not len(self.presences.changing):
+            return self
+        view = copy(self)
+        view._instant = time
+        return view
+
+    def present(self, time: float) -> Flags:
+        """Which bodies (B,) of the scene are present at `time` [s], or at that of `as_of`."""
+        return self.presences.at(time if self._instant is None else self._instant)
 
     def before(self, position: Floats, distance: Floats, antenna: Floats, time: float) -> Iterator[PosedOccluder]:
         """Those that may occlude any of the points (E, 3) on the map [m] from the antenna (3,) at `time` [s], and all that
@@ -64,20 +80,23 @@ class MovingOccluders:
             return
         poses, sectors = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
         azimuth = np.arctan2(position[:, 0] - antenna[0], position[:, 1] - antenna[1])
+        present = self.present(time)
         for n, points in points_behind(sectors, azimuth, distance):
             key = int(self.keys[n])
-            yield PosedOccluder(key, self._occluders[key], _pose(poses, n), points)
+            if present[key]:
+                yield PosedOccluder(key, self._occluders[key], _pose(poses, n), points)
 
     def chosen(self, keys: Collection[int], antenna: Floats, time: float) -> list[tuple[Occluder, BodyPose, int]]:
-        """Those of the bodies `keys` that move: occluder, pose at `time` [s], and index of the body."""
-        moving = [key for key in keys if key in self._number]
+        """Those of the bodies `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
+        present = self.present(time)
+        moving = [key for key in keys if key in self._number and present[key]]
         if not moving:
             return []
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
         return [(self._occluders[key], _pose(poses, self._number[key]), key) for key in moving]
 
     def sectors(self, antenna: Floats, time: float) -> ShadowSectors:
-        """The sectors (N,) that the bodies may occlude from the antenna (3,) at `time` [s]."""
+        """The sectors (N,) that the bodies may occlude from the antenna (3,) at `time` [s], as if all were present."""
         return self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))[1]
 
     def middles(self, antenna: Floats, time: float) -> Floats:
@@ -88,7 +107,7 @@ class MovingOccluders:
     def following(self, bodies: Sequence[Body]) -> Self:
         """The same occluders, moving as other `bodies` of the scene do."""
         other = copy(self)
-        other._poses = BodyPoses([bodies[i] for i in self._occluders])
+        other._poses, other.presences = BodyPoses([bodies[i] for i in self._occluders]), Presences(bodies)
         other._instants = BlockCache(INSTANTS)
         return other
 

@@ -284,7 +284,7 @@ def test_bodies_outside_the_beam_are_not_evaluated(monkeypatch: pytest.MonkeyPat
     prepared = prepare(scene(bodies, radar=RADAR), PRESETS["fast"], 0)
     evaluated = []
     original = BeamPassages.evaluated
-    monkeypatch.setattr(BeamPassages, "evaluated", lambda self, n, spoke: (evaluated.append(n), original(self, n, spoke))[1])
+    monkeypatch.setattr(BeamPassages, "evaluated", lambda self, n, *when: (evaluated.append(n), original(self, n, *when))[1])
     number = 720 + round(720 * 1.5 / (2 * np.pi)) + np.arange(-8, 8)
     prepared.moving.echoes(AzimuthTimes(number, *prepared.scene.radar.schedule(number)))
     assert set(evaluated) == {1}

@@ -97,7 +97,7 @@ def test_shadows_of_a_step_are_computed_once(quay: rs.Scene) -> None:
     shadows = PassingShadows(engine.resting, engine.line_of_sight, 0.5)
     first = shadows.at(4)
     assert shadows.at(4) is first and len(first.range)
-    anew = shadows.computed(4)
+    anew = shadows.computed(4, 2.25)
     assert anew is not first and np.array_equal(anew.range, first.range)
 
 

@@ -46,6 +46,7 @@ def test_each_key_is_checked() -> None:
         ({"position_m": [1.0, float("nan")]}, "position_m[1]: nan is not a number"),
         ({"position_m": [1.0, 3e6]}, "position_m[1]: 3e+06 is not allowed"),
         ({"position_m": "here"}, "position_m: here is not a position"),
+        ({"present": False}, "present: own ship is always present; leave it out"),
         ({"at_once": 1, "course_deg": 3}, "at_once: 1 is not allowed; true or false"),
         ({}, "a command without a value: give at least one of course_deg"),
         ({"at_once": True}, "a command without a value"),

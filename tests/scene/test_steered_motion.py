@@ -71,7 +71,7 @@ def test_it_begins_as_the_motion_of_the_scene() -> None:
 
 def test_it_counts_as_moving_at_its_highest_speed() -> None:
     resting = SteeredMotion.under(constant_motion(np.zeros(3), 10.0, None, 0.0), LIMITS)
-    assert not resting.at_rest and not resting.has_one_leg and not resting.past.at_rest and not resting.past.has_one_leg
+    assert not resting.at_rest and not resting.is_straight and not resting.past.at_rest and not resting.past.is_straight
     assert resting.top_speed == 15.0
     assert steered(constant_motion(np.zeros(3), None, 0.0, 20.0)).top_speed == 20.0
 
