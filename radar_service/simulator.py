@@ -3,6 +3,7 @@
 import math
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing
+from dataclasses import replace
 from functools import cached_property
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Protocol
@@ -22,7 +23,7 @@ from radar_service.plan.plan import Plan, plan_for
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth, regrouped
-from radar_service.scene.commands import Command
+from radar_service.scene.commands import Command, command_from
 from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
@@ -100,8 +101,8 @@ class Simulator:
         self._truth = GroundTruth(past, self._line_of_sight)
         self._next_scan = self._next_spoke = 0
         self._commanding = Lock()
-        for command in commands:
-            self._replay(command)
+        if commands := tuple(commands):
+            self.replay(commands)
 
     def __repr__(self) -> str:
         return (
@@ -173,6 +174,13 @@ class Simulator:
         """All commands so far, by spoke: with them another simulator of the same scene makes the same bytes."""
         return self._steering.commands
 
+    def replay(self, commands: Iterable[Command | Mapping[str, Any]]) -> None:
+        """Replaces all commands by those of another run, as `commands` gives them or as plain data. Call it between blocks.
+
+        Raises CommandError, and then nothing changes.
+        """
+        self._steering.replay([each if isinstance(each, Command) else command_from(each) for each in commands])
+
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
         return self._truth.at(t)
@@ -200,12 +208,6 @@ class Simulator:
     def _latest(self, scan: int | None) -> int:
         return max(0, self._next_scan - 1) if scan is None else scan
 
-    def _replay(self, command: Command | Mapping[str, Any]) -> None:
-        """Adds a command of another run."""
-        values = dict(command.as_dict() if isinstance(command, Command) else command)
-        values.pop("time", None)  # it follows from the spoke
-        self._steering.add(values.pop("spoke", None), values.pop("body", None), values)
-
     def _begin(self, spoke: int) -> None:
         """Makes ready to compute from this spoke on, as commanded until there."""
         with self._commanding:
@@ -227,7 +229,10 @@ class Simulator:
         with self._commanding:
             count = min(len(block), int(min(self._steering.due, block.first + len(block))) - block.first)
             self._next_spoke = block.first + max(count, 0)
-            return block.part(0, count) if count > 0 else None
+            if count <= 0:
+                return None
+            part = block if count == len(block) else block.part(0, count)
+            return replace(part, commands=self._steering.count) if self._steering.count else part
 
     def _overtaken(self) -> int | None:
         """The spoke to go on from where a command acts that the last blocks do not show; else None."""

@@ -11,9 +11,9 @@ from radar_service.constants import KNOT
 from radar_service.scene.fields import MAX_COORDINATE
 from radar_service.scene.steered_motion import Leg, SteeringLimits
 
+MAX_SPOKE = 2**53  # beyond it a time has no exact number
 MAX_BEARING = 360.0  # degrees either way, as in scenes
 ROUNDING = 1e-9  # of a limit, which comes back from SI units
-Limits = Mapping[str | None, SteeringLimits]  # of all that is steerable, by name; None is own ship
 
 
 class CommandError(ValueError):
@@ -100,39 +100,65 @@ class Command:
         return leg._replace(turn_time=way / leg.turn_rate)
 
 
+@dataclass(frozen=True)
+class Steerable:
+    """What commands may steer in a world.
+
+    limits: of the commands, by the name of what is steerable; None is own ship.
+    names: of all bodies.
+    spoke_period: [s].
+    """
+
+    limits: Mapping[str | None, SteeringLimits]
+    names: Collection[str]
+    spoke_period: float
+
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """Returns the command that acts from a spoke on. Raises CommandError."""
+        if isinstance(spoke, bool) or not isinstance(spoke, int) or not 0 <= spoke <= MAX_SPOKE:
+            raise CommandError(f"spoke: {str(spoke)[:100]} is not allowed; a whole number from 0 to {MAX_SPOKE}")
+        return Command(spoke, spoke * self.spoke_period, body, **self.checked(body, values))
+
+    def checked(self, body: str | None, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the values of a command to `body` as `Command` has them. Raises CommandError."""
+        limits = self.limits_of(body)
+        given = {key: value for key, value in values.items() if value is not None}
+        unknown = [key for key in given if key not in KEYS]
+        if unknown:
+            raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
+        if not given.keys() - {"at_once"}:
+            raise CommandError(f"a command without a value: give at least one of {', '.join(KEYS[:-1])}")
+        if body is None and "present" in given:
+            raise CommandError("present: own ship is always present; leave it out")
+        result = {key: CHECKS[key](key, value, limits) for key, value in given.items()}
+        if result.get("turn_rate_deg_s") == 0.0 and "course_deg" in result and not result.get("at_once"):
+            raise CommandError(
+                f"turn_rate_deg_s: 0 never reaches course_deg {result['course_deg']:g}; give another rate, or leave it out"
+            )
+        return result
+
+    def limits_of(self, body: str | None) -> SteeringLimits:
+        """Returns the limits of commands to `body`. Raises UnknownBodyError and NotSteerableError."""
+        if body is not None and body not in self.names:
+            known = ", ".join(sorted(f'"{name}"' for name in self.limits if name is not None)[:5]) or "none"
+            raise UnknownBodyError(f'body: the scene has no "{str(body)[:200]}"; bodies that may be steered: {known}')
+        if body not in self.limits:
+            who = "own ship" if body is None else f'body "{body}"'
+            raise NotSteerableError(f"{who} is not steerable in this scene; add steerable = {{}} to its table in the scene")
+        return self.limits[body]
+
+
 KEYS = tuple(name for name in Command.__dataclass_fields__ if name not in ("spoke", "time", "body"))
 
 
-def checked_values(body: str | None, values: Mapping[str, Any], limits: Limits, names: Collection[str]) -> dict[str, Any]:
-    """Returns the values of a command as `Command` has them.
-
-    body: whom it is to; limits: of all that is steerable; names: of all bodies. Raises CommandError.
-    """
-    own = _limits_of(body, limits, names)
-    given = {key: value for key, value in values.items() if value is not None}
-    unknown = [key for key in given if key not in KEYS]
+def command_from(data: Mapping[str, Any]) -> Command:
+    """Returns the command of plain data, whose values are still to be checked. Raises CommandError for an unknown key."""
+    values = dict(data)
+    spoke, _, body = values.pop("spoke", None), values.pop("time", None), values.pop("body", None)  # time follows from spoke
+    unknown = [str(key) for key in values if key not in KEYS]
     if unknown:
-        raise CommandError(f"{unknown[0]}: not a key of a command; allowed are {', '.join(KEYS)}")
-    if not given.keys() - {"at_once"}:
-        raise CommandError(f"a command without a value: give at least one of {', '.join(KEYS[:-1])}")
-    if body is None and "present" in given:
-        raise CommandError("present: own ship is always present; leave it out")
-    result = {key: CHECKS[key](key, value, own) for key, value in given.items()}
-    if result.get("turn_rate_deg_s") == 0.0 and "course_deg" in result and not result.get("at_once"):
-        raise CommandError(
-            f"turn_rate_deg_s: 0 never reaches course_deg {result['course_deg']:g}; give another rate, or leave it out"
-        )
-    return result
-
-
-def _limits_of(body: str | None, limits: Limits, names: Collection[str]) -> SteeringLimits:
-    if body is not None and body not in names:
-        known = ", ".join(sorted(f'"{name}"' for name in limits if name is not None)[:5]) or "none"
-        raise UnknownBodyError(f"body: the scene has no body {str(body)[:200]!r}; those that may be steered are: {known}")
-    if body not in limits:
-        who = "own ship" if body is None else f"body {body!r}"
-        raise NotSteerableError(f"{who} is not steerable in this scene; add steerable = {{}} to her table in the scene")
-    return limits[body]
+        raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
+    return Command(spoke, math.nan, body, **values)  # a spoke of any kind is checked later
 
 
 def _number(key: str, value: Any, low: float, high: float) -> float:

@@ -2,27 +2,20 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from threading import Lock
 from types import MappingProxyType
 from typing import Any
 
-from radar_service.scene.commands import Command, CommandError, checked_values
+from radar_service.scene.commands import Command, CommandError
 from radar_service.scene.motion import Motion
 from radar_service.scene.presence import Presence
 from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.steered_presence import SteeredPresence
 from radar_service.scene.world import Scene
 
-MAX_SPOKE = 2**53  # beyond it a time has no exact number
 MAX_COMMANDS = 1_000_000  # to one world: five hours of poses at 50 Hz, or a day of 11 a second
-
-
-def steered(scene: Scene) -> dict[str | None, SteeredMotion]:
-    """Returns the motions of a scene that commands may change, by the names of the bodies; None is own ship."""
-    motions: dict[str | None, Motion] = {None: scene.own_ship} | {body.name: body.motion for body in scene.bodies}
-    return {name: motion for name, motion in motions.items() if isinstance(motion, SteeredMotion)}
 
 
 def with_motions(
@@ -47,23 +40,28 @@ class Steering:
     Two commanders may steer one body: the command that came last holds. `go_to` is called by the thread that computes while
     it computes nothing; all else may be called from any thread.
 
+    steerable: what may be steered.
     scene: the given one, with motions of its own, which `go_to` changes. past: the same, as it was at each time.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._motions = {name: replace(motion) for name, motion in steered(scene).items()}
+        self._motions = {name: replace(motion) for name, motion in scene.steered.items()}
         presences = {body.name: SteeredPresence.under(body.presence) for body in scene.bodies if body.name in self._motions}
         self.scene = with_motions(scene, self._motions, presences)
         past = {name: motion.past for name, motion in self._motions.items()}
         self.past = with_motions(scene, past, {name: presence.past for name, presence in presences.items()})
         self._presences: dict[str | None, SteeredPresence] = {name: presence for name, presence in presences.items()}
-        self._limits = {name: motion.limits for name, motion in self._motions.items()}
-        self._names = frozenset(body.name for body in scene.bodies)
+        self.steerable = scene.steerable
         self._commands: list[Command] = []  # by spoke
         self._taken = 0  # how many of them the motions have taken
         self._followed = 0  # how many of them the spokes that are computed now follow
         self._changed = False  # whether motions have taken or forgotten any since `go_to`
         self._lock = Lock()
+
+    @property
+    def count(self) -> int:
+        """Number of all commands."""
+        return len(self._commands)
 
     @property
     def commands(self) -> tuple[Command, ...]:
@@ -82,13 +80,9 @@ class Steering:
 
         Raises CommandError.
         """
-        if isinstance(spoke, bool) or not isinstance(spoke, int) or not 0 <= spoke <= MAX_SPOKE:
-            raise CommandError(f"spoke: {str(spoke)[:100]} is not allowed; a whole number from 0 to {MAX_SPOKE}")
-        checked = checked_values(body, values, self._limits, self._names)
-        command = Command(spoke, spoke * self.scene.radar.spoke_period, body, **checked)
+        command = self.steerable.command(spoke, body, values)
         with self._lock:
-            if len(self._commands) >= MAX_COMMANDS:
-                raise CommandError(f"a world takes {MAX_COMMANDS} commands, and has had as many; start the scene anew")
+            self._check_count(len(self._commands) + 1)
             at = bisect_right(self._commands, spoke, key=_spoke)
             self._commands.insert(at, command)
             self._followed = min(self._followed, at)
@@ -96,6 +90,16 @@ class Steering:
                 self._take(at)
             self._take(max(self._taken, bisect_right(self._commands, reached, key=_spoke)))
         return command
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """Replaces all commands by those of another run. Raises CommandError, and then nothing changes."""
+        checked = [self.steerable.command(each.spoke, each.body, each.values) for each in commands]
+        with self._lock:
+            self._check_count(len(checked))
+            self._commands = sorted(checked, key=_spoke)
+            self._taken, self._followed, self._changed = 0, 0, True
+            for each in self._steered():
+                each.forget()
 
     def go_to(self, spoke: int) -> bool:
         """Lets the motions of `scene` follow all commands up to this spoke, and no later one; returns whether they changed."""
@@ -106,6 +110,10 @@ class Steering:
             for each in self._steered() if changed else ():
                 each.follow()
             return changed
+
+    def _check_count(self, count: int) -> None:
+        if count > MAX_COMMANDS:
+            raise CommandError(f"a world takes {MAX_COMMANDS} commands, and has had as many; start the scene anew")
 
     def _take(self, count: int) -> None:
         """Lets the motions take the first `count` commands, and no other ones."""

@@ -13,13 +13,14 @@ from radar_service.scene.commands import (
     Command,
     CommandError,
     NotSteerableError,
+    Steerable,
     UnknownBodyError,
-    checked_values,
+    command_from,
 )
 from radar_service.scene.steered_motion import Leg, SteeringLimits
 
 LIMITS = SteeringLimits(20.0 * KNOT, math.radians(4.0))
-ALL = {None: LIMITS, "ferry": LIMITS}
+ALL = Steerable({None: LIMITS, "ferry": LIMITS}, {"ferry", "rock"}, 0.5)
 BEFORE = Leg(10.0, np.array([1.0, 2.0, 3.0]), math.radians(350.0), 5.0, drift=math.radians(3.0))
 
 
@@ -57,22 +58,22 @@ def test_each_key_is_checked() -> None:
 )
 def test_values_that_are_refused(values: dict[str, Any], words: str) -> None:
     with pytest.raises(CommandError) as refused:
-        checked_values(None, values, ALL, {"ferry", "rock"})
+        ALL.checked(None, values)
     assert words in str(refused.value)
 
 
 def test_bodies_that_cannot_be_steered() -> None:
-    with pytest.raises(UnknownBodyError, match="no body 'frery'.* \"ferry\""):
-        checked_values("frery", {"speed_kn": 1}, ALL, {"ferry", "rock"})
-    with pytest.raises(NotSteerableError, match="body 'rock' is not steerable in this scene; add steerable"):
-        checked_values("rock", {"speed_kn": 1}, ALL, {"ferry", "rock"})
+    with pytest.raises(UnknownBodyError, match='scene has no "frery"; bodies that may be steered: "ferry"'):
+        ALL.checked("frery", {"speed_kn": 1})
+    with pytest.raises(NotSteerableError, match='body "rock" is not steerable in this scene; add steerable'):
+        ALL.checked("rock", {"speed_kn": 1})
     with pytest.raises(NotSteerableError, match="own ship is not steerable"):
-        checked_values(None, {"speed_kn": 1}, {}, {"rock"})
+        Steerable({}, {"rock"}, 0.5).checked(None, {"speed_kn": 1})
 
 
 def test_the_limits_themselves_are_allowed() -> None:
     values = {"speed_kn": 20, "turn_rate_deg_s": -4, "course_deg": -360, "position_m": (1, 2), "heading_deg": None}
-    assert checked_values("ferry", values, ALL, {"ferry"}) == {
+    assert ALL.checked("ferry", values) == {
         "speed_kn": 20.0, "turn_rate_deg_s": -4.0, "course_deg": -360.0, "position_m": (1.0, 2.0)
     }  # fmt: skip
 
@@ -125,6 +126,21 @@ def test_a_heading_stays_at_its_angle_to_the_course() -> None:
     assert math.degrees(made.drift) == pytest.approx(20.0)
     assert math.degrees(made.motion(None).pose(200.0).heading[0]) == pytest.approx(50.0)
     assert leg(course_deg=30).drift == BEFORE.drift
+
+
+@pytest.mark.parametrize("spoke", [-1, 1.5, True, None, 2**60])
+def test_a_spoke_is_a_whole_number(spoke: Any) -> None:
+    with pytest.raises(CommandError, match="spoke: .* is not allowed; a whole number from 0"):
+        ALL.command(spoke, "ferry", {"speed_kn": 5})
+
+
+def test_plain_data_become_a_command_again() -> None:
+    command = ALL.command(7, "ferry", {"speed_kn": 3, "position_m": [1, 2]})
+    assert command.time == 3.5
+    again = command_from(command.as_dict())
+    assert ALL.command(again.spoke, again.body, again.values) == command
+    with pytest.raises(CommandError, match="wheel: not a key"):
+        command_from({"spoke": 7, "wheel": 1})
 
 
 def test_it_is_plain_data() -> None:

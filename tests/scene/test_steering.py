@@ -1,13 +1,13 @@
 """The commands to a world: their order, and what the motions follow when."""
 
 import math
-from typing import Any
+from dataclasses import replace
 
 import pytest
 
 from radar_service.scene import steering
 from radar_service.scene.commands import CommandError
-from radar_service.scene.steering import Steering, steered
+from radar_service.scene.steering import Steering
 from tests.scenes import point, scene
 
 MADE = scene([point("a", 0, 500, steerable={}), point("b", 0, 900)], own_ship={"steerable": {"max_speed_kn": 12}})
@@ -18,7 +18,7 @@ def course(steering: Steering, time: float = 100.0) -> float:
 
 
 def test_only_what_is_declared_is_steered() -> None:
-    assert set(steered(MADE)) == {None, "a"}
+    assert set(MADE.steered) == set(MADE.steerable.limits) == {None, "a"} and MADE.steerable.names == {"a", "b"}
     other = scene([point("b", 0, 900)])
     made = Steering(other)
     assert made.scene is other and made.past is other and made.due == math.inf and not made.go_to(0)
@@ -74,17 +74,25 @@ def test_the_past_takes_commands_when_they_come_and_the_engine_when_it_gets_ther
     assert made.past.own_ship.pose(100.0).speed[0] > 0.0
 
 
-@pytest.mark.parametrize("spoke", [-1, 1.5, True, None, 2**60])
-def test_a_spoke_is_a_whole_number(spoke: Any) -> None:
-    with pytest.raises(CommandError, match="spoke: .* is not allowed; a whole number from 0"):
-        Steering(MADE).add(spoke, "a", {"speed_kn": 5})
-
-
 def test_a_refused_command_changes_nothing() -> None:
     made = Steering(MADE)
     with pytest.raises(CommandError, match="speed_kn: 13 is not allowed; 0 to 12"):
         made.add(0, None, {"speed_kn": 13})
     assert made.commands == () and made.due == math.inf
+
+
+def test_a_replay_replaces_all_commands() -> None:
+    made, other = Steering(MADE), Steering(MADE)
+    made.add(20, "a", {"speed_kn": 5})
+    made.go_to(30)
+    other.add(40, "a", {"course_deg": 60, "at_once": True, "speed_kn": 6})
+    with pytest.raises(CommandError):
+        made.replay([replace(other.commands[0], speed_kn=99.0)])
+    assert made.count == 1 and made.due == math.inf
+    made.replay(other.commands)
+    assert made.commands == other.commands and made.due == 40
+    assert made.go_to(30) and made.scene.bodies[0].motion.pose(100.0).speed[0] == 0.0
+    assert made.go_to(40) and course(made) == pytest.approx(60)
 
 
 def test_too_many_commands_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
