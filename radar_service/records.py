@@ -45,6 +45,7 @@ class SpokeBlock:
     range_step: float
     field: NDArray[np.complex64]  # (K, N)
     power: NDArray[np.float32]  # (K, N)
+    commands: int = 0  # that had come when it was computed
 
     def __post_init__(self) -> None:
         k, n = self.field.shape
@@ -60,7 +61,7 @@ class SpokeBlock:
         return SpokeBlock(
             self.first + start, self.scan, self.index + start, self.time[cut], self.azimuth[cut], self.heading[cut],
             self.position[cut], self.course[cut], self.speed[cut], self.range, self.range_step, self.field[cut],
-            self.power[cut],
+            self.power[cut], self.commands,
         )  # fmt: skip
 
     def spokes(self) -> Iterator[Spoke]:

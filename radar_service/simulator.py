@@ -1,8 +1,11 @@
 """The simulator computes spokes, scans and the truth from a scene, a fidelity and a seed. Its only clock is simulated time."""
 
-import itertools
-from collections.abc import Iterator
+import math
+from collections.abc import Generator, Iterable, Iterator, Mapping
+from contextlib import closing
+from dataclasses import replace
 from functools import cached_property
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -20,6 +23,8 @@ from radar_service.plan.plan import Plan, plan_for
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.scene.commands import Command, command_from
+from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
 from radar_service.trace.embree import TREES, RayCount
@@ -45,6 +50,10 @@ class AzimuthEngine(Protocol):
         """
         ...
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile."""
+        ...
+
 
 class Simulator:
     """One radar turning in one scene.
@@ -57,13 +66,14 @@ class Simulator:
     @BLAS_LIMIT.held()
     def __init__(
         self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1,
-        sector: tuple[float, float] | None = None,
+        sector: tuple[float, float] | None = None, commands: Iterable[Command | Mapping[str, Any]] = (),
     ) -> None:  # fmt: skip
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
         many compute at once, which changes no byte; sector: from and to, clockwise from true north [rad]: only its azimuths
-        are computed, with the bytes that they have in a whole scan.
+        are computed, with the bytes that they have in a whole scan; commands: to replay, as `commands` of another run.
 
-        Raises ValueError for an unknown name, a negative seed, fewer than one thread or a sector that is not two angles.
+        Raises ValueError for an unknown name, a negative seed, fewer than one thread, a sector that is not two angles, or a
+        command that is not possible (CommandError).
         """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
@@ -71,7 +81,9 @@ class Simulator:
             raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
         if sector is not None and (len(sector) != 2 or not np.isfinite(sector).all()):
             raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
+        self._steering = Steering(scene)
         self.scene, self.seed, self.fidelity = scene, seed, _fidelity(scene, fidelity)
+        scene = self._steering.scene
         self._sector = Sector(scene.radar, sector)
         self._engine: AzimuthEngine
         self._set_up: SetUp | None = None  # of the pipeline; the specification as printed has no plan of its own
@@ -84,8 +96,13 @@ class Simulator:
             line_of_sight = self._set_up.prepared.line_of_sight
         self.range, self.range_step = self._engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
-        self._truth = GroundTruth(scene, line_of_sight)
-        self._next_scan = 0
+        past = self._steering.past
+        self._line_of_sight = line_of_sight if past is scene else line_of_sight.following(past.bodies)
+        self._truth = GroundTruth(past, self._line_of_sight)
+        self._next_scan = self._next_spoke = 0
+        self._commanding = Lock()
+        if commands := tuple(commands):
+            self.replay(commands)
 
     def __repr__(self) -> str:
         return (
@@ -123,15 +140,46 @@ class Simulator:
         scans: how many, None: without end; a scan counts as taken with its first block. size: spokes per block (the last of a
         scan may be shorter); it changes no byte.
         """
-        for _ in itertools.count() if scans is None else range(scans):
-            number, self._next_scan = self._next_scan, self._next_scan + 1
-            computed = (self._block(number, *tile) for tile in self._engine.tiles(number, self._sector.requested))
-            for stretch in self._sector.stretches(computed):
-                yield from BLAS_LIMIT.each(regrouped(stretch, size))
+        azimuths = self.scene.radar.azimuths
+        at, left = self._next_scan * azimuths, math.inf if scans is None else scans
+        while left > 0:
+            self._begin(at)
+            with closing(self._rest_of_scan(at, size)) as blocks:
+                for block in blocks:
+                    part = self._as_commanded(block)
+                    if part is not None:
+                        yield part
+                    if self._steering.due <= self._next_spoke:
+                        break
+            scan, back = at // azimuths, self._overtaken()
+            at = self._next_scan * azimuths if back is None else back
+            left -= 1 if back is None else back // azimuths - scan
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0 at t = 0. Earlier ones are not computed."""
-        self._next_scan = scan
+        self._next_scan, self._next_spoke = scan, scan * self.scene.radar.azimuths
+
+    def command(self, body: str | None = None, *, spoke: int | None = None, **values: Any) -> Command:
+        """Steers own ship (None) or a body that the scene declares steerable; returns the command with its spoke and time.
+
+        values: as the fields of `Command`, such as course_deg=90. spoke: the first one that shows it, by default the first one
+        after the blocks taken so far. With an earlier one, `blocks` goes back there, and repeats spokes. Of several commands
+        to a body, the last one holds. May be called from any thread. Raises CommandError, and then nothing changes.
+        """
+        with self._commanding:
+            return self._steering.add(self._next_spoke if spoke is None else spoke, body, values, self._next_spoke)
+
+    @property
+    def commands(self) -> tuple[Command, ...]:
+        """All commands so far, by spoke: with them another simulator of the same scene makes the same bytes."""
+        return self._steering.commands
+
+    def replay(self, commands: Iterable[Command | Mapping[str, Any]]) -> None:
+        """Replaces all commands by those of another run, as `commands` gives them or as plain data. Call it between blocks.
+
+        Raises CommandError, and then nothing changes.
+        """
+        self._steering.replay([each if isinstance(each, Command) else command_from(each) for each in commands])
 
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
@@ -160,11 +208,42 @@ class Simulator:
     def _latest(self, scan: int | None) -> int:
         return max(0, self._next_scan - 1) if scan is None else scan
 
+    def _begin(self, spoke: int) -> None:
+        """Makes ready to compute from this spoke on, as commanded until there."""
+        with self._commanding:
+            self._next_scan, self._next_spoke = spoke // self.scene.radar.azimuths + 1, spoke
+            if self._steering.go_to(spoke):
+                self._engine.motions_changed()
+                self._line_of_sight.motions_changed()
+
+    def _rest_of_scan(self, spoke: int, size: int) -> Generator[SpokeBlock, None, None]:
+        """The blocks from this spoke to the end of its scan."""
+        scan, index = divmod(spoke, self.scene.radar.azimuths)
+        sector = self._sector.after(index)
+        computed = (self._block(scan, *tile) for tile in self._engine.tiles(scan, sector.requested))
+        for stretch in sector.stretches(computed):
+            yield from BLAS_LIMIT.each(regrouped(stretch, size))
+
+    def _as_commanded(self, block: SpokeBlock) -> SpokeBlock | None:
+        """The spokes of a block before the next command, which count as taken from now on; None where there are none."""
+        with self._commanding:
+            count = min(len(block), int(min(self._steering.due, block.first + len(block))) - block.first)
+            self._next_spoke = block.first + max(count, 0)
+            if count <= 0:
+                return None
+            part = block if count == len(block) else block.part(0, count)
+            return replace(part, commands=self._steering.count) if self._steering.count else part
+
+    def _overtaken(self) -> int | None:
+        """The spoke to go on from where a command acts that the last blocks do not show; else None."""
+        with self._commanding:
+            return int(self._steering.due) if self._steering.due <= self._next_spoke else None
+
     def _block(self, scan: int, start: int, field: Profiles, power: Singles) -> SpokeBlock:
         radar = self.scene.radar
         number = scan * radar.azimuths + np.arange(start, start + len(field))
         boresight, time = radar.schedule(number)
-        own = self.scene.own_ship.pose(time)
+        own = self._steering.scene.own_ship.pose(time)
         return SpokeBlock(
             int(number[0]), scan, start, time, boresight, own.heading, own.position[:, :2], own.course,
             own.speed, self.range, self.range_step, field, power,

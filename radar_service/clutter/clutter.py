@@ -43,6 +43,11 @@ class Clutter:
     speckle: AzimuthRowCache
     sea: Sea | None
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        if self.sea is not None:
+            self.sea.motions_changed()
+
     def add(self, profiles: Profiles, number: Indices, transmitting: Flags) -> None:
         """Adds clutter to profiles (K, bins) [sqrt(W)] of consecutive azimuths of a scan.
 

@@ -87,6 +87,11 @@ class SeaCells:
         static = self._rests and not movers
         self.rows = StaticAzimuthRows(self._open) if static else AzimuthRowCache(rows_per_scan, self._computed)
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._sweeps.clear()
+        self.rows.clear()
+
     def _open_sea(self) -> Singles:
         """Factors (rows, cells) of the full circle without shadows."""
         factor = np.empty((self.rows_per_scan, self.count), dtype=np.float32)

@@ -83,6 +83,11 @@ class BeamPassages:
     def __len__(self) -> int:
         return len(self._aspects)
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        for cache in (self._nodes, self._schedules, self._sectors, self._crossings):
+            cache.clear()
+
     def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> ObservedEchoes | None:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths; None where none do."""
         spoke = azimuths.time / self._scene.radar.spoke_period

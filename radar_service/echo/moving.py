@@ -59,6 +59,11 @@ class MovingEchoes:
         """How many bodies there are."""
         return len(self._bodies)
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self.visibility.motions_changed()
+        self.passages.motions_changed()
+
     def snapshot(self, number: int, time: float | None = None) -> VisibilitySnapshot:
         """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`."""
         return self.visibility.snapshot(number, self._beam.extent + self._beam.span, time)

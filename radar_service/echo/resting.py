@@ -70,6 +70,10 @@ class PassingShadows:
         time = (step + 0.5) * self._interval if time is None else time
         return self._steps.get((step, self._line_of_sight.presences.state(time)), lambda: self.computed(step, time))
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._steps.clear()
+
     def computed(self, step: int, presence_time: float) -> Echoes:
         """As `at`, computed anew."""
         resting, echoes, line_of_sight = self._resting, self._resting.echoes, self._line_of_sight.as_of(presence_time)

@@ -70,6 +70,10 @@ class Visibility:
         state = self.line_of_sight.presences.state(time)
         return self._snapshots.get((number, state), lambda: self._computed(number, half, time))
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._snapshots.clear()
+
     def all_round(self, number: int) -> BodyEchoes:
         """All visible echoes in the middle of the step of that number, wherever the beam points, those by aspect among them."""
         return self.scatterers.echoes(*self.observed_at(number))

@@ -148,6 +148,10 @@ class Engine:
         for start, field in zip(starts, fields, strict=True):
             yield start, field, square_law(field)
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile."""
+        self.prepared.motions_changed()
+
     def _tile(self, scan: int, start: int) -> Profiles:
         return profiles(self.prepared, tile_azimuths(self.prepared, scan, start))
 

@@ -62,6 +62,14 @@ class Prepared:
     clutter: Clutter | None
     interference: tuple[Interference, ...]
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile."""
+        self.line_of_sight.motions_changed()
+        self.moving.motions_changed()
+        self.shadows.motions_changed()
+        if self.clutter is not None:
+            self.clutter.motions_changed()
+
 
 def prepare(
     scene: Scene,

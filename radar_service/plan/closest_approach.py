@@ -7,6 +7,7 @@ import numpy as np
 
 from radar_service.scene.body import Body
 from radar_service.scene.motion import Motion
+from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.world import Scene
 from radar_service.types import Floats
 
@@ -28,7 +29,9 @@ def legs_of(motion: Motion) -> tuple[Floats, Floats, float]:
 
 
 def closest_approach(one: Motion, other: Motion) -> float:
-    """A lower bound of the distance on the map between two motions [m]."""
+    """A lower bound of the distance on the map between two motions [m]: 0 where commands may bring one anywhere."""
+    if isinstance(one, SteeredMotion) or isinstance(other, SteeredMotion):
+        return 0.0
     (a, b, bulge), (c, d, other_bulge) = legs_of(one), legs_of(other)
     if len(a) * len(c) > MAX_PAIRS:
         low, high = np.minimum(a, b).min(axis=0), np.maximum(a, b).max(axis=0)

@@ -13,6 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.model import SceneModel
 from radar_service.scene.motion import Motion
+from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.world import Scene
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
@@ -177,4 +178,11 @@ def _motion_text(motion: Motion) -> str:
     legs += f" and {arcs} arcs" if arcs else ""
     loop = f", repeats every {motion.period:.0f} s" if motion.period is not None else ""
     turn = f", at last turning at {math.degrees(motion.final_turn):g} degrees/s" if motion.final_turn else ""
-    return f"{position}, {heading}, {course}{legs}{turn}{loop}"
+    return f"{position}, {heading}, {course}{legs}{turn}{loop}{_steering_text(motion)}"
+
+
+def _steering_text(motion: Motion) -> str:
+    if not isinstance(motion, SteeredMotion):
+        return ""
+    speed, rate = motion.limits.max_speed / KNOT, math.degrees(motion.limits.max_turn_rate)
+    return f", steerable up to {speed:g} kn and {rate:g} degrees/s"

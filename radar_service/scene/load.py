@@ -31,6 +31,7 @@ from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Platform
 from radar_service.scene.routes import motion_from_model
 from radar_service.scene.shapes import shape_mesh
+from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.validation_messages import error_from_problems
 from radar_service.scene.world import Scene, World
 
@@ -158,7 +159,9 @@ class _Loader:
     def _coverage(self) -> Coverage:
         """Returns the area that the radar can reach from all positions of own ship; unlimited if she never stops."""
         knots = np.zeros((1, 3)) if self.own_ship is None else self.own_ship.position
-        endless = self.own_ship is not None and bool(self.own_ship.final_velocity.any())
+        endless = isinstance(self.own_ship, SteeredMotion) or (
+            self.own_ship is not None and bool(self.own_ship.final_velocity.any())
+        )
         travel = np.inf if endless else float(np.hypot(*(knots - knots[0])[:, :2].T).max())
         max_range = np.inf if self.radar.second_time_around else self.radar.range_max
         return Coverage(float(knots[0, 0]), float(knots[0, 1]), max_range + travel)

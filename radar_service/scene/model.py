@@ -46,6 +46,13 @@ class WaypointModel(Section):
     speed_kn: Number = Field(gt=0, le=2000)
 
 
+class SteerableModel(Section):
+    """What commands may order while the radar runs: see docs/commands.md."""
+
+    max_speed_kn: Number = Field(30.0, ge=0, le=2000)
+    max_turn_rate_deg_s: Number = Field(5.0, gt=0, le=90, description="also the rate of turns to a course")
+
+
 class RouteSection(Section):
     """A constant course and speed, or waypoints, or a track from a file."""
 
@@ -61,6 +68,7 @@ class RouteSection(Section):
         max_length=500,
         description="CSV with time_s and east_m, north_m (or latitude_deg, longitude_deg), optional up_m, heading_deg",
     )
+    steerable: SteerableModel | None = Field(None, description="a table: commands may steer it; {} for the defaults")
 
 
 class MovingSection(SwaySection, TurningSection, RouteSection):
@@ -229,6 +237,8 @@ class BodyModel(MovingSection):
             raise ValueError(f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}; exchange them")
         if self.speed_kn > 0 or self.waypoints or self.track is not None:
             raise ValueError("heightmap: a height map cannot move; remove speed_kn, waypoints and track")
+        if self.steerable is not None:
+            raise ValueError("steerable: a height map cannot move; remove steerable")
         if self.heading_deg is not None or self.course_deg is not None:
             raise ValueError(
                 "heading_deg: a height map has north at its top and cannot turn; remove heading_deg, course_deg"

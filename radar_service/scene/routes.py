@@ -11,8 +11,9 @@ from radar_service.constants import KNOT
 from radar_service.scene.error import SceneError
 from radar_service.scene.manoeuvre_model import ManoeuvreModel
 from radar_service.scene.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
-from radar_service.scene.model import MovingSection, WaypointModel
+from radar_service.scene.model import MovingSection, SteerableModel, WaypointModel
 from radar_service.scene.motion import Motion, leg_headings
+from radar_service.scene.steered_motion import SteeredMotion, SteeringLimits
 from radar_service.scene.sway import Sway
 from radar_service.scene.sway_model import AMPLITUDES, SwaySection
 from radar_service.scene.waypoint_arcs import RoundedRoute, round_corners
@@ -28,7 +29,13 @@ def motion_from_model(section: MovingSection, start: Floats, location: str, read
     Raises SceneError if a track or the corners of a route are not usable.
     """
     motion = _motion_without_sway(section, start, location, read_track)
-    return replace(motion, sway=sway_from_model(section))
+    motion = replace(motion, sway=sway_from_model(section))
+    return motion if section.steerable is None else SteeredMotion.under(motion, limits_from_model(section.steerable))
+
+
+def limits_from_model(steerable: SteerableModel) -> SteeringLimits:
+    """Returns the limits of commands in SI units."""
+    return SteeringLimits(steerable.max_speed_kn * KNOT, math.radians(steerable.max_turn_rate_deg_s))
 
 
 def sway_from_model(section: SwaySection) -> Sway | None:

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from radar_service.frames import effective_earth_radius
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.scene.body import Body
+from radar_service.scene.commands import Steerable
 from radar_service.scene.environment import Environment, Interferer
 from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Platform
+from radar_service.scene.steered_motion import SteeredMotion
 
 Floats = NDArray[np.float64]
 
@@ -87,6 +89,18 @@ class Scene:
     def body_count(self) -> int:
         """Number of bodies."""
         return len(self.world.bodies)
+
+    @property
+    def steered(self) -> dict[str | None, SteeredMotion]:
+        """The motions that commands may change, by the names of the bodies; None is own ship."""
+        motions = {None: self.own_ship} | {body.name: body.motion for body in self.bodies}
+        return {name: motion for name, motion in motions.items() if isinstance(motion, SteeredMotion)}
+
+    @property
+    def steerable(self) -> Steerable:
+        """What commands may steer."""
+        limits = {name: motion.limits for name, motion in self.steered.items()}
+        return Steerable(limits, frozenset(body.name for body in self.bodies), self.radar.spoke_period)
 
     @property
     def own_ship(self) -> Motion:

@@ -1,6 +1,6 @@
 """What the stream needs of a running scene, so that tests and recordings can replace one, and how it orders one."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -12,6 +12,8 @@ from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import Radar
 from radar_service.records import SpokeBlock, Truth
+from radar_service.scene.commands import Command, Steerable
+from radar_service.stream.command_log import CommandLog
 
 
 @dataclass(frozen=True)
@@ -35,11 +37,15 @@ class SceneOrder:
         return vars(self) | {"folder": None}  # another process does not own the folder
 
 
+NOT_STEERABLE = Steerable({}, frozenset(), 0.0)
+
+
 @dataclass(frozen=True)
 class SceneOutline:
     """A scene as the serving process knows it: the bodies and their meshes stay with the process that computes.
 
     notes: sentences about its files that need no action; whoever uploads the scene gets them.
+    steerable: what commands may steer.
     """
 
     name: str
@@ -48,6 +54,7 @@ class SceneOutline:
     warnings: tuple[str, ...]
     radar: Radar
     notes: tuple[str, ...] = ()
+    steerable: Steerable = NOT_STEERABLE
 
 
 class PlanSummary(Protocol):
@@ -108,6 +115,20 @@ class SpokeSource(Protocol):
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0."""
+
+    @property
+    def commands(self) -> CommandLog:
+        """All commands to its world so far."""
+
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """Commands own ship (None) or a body from a spoke on, which is not taken yet; returns the command.
+
+        Blocks that do not follow it may still come, and then all spokes from that one on come again: `SpokeBlock.commands` says
+        how many commands a block knows. From any thread. Raises CommandError.
+        """
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """Takes all commands of another source of the same scene. Comes before `blocks`."""
 
     def truth(self, t: float) -> Truth:
         """Returns the state of own ship and of every body at time t [s]."""

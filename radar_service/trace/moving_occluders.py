@@ -104,6 +104,17 @@ class MovingOccluders:
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
         return poses.map_from_bodies(0, self._middle, np.arange(len(self.keys)))[:, :2]
 
+    def following(self, bodies: Sequence[Body]) -> Self:
+        """The same occluders, moving as other `bodies` of the scene do."""
+        other = copy(self)
+        other._poses, other.presences = BodyPoses([bodies[i] for i in self._occluders]), Presences(bodies)
+        other._instants = BlockCache(INSTANTS)
+        return other
+
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._instants.clear()
+
     def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
         poses = self._poses.at(np.array([time]))
         centre = poses.map_from_bodies(0, self._centre, np.arange(len(self.keys)))

@@ -10,6 +10,7 @@ from radar_service.frames import polar_from_map, turned, wrap_bearing
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
+from radar_service.scene.steered_motion import PastMotion
 from radar_service.truth.crossing_times import CrossingSearch
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.types import Floats, Indices
@@ -35,6 +36,7 @@ class CrossingTruth:
         self._truth, self._scene = truth, truth.scene
         bodies, radar = self._scene.bodies, self._scene.radar
         self._motions = [body.motion for body in bodies]
+        self._steered = any(isinstance(motion, PastMotion) for motion in (self._scene.own_ship, *self._motions))
         self._reference = np.array([body.reference for body in bodies]).reshape(-1, 3)
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
         every = np.arange(len(bodies))
@@ -51,11 +53,12 @@ class CrossingTruth:
         )
 
     def snapshot(self, scan: int) -> Snapshot:
-        """Returns all bodies at the end of one scan."""
+        """Returns all bodies at the end of one scan, before any command that acts from the next one on."""
         time = (scan + 1) * self._scene.radar.rotation_period
+        instant = math.nextafter(time, 0.0) if self._steered else time
         every = np.arange(len(self._motions))
-        bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), time)))
-        return Snapshot(scan=scan, time=time, radar=RADAR, own_ship=self._own_ship(np.array([time]))[0], bodies=bodies)
+        bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), instant)))
+        return Snapshot(scan=scan, time=time, radar=RADAR, own_ship=self._own_ship(np.array([instant]))[0], bodies=bodies)
 
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
         """East and north (E, 2) [m] of the reference points of bodies (E,) from the antenna at times (E,) [s]."""

@@ -1,7 +1,7 @@
 """A simulator that computes nothing: every cell says which spoke and bin it is."""
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -9,9 +9,11 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.records import BodyTruth, Crossing, OwnShipTruth, Snapshot, SpokeBlock, Truth
+from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
+from radar_service.stream.command_log import CommandLog
 from radar_service.stream.radio.world_process import scene_of, truth_lines
 from radar_service.stream.source import Progress, SceneOrder, TruthLine
 
@@ -37,6 +39,17 @@ def scene(name: str = "test scene", **radar: Any) -> Scene:
     return load_scene({"name": name, "radar": settings | radar, "own_ship": {"heading_deg": 30}})
 
 
+def steerable_scene(name: str = "steerable") -> Scene:
+    """The test scene with own ship and a buoy that may be steered, and a rock that may not."""
+    of = scene(name)
+    bodies = [
+        {"name": "buoy", "shape": "point", "rcs_dbsm": 0, "position_m": [0, 100, 5], "steerable": {"max_speed_kn": 20}},
+        {"name": "the rock/1", "shape": "point", "rcs_dbsm": 0, "position_m": [0, 150, 5]},
+    ]
+    other = load_scene({"name": name, "own_ship": {"steerable": {}}, "body": bodies})
+    return replace(of, world=other.world, platform=other.platform)
+
+
 class FakePlan:
     """Says that nothing is modelled."""
 
@@ -59,21 +72,32 @@ class FakeEngine:
         self.range = (np.arange(of.radar.bins) + 0.5) * self.range_step
         self.blocks_made = 0
         self._dies_at, self._turns = dies_at, turns
-        self._first = 0
+        self._first, self._next = 0, 0
+        self.commands = CommandLog(of.steerable)
         self._made = threading.Condition()
 
     def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
-        number = self._first * self.scene.radar.azimuths
-        while scans is None or number < scans * self.scene.radar.azimuths:
+        self._next = self._first * self.scene.radar.azimuths
+        while scans is None or self._next < scans * self.scene.radar.azimuths:
             if self._turns:
                 self._turns.acquire()
-            index = number % self.scene.radar.azimuths
-            block = self.block(number, min(5, size, self.scene.radar.azimuths - index))
             with self._made:
+                index = self._next % self.scene.radar.azimuths
+                block = self.block(self._next, min(5, size, self.scene.radar.azimuths - index))
+                self._next += len(block)
                 self.blocks_made += 1
                 self._made.notify_all()
             yield block
-            number += min(5, size, self.scene.radar.azimuths - index)
+
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """Goes back to that spoke, as a source does whose blocks are computed ahead."""
+        with self._made:
+            command = self.commands.add(spoke, body, values)
+            self._next = min(self._next, spoke)
+        return command
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        self.commands = CommandLog(self.scene.steerable, commands)
 
     def wait_for_blocks(self, count: int, timeout: float) -> None:
         """Waits until so many blocks were made. Raises AssertionError after `timeout` [s]."""
@@ -94,7 +118,7 @@ class FakeEngine:
         return SpokeBlock(
             number, number // radar.azimuths, index, n * radar.spoke_period, (index + np.arange(count)) * radar.azimuth_step,
             own.heading, own.position[:, :2], own.course, own.speed, self.range, self.range_step,
-            (np.sqrt(power) * 1j).astype(np.complex64), power,
+            (np.sqrt(power) * 1j).astype(np.complex64), power, len(self.commands),
         )  # fmt: skip
 
     def truth(self, t: float) -> Truth:

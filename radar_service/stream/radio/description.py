@@ -1,6 +1,6 @@
 """What a world process needs of an engine, and what it tells the serving process about it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.records import Crossing, Snapshot, SpokeBlock, Truth
+from radar_service.scene.commands import Command
 from radar_service.scene.world import Scene
 from radar_service.stream.source import PlanSummary, SceneOutline
 
@@ -36,6 +37,12 @@ class SceneEngine(Protocol):
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one."""
+
+    def command(self, body: str | None = None, *, spoke: int | None = None, **values: Any) -> Command:
+        """Commands own ship or a body from a spoke on."""
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """Replaces all commands."""
 
     def truth(self, t: float) -> Truth:
         """Returns the truth at time t [s]."""

@@ -87,6 +87,13 @@ class Pacer:
         with self._changed:
             return Orders(self._version, self.settings, self._steps)
 
+    def is_due(self, part: SpokeBlock, orders: Orders) -> bool:
+        """Returns whether these spokes are due now."""
+        with self._changed:
+            if self.held or (orders.settings.pace.state == "pause" and not self._steps):
+                return False
+            return self._steps > 0 or self.schedule.is_due(self._clock(), float(part.time[-1]), orders.settings.pace.factor)
+
     def wait_until_due(self, part: SpokeBlock, orders: Orders) -> bool:
         """Waits until these spokes are due; returns False as soon as the orders have changed."""
         with self._changed:

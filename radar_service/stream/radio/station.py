@@ -8,12 +8,14 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from radar_service.records import Truth
+from radar_service.scene.commands import Command
 from radar_service.stream.controls import changed_order, changed_settings, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
 from radar_service.stream.fanout.feed_output import FeedOutput
 from radar_service.stream.fanout.hub import FeedRefused, Hub
 from radar_service.stream.logs import log_event
+from radar_service.stream.radio.command_queue import TooManyCommandsError, Values
 from radar_service.stream.radio.engine_supervisor import RESTARTS
 from radar_service.stream.radio.last_scan import LastScan
 from radar_service.stream.radio.pacing import Schedule
@@ -25,6 +27,7 @@ from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink, new_epoch_name
 
 LEAVE_TIMEOUT = 2.0  # s for clients to take their bye
+COMMAND_TIMEOUT = 10.0  # s until a command is given up; it takes the time of a batch of spokes
 STOP_TIMEOUT = 3.0  # s to wait for each thread
 
 
@@ -150,6 +153,20 @@ class Station:
         pace = requested.get("pace", {})
         if pace.get("state") == "step":
             self.transmitter.pacer.step(pace["steps"])
+
+    async def command(self, body: str | None, values: Values, supersedes: bool = False) -> Command:
+        """Commands own ship (None) or a body from the first spoke that is not sent yet; returns the command.
+
+        values, supersedes: as in `WaitingCommand`. Raises CommandError, NoRadarError and TooManyCommandsError.
+        """
+        waiting = self.transmitter.commands.put(body, values, supersedes)
+        try:
+            async with asyncio.timeout(COMMAND_TIMEOUT):
+                return await asyncio.wrap_future(waiting)
+        except TimeoutError:
+            raise TooManyCommandsError(
+                f"the radar has sent no spoke for {COMMAND_TIMEOUT:g} s, and takes no command meanwhile"
+            ) from None
 
     async def truth(self, at: float | None = None) -> Truth:
         """Returns the state of everything at `at` [s of simulation], by default now. Raises EngineFault."""

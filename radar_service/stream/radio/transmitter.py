@@ -3,6 +3,8 @@
 When an order acts:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
 - range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed.
+- commands: from the next spoke on; the blocks that the engine has computed beyond it are dropped. Those that come while the
+  next spokes are computed wait until these are sent, so that many commands do not stop the feed.
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
   happens too often the radar fails and the sinks are closed; the next scene restarts it.
 """
@@ -10,8 +12,10 @@ When an order acts:
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from radar_service.records import SpokeBlock
+from radar_service.stream.radio.command_queue import CommandQueue
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.pacer import Pacer
 from radar_service.stream.radio.pacing import Schedule, batch_spokes
@@ -37,6 +41,7 @@ class Transmitter:
     fault: why the radar has failed, None while it runs.
     sent: spokes since the start.
     simulated: time of the next spoke [s].
+    commands: those that wait to be carried out.
     engines: the running engine and its replacements.
     """
 
@@ -55,6 +60,8 @@ class Transmitter:
         self.fault: str | None = None
         self.sent = 0
         self.simulated = 0.0
+        self.commands = CommandQueue(self.pacer.interrupt)
+        self._may_command = True  # whether a spoke was sent since the last commands, which would otherwise stop the feed
         self._sinks = tuple(sinks)
         self._on_restart, self._on_failure = on_restart, on_failure
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
@@ -71,6 +78,7 @@ class Transmitter:
     def stop(self, timeout: float) -> None:
         """Ends both threads and waits for each at most `timeout` [s]."""
         self.pacer.stop()
+        self.commands.close("the server is stopping")
         self.engines.stop()
         if self._thread.ident is not None:
             self._thread.join(timeout)
@@ -97,6 +105,8 @@ class Transmitter:
             self._apply_pending()
             block = self.engines.worker.take(BLOCK_TIMEOUT)
             if block is None:
+                if self._may_command:
+                    self._obey()
                 continue
             self._send_block(block)
             if self.engines.has_pending and block.index + len(block) == self.epoch.engine.scene.radar.azimuths:
@@ -110,9 +120,20 @@ class Transmitter:
             orders = self.pacer.orders()
             size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
             part = block.part(at, min(len(block), at + min(size, orders.steps or size)))
+            if (self._may_command or not self.pacer.is_due(part, orders)) and self._obey():
+                return
             if self.pacer.wait_until_due(part, orders):
                 self._send(part, orders.settings)
                 at += len(part)
+
+    def _obey(self) -> bool:
+        """Carries out the commands that wait, from the next spoke on; returns whether any was accepted."""
+        spoke, worker = self._spokes_done, self.engines.worker
+        time = spoke * self.epoch.engine.scene.radar.spoke_period
+        command = partial(worker.command, spoke)
+        accepted = [waiting.carry_out(time, command) for waiting in self.commands.take()]
+        self._may_command &= not any(accepted)
+        return any(accepted)
 
     def _send(self, part: SpokeBlock, settings: Settings) -> None:
         if settings.transmit:
@@ -122,6 +143,7 @@ class Transmitter:
             self._number += len(part)
             self.sent += len(part)
         self._spokes_done = part.first + len(part)
+        self._may_command = True
         self._last = self._spokes_done - 1, part.power[-1].copy()
         self.pacer.sent(float(part.time[-1]))
         self.simulated = float(part.time[-1]) + self.epoch.engine.scene.radar.spoke_period
@@ -145,6 +167,7 @@ class Transmitter:
         self.simulated, self._spokes_done = 0.0, 0
         self._open(Epoch(name, engine, self.pacer.settings.range))
         self.fault = None
+        self.commands.close(None)
 
     def _open(self, epoch: Epoch) -> None:
         self.epoch, self._number = epoch, 0
@@ -169,6 +192,7 @@ class Transmitter:
 
     def _fail(self, reason: str) -> None:
         self.fault = reason
+        self.commands.close(f"the radar has stopped: {reason}; give it another scene")
         self.engines.worker.stop()
         for sink in self._sinks:
             sink.close(reason)

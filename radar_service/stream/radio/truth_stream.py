@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import math
 from collections import deque
 from collections.abc import AsyncIterator
 from concurrent.futures import Executor
@@ -19,13 +20,17 @@ MAX_KEPT = 4  # scans whose lines are kept, so that several followers ask for th
 
 
 class Sent(NamedTuple):
-    """Spokes of a scan that were sent: times of the first and the last one [s]. ends: whether they end the scan."""
+    """Spokes of a scan that were sent: times of the first and the last one [s]. ends: whether they end the scan.
+
+    commands: that they follow.
+    """
 
     engine: SpokeSource
     scan: int
     first: float
     last: float
     ends: bool
+    commands: int = 0
 
 
 class Follower:
@@ -65,7 +70,7 @@ class TruthStream:
     def __init__(self, engine: SpokeSource, pool: Executor) -> None:
         self._engine, self._pool = engine, pool
         self._followers: set[Follower] = set()
-        self._kept: dict[tuple[SpokeSource, int | None], asyncio.Future[list[TruthLine]]] = {}
+        self._kept: dict[tuple[SpokeSource, int | None, int], asyncio.Future[list[TruthLine]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def start(self) -> None:
@@ -81,7 +86,7 @@ class TruthStream:
         if self._followers and self._loop:
             engine, block = batch.epoch.engine, batch.block
             ends = block.index + len(block) == engine.scene.radar.azimuths
-            sent = Sent(engine, block.scan, float(block.time[0]), float(block.time[-1]), ends)
+            sent = Sent(engine, block.scan, float(block.time[0]), float(block.time[-1]), ends, block.commands)
             self._loop.call_soon_threadsafe(self._put, sent)
 
     def skip(self, epoch: str, count: int, reason: str) -> None:
@@ -112,28 +117,33 @@ class TruthStream:
     async def lines(self, follower: Follower) -> AsyncIterator[str]:
         """Yields the lines for a follower: a header for each scene, then what happens from now on."""
         header, waiting = "", deque[TruthLine]()
-        position: tuple[SpokeSource, int] | None = None
+        position: tuple[SpokeSource, int, int] | None = None
+        before = 0.0
         sent: Sent | None = Sent(self._engine, -1, 0.0, 0.0, False)
         while sent is not None:
-            if (sent.engine, sent.scan) != position:
+            if (sent.engine, sent.scan, sent.commands) != position:
                 first = await self._asked(sent.engine, None)
                 if first and first[0].text != header:
                     header = first[0].text
                     yield header
-                scan = await self._asked(sent.engine, sent.scan) if sent.scan >= 0 else []
-                waiting = deque(line for line in scan if line.time >= sent.first)
-                position = sent.engine, sent.scan
+                scan = await self._asked(sent.engine, sent.scan, sent.commands) if sent.scan >= 0 else []
+                goes_on = position is not None and position[:2] == (sent.engine, sent.scan)
+                since = before if goes_on else sent.first  # where commands have changed the rest of the scan
+                waiting = deque(line for line in scan if line.time >= since)
+                position = sent.engine, sent.scan, sent.commands
             while waiting and (sent.ends or waiting[0].time <= sent.last):
                 yield waiting.popleft().text
+            before = math.nextafter(sent.last, math.inf)  # all lines until `last` are sent
             sent = await follower.next()
 
     def _put(self, sent: Sent) -> None:
         for follower in self._followers:
             follower.put(sent)
 
-    async def _asked(self, engine: SpokeSource, scan: int | None) -> list[TruthLine]:
-        """The lines of a scan, or the header; none where the engine fails, which another one replaces."""
-        key = engine, scan
+    async def _asked(self, engine: SpokeSource, scan: int | None, commands: int = 0) -> list[TruthLine]:
+        """The lines of a scan after so many commands, or the header; none where the engine fails, which another one
+        replaces."""
+        key = engine, scan, commands
         if key not in self._kept:
             loop = asyncio.get_running_loop()
             self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, engine.truth_lines, scan))

@@ -2,8 +2,9 @@
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), then its
 spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
-order to run, as (scan, size), arrives on `data`; from then on it sends (fields of a block, number of trees) there, a NewSpare
-where its spare has died, and at last the text of a fault. The socket holds it back while nobody reads.
+order to run, as (scan, size, commands), arrives on `data`, and further commands after it; from then on it sends (fields of
+a block, number of trees) there, a NewSpare where its spare has died, and at last the text of a fault. The socket holds it back
+while nobody reads.
 """
 
 import contextlib
@@ -19,6 +20,7 @@ from typing import Any, NoReturn
 
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.records import Crossing, Snapshot
+from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.mesh_reader import IN_PROCESS
@@ -47,7 +49,9 @@ def scene_of(order: SceneOrder) -> Scene:
 
 def outline_of(scene: Scene) -> SceneOutline:
     """Returns what the serving process keeps of a scene."""
-    return SceneOutline(scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes)
+    return SceneOutline(
+        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable
+    )  # fmt: skip
 
 
 def describe(engine: SceneEngine, plan: Mapping[str, Any] | None = None) -> Description:
@@ -117,16 +121,19 @@ def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> 
     answering: held while a question is answered.
     """
     data = spares.ends[1]
-    scan, size = data.receive()
+    scan, size, commands = data.receive()
     trees, counted = 0, -math.inf
+    commanding = threading.Lock()
     try:
         engine.skip_to(scan)
+        engine.replay(commands)
+        threading.Thread(target=_obey, args=(data, engine, commanding), name="commands", daemon=True).start()
         for block in engine.blocks(size=size):
             if monotonic() > counted + TREES_SECONDS:
                 trees, counted = engine.trees, monotonic()
             data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
             if block.index + len(block) == engine.scene.radar.azimuths:  # threads that compute the scan have ended
-                spares.renew(answering)
+                _renew(spares, answering, commanding)
         data.send("the engine ended its stream of spokes")
     except (OSError, EOFError):
         return
@@ -135,6 +142,24 @@ def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> 
     except Exception as error:  # as above
         data.send(f"{type(error).__name__}: {error}")
     threading.Event().wait()  # questions are answered until the service closes the channel
+
+
+def _renew(spares: Spares, answering: threading.Lock, commanding: threading.Lock) -> None:
+    """Forks another spare where that is needed, as `Spares.renew`, unless a thread carries out a command now."""
+    if commanding.acquire(blocking=False):
+        try:
+            spares.renew(answering)
+        finally:
+            commanding.release()
+
+
+def _obey(data: Channel, engine: SceneEngine, commanding: threading.Lock) -> None:
+    """Carries out the commands that arrive. commanding: held meanwhile."""
+    with contextlib.suppress(OSError, EOFError):  # the service is gone: the thread that computes finds out, too
+        while True:
+            command: Command = data.receive()
+            with commanding:
+                engine.command(command.body, spoke=command.spoke, **command.values)
 
 
 def _answer_on(control: Channel, engines: Sequence[SceneEngine], answering: threading.Lock) -> None:

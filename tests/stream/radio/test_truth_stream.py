@@ -16,7 +16,7 @@ from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 from radar_service.stream.source import TruthLine
 from radar_service.stream.spokes import Epoch, SpokeBatch
-from tests.stream.fake import AZIMUTHS, FakeEngine, scene
+from tests.stream.fake import AZIMUTHS, FakeEngine, scene, steerable_scene
 
 PERIOD = scene().radar.rotation_period
 
@@ -106,6 +106,35 @@ def test_another_scene_has_a_header_and_another_engine_of_the_same_has_none() ->
         await played.over()
         names = [line["scene"] for line in lines if line["type"] == "header"]
         assert names == ["test scene", "another"] and len(lines) == 2 + 3 * 3
+
+    play(test)
+
+
+def test_commands_change_the_lines_that_are_still_to_come() -> None:
+    class Delayed(FakeEngine):
+        """Each command brings the second crossing a spoke nearer."""
+
+        def truth_lines(self, scan: int | None) -> list[TruthLine]:
+            first, *others = super().truth_lines(scan)
+            if scan is None:
+                return [first]
+            time = others[0].time - len(self.commands) * PERIOD / AZIMUTHS
+            return [first, TruthLine(time, json.dumps(json.loads(others[0].text) | {"time": time})), *others[1:]]
+
+    async def test(played: Played) -> None:
+        engine = Delayed(steerable_scene())
+        played.stream.open_epoch(Epoch("f", engine, None))
+        _, lines = played.follow()
+        played.send(0, 10, engine)
+        await played.until(lambda: len(lines) >= 2)
+        engine.command(10, "buoy", {"speed_kn": 1})
+        played.send(10, 7, engine)
+        await played.until(lambda: len(lines) >= 3)
+        engine.command(17, "buoy", {"speed_kn": 2})
+        played.send(17, AZIMUTHS - 17, engine)
+        await asyncio.sleep(0)
+        await played.over()
+        assert kinds(lines) == [("header", 0), ("crossing", 8.5), ("crossing", 15.5), ("snapshot", 24)]
 
     play(test)
 

@@ -60,14 +60,19 @@ def pack(message: dict[str, Any]) -> bytes:
     return packed
 
 
-def unpack(data: bytes) -> dict[str, Any]:
-    """Returns the message in `data`. Raises ValueError where it is not a map with a `type`."""
+def unpack_any(data: bytes) -> Any:
+    """Returns the object in `data`. Raises ValueError where it is not msgpack."""
     if len(data) > MAX_MESSAGE:
         raise ValueError(f"a message of {len(data)} bytes; at most {MAX_MESSAGE} are allowed")
     try:
-        message = msgpack.unpackb(data, raw=False)  # msgpack refuses lengths beyond the end of `data`
+        return msgpack.unpackb(data, raw=False)  # msgpack refuses lengths beyond the end of `data`
     except Exception as error:
         raise ValueError(f"not a msgpack message: {error}") from error
+
+
+def unpack(data: bytes) -> dict[str, Any]:
+    """Returns the message in `data`. Raises ValueError where it is not a map with a `type`."""
+    message = unpack_any(data)
     if not isinstance(message, dict) or not isinstance(message.get("type"), str):
         raise ValueError("a message is a msgpack map with a string under `type`")
     return message
