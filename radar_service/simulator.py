@@ -1,7 +1,8 @@
 """The simulator computes spokes, scans and the truth from a scene, a fidelity and a seed. Its only clock is simulated time."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -10,6 +11,8 @@ import numpy as np
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
+from radar_service.errors.reporter import ErrorReporter
+from radar_service.errors.tables import changed_errors
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.parallel import BLAS_LIMIT
@@ -19,7 +22,9 @@ from radar_service.plan.culling import Culling, cull
 from radar_service.plan.plan import Plan, plan_for
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.records import Crossing, OwnShipTruth, Snapshot, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.reports import Readings
+from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
 from radar_service.trace.embree import TREES, RayCount
@@ -27,7 +32,7 @@ from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.truth.truth_file import header
-from radar_service.types import Flags, Floats, Profiles, Singles
+from radar_service.types import Flags, Floats, Indices, Profiles, Singles
 
 if TYPE_CHECKING:
     from radar_service.scan import Scan
@@ -85,7 +90,8 @@ class Simulator:
         self.range, self.range_step = self._engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
         self._truth = GroundTruth(scene, line_of_sight)
-        self._next_scan = 0
+        self._reporter = ErrorReporter(scene.radar, seed, scene.errors)
+        self._next_scan = self._next_spoke = 0
 
     def __repr__(self) -> str:
         return (
@@ -127,11 +133,36 @@ class Simulator:
             number, self._next_scan = self._next_scan, self._next_scan + 1
             computed = (self._block(number, *tile) for tile in self._engine.tiles(number, self._sector.requested))
             for stretch in self._sector.stretches(computed):
-                yield from BLAS_LIMIT.each(regrouped(stretch, size))
+                for block in BLAS_LIMIT.each(regrouped(stretch, size)):
+                    self._next_spoke = block.first + len(block)
+                    yield self._reporter.reported(block, self._readings)
+
+    def feed(self, scans: int | None = None) -> Iterator[Spoke]:
+        """The spokes of the next `scans` scans as a client of the service receives them, with the errors of the feed.
+
+        Spokes that are late at the end of the last scan come with the next call. None: without end.
+        """
+        for block in self.blocks(scans):
+            for sent in self._reporter.sent(block):
+                yield from sent.spokes()
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        """Changes errors on purpose, from the first spoke that was not yet yielded.
+
+        tables: those of `[errors]` in a scene file; each replaces the one in force, and None switches it off. None for all
+        switches all off. Raises SceneError.
+        """
+        self._reporter.set(changed_errors(self._reporter.errors, tables), self._next_spoke)
+
+    @property
+    def errors(self) -> ErrorSettings | None:
+        """The errors on purpose of the spokes to come."""
+        return self._reporter.errors
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0 at t = 0. Earlier ones are not computed."""
-        self._next_scan = scan
+        self._next_scan, self._next_spoke = scan, scan * self.scene.radar.azimuths
+        self._reporter = self._reporter.restarted(self._next_spoke)
 
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
@@ -142,11 +173,19 @@ class Simulator:
 
         A body near north may be crossed twice in a scan, or not at all. Safe to call from another thread.
         """
-        return self._crossings.crossings(self._latest(scan))
+        found = self._crossings.crossings(self._latest(scan))
+        if not self._reporter.has_errors:
+            return found
+        return tuple(
+            replace(crossing, own_ship=self._with_report(crossing.own_ship, crossing.scan, crossing.spoke))
+            for crossing in found
+        )
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """The truth of all bodies at the end of a scan, by default of the scan that was taken last."""
-        return self._crossings.snapshot(self._latest(scan))
+        made = self._crossings.snapshot(number := self._latest(scan))
+        own_ship = self._with_report(made.own_ship, number, self._reporter.last_spoke(number))
+        return replace(made, own_ship=own_ship, feed_errors=self._reporter.counts(number))
 
     def truth_header(self) -> dict[str, Any]:
         """What a truth file says first: the scene, the seed, the fidelity and the radar."""
@@ -160,14 +199,23 @@ class Simulator:
     def _latest(self, scan: int | None) -> int:
         return max(0, self._next_scan - 1) if scan is None else scan
 
-    def _block(self, scan: int, start: int, field: Profiles, power: Singles) -> SpokeBlock:
-        radar = self.scene.radar
-        number = scan * radar.azimuths + np.arange(start, start + len(field))
-        boresight, time = radar.schedule(number)
+    def _with_report(self, own: OwnShipTruth, scan: int, spoke: int) -> OwnShipTruth:
+        """Own ship with what the nearest spoke of a scan reports."""
+        return replace(
+            own, reported=self._reporter.own_ship(own, min(spoke, self._reporter.last_spoke(scan)), self._readings)
+        )
+
+    def _readings(self, number: Indices) -> Readings:
+        """True boresight and own ship of spokes of these numbers (K,)."""
+        boresight, time = self.scene.radar.schedule(number)
         own = self.scene.own_ship.pose(time)
+        return Readings(boresight, own.heading, own.position[:, :2], own.course, own.speed)
+
+    def _block(self, scan: int, start: int, field: Profiles, power: Singles) -> SpokeBlock:
+        number = scan * self.scene.radar.azimuths + np.arange(start, start + len(field))
+        time = self.scene.radar.schedule(number)[1]
         return SpokeBlock(
-            int(number[0]), scan, start, time, boresight, own.heading, own.position[:, :2], own.course,
-            own.speed, self.range, self.range_step, field, power,
+            int(number[0]), scan, start, time, *self._readings(number), self.range, self.range_step, field, power,
         )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import Radar
 from radar_service.records import SpokeBlock, Truth
+from radar_service.scene.error_settings import ErrorSettings
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class SceneOutline:
     """A scene as the serving process knows it: the bodies and their meshes stay with the process that computes.
 
     notes: sentences about its files that need no action; whoever uploads the scene gets them.
+    errors: on purpose, which the serving process adds; None without any.
     """
 
     name: str
@@ -48,6 +50,7 @@ class SceneOutline:
     warnings: tuple[str, ...]
     radar: Radar
     notes: tuple[str, ...] = ()
+    errors: ErrorSettings | None = None
 
 
 class PlanSummary(Protocol):

@@ -1,7 +1,7 @@
 """A simulator that computes nothing: every cell says which spoke and bin it is."""
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -96,6 +96,9 @@ class FakeEngine:
             own.heading, own.position[:, :2], own.course, own.speed, self.range, self.range_step,
             (np.sqrt(power) * 1j).astype(np.complex64), power,
         )  # fmt: skip
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        assert tables is None, "the serving process adds errors"
 
     def truth(self, t: float) -> Truth:
         own = BodyTruth(

@@ -1,6 +1,6 @@
 """What a world process needs of an engine, and what it tells the serving process about it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -36,6 +36,9 @@ class SceneEngine(Protocol):
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one."""
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        """Changes errors on purpose."""
 
     def truth(self, t: float) -> Truth:
         """Returns the truth at time t [s]."""
