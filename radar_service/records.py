@@ -64,6 +64,11 @@ class SpokeBlock:
     def __len__(self) -> int:
         return len(self.time)
 
+    @property
+    def readings(self) -> Readings:
+        """Azimuth and own ship as reported."""
+        return Readings(self.azimuth, self.heading, self.position, self.course, self.speed)
+
     def part(self, start: int, stop: int) -> "SpokeBlock":
         """Spokes start to stop (exclusive) of this block, sharing its memory."""
         cut = slice(start, stop)
@@ -107,7 +112,8 @@ def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
     def whole(name: str) -> Any:
         return np.concatenate([getattr(block, name) for block in blocks])
 
-    truths = [block.true for block in blocks if block.true is not None]
+    has_errors = any(block.true is not None for block in blocks)
+    truths = [block.readings if block.true is None else block.true for block in blocks] if has_errors else []
     return replace(
         blocks[0], time=whole("time"), azimuth=whole("azimuth"), heading=whole("heading"), position=whole("position"),
         course=whole("course"), speed=whole("speed"), field=whole("field"), power=whole("power"),

@@ -143,15 +143,9 @@ def runs(spokes: Iterable[SpokeBlock]) -> Iterator[SpokeBlock]:
     """Joins neighbouring blocks whose spokes are consecutive and of one scan."""
     waiting: list[SpokeBlock] = []
     for spoke in spokes:
-        if waiting and not _follows(spoke, waiting[-1]):
+        if waiting and (spoke.scan, spoke.first) != (waiting[-1].scan, waiting[-1].first + len(waiting[-1])):
             yield joined(waiting)
             waiting = []
         waiting.append(spoke)
     if waiting:
         yield joined(waiting)
-
-
-def _follows(block: SpokeBlock, before: SpokeBlock) -> bool:
-    """Whether a block continues the one before: the next spoke of the same scan, both with errors or both without."""
-    is_next = (block.scan, block.first) == (before.scan, before.first + len(before))
-    return is_next and (block.true is None) == (before.true is None)

@@ -11,7 +11,7 @@ from radar_service.errors.timeline import ErrorTimeline
 from radar_service.frames import wrap_angle, wrap_bearing
 from radar_service.radar.parameters import Radar
 from radar_service.records import OwnShipTruth, SpokeBlock
-from radar_service.reports import FeedErrorCounts, Readings, ReportedOwnShip
+from radar_service.reports import FeedErrorCounts, ReportedOwnShip
 from radar_service.scene.error_settings import ErrorSettings
 
 
@@ -51,10 +51,9 @@ class ErrorReporter:
         errors = self._timeline.at(block.first)
         if errors is None:
             return block
-        true = Readings(block.azimuth, block.heading, block.position, block.course, block.speed)
         number = block.first + np.arange(len(block))
-        made = self._sensor_laws(errors).reported(number, block.time, true, earlier)
-        return replace(block, **made._asdict(), true=true)
+        made = self._sensor_laws(errors).reported(number, block.time, block.readings, earlier)
+        return replace(block, **made._asdict(), true=block.readings)
 
     def sent(self, block: SpokeBlock) -> list[SpokeBlock]:
         """Returns what the feed sends when the spokes of a block are due: blocks of consecutive spokes, in order."""

@@ -5,6 +5,8 @@ from collections.abc import Callable
 
 from radar_service.scene.error_settings import ErrorSettings
 
+MAX_CHANGES = 1000  # that are remembered: the errors of older spokes count as those of the oldest change
+
 
 class ErrorTimeline:
     """Errors from each of some spokes on. May be read from any thread: the entries are immutable and replaced whole."""
@@ -27,11 +29,11 @@ class ErrorTimeline:
         kept = tuple(entry for entry in self._entries if entry[0] < number)
         if errors != (kept[-1][1] if kept else None) or not kept:
             kept = (*kept, (number if kept else 0, errors))
-        self._entries = kept
+        self._entries = kept[-MAX_CHANGES:]
 
     def at(self, number: int) -> ErrorSettings | None:
         """Returns the errors in force at a spoke."""
-        return self._entries[bisect_right(self._entries, number, key=lambda entry: entry[0]) - 1][1]
+        return self._entries[max(0, bisect_right(self._entries, number, key=lambda entry: entry[0]) - 1)][1]
 
     def since(self, number: int, part: Callable[[ErrorSettings | None], object]) -> int:
         """Returns the number of the spoke since which a part of the errors has been as it is at the spoke `number`."""

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from radar_service.errors.history import ReadingsHistory
 from radar_service.records import OwnShipTruth, SpokeBlock
-from radar_service.reports import Readings
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.errors_model import MAX_LATENCY_S
 from radar_service.stream.source import SpokeSource, TruthLine
@@ -128,7 +127,7 @@ class _Reports:
     def sent(self, block: SpokeBlock) -> list[SpokeBlock]:
         """What is sent when these spokes are due."""
         self._next = block.first + len(block)
-        self._history.add(block.first, Readings(block.azimuth, block.heading, block.position, block.course, block.speed))
+        self._history.add(block.first, block.readings)
         if self._reporter is None:
             return [block]
         return self._reporter.sent(self._reporter.reported(block, self._history.readings))
