@@ -23,7 +23,9 @@ def law(seed: int = 3, key: int = 0, **feed: Any) -> FeedLaw:
     return FeedLaw(its, RADAR, seed, key)
 
 
-def sent(rules: FeedLaw | None, scans: int = 4, size: int = 7, arranger: FeedArranger | None = None, first: int = 0) -> list[int]:
+def sent(
+    rules: FeedLaw | None, scans: int = 4, size: int = 7, arranger: FeedArranger | None = None, first: int = 0
+) -> list[int]:
     """Numbers of the spokes that are sent for some scans, in order."""
     arranger, numbers = arranger or FeedArranger(RADAR), list[int]()
     for block in blocks(scans, size, first):
@@ -85,7 +87,11 @@ def test_repeated_spokes_are_sent_twice_in_a_row() -> None:
 def test_a_swapped_spoke_follows_the_next_one() -> None:
     rules = law(swap_rate=0.1)
     order, swapped = sent(rules), rules.decisions(0, 4 * AZIMUTHS).swapped
-    alone = [n for n in np.flatnonzero(swapped).tolist() if not swapped[max(0, n - 1)] and not swapped[min(n + 1, 255)] and n < 254]
+    alone = [
+        n
+        for n in np.flatnonzero(swapped).tolist()
+        if not swapped[max(0, n - 1)] and not swapped[min(n + 1, 255)] and n < 254
+    ]
     assert alone and all(order.index(n) == order.index(n + 1) + 1 for n in alone)
 
 
@@ -138,7 +144,9 @@ def test_a_sector_across_north_is_one_sector() -> None:
 
 
 def test_counts_say_what_befell_the_spokes() -> None:
-    rules = law(drop_rate=0.1, repeat_rate=0.1, late_rate=0.1, swap_rate=0.1, stuck_sector_deg=[80, 100], heading_lost_s=[[1, 1.5]])
+    rules = law(
+        drop_rate=0.1, repeat_rate=0.1, late_rate=0.1, swap_rate=0.1, stuck_sector_deg=[80, 100], heading_lost_s=[[1, 1.5]]
+    )
     made = rules.decisions(AZIMUTHS, AZIMUTHS)
     counts = rules.counts(AZIMUTHS, AZIMUTHS, stuck_from=0)
     assert (counts.dropped, counts.repeated, counts.late, counts.out_of_order) == (

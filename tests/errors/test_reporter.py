@@ -10,10 +10,15 @@ from radar_service.frames import wrap_angle
 from radar_service.records import SpokeBlock
 from tests.errors.runs import AZIMUTHS, same, simulator, whole
 
-BAD_FEED = {"drop_rate": 0.1, "repeat_rate": 0.1, "late_rate": 0.1, "late_s": 0.2, "swap_rate": 0.1, "stuck_sector_deg": [80, 120],
-            "heading_lost_s": [[1.25, 1.5]]}  # fmt: skip
+BAD_FEED = {
+    "drop_rate": 0.1, "repeat_rate": 0.1, "late_rate": 0.1, "late_s": 0.2, "swap_rate": 0.1, "stuck_sector_deg": [80, 120],
+    "heading_lost_s": [[1.25, 1.5]],
+}  # fmt: skip
 EVERYTHING: dict[str, Any] = {
-    "profile": "imo-a823", "gyro": {"latency_s": 0.1}, "position": {"noise_m": 4, "bias_m": [2, 1]}, "feed": BAD_FEED,
+    "profile": "imo-a823",
+    "gyro": {"latency_s": 0.1},
+    "position": {"noise_m": 4, "bias_m": [2, 1]},
+    "feed": BAD_FEED,
 }
 
 
@@ -42,7 +47,11 @@ def test_truth_says_what_the_nearest_spoke_reports() -> None:
             spoke = spokes[min(record.spoke, last) if isinstance(record, rs.Crossing) else last]
             own, reported = record.own_ship, record.own_ship.reported
             assert reported is not None and spoke.true is not None and truly.own_ship.reported is None
-            assert (own.heading, own.position, own.speed) == (truly.own_ship.heading, truly.own_ship.position, truly.own_ship.speed)
+            assert (own.heading, own.position, own.speed) == (
+                truly.own_ship.heading,
+                truly.own_ship.position,
+                truly.own_ship.speed,
+            )
             offset = np.subtract(reported.position, own.position)
             np.testing.assert_allclose(offset[:2], np.subtract(spoke.position, spoke.true.position), atol=1e-12)
             assert offset[2] == 0.0
@@ -53,7 +62,10 @@ def test_truth_says_what_the_nearest_spoke_reports() -> None:
                 error = wrap_angle(np.array(spoke.azimuth - spoke.true.azimuth + spoke.true.heading))
             else:
                 assert reported.heading is not None and reported.course is not None
-                for value, true, name in ((reported.heading, own.heading, "heading"), (reported.course, own.course, "course")):
+                for value, true, name in (
+                    (reported.heading, own.heading, "heading"),
+                    (reported.course, own.course, "course"),
+                ):
                     expected_error = getattr(spoke, name) - getattr(spoke.true, name)
                     assert wrap_angle(np.array(value - true)) == pytest.approx(wrap_angle(expected_error), abs=1e-12)
             assert reported.azimuth_error == pytest.approx(float(error), abs=1e-12)
@@ -82,7 +94,11 @@ def test_the_feed_in_process_meets_the_errors_and_the_truth_counts_them() -> Non
         of_scan = [n for n in numbers if n // AZIMUTHS == scan]
         assert AZIMUTHS - len(set(of_scan)) == count.dropped > 0
         assert len(of_scan) - len(set(of_scan)) == count.repeated > 0 and count.late > 0 and count.out_of_order > 0
-        stuck = {spoke.number for spoke in sent if spoke.scan == scan and not np.array_equal(spoke.power, spokes[spoke.number].power)}
+        stuck = {
+            spoke.number
+            for spoke in sent
+            if spoke.scan == scan and not np.array_equal(spoke.power, spokes[spoke.number].power)
+        }
         assert len(stuck) == count.stuck and (count.stuck > 0) is (scan > 0)
         assert count.heading_lost == len({s.number for s in sent if s.scan == scan and np.isnan(s.heading)})
     assert counts[1] is not None and counts[1].heading_lost > 0

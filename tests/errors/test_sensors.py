@@ -85,7 +85,9 @@ def test_the_antenna_errs_in_azimuth_alone() -> None:
 
 
 def test_without_a_heading_azimuths_count_from_the_bow() -> None:
-    block, was, _, time = true({"gyro": {"bias_deg": 3}, "antenna": {"misalignment_deg": 1}, "feed": {"heading_lost_s": [[0.25, 0.5]]}})
+    block, was, _, time = true(
+        {"gyro": {"bias_deg": 3}, "antenna": {"misalignment_deg": 1}, "feed": {"heading_lost_s": [[0.25, 0.5]]}}
+    )
     lost = (time >= 0.25) & (time < 0.5)
     assert 0 < lost.sum() < AZIMUTHS
     np.testing.assert_array_equal(np.isnan(block.heading), lost)

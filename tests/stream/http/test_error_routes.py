@@ -9,7 +9,8 @@ import pytest
 
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.http.access import Access
-from tests.stream.asgi import Server
+from radar_service.stream.http.connection_errors import ConnectionErrors
+from tests.stream.asgi import Server, Socket
 from tests.stream.fake import AZIMUTHS
 from tests.stream.http.playing import play, station
 
@@ -21,6 +22,15 @@ async def step(server: Server, spokes: int) -> None:
     await server.http.patch(CONTROLS, json={"pace": {"state": "step", "steps": spokes}})
 
 
+async def stepped(server: Server, feed: Socket, spokes: int) -> dict[str, list[Any]]:
+    """What a client receives with so many spokes more: the values of each."""
+    await step(server, spokes)
+    messages = await feed.spokes(spokes)
+    columns = {key: [value for message in messages for value in message[key]] for key in ("heading", "course", "azimuth")}
+    rows = [message["index"] + k for message in messages for k in range(message["count"])]
+    return columns | {"index": rows, "first": [messages[0]["first"]]}
+
+
 def test_errors_are_told_changed_and_switched_off() -> None:
     async def test(server: Server) -> None:
         assert (await server.http.get(ERRORS)).json() == NONE
@@ -28,7 +38,9 @@ def test_errors_are_told_changed_and_switched_off() -> None:
                 "latency_s": 0.0}  # fmt: skip
         answer = await server.http.patch(ERRORS, json={"gyro": {"bias_deg": 1.5}})
         assert answer.status_code == 200 and answer.json() == NONE | {"gyro": gyro}
-        answer = (await server.http.patch(ERRORS, json={"feed": {"heading_lost_s": [[1, 2]], "stuck_sector_deg": [10, 20]}})).json()
+        answer = (
+            await server.http.patch(ERRORS, json={"feed": {"heading_lost_s": [[1, 2]], "stuck_sector_deg": [10, 20]}})
+        ).json()
         assert answer["gyro"] == gyro and answer["feed"]["heading_lost_s"] == [[1, 2]] and answer["feed"]["late_s"] == 0.5
         assert (await server.http.get(ERRORS)).json() == answer
         assert (await server.http.patch(ERRORS, json={"gyro": None, "feed": {}})).json() == NONE
@@ -81,20 +93,19 @@ def test_only_who_may_command_changes_errors_and_only_of_radars_that_exist() -> 
 def test_clients_receive_what_is_reported_from_the_next_spoke_on() -> None:
     async def test(server: Server) -> None:
         feed = await server.feed()
-        await step(server, 5)
-        (right,) = await feed.spokes(5)
+        right = await stepped(server, feed, 5)
         await server.http.patch(ERRORS, json={"antenna": {"misalignment_deg": 9}, "gyro": {"bias_deg": 18}})
-        await step(server, 5)
-        (wrong,) = await feed.spokes(5)
+        wrong = await stepped(server, feed, 5)
         turn = wire.TURN
-        assert wrong["heading"] == [(right["heading"][0] + turn // 20) % turn] * 5 and wrong["first"] == 5
-        expected = np.rint(((wrong["index"] + np.arange(5)) / AZIMUTHS + 27 / 360) * turn)
-        assert wrong["azimuth"] == expected.astype(int).tolist()
+        expected = np.rint((right["heading"][0] / turn + 18 / 360) * turn) % turn
+        assert wrong["heading"] == pytest.approx([expected] * 5, abs=1) and wrong["first"] == [
+            5
+        ]  # one unit: both are rounded
+        assert wrong["azimuth"] == np.rint((np.array(wrong["index"]) / AZIMUTHS + 27 / 360) * turn).astype(int).tolist()
         await server.http.patch(ERRORS, json={"gyro": {}, "antenna": {}, "feed": {"heading_lost_s": [[0, 1e9]]}})
-        await step(server, 5)
-        (lost,) = await feed.spokes(5)
+        lost = await stepped(server, feed, 5)
         assert lost["heading"] == lost["course"] == [None] * 5
-        expected = np.rint(((lost["index"] + np.arange(5)) / AZIMUTHS - 30 / 360) * turn)  # from the bow; she heads for 030
+        expected = np.rint((np.array(lost["index"]) / AZIMUTHS - 30 / 360) * turn)  # from the bow; she heads for 030
         assert lost["azimuth"] == (expected % turn).astype(int).tolist()
 
     play(test)
@@ -106,7 +117,9 @@ def test_blind_spokes_are_those_that_the_radar_does_not_transmit_in() -> None:
     async def blind(server: Server) -> list[bool]:
         feed = await server.feed()
         await step(server, AZIMUTHS)
-        return [flag for message in await feed.spokes(AZIMUTHS) for flag in message.get("blind") or [False] * message["count"]]
+        return [
+            flag for message in await feed.spokes(AZIMUTHS) for flag in message.get("blind") or [False] * message["count"]
+        ]
 
     seen: list[list[bool]] = []
 
@@ -125,17 +138,37 @@ def test_a_dropped_spoke_leaves_no_gap_in_the_numbers() -> None:
         feed = await server.feed()
         await server.http.patch(ERRORS, json={"feed": {"drop_rate": 0.3}})
         await step(server, 2 * AZIMUTHS)
+        while not only.transmitter.pacer.idle:
+            await asyncio.sleep(0)
         await server.http.delete(ERRORS)
         await step(server, 1)
-        messages, numbers, indices = [], [], []
+        numbers, indices = list[int](), list[int]()
         while not indices or indices[-1] != 2 * AZIMUTHS:
-            messages.append(message := await feed.until("spokes"))
+            message = await feed.until("spokes")
             numbers += range(message["first"], message["first"] + message["count"])
             start = message["scan"] * AZIMUTHS + message["index"]
             indices += range(start, start + message["count"])
         assert numbers == list(range(len(numbers))) and len(numbers) < 2 * AZIMUTHS
         assert indices == sorted(set(indices))
 
+    play(test, only := station())
+
+
+def test_a_slow_connection_carries_each_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    carried = list[int]()
+
+    async def carry(_: ConnectionErrors, size: int) -> None:
+        carried.append(size)
+
+    async def test(server: Server) -> None:
+        feed = await server.feed()
+        sizes = [len(await feed.raw())]
+        await step(server, AZIMUTHS)
+        while len(sizes) < 3:
+            sizes.append(len(await feed.raw()))
+        assert carried[:3] == sizes
+
+    monkeypatch.setattr(ConnectionErrors, "carry", carry)
     play(test)
 
 
