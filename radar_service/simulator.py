@@ -173,12 +173,12 @@ class Simulator:
 
         A body near north may be crossed twice in a scan, or not at all. Safe to call from another thread.
         """
-        found = self._crossings.crossings(self._latest(scan))
+        crossings = self._crossings.crossings(self._latest(scan))
         if not self._reporter.has_errors:
-            return found
+            return crossings
         return tuple(
             replace(crossing, own_ship=self._with_report(crossing.own_ship, crossing.scan, crossing.spoke))
-            for crossing in found
+            for crossing in crossings
         )
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
