@@ -4,6 +4,8 @@ Whether a spoke is dropped, repeated or late depends on the seed and its number 
 is `late` seconds newer, a swapped one after its successor. Old echoes are those of the first scan with that error.
 """
 
+import heapq
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
@@ -19,6 +21,7 @@ from radar_service.reports import FeedErrorCounts
 from radar_service.scene.error_settings import FeedErrors
 from radar_service.types import Flags, Floats, Indices, Profiles, Singles
 
+MAX_LATE = 4096  # spokes; where more are late, the first ones come sooner
 DROP, BURST, REPEAT, LATE, SWAP = range(5)  # columns of the random numbers of a spoke
 
 
@@ -93,7 +96,8 @@ class FeedArranger:
         self._radar = radar
         self._sector: tuple[float, float] | None = None
         self._old: dict[int, tuple[Profiles, Singles]] = {}  # by index: field and power of the stuck sector
-        self._held: list[tuple[int, SpokeBlock]] = []  # late spokes, and the number of the spoke that each follows
+        self._held: list[tuple[int, int, SpokeBlock]] = []  # a heap: late spokes, each with the number that it follows
+        self._count = itertools.count()  # of late spokes: those that follow the same spoke stay in order
 
     def arranged(self, block: SpokeBlock, law: FeedLaw | None) -> list[SpokeBlock]:
         """Returns what is sent when the spokes of a block are due: blocks of consecutive spokes, in order.
@@ -108,9 +112,15 @@ class FeedArranger:
         if not self._held and not (made.dropped | made.repeated | (made.delay > 0)).any():
             return [block]
         for k in np.flatnonzero(made.delay).tolist():
-            self._held += [(block.first + k + int(made.delay[k]), block.part(k, k + 1))] * (1 + int(made.repeated[k]))
+            for _ in range(1 + int(made.repeated[k])):
+                self._hold(block.part(k, k + 1), block.first + k + int(made.delay[k]))
         passes = ~made.dropped & (made.delay == 0)
         return self._with_held(block, passes.tolist(), made.repeated.tolist())
+
+    def _hold(self, spoke: SpokeBlock, follows: int) -> None:
+        """Keeps a late spoke. It is copied: otherwise the whole block would stay in memory."""
+        spoke = replace(spoke, field=spoke.field.copy(), power=spoke.power.copy())
+        heapq.heappush(self._held, (follows, next(self._count), spoke))
 
     def _with_held(self, block: SpokeBlock, passes: list[bool], repeated: list[bool] | None = None) -> list[SpokeBlock]:
         """The spokes of a block that pass now, and after each those that follow it."""
@@ -118,9 +128,8 @@ class FeedArranger:
         for k in range(len(block)):
             if passes[k]:
                 sent += [block.part(k, k + 1)] * (2 if repeated and repeated[k] else 1)
-            number = block.first + k
-            sent += [late for due, late in self._held if due <= number]
-            self._held = [entry for entry in self._held if entry[0] > number]
+            while self._held and (self._held[0][0] <= block.first + k or len(self._held) > MAX_LATE):
+                sent.append(heapq.heappop(self._held)[2])
         return list(runs(sent))
 
     def _set_sector(self, sector: tuple[float, float] | None) -> None:

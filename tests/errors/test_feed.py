@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.errors import feed
 from radar_service.errors.feed import FeedArranger, FeedLaw, runs
 from radar_service.records import SpokeBlock
 from radar_service.types import Flags
@@ -17,8 +18,8 @@ RADAR = radar(azimuths=AZIMUTHS, beamwidth_deg=8, range_max_m=256, rpm=60)
 MANY = 40_000
 
 
-def law(seed: int = 3, key: int = 0, **feed: Any) -> FeedLaw:
-    its = settings({"feed": feed}).feed
+def law(seed: int = 3, key: int = 0, **table: Any) -> FeedLaw:
+    its = settings({"feed": table}).feed
     assert its is not None
     return FeedLaw(its, RADAR, seed, key)
 
@@ -119,6 +120,22 @@ def test_late_spokes_come_also_when_the_errors_are_switched_off() -> None:
     after = sent(None, scans=1, arranger=arranger, first=1)
     assert before == list(range(AZIMUTHS - 16)) and sorted(before + after) == list(range(2 * AZIMUTHS))
     assert sent(None, scans=1, arranger=arranger, first=2) == list(range(2 * AZIMUTHS, 3 * AZIMUTHS))
+
+
+def test_a_bounded_number_of_spokes_is_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(feed, "MAX_LATE", 10)
+    arranger, rules, spokes = FeedArranger(RADAR), law(late_rate=1, late_s=10), list[SpokeBlock]()
+    for block in blocks(3, 16):
+        spokes += arranger.arranged(block, rules)
+    assert [spoke.first + k for spoke in spokes for k in range(len(spoke))] == list(range(3 * AZIMUTHS - 10))
+
+
+def test_a_late_spoke_keeps_no_other_spoke_in_memory() -> None:
+    arranger, whole = FeedArranger(RADAR), blocks(1, AZIMUTHS)[0]
+    arranger.arranged(whole, law(late_rate=1, late_s=1 / AZIMUTHS))  # the last spoke is still to come
+    _, late = arranger.arranged(block_of(3 * AZIMUTHS, 1, AZIMUTHS), None)
+    assert late.first == AZIMUTHS - 1 and late.power[0, 0] == AZIMUTHS - 1
+    assert not np.shares_memory(late.power, whole.power) and not np.shares_memory(late.field, whole.field)
 
 
 def test_a_stuck_sector_keeps_the_echoes_of_its_first_scan() -> None:
