@@ -7,12 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.reports import FeedErrorCounts, Readings, ReportedOwnShip
+
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Spoke:
-    """One azimuth's output. All SI and radians; azimuth is the boresight, clockwise from true north, at `time`."""
+    """One azimuth's output. All SI and radians; azimuth is the boresight, clockwise from true north, at `time`.
+
+    With errors on purpose azimuth and own ship are as reported, and `true` has the truth; otherwise that is None.
+    """
 
     number: int  # since the start of the simulation; number = scan x azimuths + index
     scan: int
@@ -26,11 +31,15 @@ class Spoke:
     range: Floats  # (N,) where the samples stand
     field: NDArray[np.complex64]  # (N,) sqrt(W), compressed, before detection
     power: NDArray[np.float32]  # (N,) W
+    true: Readings | None = None
 
 
 @dataclass(frozen=True)
 class SpokeBlock:
-    """K consecutive spokes of one scan as arrays, K >= 1: the engine yields them and the stream divides them."""
+    """K consecutive spokes of one scan as arrays, K >= 1: the engine yields them and the stream divides them.
+
+    With errors on purpose azimuth and own ship are as reported, and `true` has the truth; otherwise that is None.
+    """
 
     first: int  # number of the first spoke
     scan: int
@@ -46,6 +55,7 @@ class SpokeBlock:
     field: NDArray[np.complex64]  # (K, N)
     power: NDArray[np.float32]  # (K, N)
     commands: int = 0  # that had come when it was computed
+    true: Readings | None = None  # (K,) each
 
     def __post_init__(self) -> None:
         k, n = self.field.shape
@@ -55,13 +65,18 @@ class SpokeBlock:
     def __len__(self) -> int:
         return len(self.time)
 
+    @property
+    def readings(self) -> Readings:
+        """Azimuth and own ship as reported."""
+        return Readings(self.azimuth, self.heading, self.position, self.course, self.speed)
+
     def part(self, start: int, stop: int) -> "SpokeBlock":
         """Spokes start to stop (exclusive) of this block, sharing its memory."""
         cut = slice(start, stop)
         return SpokeBlock(
             self.first + start, self.scan, self.index + start, self.time[cut], self.azimuth[cut], self.heading[cut],
             self.position[cut], self.course[cut], self.speed[cut], self.range, self.range_step, self.field[cut],
-            self.power[cut], self.commands,
+            self.power[cut], self.commands, None if self.true is None else self.true.part(cut),
         )  # fmt: skip
 
     def spokes(self) -> Iterator[Spoke]:
@@ -71,6 +86,7 @@ class SpokeBlock:
                 self.first + k, self.scan, self.index + k, float(self.time[k]), float(self.azimuth[k]),
                 float(self.heading[k]), (float(self.position[k, 0]), float(self.position[k, 1])),
                 float(self.course[k]), float(self.speed[k]), self.range, self.field[k], self.power[k],
+                None if self.true is None else self.true.part(k),
             )  # fmt: skip
 
 
@@ -97,9 +113,12 @@ def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
     def whole(name: str) -> Any:
         return np.concatenate([getattr(block, name) for block in blocks])
 
+    has_errors = any(block.true is not None for block in blocks)
+    truths = [block.readings if block.true is None else block.true for block in blocks] if has_errors else []
     return replace(
         blocks[0], time=whole("time"), azimuth=whole("azimuth"), heading=whole("heading"), position=whole("position"),
         course=whole("course"), speed=whole("speed"), field=whole("field"), power=whole("power"),
+        true=Readings(*map(np.concatenate, zip(*truths, strict=True))) if truths else None,
     )  # fmt: skip
 
 
@@ -149,7 +168,7 @@ class OwnShipTruth:
     roll: float
     pitch: float
     yaw: float
-    reported: None = None
+    reported: ReportedOwnShip | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,14 +223,18 @@ class Crossing(Kinematics):
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """All bodies at the end of a scan, at one `time` [s]."""
+    """All bodies at the end of a scan, at one `time` [s]. feed_errors: what befell its spokes, None without such errors."""
 
     scan: int
     time: float
     radar: str
     own_ship: OwnShipTruth
     bodies: tuple[Kinematics, ...]
+    feed_errors: FeedErrorCounts | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data, as files and feeds have it: the names of the fields, and `type`."""
-        return {"type": "snapshot", **asdict(self)}
+        """Plain data, as files and feeds have it: the names of the fields, and `type`; no `feed_errors` without such errors."""
+        content = asdict(self)
+        if self.feed_errors is None:
+            del content["feed_errors"]
+        return {"type": "snapshot", **content}

@@ -33,7 +33,7 @@ class Scan:
 
     number: int  # since the start of the simulation
     time: Floats  # (A,) s
-    azimuth: Floats  # (A,) boresight from true north, clockwise
+    azimuth: Floats  # (A,) from true north, clockwise: the boresight, or with errors on purpose as reported
     heading: Floats  # (A,) of own ship
     position: Floats  # (A, 2) m east and north, of own ship
     course: Floats  # (A,) of own ship
@@ -105,21 +105,28 @@ def scan_of(blocks: Iterable[SpokeBlock], azimuths: int | None = None) -> Scan:
         result[rows] = values
         return result
 
+    azimuth = _boresight(count) if whole.true is None else spread(whole.azimuth)
     return Scan(
-        whole.scan, spread(whole.time), np.arange(count, dtype=np.float64) * (2.0 * np.pi / count), spread(whole.heading),
-        spread(whole.position), spread(whole.course), spread(whole.speed), whole.range, whole.range_step,
-        spread(whole.field), spread(whole.power),
+        whole.scan, spread(whole.time), azimuth, spread(whole.heading), spread(whole.position), spread(whole.course),
+        spread(whole.speed), whole.range, whole.range_step, spread(whole.field), spread(whole.power),
     )  # fmt: skip
+
+
+def _boresight(azimuths: int) -> Floats:
+    """The boresights (A,) of a scan [rad]."""
+    return np.arange(azimuths, dtype=np.float64) * (2.0 * np.pi / azimuths)
 
 
 def save_scans(path: str | Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
     """Write whole scans of one radar to a .npz file. about: `name`, `fidelity` and `seed`. Raises ValueError and OSError."""
     first, number = scans[0], np.array([scan.number for scan in scans])
-    azimuths = len(first.azimuth)
+    azimuths, reported = len(first.azimuth), np.stack([scan.azimuth for scan in scans])
     keys = ("time", "heading", "course", "speed", "position", "field", "power")
     spoke = number[:, None] * azimuths + np.arange(azimuths)
     each = {key: np.stack([getattr(scan, key) for scan in scans]) for key in keys}
-    shared = {key: getattr(first, key) for key in ("azimuth", "range", "range_step")}
+    shared: dict[str, Any] = {"azimuth": _boresight(azimuths), "range": first.range, "range_step": first.range_step}
+    if not np.array_equal(reported, np.broadcast_to(shared["azimuth"], reported.shape)):
+        shared["reported_azimuth"] = reported
     came = ~np.isnan(each["time"])
     write_arrays(path, each | shared | {"number": number, "spoke": np.where(came, spoke, -1)} | dict(about or {}))
 
@@ -138,8 +145,9 @@ def load_scan(path: str | Path, index: int = 0) -> Scan:
         raise ValueError(f"{path}: holds no power; have the client write another encoding than u8")
     power = arrays["power"][index]
     nothing = np.broadcast_to(np.complex64(complex(np.nan, np.nan)), power.shape)
+    azimuth = arrays["reported_azimuth"][index] if "reported_azimuth" in arrays else arrays["azimuth"]
     return Scan(
-        int(numbers[index]), arrays["time"][index], arrays["azimuth"], arrays["heading"][index], arrays["position"][index],
+        int(numbers[index]), arrays["time"][index], azimuth, arrays["heading"][index], arrays["position"][index],
         arrays["course"][index], arrays["speed"][index], arrays["range"], float(arrays["range_step"]),
         arrays["field"][index] if "field" in arrays else nothing, power,
     )  # fmt: skip

@@ -12,6 +12,7 @@ A file holds S scans, one or more, of the same radar: A azimuths and N range cel
 | speed | (S, A) | float64 | m/s, own ship's |
 | position | (S, A, 2) | float64 | m east and north, own ship's |
 | azimuth | (A,) | float64 | rad from true north, clockwise, the boresight |
+| reported_azimuth, optional | (S, A) | float64 | rad, as the radar reports it, with errors on purpose |
 | range | (N,) | float64 | m, of each sample |
 | range_step | () | float64 | m from sample to sample |
 | power, optional | (S, A, N) | float32 | W |
@@ -42,6 +43,7 @@ SHAPES = {
 }  # fmt: skip
 OPTIONAL = {
     "power": "SAN", "field": "SAN", "samples": "SAN", "blind": "SA", "name": "", "fidelity": "", "seed": "", "hello": "",
+    "reported_azimuth": "SA",
 }  # fmt: skip
 
 

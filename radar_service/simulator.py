@@ -13,6 +13,8 @@ import numpy as np
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
+from radar_service.errors.reporter import ErrorReporter
+from radar_service.errors.tables import changed_errors
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.parallel import BLAS_LIMIT
@@ -22,8 +24,10 @@ from radar_service.plan.culling import Culling, cull
 from radar_service.plan.plan import Plan, plan_for
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.records import Crossing, OwnShipTruth, Snapshot, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.reports import Readings
 from radar_service.scene.commands import Command, command_from
+from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
@@ -32,7 +36,7 @@ from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.truth.truth_file import header
-from radar_service.types import Flags, Floats, Profiles, Singles
+from radar_service.types import Flags, Floats, Indices, Profiles, Singles
 
 if TYPE_CHECKING:
     from radar_service.scan import Scan
@@ -99,6 +103,7 @@ class Simulator:
         past = self._steering.past
         self._line_of_sight = line_of_sight if past is scene else line_of_sight.following(past.bodies)
         self._truth = GroundTruth(past, self._line_of_sight)
+        self._reporter = ErrorReporter(scene.radar, seed, scene.errors)
         self._next_scan = self._next_spoke = 0
         self._commanding = Lock()
         if commands := tuple(commands):
@@ -148,16 +153,39 @@ class Simulator:
                 for block in blocks:
                     part = self._as_commanded(block)
                     if part is not None:
-                        yield part
+                        yield self._reporter.reported(part, self._readings)
                     if self._steering.due <= self._next_spoke:
                         break
             scan, back = at // azimuths, self._overtaken()
             at = self._next_scan * azimuths if back is None else back
             left -= 1 if back is None else back // azimuths - scan
 
+    def feed(self, scans: int | None = None) -> Iterator[Spoke]:
+        """The spokes of the next `scans` scans as a client of the service receives them, with the errors of the feed.
+
+        Spokes that are late at the end of the last scan come with the next call. None: without end.
+        """
+        for block in self.blocks(scans):
+            for sent in self._reporter.sent(block):
+                yield from sent.spokes()
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        """Changes errors on purpose, from the first spoke that was not yet yielded.
+
+        tables: those of `[errors]` in a scene file; each replaces the one in force, and None switches it off. None for all
+        switches all off. Raises SceneError.
+        """
+        self._reporter.set(changed_errors(self._reporter.errors, tables), self._next_spoke)
+
+    @property
+    def errors(self) -> ErrorSettings | None:
+        """The errors on purpose of the spokes to come."""
+        return self._reporter.errors
+
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0 at t = 0. Earlier ones are not computed."""
         self._next_scan, self._next_spoke = scan, scan * self.scene.radar.azimuths
+        self._reporter = self._reporter.restarted(self._next_spoke)
 
     def command(self, body: str | None = None, *, spoke: int | None = None, **values: Any) -> Command:
         """Steers own ship (None) or a body that the scene declares steerable; returns the command with its spoke and time.
@@ -190,11 +218,19 @@ class Simulator:
 
         A body near north may be crossed twice in a scan, or not at all. Safe to call from another thread.
         """
-        return self._crossings.crossings(self._latest(scan))
+        crossings = self._crossings.crossings(self._latest(scan))
+        if not self._reporter.has_errors:
+            return crossings
+        return tuple(
+            replace(crossing, own_ship=self._with_report(crossing.own_ship, crossing.scan, crossing.spoke))
+            for crossing in crossings
+        )
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """The truth of all bodies at the end of a scan, by default of the scan that was taken last."""
-        return self._crossings.snapshot(self._latest(scan))
+        made = self._crossings.snapshot(number := self._latest(scan))
+        own_ship = self._with_report(made.own_ship, number, self._reporter.last_spoke(number))
+        return replace(made, own_ship=own_ship, feed_errors=self._reporter.counts(number))
 
     def truth_header(self) -> dict[str, Any]:
         """What a truth file says first: the scene, the seed, the fidelity and the radar."""
@@ -239,14 +275,23 @@ class Simulator:
         with self._commanding:
             return int(self._steering.due) if self._steering.due <= self._next_spoke else None
 
+    def _with_report(self, own: OwnShipTruth, scan: int, spoke: int) -> OwnShipTruth:
+        """Own ship with what the nearest spoke of a scan reports."""
+        return replace(
+            own, reported=self._reporter.own_ship(own, min(spoke, self._reporter.last_spoke(scan)), self._readings)
+        )
+
+    def _readings(self, number: Indices) -> Readings:
+        """True boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
+        boresight, time = self.scene.radar.schedule(number)
+        own = self._steering.past.own_ship.pose(time)
+        return Readings(boresight, own.heading, own.position[:, :2], own.course, own.speed)
+
     def _block(self, scan: int, start: int, field: Profiles, power: Singles) -> SpokeBlock:
-        radar = self.scene.radar
-        number = scan * radar.azimuths + np.arange(start, start + len(field))
-        boresight, time = radar.schedule(number)
-        own = self._steering.scene.own_ship.pose(time)
+        number = scan * self.scene.radar.azimuths + np.arange(start, start + len(field))
+        time = self.scene.radar.schedule(number)[1]
         return SpokeBlock(
-            int(number[0]), scan, start, time, boresight, own.heading, own.position[:, :2], own.course,
-            own.speed, self.range, self.range_step, field, power,
+            int(number[0]), scan, start, time, *self._readings(number), self.range, self.range_step, field, power,
         )  # fmt: skip
 
 

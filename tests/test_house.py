@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 GROUND = (
     "arguments", "block_cache", "constants", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random", "records",
-    "scan_file",
+    "reports", "scan_file",
     "types",
 )  # fmt: skip
 ROOMS = ("radar", "scene", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "plan")  # upward
@@ -21,10 +21,11 @@ BELOW: dict[str, tuple[str, ...]] = {
     "truth": (*GROUND, *ROOMS[: ROOMS.index("echo") + 1]),
     "scan": (*GROUND, "display"),
     "sector": (*GROUND, "radar"),
-    "simulator": (*GROUND, *ROOMS, "sector", "truth", "scan"),
+    "errors": (*GROUND, "radar", "scene", "errors"),
+    "simulator": (*GROUND, *ROOMS, "sector", "truth", "scan", "errors"),
     "scan_command": (*GROUND, *ROOMS, "truth", "scan", "simulator", "simulator_options", "display"),
     "simulator_options": (*GROUND, *ROOMS, "simulator"),
-    "stream": (*GROUND, "radar", "scene", "receive", "display", "stream"),
+    "stream": (*GROUND, "radar", "scene", "receive", "display", "errors", "stream"),
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),
     "__init__": (*GROUND, "scene", "scan", "simulator"),
 }
@@ -38,6 +39,7 @@ HOMES = {
     "starlette": ("radar_service.stream.http",),
     "uvicorn": ("radar_service.stream.http", "radar_service.__main__"),
     "pydantic": (
+        "radar_service.scene.errors_model",
         "radar_service.scene.fields",
         "radar_service.scene.files",
         "radar_service.scene.interference_model",

@@ -17,6 +17,7 @@ from radar_service.scene.checks.placement import placement_warnings
 from radar_service.scene.checks.validity import check_echo_power, validity_warnings
 from radar_service.scene.convert import environment_from_model, interferer_from_model, presence_from_model, radar_from_model
 from radar_service.scene.error import SceneError
+from radar_service.scene.error_settings import settings_from_model
 from radar_service.scene.files.heightmap import Coverage, Terrain
 from radar_service.scene.files.mesh import MAX_FILE_BYTES, LoadedMesh
 from radar_service.scene.files.mesh_reader import IN_PROCESS, MeshReader
@@ -72,7 +73,8 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     loader.warnings.extend(placement_warnings(world, loader.radar, platform, terrain))
     interference = tuple(interferer_from_model(other) for other in model.interference)
     notes = tuple(mesh_notes(loader.findings))
-    return Scene(world, loader.radar, platform, tuple(loader.warnings), interference, notes)
+    errors = settings_from_model(model.errors)
+    return Scene(world, loader.radar, platform, tuple(loader.warnings), interference, notes, errors)
 
 
 class _Loader:

@@ -9,6 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from radar_service.scene.body import Scattering
+from radar_service.scene.errors_model import ErrorsModel
 from radar_service.scene.fields import (
     Bearing,
     EastNorth,
@@ -263,6 +264,7 @@ class SceneModel(Section):
     environment: EnvironmentModel = EnvironmentModel()
     body: tuple[BodyModel, ...] = Field((), max_length=MAX_BODIES)
     interference: tuple[InterferenceModel, ...] = Field((), max_length=MAX_INTERFERERS)
+    errors: ErrorsModel | None = None
 
     @model_validator(mode="after")
     def _check_scene(self) -> Self:

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from radar_service.scene.motion import Motion, Pose, Sway
+from radar_service.scene.motion import Motion, Pose
+from radar_service.scene.sway import Sway
 from radar_service.scene.waypoint_arcs import move_along_arc
 from radar_service.types import Flags, Floats
 
@@ -191,10 +192,12 @@ class PastMotion(Motion):
     def pose(self, time: Floats | float) -> Pose:
         """Returns the state at each `time` (K,) [s]."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
-        pose = Pose(np.empty((len(t), 3)), np.empty((len(t), 3)), np.empty(len(t)))
+        rotation = np.empty((len(t), 3, 3)) if self.steered.sway and self.steered.sway.tilts else None
+        pose = Pose(np.empty((len(t), 3)), np.empty((len(t), 3)), np.empty(len(t)), rotation)
         for which, motion in self.steered.legs_at(t):
             for column, values in zip(pose, motion.pose(t[which]), strict=True):
-                column[which] = values
+                if column is not None:
+                    column[which] = values
         return pose
 
     def turn_rate(self, time: Floats | float) -> Floats:

@@ -14,6 +14,7 @@ from radar_service.radar.parameters import Radar, horizon
 from radar_service.scene.body import Body
 from radar_service.scene.commands import Steerable
 from radar_service.scene.environment import Environment, Interferer
+from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Platform
 from radar_service.scene.steered_motion import SteeredMotion
@@ -47,6 +48,7 @@ class Scene:
     warnings: sentences about unusual but usable content, in order.
     interference: other radars whose pulses this radar receives.
     notes: sentences about its files that need no action.
+    errors: what sensors, antenna and feed report wrongly; None without any.
     """
 
     world: World
@@ -55,6 +57,7 @@ class Scene:
     warnings: tuple[str, ...] = ()
     interference: tuple[Interferer, ...] = ()
     notes: tuple[str, ...] = ()
+    errors: ErrorSettings | None = None
 
     def __repr__(self) -> str:
         radar, triangles = self.radar, sum(len(body.mesh.faces) for body in self.bodies if body.mesh is not None)

@@ -13,6 +13,7 @@ from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import Radar
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command, Steerable
+from radar_service.scene.error_settings import ErrorSettings
 from radar_service.stream.command_log import CommandLog
 
 
@@ -46,6 +47,7 @@ class SceneOutline:
 
     notes: sentences about its files that need no action; whoever uploads the scene gets them.
     steerable: what commands may steer.
+    errors: on purpose, which the serving process adds; None without any.
     """
 
     name: str
@@ -55,6 +57,7 @@ class SceneOutline:
     radar: Radar
     notes: tuple[str, ...] = ()
     steerable: Steerable = NOT_STEERABLE
+    errors: ErrorSettings | None = None
 
 
 class PlanSummary(Protocol):

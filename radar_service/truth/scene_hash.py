@@ -10,9 +10,10 @@ from radar_service.scene.world import Scene
 
 
 def scene_hash(scene: Scene) -> str:
-    """Returns the SHA-256 of a scene's world, radar, platform and interference, as hexadecimal digits."""
+    """Returns the SHA-256 of a scene's world, radar, platform, interference and errors, as hexadecimal digits."""
     digest = hashlib.sha256()
-    for part in (scene.world, scene.radar, scene.platform, scene.interference):
+    errors = () if scene.errors is None else (scene.errors,)
+    for part in (scene.world, scene.radar, scene.platform, scene.interference, *errors):
         _add(digest, part)
     return digest.hexdigest()
 

@@ -6,6 +6,7 @@ Each table stands between `<!-- table: NAME -->` and `<!-- end -->`. What lies b
 import math
 import re
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from radar_service.stream.http.app import create_app
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(<!-- end -->)", flags=re.S)
 UNITS = {  # by the longest ending of a key
+    "_percent": "%", "_per_s": "1/s",
     "_mm_h": "mm/h", "_db_per_km": "dB/km", "_hz": "Hz", "_dbsm": "dBsm", "_dbi": "dBi", "_db": "dB", "_deg": "degrees",
     "_kn": "knots", "_m": "m", "_s": "s", "_w": "W", "rpm": "rev/min",
 }  # fmt: skip
@@ -140,6 +142,11 @@ TABLES: dict[str, Callable[[], str]] = {
     "body": lambda: section("BodyModel"),
     "waypoint": lambda: section("WaypointModel"),
     "interference": lambda: section("InterferenceModel"),
+    "errors": lambda: section("ErrorsModel"),
+    **{
+        f"errors-{name}": partial(section, f"{name.capitalize()}ErrorsModel")
+        for name in ("gyro", "log", "position", "antenna", "feed")
+    },
     "materials": materials,
     "presets": presets,
     "rest": rest,

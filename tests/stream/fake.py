@@ -121,6 +121,9 @@ class FakeEngine:
             (np.sqrt(power) * 1j).astype(np.complex64), power, len(self.commands),
         )  # fmt: skip
 
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        assert tables is None, "the serving process adds errors"
+
     def truth(self, t: float) -> Truth:
         own = BodyTruth(
             "own ship", (0, 0, 0), (0, 0, 0), 0.5, 0.5, 0.0, 0.0, 0.0, 0.0, True, "", None, None, None, 0.0

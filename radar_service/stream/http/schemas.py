@@ -8,6 +8,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
+from radar_service.scene.errors_model import (
+    AntennaErrorsModel,
+    FeedErrorsModel,
+    GyroErrorsModel,
+    LogErrorsModel,
+    PositionErrorsModel,
+)
 from radar_service.stream.controls import CONTROLS, Control
 
 
@@ -91,6 +98,16 @@ class ControlDefinition(BaseModel):
     label: str = Field(description="its name for people")
     label_off: str = Field(description="of a switch that is off; empty where it is the same")
     description: str
+
+
+class ErrorsState(BaseModel):
+    """The errors on purpose in force, as `[errors]` of a scene file; null where a part has none."""
+
+    gyro: GyroErrorsModel | None
+    log: LogErrorsModel | None
+    position: PositionErrorsModel | None
+    antenna: AntennaErrorsModel | None
+    feed: FeedErrorsModel | None
 
 
 class SceneChoice(Body):

@@ -1,6 +1,6 @@
 """What a world process needs of an engine, and what it tells the serving process about it."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -43,6 +43,9 @@ class SceneEngine(Protocol):
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Replaces all commands."""
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        """Changes errors on purpose."""
 
     def truth(self, t: float) -> Truth:
         """Returns the truth at time t [s]."""

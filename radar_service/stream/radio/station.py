@@ -17,6 +17,7 @@ from radar_service.stream.fanout.hub import FeedRefused, Hub
 from radar_service.stream.logs import log_event
 from radar_service.stream.radio.command_queue import TooManyCommandsError, Values
 from radar_service.stream.radio.engine_supervisor import RESTARTS
+from radar_service.stream.radio.error_stage import ErrorStage
 from radar_service.stream.radio.last_scan import LastScan
 from radar_service.stream.radio.pacing import Schedule
 from radar_service.stream.radio.preparation import Preparations
@@ -37,6 +38,7 @@ class Station:
     hub: its clients.
     feed: encodes for them.
     last_scan: for pictures.
+    errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
     stopping: whether new clients are refused.
@@ -59,8 +61,9 @@ class Station:
         self.feed = FeedEncoder(output := FeedOutput(self.hub), self._radar_info, clock)
         self.last_scan = LastScan(engine)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
-        self.truth_stream = TruthStream(engine, self._truths)
-        sinks = (self.feed, self.last_scan, self.truth_stream, *sinks)
+        self.errors = ErrorStage(engine, (self.feed, self.last_scan, *sinks))
+        self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
+        sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
             engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts, schedule=schedule,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,

@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import math
 from collections import deque
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Executor
 from typing import NamedTuple
 
@@ -64,11 +64,14 @@ class Follower:
 class TruthStream:
     """A sink of spokes with followers. Belongs to the event loop, but for the methods of SpokeSink.
 
-    pool: where engines are asked; `start` comes first.
+    pool: where engines are asked; completed: adds to a line of an engine's truth what was reported; `start` comes first.
     """
 
-    def __init__(self, engine: SpokeSource, pool: Executor) -> None:
-        self._engine, self._pool = engine, pool
+    def __init__(
+        self, engine: SpokeSource, pool: Executor,
+        completed: Callable[[SpokeSource, TruthLine], str] = lambda engine, line: line.text,
+    ) -> None:  # fmt: skip
+        self._engine, self._pool, self._completed = engine, pool, completed
         self._followers: set[Follower] = set()
         self._kept: dict[tuple[SpokeSource, int | None, int], asyncio.Future[list[TruthLine]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -132,7 +135,7 @@ class TruthStream:
                 waiting = deque(line for line in scan if line.time >= since)
                 position = sent.engine, sent.scan, sent.commands
             while waiting and (sent.ends or waiting[0].time <= sent.last):
-                yield waiting.popleft().text
+                yield self._completed(sent.engine, waiting.popleft())
             before = math.nextafter(sent.last, math.inf)  # all lines until `last` are sent
             sent = await follower.next()
 

@@ -50,7 +50,7 @@ def scene_of(order: SceneOrder) -> Scene:
 def outline_of(scene: Scene) -> SceneOutline:
     """Returns what the serving process keeps of a scene."""
     return SceneOutline(
-        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable
+        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors
     )  # fmt: skip
 
 
@@ -98,6 +98,7 @@ def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> t
     scene = scene_of(order)
     control.send(("stage", "preparing and planning"))
     engine = make_engine(scene)
+    engine.set_errors(None)  # they may change until a spoke is sent, so the serving process adds them
     description = describe(engine, order.plan)
     gc.collect()
     gc.freeze()  # the scene is not searched again and again
