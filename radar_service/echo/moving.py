@@ -134,7 +134,8 @@ class MovingEchoes:
         amplitude = received_field(middle, distance, weight, history.range_migration, radar.wavelength)
         if sea is not None:
             sea.apply(amplitude)
-        return BeamWeightedEchoes(distance, history.range_migration, amplitude)
+        body = self.visibility.scatterers.key[observed.echoes.body[which]]
+        return BeamWeightedEchoes(distance, history.range_migration, amplitude, body)
 
     def _sea_history(
         self, observed: ObservedEchoes, which: Indices, part: PartGeometry, block: BlockGeometry
