@@ -10,6 +10,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -101,6 +102,7 @@ def parser() -> argparse.ArgumentParser:
     scan.add_argument(
         "--truth", type=partial(file_ending, suffix=".jsonl"), help="file.jsonl to write: the truth of each beam crossing"
     )
+    scan.add_argument("--labels", action="store_true", help="write the number of the strongest source of each cell too")
     scan.set_defaults(run=run_scan)
 
     for name, run, text in (
@@ -143,7 +145,9 @@ def run_scan(options: argparse.Namespace) -> int:
     """Computes scans, with a progress bar on a terminal."""
     from radar_service.scan_command import scan
 
-    return scan(options, simulator_options(options, options.threads))
+    if options.labels and options.fidelity == "documented":
+        raise UsageError("--labels: the fidelity documented has none; choose another fidelity, or leave --labels out")
+    return scan(options, replace(simulator_options(options, options.threads), labels=options.labels))
 
 
 def run_check(options: argparse.Namespace) -> int:

@@ -26,6 +26,7 @@ class Spoke:
     range: Floats  # (N,) where the samples stand
     field: NDArray[np.complex64]  # (N,) sqrt(W), compressed, before detection
     power: NDArray[np.float32]  # (N,) W
+    labels: NDArray[np.uint32] | None = None  # (N,) number of the strongest source, where labels are asked for
 
 
 @dataclass(frozen=True)
@@ -45,9 +46,11 @@ class SpokeBlock:
     range_step: float
     field: NDArray[np.complex64]  # (K, N)
     power: NDArray[np.float32]  # (K, N)
+    labels: NDArray[np.uint32] | None = None  # (K, N)
 
     def __post_init__(self) -> None:
         k, n = self.field.shape
+        assert self.labels is None or self.labels.shape == (k, n)
         assert self.power.shape == (k, n) and self.range.shape == (n,) and self.position.shape == (k, 2)
         assert all(a.shape == (k,) for a in (self.time, self.azimuth, self.heading, self.course, self.speed))
 
@@ -60,7 +63,7 @@ class SpokeBlock:
         return SpokeBlock(
             self.first + start, self.scan, self.index + start, self.time[cut], self.azimuth[cut], self.heading[cut],
             self.position[cut], self.course[cut], self.speed[cut], self.range, self.range_step, self.field[cut],
-            self.power[cut],
+            self.power[cut], None if self.labels is None else self.labels[cut],
         )  # fmt: skip
 
     def spokes(self) -> Iterator[Spoke]:
@@ -70,6 +73,7 @@ class SpokeBlock:
                 self.first + k, self.scan, self.index + k, float(self.time[k]), float(self.azimuth[k]),
                 float(self.heading[k]), (float(self.position[k, 0]), float(self.position[k, 1])),
                 float(self.course[k]), float(self.speed[k]), self.range, self.field[k], self.power[k],
+                None if self.labels is None else self.labels[k],
             )  # fmt: skip
 
 
@@ -99,6 +103,7 @@ def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
     return replace(
         blocks[0], time=whole("time"), azimuth=whole("azimuth"), heading=whole("heading"), position=whole("position"),
         course=whole("course"), speed=whole("speed"), field=whole("field"), power=whole("power"),
+        labels=None if blocks[0].labels is None else whole("labels"),
     )  # fmt: skip
 
 

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from radar_service.engine.documented import DocumentedEngine
+from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
+from radar_service.engine.source_numbers import source_names
+from radar_service.engine.strongest import Labels
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.parallel import BLAS_LIMIT
@@ -57,13 +60,15 @@ class Simulator:
     @BLAS_LIMIT.held()
     def __init__(
         self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1,
-        sector: tuple[float, float] | None = None,
+        sector: tuple[float, float] | None = None, labels: bool = False,
     ) -> None:  # fmt: skip
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
         many compute at once, which changes no byte; sector: from and to, clockwise from true north [rad]: only its azimuths
-        are computed, with the bytes that they have in a whole scan.
+        are computed, with the bytes that they have in a whole scan; labels: whether spokes name the strongest source of each
+        cell, which changes no other byte.
 
-        Raises ValueError for an unknown name, a negative seed, fewer than one thread or a sector that is not two angles.
+        Raises ValueError for an unknown name, a negative seed, fewer than one thread, a sector that is not two angles, or labels
+        of the fidelity `documented`.
         """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
@@ -72,6 +77,8 @@ class Simulator:
         if sector is not None and (len(sector) != 2 or not np.isfinite(sector).all()):
             raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
         self.scene, self.seed, self.fidelity = scene, seed, _fidelity(scene, fidelity)
+        if labels and self.fidelity.engine == "documented":
+            raise ValueError("labels: the fidelity 'documented' has none; choose another fidelity, or leave labels out")
         self._sector = Sector(scene.radar, sector)
         self._engine: AzimuthEngine
         self._set_up: SetUp | None = None  # of the pipeline; the specification as printed has no plan of its own
@@ -80,7 +87,9 @@ class Simulator:
             line_of_sight = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
         else:
             self._set_up = _set_up(scene, self.fidelity, seed)
-            self._engine = Engine(self._set_up.prepared, threads)
+            self._engine = (
+                LabellingEngine(self._set_up.prepared, threads) if labels else Engine(self._set_up.prepared, threads)
+            )
             line_of_sight = self._set_up.prepared.line_of_sight
         self.range, self.range_step = self._engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
@@ -125,9 +134,16 @@ class Simulator:
         """
         for _ in itertools.count() if scans is None else range(scans):
             number, self._next_scan = self._next_scan, self._next_scan + 1
-            computed = (self._block(number, *tile) for tile in self._engine.tiles(number, self._sector.requested))
+            engine = self._engine
+            tiles = engine.labelled_tiles if isinstance(engine, LabellingEngine) else engine.tiles
+            computed = (self._block(number, *tile) for tile in tiles(number, self._sector.requested))
             for stretch in self._sector.stretches(computed):
                 yield from BLAS_LIMIT.each(regrouped(stretch, size))
+
+    @property
+    def label_names(self) -> dict[int, str]:
+        """The name of each source that a label may be the number of, by rising number."""
+        return source_names(self.scene)
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0 at t = 0. Earlier ones are not computed."""
@@ -160,14 +176,14 @@ class Simulator:
     def _latest(self, scan: int | None) -> int:
         return max(0, self._next_scan - 1) if scan is None else scan
 
-    def _block(self, scan: int, start: int, field: Profiles, power: Singles) -> SpokeBlock:
+    def _block(self, scan: int, start: int, field: Profiles, power: Singles, labels: Labels | None = None) -> SpokeBlock:
         radar = self.scene.radar
         number = scan * radar.azimuths + np.arange(start, start + len(field))
         boresight, time = radar.schedule(number)
         own = self.scene.own_ship.pose(time)
         return SpokeBlock(
             int(number[0]), scan, start, time, boresight, own.heading, own.position[:, :2], own.course,
-            own.speed, self.range, self.range_step, field, power,
+            own.speed, self.range, self.range_step, field, power, labels,
         )  # fmt: skip
 
 

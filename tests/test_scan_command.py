@@ -48,3 +48,28 @@ def test_a_folder_that_is_not_there_is_refused_at_once(tmp_path: Path, capsys: p
     missing = tmp_path / "none" / "t.jsonl"
     assert main(["scan", "open-sea", "-o", str(tmp_path / "s.npz"), "--truth", str(missing)]) == 2
     assert "create it first" in capsys.readouterr().err
+
+
+def test_labels_are_written_with_their_names_and_read_again(one_target: Path, tmp_path: Path) -> None:
+    out = tmp_path / "scans.npz"
+    assert main(["scan", str(one_target), "-o", str(out), "--scans", "2", "--labels"]) == 0
+    simulator = rs.Simulator(rs.load_scene(one_target), labels=True)
+    first, second = simulator.scan(), simulator.scan()
+    with np.load(out) as file:
+        np.testing.assert_array_equal(file["labels"], np.stack([first.labels, second.labels]))
+        assert file["labels"].dtype == np.uint32
+        names = dict(zip(file["label_numbers"].tolist(), file["label_names"].tolist(), strict=True))
+    assert names == simulator.label_names and names[256] == "p"
+    np.testing.assert_array_equal(rs.load_scan(out, 1).labels, second.labels)
+    assert main(["scan", str(one_target), "-o", str(out)]) == 0
+    with np.load(out) as file:
+        assert not [name for name in file if name.startswith("label")]
+    assert rs.load_scan(out).labels is None
+
+
+def test_the_specification_as_printed_has_no_labels(
+    one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.npz"
+    assert main(["scan", str(one_target), "-o", str(out), "--labels", "--fidelity", "documented"]) == 2
+    assert "--labels: the fidelity documented has none" in capsys.readouterr().err and not out.exists()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from tests.scenes import point, scene
+from tests.scenes import ONE_TARGET, point, scene
 
 BUSY: dict[str, Any] = {"environment": {"noise": True}, "radar": {"range_max_m": 800, "azimuths": 90, "beamwidth_deg": 8}}
 
@@ -103,6 +103,11 @@ def test_an_unknown_fidelity_is_refused_with_the_names(wrong: str) -> None:
         rs.Simulator(scene(), fidelity=wrong)
 
 
+def test_the_specification_as_printed_has_no_labels() -> None:
+    with pytest.raises(ValueError, match="choose another fidelity"):
+        rs.Simulator(busy(), fidelity="documented", labels=True)
+
+
 def test_a_negative_seed_and_an_empty_block_are_refused() -> None:
     with pytest.raises(ValueError, match="seed: -1 is not allowed"):
         rs.Simulator(scene(), seed=-1)
@@ -119,3 +124,26 @@ def test_a_skipped_scan_changes_nothing_but_which_scan_comes_next() -> None:
     expected, result = whole.scan(), later.scan()
     assert result.number == expected.number == 2 and np.array_equal(result.time, expected.time)
     assert np.array_equal(result.field, expected.field) and np.array_equal(result.power, expected.power)
+
+
+def test_labels_go_with_spokes_scans_and_sectors_and_change_no_other_byte() -> None:
+    made = rs.load_scene(
+        ONE_TARGET | {"environment": {"noise": True, "sea_state": 1}, "radar": ONE_TARGET["radar"] | {"power_w": 10}}
+    )
+    plain, labelled = rs.Simulator(made, seed=2), rs.Simulator(made, seed=2, labels=True, threads=2)
+    scan, with_labels = plain.scan(), labelled.scan()
+    assert scan.labels is None and with_labels.labels is not None
+    assert scan.field.tobytes() == with_labels.field.tobytes() and scan.power.tobytes() == with_labels.power.tobytes()
+    assert with_labels.labels.shape == scan.power.shape and with_labels.labels.dtype == np.uint32
+    assert (
+        labelled.label_names[int(with_labels.labels[0, np.abs(scan.range - 300.0).argmin()])] == "p"
+    )  # it stands to the north
+    assert {labelled.label_names[n] for n in np.unique(with_labels.labels).tolist()} == {"noise", "sea", "p"}
+    labelled.skip_to(0)
+    spokes = np.stack([spoke.labels for spoke in labelled.spokes(scans=1)])
+    np.testing.assert_array_equal(spokes, with_labels.labels)
+    sector = rs.Simulator(made, seed=2, labels=True, sector=(0.5, 1.0)).scan()
+    inside = ~np.isnan(sector.time)
+    assert 0 < inside.sum() < 10 and sector.labels is not None
+    np.testing.assert_array_equal(sector.labels[inside], with_labels.labels[inside])
+    assert not sector.labels[~inside].any()

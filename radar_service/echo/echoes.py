@@ -57,7 +57,12 @@ class BeamWeightedEchoes(NamedTuple):
 
     def chosen(self, which: Indices) -> "BeamWeightedEchoes":
         """The echoes `which` (N,)."""
-        return BeamWeightedEchoes(*(column.take(which, axis=0) for column in self))
+        return BeamWeightedEchoes(
+            self.range[which],
+            self.range_migration.take(which, axis=0),
+            self.amplitude.take(which, axis=0),
+            self.body[which],
+        )
 
 
 def concatenated(parts: Sequence[BeamWeightedEchoes], azimuths: int) -> BeamWeightedEchoes:

@@ -6,48 +6,24 @@ own. Most of these rows cannot exceed the noise (`Compression.peak_gain`), and a
 
 from collections.abc import Iterator
 from functools import cached_property, partial
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from radar_service.clutter.clutter import ClutterRows
-from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes
 from radar_service.engine.pipeline import Contributions, Engine, profiles, tile_azimuths
-from radar_service.engine.preparation import Prepared, column
-from radar_service.engine.range_sidelobes import COLUMNS, RangeSidelobes, energy
+from radar_service.engine.preparation import Prepared
+from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.resting_sources import RestingField, resting_fields, resting_numbers
-from radar_service.engine.source_numbers import INTERFERENCE, RAIN, SEA, source_numbers
+from radar_service.engine.source_numbers import INTERFERENCE, source_numbers
+from radar_service.engine.source_rows import SourceRows, source_rows
+from radar_service.engine.strongest import Labels, Strongest
 from radar_service.parallel import in_order
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.types import Flags, Indices, Profiles, Singles
 
-Labels = NDArray[np.uint32]
 FAINT = 0.01  # of the noise: a source that moves changes the field of the same source at rest by no less
-
-
-class Strongest:
-    """The strongest source so far in the cells of some azimuths. label: (K, bins) source numbers; power: (K, bins) [W]."""
-
-    def __init__(self, azimuths: int, bins: int, noise: float) -> None:
-        """noise: its mean power [W]."""
-        self.label: Labels = np.zeros((azimuths, bins), dtype=np.uint32)
-        self.power: Singles = np.full((azimuths, bins), noise, dtype=np.float32)
-
-    def take(self, rows: Indices, other: "Strongest", its: Indices) -> None:
-        """Puts rows `its` (R,) of another in place of rows (R,) of this one."""
-        self.label[rows], self.power[rows] = other.label[its], other.power[its]
-
-    def offer(self, number: int, power: Singles, rows: Indices | slice, first: int = 0) -> None:
-        """A source's power (R, columns) [W] in rows (R,), from bin `first` on; bins outside of the profile are ignored."""
-        begin, end = max(0, -first), min(power.shape[1], self.label.shape[1] - first)
-        if end <= begin:
-            return
-        columns = slice(first + begin, first + end)
-        before, label, power = self.power[rows, columns], self.label[rows, columns], power[:, begin:end]
-        above = power > before
-        self.label[rows, columns] = np.where(above, np.uint32(number), label)
-        self.power[rows, columns] = np.where(above, power, before)
 
 
 class Labeller:
@@ -57,7 +33,7 @@ class Labeller:
         self._prepared, self._numbers = prepared, source_numbers(prepared.scene)
         self._azimuths, self._bins = prepared.scene.radar.azimuths, prepared.scene.radar.bins
         self._noise = receiver_noise_power(prepared.scene.radar) if prepared.scene.environment.noise else 0.0
-        self._sidelobes = RangeSidelobes(prepared.compression, self._noise)
+        self._sidelobes = RangeSidelobes(prepared.compression, self._noise) if self._noise else None
         moving = self._numbers[[*prepared.moving.visibility.scatterers.key, SECOND_TIME]]
         may_change = prepared.shadows.possible or bool(
             set(moving.tolist()) & set(resting_numbers(prepared, self._numbers).tolist())
@@ -73,64 +49,53 @@ class Labeller:
         """Labels (K, bins) of the azimuths (K,) of a tile, from what its stages added."""
         transmitting = ~self._prepared.scene.blind(azimuths.time, azimuths.boresight)
         strongest = Strongest(len(transmitting), self._bins, self._noise)
-        changes = self._offer_moving(strongest, record, transmitting)
-        self._offer_resting(strongest, int(azimuths.number[0]) % self._azimuths, transmitting, changes)
+        whole = None if self._sidelobes is None else self._resting.keys()
+        rows = source_rows(self._prepared, record.echoes, self._numbers, len(transmitting), whole)
+        self._take_resting(strongest, int(azimuths.number[0]) % self._azimuths, transmitting, rows.whole)
+        self._offer_moving(strongest, rows, transmitting)
         if record.clutter is not None:
-            _offer_clutter(strongest, record.clutter)
+            strongest.offer_clutter(record.clutter)
         for row, received in record.interference.items():
             strongest.offer(INTERFERENCE, square_law(received.astype(np.complex64)[None]), np.array([row]))
         return strongest.label
 
-    def _offer_moving(self, strongest: Strongest, record: Contributions, transmitting: Flags) -> dict[int, Profiles]:
-        """Offers sources that are not at rest, and returns the gridded rows (K, size) that change sources at rest."""
-        changes: dict[int, Profiles] = {}
-        for first, stop, echoes in record.echoes:
-            for number, part in by_source(echoes, self._numbers):
-                if number in self._resting:
-                    shape = len(transmitting), self._prepared.compression.size
-                    rows = changes.setdefault(number, np.zeros(shape, dtype=np.complex64))
-                    spread_echoes(self._prepared, rows[first:stop], part)
-                elif np.square(np.abs(part.amplitude).sum(axis=0)).max(initial=0.0) > self._noise:
-                    self._offer_source(strongest, number, part, first, transmitting[first:stop])
-        return changes
+    def _offer_moving(self, strongest: Strongest, rows: SourceRows, transmitting: Flags) -> None:
+        """Offers all sources without a part that rests."""
+        for numbers, begin, windows in rows.windows():
+            self._offer_windows(strongest, numbers, begin, windows, transmitting)
+        for number in rows.whole.keys() - self._resting.keys():
+            gridded = rows.whole[number]
+            strong = np.flatnonzero(transmitting & self._exceeds(gridded, self._noise))
+            strongest.offer(number, square_law(self._prepared.compression.profiles(gridded[strong])), strong)
 
-    def _offer_source(
-        self, strongest: Strongest, number: int, echoes: BeamWeightedEchoes, first: int, transmitting: Flags
+    def _offer_windows(
+        self, strongest: Strongest, numbers: Indices, begin: Indices, windows: Profiles, transmitting: Flags
     ) -> None:
-        """Offers the echoes of one source over azimuths (K,), `first` is the first of them in the tile."""
-        compression = self._prepared.compression
-        begin, count = self._window(echoes)
-        rows = np.zeros((len(transmitting), count), dtype=np.complex64)
-        spread_echoes(self._prepared, rows, echoes, begin)
-        strong = np.flatnonzero(transmitting & (energy(rows) * compression.peak_gain**2 > self._noise))
-        reach = np.full(len(strong), -1) if count == compression.size else self._sidelobes.reach(rows[strong])
-        for each in np.unique(reach).tolist():
-            which = strong[reach == each]
-            if each >= 0:
-                strongest.offer(number, square_law(self._sidelobes.profiles(rows[which], each)), first + which, begin - each)
-                continue
-            whole = np.zeros((len(which), compression.size), dtype=np.complex64)
-            whole[:, begin : begin + count] = rows[which]
-            strongest.offer(number, square_law(compression.profiles(whole)), first + which)
+        """Offers sources (S,) with gridded windows (K, S, columns) that begin at grid columns (S,)."""
+        assert self._sidelobes is not None
+        source, row = np.nonzero((transmitting[:, None] & self._exceeds(windows, self._noise)).T)
+        gridded = windows[row, source]
+        reaches = self._sidelobes.reach(np.abs(gridded).sum(axis=1))
+        for reach in np.unique(reaches).tolist():
+            which = np.flatnonzero(reaches == reach)
+            power = square_law(self._sidelobes.profiles(gridded[which], reach))
+            edges = np.flatnonzero(np.diff(source[which], prepend=-1, append=-1))
+            for first, stop in pairwise(edges.tolist()):
+                s = source[which[first]]
+                strongest.offer(int(numbers[s]), power[first:stop], row[which[first:stop]], int(begin[s]) - reach)
 
-    def _window(self, echoes: BeamWeightedEchoes) -> tuple[int, int]:
-        """First and number of the grid columns that the echoes' kernels cover; all of them where a row cannot be cut."""
-        compression, radar = self._prepared.compression, self._prepared.scene.radar
-        position = column(echoes.range, radar.range_step)
-        migration = float(np.abs(echoes.range_migration).max()) / radar.range_step
-        margin = int(np.ceil(migration)) + compression.kernel.width
-        begin = int(np.floor(position.min())) - margin
-        count = COLUMNS * -(-(int(np.ceil(position.max())) + margin + 1 - begin) // COLUMNS)
-        if self._noise == 0.0 or radar.eclipsing or begin < 0 or begin + count > compression.size:
-            return 0, compression.size
-        return begin, count
+    def _exceeds(self, rows: Profiles, floor: float) -> Flags:
+        """Whether the profiles of gridded rows (..., columns) may exceed a floor [W] anywhere."""
+        parts = rows.view(np.float32)
+        energy = np.einsum("...i,...i->...", parts, parts)
+        return np.asarray(energy * np.float32(self._prepared.compression.peak_gain**2) > floor)
 
-    def _offer_resting(self, strongest: Strongest, start: int, transmitting: Flags, changes: dict[int, Profiles]) -> None:
-        """Offers sources at rest in the tile that begins at azimuth `start`; changes: gridded rows (K, size) by source."""
-        compression = self._prepared.compression
+    def _take_resting(self, strongest: Strongest, start: int, transmitting: Flags, rows: dict[int, Profiles]) -> None:
+        """Begins with the sources at rest of the tile from azimuth `start` on; rows: what changes them, by source (K, size)."""
         changed = {
-            number: transmitting & (energy(rows) * compression.peak_gain**2 > FAINT * self._noise)
-            for number, rows in changes.items()
+            number: transmitting & self._exceeds(gridded, FAINT * self._noise)
+            for number, gridded in rows.items()
+            if number in self._resting
         }
         anew = np.any([np.zeros_like(transmitting), *changed.values()], axis=0)
         same = np.flatnonzero(transmitting & ~anew)
@@ -139,7 +104,7 @@ class Labeller:
             profile = np.zeros(strongest.label.shape, dtype=np.complex64)
             field.add_to(profile, start)
             if number in changed:
-                profile[changed[number]] += compression.profiles(changes[number][changed[number]])
+                profile[changed[number]] += self._prepared.compression.profiles(rows[number][changed[number]])
             strongest.offer(number, square_law(profile[anew]), np.flatnonzero(anew))
 
 
@@ -163,27 +128,3 @@ def _labelled_tile(labeller: Labeller, prepared: Prepared, scan: int, start: int
     azimuths, record = tile_azimuths(prepared, scan, start), Contributions()
     field = profiles(prepared, azimuths, record)
     return field, labeller.labels(azimuths, record)
-
-
-def by_source(echoes: BeamWeightedEchoes, numbers: Indices) -> Iterator[tuple[int, BeamWeightedEchoes]]:
-    """The echoes of each source; numbers: as `source_numbers`."""
-    each = numbers[echoes.body]
-    present = np.unique(each).tolist()
-    for number in present:
-        yield number, echoes if len(present) == 1 else echoes.chosen(np.flatnonzero(each == number))
-
-
-def spread_echoes(prepared: Prepared, rows: Profiles, echoes: BeamWeightedEchoes, begin: int = 0) -> None:
-    """Spreads echoes on rows (K, columns), which are 0 before; their first column is `begin` of the whole row."""
-    step = prepared.scene.radar.range_step
-    migration = echoes.range_migration * np.float32(1.0 / step)
-    prepared.compression.spread(rows, column(echoes.range, step) - begin, migration, echoes.amplitude)
-
-
-def _offer_clutter(strongest: Strongest, clutter: ClutterRows) -> None:
-    power, share = square_law(clutter.field), clutter.rain_share
-    every = slice(None)
-    if len(clutter.rain):
-        strongest.offer(RAIN, power * share, every)
-        power = power * (np.float32(1.0) - share)
-    strongest.offer(SEA, power, every)
