@@ -193,8 +193,43 @@ class Kinematics:
     reason: str
 
 
+@dataclass(frozen=True)
+class Extent:
+    """Bounds of cells, from and to: range [m], bearing [rad], clockwise."""
+
+    range: tuple[float, float]
+    bearing: tuple[float, float]
+
+
 @dataclass(frozen=True, kw_only=True)
-class Crossing(Kinematics):
+class Radiometry:
+    """Where the power of a body lies as the beam crosses it, and how much it is. None: absent, or not asked for.
+
+    The gate is the cells with power within 20 dB of the peak that connect with it; docs/truth.md defines all terms.
+
+    centroid_range, centroid_bearing: of the power in the gate [m, rad].
+    centroid_along, centroid_across: of the same from the reference point to the bow and to starboard [m].
+    rcs_dbsm: effective cross-section, with the reflection of the sea; rcs_drawn_dbsm: drawn for a body that fluctuates.
+    snr_db, scr_db: of the peak over the mean noise, and over the mean of sea and rain in its cell.
+    extent, extent_13db: of the gate, and of its cells that are 13 dB above the noise.
+    foreign_share: of other sources in the power of the gate.
+    """
+
+    centroid_range: float | None = None
+    centroid_bearing: float | None = None
+    centroid_along: float | None = None
+    centroid_across: float | None = None
+    rcs_dbsm: float | None = None
+    rcs_drawn_dbsm: float | None = None
+    snr_db: float | None = None
+    scr_db: float | None = None
+    extent: Extent | None = None
+    extent_13db: Extent | None = None
+    foreign_share: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing(Radiometry, Kinematics):
     """The boresight meets a body's reference point. spoke: number of the spoke that is nearest in time."""
 
     scan: int

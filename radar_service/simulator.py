@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -11,6 +12,7 @@ from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
+from radar_service.engine.radiometric import RadiometricTruth
 from radar_service.engine.source_numbers import source_names
 from radar_service.engine.strongest import Labels
 from radar_service.fidelity import Fidelity, fidelity_from_name
@@ -153,12 +155,15 @@ class Simulator:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
         return self._truth.at(t)
 
-    def crossings(self, scan: int | None = None) -> tuple[Crossing, ...]:
+    def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
         """The truth of each time that the boresight met a body in a scan, by time; by default in the scan that was taken last.
 
-        A body near north may be crossed twice in a scan, or not at all. Safe to call from another thread.
+        A body near north may be crossed twice in a scan, or not at all. radiometric: whether to measure the power of each body
+        too, for which the engine computes the azimuths about it again. Safe to call from another thread. Raises ValueError
+        where radiometric truth is asked of the fidelity `documented`.
         """
-        return self._crossings.crossings(self._latest(scan))
+        crossings = self._crossings.crossings(self._latest(scan))
+        return self._measured(crossings) if radiometric else crossings
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """The truth of all bodies at the end of a scan, by default of the scan that was taken last."""
@@ -172,6 +177,19 @@ class Simulator:
     def _crossings(self) -> CrossingTruth:
         """Made when it is first asked: most runs need none."""
         return CrossingTruth(self._truth)
+
+    @BLAS_LIMIT.held()
+    def _measured(self, crossings: tuple[Crossing, ...]) -> tuple[Crossing, ...]:
+        """The crossings with their radiometric part."""
+        index = {body.name: k for k, body in enumerate(self.scene.bodies)}
+        truth = self._radiometric
+        return tuple(replace(each, **vars(truth.at(index[each.body], each.spoke))) for each in crossings)
+
+    @cached_property
+    def _radiometric(self) -> RadiometricTruth:
+        if self._set_up is None:
+            raise ValueError("radiometric: the fidelity 'documented' has none; choose another fidelity, or leave it out")
+        return RadiometricTruth(self._set_up.prepared)
 
     def _latest(self, scan: int | None) -> int:
         return max(0, self._next_scan - 1) if scan is None else scan

@@ -59,6 +59,16 @@ class MovingEchoes:
         """How many bodies there are."""
         return len(self._bodies)
 
+    def drawn_power(self, body: int, number: int, azimuth: float) -> float | None:
+        """The power factor drawn for a body, by its index in the scene, at an azimuth numbered from the start; None for one that
+        does not fluctuate. azimuth: bearing of the body [rad]."""
+        local = np.flatnonzero(self.visibility.scatterers.key == body)
+        if not len(local) or not self._bodies[local[0]].swerling:
+            return None
+        weight = np.ones((1, 1), dtype=np.float32)
+        self._fluctuation.apply(weight, np.array([number]), np.array([azimuth]), local)
+        return float(weight[0, 0]) ** 2
+
     def snapshot(self, number: int) -> VisibilitySnapshot:
         """The visibility snapshot of the step of that number."""
         return self.visibility.snapshot(number, self._beam.extent + self._beam.span)
