@@ -11,9 +11,10 @@ import numpy as np
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
-from radar_service.engine.preparation import prepare
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.engine.radiometric import RadiometricTruth
-from radar_service.engine.source_numbers import source_names
+from radar_service.engine.source_numbers import source_names, source_numbers
+from radar_service.engine.source_powers import SourcePowers
 from radar_service.engine.strongest import Labels
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
@@ -147,6 +148,16 @@ class Simulator:
         """The name of each source that a label may be the number of, by rising number."""
         return source_names(self.scene)
 
+    @BLAS_LIMIT.held()
+    def source_powers(self, scan: int | None = None) -> dict[int, Singles]:
+        """The power (A, N) [W] of each source alone in a scan, by source number; by default in the scan that was taken last.
+
+        Noise is its mean, speckle as drawn. A source without power is left out. The scan is computed again, and each source
+        compressed by itself. Raises ValueError for the fidelity `documented`.
+        """
+        prepared = self._prepared("source_powers")
+        return SourcePowers(prepared, source_numbers(self.scene)).scan(self._latest(scan))
+
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0 at t = 0. Earlier ones are not computed."""
         self._next_scan = scan
@@ -187,9 +198,13 @@ class Simulator:
 
     @cached_property
     def _radiometric(self) -> RadiometricTruth:
+        return RadiometricTruth(self._prepared("radiometric"))
+
+    def _prepared(self, name: str) -> Prepared:
+        """What the pipeline has prepared. name: of the argument or method that needs it."""
         if self._set_up is None:
-            raise ValueError("radiometric: the fidelity 'documented' has none; choose another fidelity, or leave it out")
-        return RadiometricTruth(self._set_up.prepared)
+            raise ValueError(f"{name}: the fidelity 'documented' has none; choose another fidelity")
+        return self._set_up.prepared
 
     def _latest(self, scan: int | None) -> int:
         return max(0, self._next_scan - 1) if scan is None else scan
