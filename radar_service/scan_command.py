@@ -67,7 +67,7 @@ def _truth_noted(options: argparse.Namespace, simulator: Simulator) -> Iterator[
         yield lambda number: None
         return
     with TruthFile(options.truth, simulator.truth_header()) as file:
-        yield lambda number: file.write(simulator.crossings(number), simulator.snapshot(number))
+        yield lambda number: file.write(simulator.crossings(number, options.radiometric), simulator.snapshot(number))
 
 
 def _counted(blocks: Iterable[SpokeBlock], bar: "tqdm[None]") -> Iterator[SpokeBlock]:

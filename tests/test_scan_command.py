@@ -1,5 +1,6 @@
 """The command `scan`: the files that it writes, and what it refuses."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from PIL import Image
 
 import radar_service as rs
 from radar_service.__main__ import main
+from radar_service.records import Radiometry
 
 
 def test_scan_writes_what_the_simulator_gives(one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -73,3 +75,32 @@ def test_the_specification_as_printed_has_no_labels(
     out = tmp_path / "a.npz"
     assert main(["scan", str(one_target), "-o", str(out), "--labels", "--fidelity", "documented"]) == 2
     assert "--labels: the fidelity documented has none" in capsys.readouterr().err and not out.exists()
+
+
+def test_radiometric_truth_is_written_where_it_is_asked_for(one_target: Path, tmp_path: Path) -> None:
+    lines = {}
+    for asked in ([], ["--radiometric"]):
+        truth = tmp_path / "truth.jsonl"
+        assert main(["scan", str(one_target), "-o", str(tmp_path / "s.npz"), "--truth", str(truth), *asked]) == 0
+        lines[bool(asked)] = [json.loads(line) for line in truth.read_text().splitlines()]
+    (plain,), (measured,) = ([line for line in lines[asked] if line["type"] == "crossing"] for asked in (False, True))
+    (expected,) = rs.Simulator(rs.load_scene(one_target)).crossings(0, radiometric=True)
+    assert measured == json.loads(json.dumps(expected.as_dict()))
+    assert measured["rcs_dbsm"] == pytest.approx(10.0, abs=0.01) and len(measured["extent"]["range"]) == 2
+    assert {name for name in measured if measured[name] != plain[name]} <= set(Radiometry.__dataclass_fields__)
+    assert all(plain[name] is None for name in Radiometry.__dataclass_fields__)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--radiometric"], "add --truth"),
+        (["--radiometric", "--truth", "t.jsonl", "--fidelity", "documented"], "documented has none"),
+    ],
+)
+def test_radiometric_truth_that_cannot_be_is_refused(
+    options: list[str], message: str, one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.npz"
+    assert main(["scan", str(one_target), "-o", str(out), *options]) == 2
+    assert message in capsys.readouterr().err and not out.exists()

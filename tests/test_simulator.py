@@ -147,3 +147,24 @@ def test_labels_go_with_spokes_scans_and_sectors_and_change_no_other_byte() -> N
     assert 0 < inside.sum() < 10 and sector.labels is not None
     np.testing.assert_array_equal(sector.labels[inside], with_labels.labels[inside])
     assert not sector.labels[~inside].any()
+
+
+def test_powers_of_sources_of_the_last_scan_add_up_to_its_labels() -> None:
+    """The strongest of the powers is the label, but where two are equal to a thousandth."""
+    made = busy(interference=[{"bearing_deg": 20, "level_db": 60, "prf_hz": 20e3, "beamwidth_deg": 60}])
+    simulator = rs.Simulator(made, seed=1, labels=True)
+    simulator.skip_to(3)
+    scan = simulator.scan()
+    powers = simulator.source_powers()
+    assert set(powers) <= set(simulator.label_names) and {0, 3, 256, 257, 258} <= set(powers)
+    assert all(power.shape == scan.power.shape and power.dtype == np.float32 for power in powers.values())
+    np.testing.assert_allclose(powers[0], simulator.noise_power, rtol=1e-6)
+    numbers, stacked = np.array(list(powers)), np.stack(list(powers.values()))
+    ordered = np.sort(stacked, axis=0)
+    clear = ordered[-1] > 1.05 * ordered[-2]
+    assert clear.mean() > 0.9 and scan.labels is not None
+    np.testing.assert_array_equal(numbers[stacked.argmax(axis=0)][clear], scan.labels[clear])
+    again = simulator.source_powers(3)
+    np.testing.assert_array_equal(again[256], powers[256])
+    with pytest.raises(ValueError, match="source_powers: the fidelity 'documented' has none"):
+        rs.Simulator(busy(), fidelity="documented").source_powers()
