@@ -67,7 +67,7 @@ class RadiometricTruth:
     def _gated(self, body: int, spoke: int) -> tuple[PowerWindow, Flags]:
         """The azimuths about a crossing that hold the gate of a body, and the gate (K, bins)."""
         half_scan, step = self._radar.azimuths // 2, self._radar.azimuth_step
-        (offset,), _ = self._track(body, np.array([spoke * self._radar.spoke_period]))
+        (offset,), _ = self._track(body, self._time(spoke))
         size = self._scene.bodies[body].diagonal / max(float(np.hypot(offset[0], offset[1])), 1.0)
         half = int(np.ceil((BEAMS * self._radar.beamwidth + size) / step)) + 1
         while True:
@@ -78,6 +78,12 @@ class RadiometricTruth:
             if not cut or half == half_scan:
                 return window, gate
             half *= 2
+
+    def _time(self, number: float) -> Floats:
+        """The time (1,) [s] of an azimuth, or of a place between two of them."""
+        whole = int(number)
+        _, time = self._radar.schedule(np.array([whole]))
+        return time + (number - whole) * self._radar.spoke_period
 
     def _track(self, body: int, time: Floats, along: float = 0.0, across: float = 0.0) -> tuple[Floats, Floats]:
         """Positions (K, 3) [m] from the antenna at times (K,) [s] of a point of a body, and the body's headings (K,) [rad].
@@ -95,7 +101,7 @@ class RadiometricTruth:
 
         number: of the azimuth at whose boresight the place is. It is taken to be as high as the reference point.
         """
-        (offset,), (heading,) = self._track(body, np.array([number * self._radar.spoke_period]))
+        (offset,), (heading,) = self._track(body, self._time(number))
         ground = distance
         for _ in range(GROUND_STEPS):
             z = offset[2] - ground**2 / (2.0 * self._earth_radius)

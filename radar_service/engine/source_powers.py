@@ -1,6 +1,5 @@
 """The power of each source alone, exactly as the engine lays it: compressed, in the beam, without noise but its mean."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +14,10 @@ from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.types import Flags, Indices, Profiles, Singles
 
-RESTING_BYTES = 2**29  # of fields at rest that are kept
-TILES = 6  # kept: those that neighbouring crossings share
+RESTING_BYTES = 2**29  # of fields at rest, and of their powers, that are kept
+TILE_BYTES = 2**28  # of tiles that are kept, since neighbouring crossings share them
+
+CLUTTER_ARRAYS = 5  # beside those of bodies: of noise, sea, rain, their mean, and interference
 
 
 @dataclass(frozen=True)
@@ -39,10 +40,15 @@ class SourcePowers:
     def __init__(self, prepared: Prepared, numbers: Indices) -> None:
         """numbers: as `source_numbers`: bodies of one number are one source."""
         self.prepared, self._numbers = prepared, numbers
-        self._at_rest = resting_numbers(prepared, numbers)
-        size = prepared.scene.radar.azimuths * prepared.scene.radar.bins * np.dtype(np.complex64).itemsize
-        self._fields: BlockCache[int, RestingField] = BlockCache(max(2, RESTING_BYTES // size))
-        self._tiles: BlockCache[tuple[int, int], TilePowers] = BlockCache(TILES)
+        at_rest = resting_numbers(prepared, numbers)
+        self._at_rest = {number: np.flatnonzero(at_rest == number) for number in np.unique(at_rest).tolist()}
+        cells = prepared.scene.radar.azimuths * prepared.scene.radar.bins
+        self._fields: BlockCache[int, tuple[RestingField, Singles]] = BlockCache(max(2, RESTING_BYTES // (12 * cells)))
+        tile_bytes = 4 * prepared.tile * prepared.scene.radar.bins * (len(prepared.moving) + CLUTTER_ARRAYS)
+        per_scan = -(-prepared.scene.radar.azimuths // prepared.tile)
+        self._tiles: BlockCache[tuple[int, int], TilePowers] = BlockCache(
+            int(np.clip(TILE_BYTES // tile_bytes, 2, 2 * per_scan))
+        )
 
     def tile(self, scan: int, start: int) -> TilePowers:
         """The sources of the tile of a scan that begins at azimuth `start`, a multiple of `Prepared.tile`."""
@@ -76,30 +82,31 @@ class SourcePowers:
             power[SEA][:, :columns] = square_law(rows.field) * (np.float32(1.0) - share)
         for row, received in record.interference.items():
             power.setdefault(INTERFERENCE, np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
-        for number, field in self._body_fields(start, transmitting, record):
-            power[number] = square_law(field)
+        gridded = source_rows(self.prepared, record.echoes, self._numbers, len(transmitting)).whole
+        for number in gridded.keys() | self._at_rest.keys():
+            alone = self._alone(number, gridded.get(number), start, transmitting)
+            if alone.any():
+                power[number] = alone
         return TilePowers(dict(sorted(power.items())), clutter, transmitting)
 
-    def _body_fields(self, start: int, transmitting: Flags, record: Contributions) -> Iterator[tuple[int, Profiles]]:
-        """Number and field (K, bins) [sqrt(W)] of each source made of bodies, where it has any."""
-        gridded = dict(self._gridded(record, transmitting))
-        for number in sorted(gridded.keys() | set(np.unique(self._at_rest).tolist())):
-            field = np.zeros((len(transmitting), self.prepared.scene.radar.bins), dtype=np.complex64)
-            if number in gridded:
-                field += self.prepared.compression.profiles(gridded[number])
-            if (self._at_rest == number).any():
-                self._resting(number).add_to(field, start)
+    def _alone(self, number: int, gridded: Profiles | None, start: int, transmitting: Flags) -> Singles:
+        """The power (K, bins) [W] of a source made of bodies; gridded: rows (K, size) of what is not at rest, or shadowed."""
+        if gridded is None:
+            power = self._resting(number)[1][start : start + len(transmitting)]
+            return power if transmitting.all() else power * transmitting[:, None]
+        gridded[~transmitting] = 0.0
+        field = self.prepared.compression.profiles(gridded)
+        if number in self._at_rest:
+            self._resting(number)[0].add_to(field, start)
             field[~transmitting] = 0.0
-            if field.any():
-                yield number, field
+        return square_law(field)
 
-    def _gridded(self, record: Contributions, transmitting: Flags) -> Iterator[tuple[int, Profiles]]:
-        """Number and gridded rows (K, size) of each source that is not at rest, or that something shadows."""
-        rows = source_rows(self.prepared, record.echoes, self._numbers, len(transmitting))
-        for number, gridded in rows.whole.items():
-            gridded[~transmitting] = 0.0
-            yield number, gridded
+    def _resting(self, number: int) -> tuple[RestingField, Singles]:
+        """The field of a source at rest, and its power (A, bins) [W]."""
+        return self._fields.get(number, lambda: self._resting_computed(number))
 
-    def _resting(self, number: int) -> RestingField:
-        which = np.flatnonzero(self._at_rest == number)
-        return self._fields.get(number, lambda: resting_field(self.prepared, which, 0.0))
+    def _resting_computed(self, number: int) -> tuple[RestingField, Singles]:
+        field = resting_field(self.prepared, self._at_rest[number], 0.0)
+        power = np.zeros((self.prepared.scene.radar.azimuths, self.prepared.scene.radar.bins), dtype=np.float32)
+        power[field.rows] = square_law(field.field)
+        return field, power

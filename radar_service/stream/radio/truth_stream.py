@@ -29,9 +29,13 @@ class Sent(NamedTuple):
 
 
 class Follower:
-    """A client of the stream. reason, code: why it was ended, and the websocket's close code; "" while it is not."""
+    """A client of the stream. reason, code: why it was ended, and the websocket's close code; "" while it is not.
 
-    def __init__(self) -> None:
+    radiometric: whether its crossings have the power of each body too.
+    """
+
+    def __init__(self, radiometric: bool = False) -> None:
+        self.radiometric = radiometric
         self.reason, self.code = "", GOING_AWAY
         self._sent: asyncio.Queue[Sent | None] = asyncio.Queue()
 
@@ -65,7 +69,7 @@ class TruthStream:
     def __init__(self, engine: SpokeSource, pool: Executor) -> None:
         self._engine, self._pool = engine, pool
         self._followers: set[Follower] = set()
-        self._kept: dict[tuple[SpokeSource, int | None], asyncio.Future[list[TruthLine]]] = {}
+        self._kept: dict[tuple[SpokeSource, int | None, bool], asyncio.Future[list[TruthLine]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def start(self) -> None:
@@ -97,11 +101,11 @@ class TruthStream:
         for follower in self._followers:
             follower.end(reason)
 
-    def join(self) -> Follower:
+    def join(self, radiometric: bool = False) -> Follower:
         """Returns a new follower, which `leave` takes back. Raises FeedRefused where there are too many."""
         if len(self._followers) >= MAX_FOLLOWERS:
             raise FeedRefused(f"the truth has its {MAX_FOLLOWERS} clients; try again later")
-        follower = Follower()
+        follower = Follower(radiometric)
         self._followers.add(follower)
         return follower
 
@@ -120,7 +124,7 @@ class TruthStream:
                 if first and first[0].text != header:
                     header = first[0].text
                     yield header
-                scan = await self._asked(sent.engine, sent.scan) if sent.scan >= 0 else []
+                scan = await self._asked(sent.engine, sent.scan, follower.radiometric) if sent.scan >= 0 else []
                 waiting = deque(line for line in scan if line.time >= sent.first)
                 position = sent.engine, sent.scan
             while waiting and (sent.ends or waiting[0].time <= sent.last):
@@ -131,12 +135,12 @@ class TruthStream:
         for follower in self._followers:
             follower.put(sent)
 
-    async def _asked(self, engine: SpokeSource, scan: int | None) -> list[TruthLine]:
+    async def _asked(self, engine: SpokeSource, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
         """The lines of a scan, or the header; none where the engine fails, which another one replaces."""
-        key = engine, scan
+        key = engine, scan, radiometric
         if key not in self._kept:
             loop = asyncio.get_running_loop()
-            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, engine.truth_lines, scan))
+            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, engine.truth_lines, scan, radiometric))
             while len(self._kept) > MAX_KEPT:
                 del self._kept[next(iter(self._kept))]
         with contextlib.suppress(EngineFault):
