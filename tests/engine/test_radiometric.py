@@ -8,6 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
+from radar_service.engine.preparation import prepare
+from radar_service.fidelity import PRESETS
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Kinematics
 from tests.alone import Powers, body_field, field_of, prepared_quiet
@@ -113,7 +115,7 @@ def test_foreign_share_and_clutter_are_those_of_separate_runs(moves: bool) -> No
         every = sum(float(power[gate].sum()) for power in sources.values())
         assert crossing.foreign_share == pytest.approx(1.0 - alone["energy"] / every, abs=1e-4)
         peak = alone["where"][0] - made.radar.azimuths, alone["where"][1]
-        prepared = rs.Simulator(made, fidelity="balanced")._set_up.prepared  # type: ignore[union-attr]
+        prepared = prepare(made, PRESETS["balanced"], 0)
         assert prepared.clutter is not None
         first = peak[0] // prepared.tile * prepared.tile
         number = scan * made.radar.azimuths + np.arange(first, min(first + prepared.tile, made.radar.azimuths))
@@ -134,7 +136,7 @@ def separate(made: rs.Scene, scan: int) -> Powers:
     first = replace(made, radar=replace(made.radar, second_time_around=False))
     fields = {k: body_field(first, scan, [k]) for k in every}
     fields[-1] = sum(body_field(made, scan, [k]) - fields[k] for k in every)
-    nothing, full = prepared_quiet(made, every), rs.Simulator(made, fidelity="balanced")._set_up.prepared  # type: ignore[union-attr]
+    nothing, full = prepared_quiet(made, every), prepare(made, PRESETS["balanced"], 0)
     assert full.clutter is not None
     fields[-2] = field_of(replace(nothing, clutter=replace(full.clutter, rain=np.zeros(0, dtype=np.float32))), scan)
     fields[-3] = field_of(replace(nothing, clutter=replace(full.clutter, sea=None)), scan)
