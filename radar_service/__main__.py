@@ -10,6 +10,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -101,6 +102,8 @@ def parser() -> argparse.ArgumentParser:
     scan.add_argument(
         "--truth", type=partial(file_ending, suffix=".jsonl"), help="file.jsonl to write: the truth of each beam crossing"
     )
+    scan.add_argument("--radiometric", action="store_true", help="measure the power of each body too, for --truth")
+    scan.add_argument("--labels", action="store_true", help="write the number of the strongest source of each cell too")
     scan.set_defaults(run=run_scan)
 
     for name, run, text in (
@@ -143,7 +146,12 @@ def run_scan(options: argparse.Namespace) -> int:
     """Computes scans, with a progress bar on a terminal."""
     from radar_service.scan_command import scan
 
-    return scan(options, simulator_options(options, options.threads))
+    for name in ("labels", "radiometric"):
+        if getattr(options, name) and options.fidelity == "documented":
+            raise UsageError(f"--{name}: the fidelity documented has none; choose another fidelity, or leave --{name} out")
+    if options.radiometric and not options.truth:
+        raise UsageError("--radiometric: it needs the file of --truth; add --truth FILE.jsonl, or leave --radiometric out")
+    return scan(options, replace(simulator_options(options, options.threads), labels=options.labels))
 
 
 def run_check(options: argparse.Namespace) -> int:

@@ -32,6 +32,7 @@ class Spoke:
     field: NDArray[np.complex64]  # (N,) sqrt(W), compressed, before detection
     power: NDArray[np.float32]  # (N,) W
     true: Readings | None = None
+    labels: NDArray[np.uint32] | None = None  # (N,) number of the strongest source, where labels are asked for
 
 
 @dataclass(frozen=True)
@@ -56,9 +57,11 @@ class SpokeBlock:
     power: NDArray[np.float32]  # (K, N)
     commands: int = 0  # that had come when it was computed
     true: Readings | None = None  # (K,) each
+    labels: NDArray[np.uint32] | None = None  # (K, N)
 
     def __post_init__(self) -> None:
         k, n = self.field.shape
+        assert self.labels is None or self.labels.shape == (k, n)
         assert self.power.shape == (k, n) and self.range.shape == (n,) and self.position.shape == (k, 2)
         assert all(a.shape == (k,) for a in (self.time, self.azimuth, self.heading, self.course, self.speed))
 
@@ -77,6 +80,7 @@ class SpokeBlock:
             self.first + start, self.scan, self.index + start, self.time[cut], self.azimuth[cut], self.heading[cut],
             self.position[cut], self.course[cut], self.speed[cut], self.range, self.range_step, self.field[cut],
             self.power[cut], self.commands, None if self.true is None else self.true.part(cut),
+            None if self.labels is None else self.labels[cut],
         )  # fmt: skip
 
     def spokes(self) -> Iterator[Spoke]:
@@ -87,6 +91,7 @@ class SpokeBlock:
                 float(self.heading[k]), (float(self.position[k, 0]), float(self.position[k, 1])),
                 float(self.course[k]), float(self.speed[k]), self.range, self.field[k], self.power[k],
                 None if self.true is None else self.true.part(k),
+                None if self.labels is None else self.labels[k],
             )  # fmt: skip
 
 
@@ -119,6 +124,7 @@ def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
         blocks[0], time=whole("time"), azimuth=whole("azimuth"), heading=whole("heading"), position=whole("position"),
         course=whole("course"), speed=whole("speed"), field=whole("field"), power=whole("power"),
         true=Readings(*map(np.concatenate, zip(*truths, strict=True))) if truths else None,
+        labels=None if blocks[0].labels is None else whole("labels"),
     )  # fmt: skip
 
 
@@ -208,8 +214,43 @@ class Kinematics:
     reason: str
 
 
+@dataclass(frozen=True)
+class Extent:
+    """Bounds of cells, from and to: range [m], bearing [rad], clockwise."""
+
+    range: tuple[float, float]
+    bearing: tuple[float, float]
+
+
 @dataclass(frozen=True, kw_only=True)
-class Crossing(Kinematics):
+class Radiometry:
+    """Where the power of a body lies as the beam crosses it, and how much it is. None: absent, or not asked for.
+
+    The gate is the cells with power within 20 dB of the peak that connect with it; docs/truth.md defines all terms.
+
+    centroid_range, centroid_bearing: of the power in the gate [m, rad].
+    centroid_along, centroid_across: of the same from the reference point to the bow and to starboard [m].
+    rcs_dbsm: effective cross-section, with the reflection of the sea; rcs_drawn_dbsm: drawn for a body that fluctuates.
+    snr_db, scr_db: of the peak over the mean noise, and over the mean of sea and rain in its cell.
+    extent, extent_13db: of the gate, and of its cells that are 13 dB above the noise.
+    foreign_share: of other sources in the power of the gate.
+    """
+
+    centroid_range: float | None = None
+    centroid_bearing: float | None = None
+    centroid_along: float | None = None
+    centroid_across: float | None = None
+    rcs_dbsm: float | None = None
+    rcs_drawn_dbsm: float | None = None
+    snr_db: float | None = None
+    scr_db: float | None = None
+    extent: Extent | None = None
+    extent_13db: Extent | None = None
+    foreign_share: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing(Radiometry, Kinematics):
     """The boresight meets a body's reference point. spoke: number of the spoke that is nearest in time."""
 
     scan: int

@@ -42,6 +42,7 @@ class Scan:
     range_step: float  # m
     field: NDArray[np.complex64]  # (A, N) sqrt(W), compressed, before detection
     power: NDArray[np.float32]  # (A, N) W
+    labels: NDArray[np.uint32] | None = None  # (A, N) number of the strongest source, 0 in a missing azimuth
 
     def save(self, path: str | Path) -> None:
         """Write the scan to a .npz file; `scan_file` has the layout. Raises ValueError for another suffix; OSError."""
@@ -101,7 +102,8 @@ def scan_of(blocks: Iterable[SpokeBlock], azimuths: int | None = None) -> Scan:
     def spread(values: NDArray[Any]) -> NDArray[Any]:
         if len(values) == count:
             return values
-        result = np.full((count, *values.shape[1:]), np.nan, dtype=values.dtype)
+        missing = np.nan if values.dtype.kind in "fc" else 0
+        result = np.full((count, *values.shape[1:]), missing, dtype=values.dtype)
         result[rows] = values
         return result
 
@@ -109,6 +111,7 @@ def scan_of(blocks: Iterable[SpokeBlock], azimuths: int | None = None) -> Scan:
     return Scan(
         whole.scan, spread(whole.time), azimuth, spread(whole.heading), spread(whole.position), spread(whole.course),
         spread(whole.speed), whole.range, whole.range_step, spread(whole.field), spread(whole.power),
+        None if whole.labels is None else spread(whole.labels),
     )  # fmt: skip
 
 
@@ -121,7 +124,16 @@ def save_scans(path: str | Path, scans: Sequence[Scan], about: Mapping[str, Any]
     """Write whole scans of one radar to a .npz file. about: `name`, `fidelity` and `seed`. Raises ValueError and OSError."""
     first, number = scans[0], np.array([scan.number for scan in scans])
     azimuths, reported = len(first.azimuth), np.stack([scan.azimuth for scan in scans])
-    keys = ("time", "heading", "course", "speed", "position", "field", "power")
+    keys = [
+        "time",
+        "heading",
+        "course",
+        "speed",
+        "position",
+        "field",
+        "power",
+        *(["labels"] if first.labels is not None else []),
+    ]
     spoke = number[:, None] * azimuths + np.arange(azimuths)
     each = {key: np.stack([getattr(scan, key) for scan in scans]) for key in keys}
     shared: dict[str, Any] = {"azimuth": _boresight(azimuths), "range": first.range, "range_step": first.range_step}
@@ -149,5 +161,5 @@ def load_scan(path: str | Path, index: int = 0) -> Scan:
     return Scan(
         int(numbers[index]), arrays["time"][index], azimuth, arrays["heading"][index], arrays["position"][index],
         arrays["course"][index], arrays["speed"][index], arrays["range"], float(arrays["range_step"]),
-        arrays["field"][index] if "field" in arrays else nothing, power,
+        arrays["field"][index] if "field" in arrays else nothing, power, arrays["labels"][index] if "labels" in arrays else None,
     )  # fmt: skip

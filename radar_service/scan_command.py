@@ -6,6 +6,7 @@ import errno
 from collections.abc import Callable, Iterable, Iterator
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -34,7 +35,12 @@ def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int
         for _, group in groupby(_counted(simulator.blocks(scans=options.scans), bar), lambda block: block.scan):
             scans.append(scan_of(group))
             note(scans[-1].number)
-    metadata = {"name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name}
+    metadata: dict[str, Any] = {
+        "name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name
+    }  # fmt: skip
+    if options.labels:
+        names = simulator.label_names
+        metadata |= {"label_numbers": np.array(list(names), dtype=np.uint32), "label_names": np.array(list(names.values()))}
     save_scans(options.out, scans, metadata)
     if options.png:
         write_png(options.png, scans[-1], simulator)
@@ -61,7 +67,7 @@ def _truth_noted(options: argparse.Namespace, simulator: Simulator) -> Iterator[
         yield lambda number: None
         return
     with TruthFile(options.truth, simulator.truth_header()) as file:
-        yield lambda number: file.write(simulator.crossings(number), simulator.snapshot(number))
+        yield lambda number: file.write(simulator.crossings(number, options.radiometric), simulator.snapshot(number))
 
 
 def _counted(blocks: Iterable[SpokeBlock], bar: "tqdm[None]") -> Iterator[SpokeBlock]:

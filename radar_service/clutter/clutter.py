@@ -25,6 +25,32 @@ BEAM_EXTENT = 4.0  # two-way widths each side: for a sinc^2 beam to its fourth n
 
 
 @dataclass(frozen=True)
+class ClutterRows:
+    """Clutter of some azimuths (K,) in the first bins (columns,).
+
+    field: (K, columns) [sqrt(W)].
+    amplitude: root of the local mean power, (K, columns) or (columns,) [sqrt(W)], wherever the radar transmits.
+    rain: mean power of the rain alone in the first bins (n,) [W], 0 beyond.
+    """
+
+    field: Profiles
+    amplitude: Singles
+    rain: Singles
+
+    def add_to(self, profiles: Profiles) -> None:
+        """Adds the clutter to profiles (K, bins) [sqrt(W)]."""
+        profiles[:, : self.field.shape[1]] += self.field
+
+    @property
+    def rain_share(self) -> Singles:
+        """Share of the rain in the local mean power, as `amplitude`."""
+        columns = self.field.shape[1]
+        rain = np.pad(self.rain[:columns], (0, max(0, columns - len(self.rain))))
+        mean = self.amplitude * self.amplitude
+        return np.asarray(np.divide(rain, mean, out=np.zeros_like(mean), where=mean > 0.0))
+
+
+@dataclass(frozen=True)
 class Clutter:
     """Sea and rain clutter of one radar in one scene, ready to be added to profiles.
 
@@ -49,7 +75,13 @@ class Clutter:
             self.sea.motions_changed()
 
     def add(self, profiles: Profiles, number: Indices, transmitting: Flags) -> None:
-        """Adds clutter to profiles (K, bins) [sqrt(W)] of consecutive azimuths of a scan.
+        """Adds clutter to profiles (K, bins) [sqrt(W)] of consecutive azimuths of a scan; arguments as `rows`."""
+        rows = self.rows(number, transmitting)
+        if rows is not None:
+            rows.add_to(profiles)
+
+    def rows(self, number: Indices, transmitting: Flags) -> "ClutterRows | None":
+        """The clutter of consecutive azimuths (K,) of a scan; None where it is nowhere above the floor.
 
         number: (K,) counted from the start; transmitting: (K, 1) which azimuths are not blind.
         """
@@ -58,12 +90,13 @@ class Clutter:
         if self.sea is not None and level is not None:
             columns = min(self.columns, max(columns, self.sea.bins_above(level, self.floor)))
         if columns == 0:
-            return
+            return None
         first, stop, weights = self.beam.at(number)
         rows = self.speckle.span(first, stop)[:, :columns]
         speckle = weight_rows(weights * transmitting, rows).view(np.complex64)
-        speckle *= self._amplitude(number, level, columns)
-        profiles[:, :columns] += speckle
+        amplitude = self._amplitude(number, level, columns)
+        speckle *= amplitude
+        return ClutterRows(speckle, amplitude, self.rain)
 
     def _amplitude(self, number: Indices, level: Singles | None, columns: int) -> Singles:
         """Root of the local mean power (K, columns) [sqrt(W)], with texture and rain."""

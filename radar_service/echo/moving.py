@@ -68,6 +68,16 @@ class MovingEchoes:
         """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`."""
         return self.visibility.snapshot(number, self._beam.extent + self._beam.span, time)
 
+    def drawn_power(self, body: int, number: int, azimuth: float) -> float | None:
+        """The power factor drawn for a body, by its index in the scene, at an azimuth numbered from the start; None for one that
+        does not fluctuate. azimuth: bearing of the body [rad]."""
+        local = np.flatnonzero(self.visibility.scatterers.key == body)
+        if not len(local) or not self._bodies[local[0]].swerling:
+            return None
+        weight = np.ones((1, 1), dtype=np.float32)
+        self._fluctuation.apply(weight, np.array([number]), np.array([azimuth]), local)
+        return float(weight[0, 0]) ** 2
+
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
         """All echoes within the beam's extent of any of these azimuths, over which no body comes or goes."""
         snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval), azimuths.middle)
@@ -139,7 +149,8 @@ class MovingEchoes:
         amplitude = received_field(middle, distance, weight, history.range_migration, radar.wavelength)
         if sea is not None:
             sea.apply(amplitude)
-        return BeamWeightedEchoes(distance, history.range_migration, amplitude)
+        body = self.visibility.scatterers.key[observed.echoes.body[which]]
+        return BeamWeightedEchoes(distance, history.range_migration, amplitude, body)
 
     def _sea_history(
         self, observed: ObservedEchoes, which: Indices, part: PartGeometry, block: BlockGeometry

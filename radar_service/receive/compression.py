@@ -52,6 +52,15 @@ class Compression:
         """Size of one row of the grid in memory."""
         return self.size * np.dtype(np.complex64).itemsize
 
+    @property
+    def peak_gain(self) -> float:
+        """The maximum magnitude of a sample of a profile over the root of the energy of its row, by Cauchy and Schwarz.
+
+        What eclipsing takes away is the profile of a part of the row.
+        """
+        gain = float(np.sqrt(np.mean(np.abs(self.echo_filter) ** 2)))
+        return gain if self.eclipsing_filter is None else 2.0 * gain
+
     def profiles(self, gridded: Profiles) -> Profiles:
         """Compressed profiles (K, bins) of echoes spread on rows (K, size)."""
         return self.from_spectrum(self.spectrum(gridded))

@@ -136,8 +136,11 @@ class SpokeSource(Protocol):
     def truth(self, t: float) -> Truth:
         """Returns the state of own ship and of every body at time t [s]."""
 
-    def truth_lines(self, scan: int | None) -> "list[TruthLine]":
-        """Returns the truth of the beam crossings of a scan, and of its end; the header for None. Raises EngineFault."""
+    def truth_lines(self, scan: int | None, radiometric: bool = False) -> "list[TruthLine]":
+        """Returns the truth of the beam crossings of a scan, and of its end; the header for None. Raises EngineFault.
+
+        radiometric: whether crossings have the power of each body too.
+        """
 
     def spare(self) -> "SpokeSource | None":
         """Returns another source of the same scene that is ready at once; None where there is none."""

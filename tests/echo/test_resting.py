@@ -69,6 +69,7 @@ def test_shadows_are_the_echoes_that_a_moving_body_occludes(quay: rs.Scene) -> N
         np.testing.assert_array_equal(shadows.range, resting.echoes.range[hidden])
         np.testing.assert_array_equal(shadows.azimuth, resting.echoes.azimuth[hidden])
         np.testing.assert_array_equal(shadows.amplitude, -resting.echoes.amplitude[hidden])
+        np.testing.assert_array_equal(shadows.body, resting.scene_body[hidden])
         counts.append(len(shadows.range))
     assert max(counts) > 15 and min(counts) < max(counts) < len(resting)
 

@@ -130,11 +130,12 @@ class FakeEngine:
         )  # fmt: skip
         return Truth(t, own, (replace(own, name="buoy"),))
 
-    def crossings(self, scan: int | None = None) -> tuple[Crossing, ...]:
-        """Two in each scan: between the spokes 8 and 9, and 16 and 17."""
+    def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
+        """Two in each scan: between the spokes 8 and 9, and 16 and 17; with an SNR of 20 dB where that is asked for."""
         period = self.scene.radar.rotation_period
         return tuple(
             Crossing(scan=scan or 0, spoke=round((scan or 0) * AZIMUTHS + AZIMUTHS * share), own_ship=OWN_SHIP,
+                     snr_db=20.0 if radiometric else None,
                      **KINEMATICS | {"time": ((scan or 0) + share) * period})
             for share in (8.5 / AZIMUTHS, 16.5 / AZIMUTHS)
         )  # fmt: skip
@@ -146,8 +147,8 @@ class FakeEngine:
     def truth_header(self) -> dict[str, Any]:
         return {"type": "header", "scene": self.scene.name}
 
-    def truth_lines(self, scan: int | None) -> list[TruthLine]:
-        return truth_lines(self, scan)
+    def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
+        return truth_lines(self, scan, radiometric)
 
     def spare(self) -> None:
         return None

@@ -50,8 +50,8 @@ class SceneEngine(Protocol):
     def truth(self, t: float) -> Truth:
         """Returns the truth at time t [s]."""
 
-    def crossings(self, scan: int | None = None) -> tuple[Crossing, ...]:
-        """Returns the beam crossings of a scan."""
+    def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
+        """Returns the beam crossings of a scan; radiometric: with the power of each body."""
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """Returns the truth at the end of a scan."""

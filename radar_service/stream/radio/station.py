@@ -112,11 +112,11 @@ class Station:
         encoding = client.view.encoding
         log_event("client joined", radar=self.identity, client=client.number, encoding=encoding, mode=client.mode)
 
-    def follow_truth(self) -> Follower:
-        """Returns a client of the truth. Raises FeedRefused with the reason."""
+    def follow_truth(self, radiometric: bool = False) -> Follower:
+        """Returns a client of the truth, also of the power of each body. Raises FeedRefused with the reason."""
         if self.stopping:
             raise FeedRefused("the server is stopping")
-        return self.truth_stream.join()
+        return self.truth_stream.join(radiometric)
 
     def leave(self, client: ClientQueue) -> None:
         """Removes a client from the feed."""

@@ -34,9 +34,13 @@ class Sent(NamedTuple):
 
 
 class Follower:
-    """A client of the stream. reason, code: why it was ended, and the websocket's close code; "" while it is not."""
+    """A client of the stream. reason, code: why it was ended, and the websocket's close code; "" while it is not.
 
-    def __init__(self) -> None:
+    radiometric: whether its crossings have the power of each body too.
+    """
+
+    def __init__(self, radiometric: bool = False) -> None:
+        self.radiometric = radiometric
         self.reason, self.code = "", GOING_AWAY
         self._sent: asyncio.Queue[Sent | None] = asyncio.Queue()
 
@@ -73,7 +77,7 @@ class TruthStream:
     ) -> None:  # fmt: skip
         self._engine, self._pool, self._completed = engine, pool, completed
         self._followers: set[Follower] = set()
-        self._kept: dict[tuple[SpokeSource, int | None, int], asyncio.Future[list[TruthLine]]] = {}
+        self._kept: dict[tuple[SpokeSource, int | None, int, bool], asyncio.Future[list[TruthLine]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def start(self) -> None:
@@ -105,11 +109,11 @@ class TruthStream:
         for follower in self._followers:
             follower.end(reason)
 
-    def join(self) -> Follower:
+    def join(self, radiometric: bool = False) -> Follower:
         """Returns a new follower, which `leave` takes back. Raises FeedRefused where there are too many."""
         if len(self._followers) >= MAX_FOLLOWERS:
             raise FeedRefused(f"the truth has its {MAX_FOLLOWERS} clients; try again later")
-        follower = Follower()
+        follower = Follower(radiometric)
         self._followers.add(follower)
         return follower
 
@@ -129,7 +133,9 @@ class TruthStream:
                 if first and first[0].text != header:
                     header = first[0].text
                     yield header
-                scan = await self._asked(sent.engine, sent.scan, sent.commands) if sent.scan >= 0 else []
+                scan = []
+                if sent.scan >= 0:
+                    scan = await self._asked(sent.engine, sent.scan, sent.commands, follower.radiometric)
                 goes_on = position is not None and position[:2] == (sent.engine, sent.scan)
                 since = before if goes_on else sent.first  # where commands have changed the rest of the scan
                 waiting = deque(line for line in scan if line.time >= since)
@@ -143,13 +149,15 @@ class TruthStream:
         for follower in self._followers:
             follower.put(sent)
 
-    async def _asked(self, engine: SpokeSource, scan: int | None, commands: int = 0) -> list[TruthLine]:
+    async def _asked(
+        self, engine: SpokeSource, scan: int | None, commands: int = 0, radiometric: bool = False
+    ) -> list[TruthLine]:
         """The lines of a scan after so many commands, or the header; none where the engine fails, which another one
         replaces."""
-        key = engine, scan, commands
+        key = engine, scan, commands, radiometric
         if key not in self._kept:
             loop = asyncio.get_running_loop()
-            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, engine.truth_lines, scan))
+            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, engine.truth_lines, scan, radiometric))
             while len(self._kept) > MAX_KEPT:
                 del self._kept[next(iter(self._kept))]
         with contextlib.suppress(EngineFault):

@@ -119,9 +119,9 @@ class WorldSource:
         answer: Truth = self._answer("truth", t)
         return answer
 
-    def truth_lines(self, scan: int | None) -> list[TruthLine]:
+    def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
         """Returns the truth of a scan, as SpokeSource.truth_lines. Raises EngineFault where the process fails."""
-        answer: list[TruthLine] = self._answer("truth_lines", scan)
+        answer: list[TruthLine] = self._answer("radiometric_lines" if radiometric else "truth_lines", scan)
         return answer
 
     def _answer(self, question: str, argument: object) -> Any:

@@ -167,17 +167,18 @@ def _answer_on(control: Channel, engines: Sequence[SceneEngine], answering: thre
     threading.Thread(target=_answer, args=(control, engines, answering), name="truth", daemon=True).start()
 
 
-def truth_lines(engine: SceneEngine, scan: int | None) -> list[TruthLine]:
+def truth_lines(engine: SceneEngine, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
     """Returns the truth of a scan, as SpokeSource.truth_lines."""
     if scan is None:
         return [TruthLine(0.0, _line(engine.truth_header()))]
-    records: list[Crossing | Snapshot] = [*engine.crossings(scan), engine.snapshot(scan)]
+    records: list[Crossing | Snapshot] = [*engine.crossings(scan, radiometric), engine.snapshot(scan)]
     return [TruthLine(record.time, _line(record.as_dict())) for record in records]
 
 
 ANSWERS: dict[str, Callable[[SceneEngine, Any], Any]] = {
     "truth": lambda engine, time: engine.truth(time),
     "truth_lines": truth_lines,
+    "radiometric_lines": lambda engine, scan: truth_lines(engine, scan, radiometric=True),
 }
 
 

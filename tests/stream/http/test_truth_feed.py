@@ -51,6 +51,22 @@ def test_refusals_say_why(path: str, code: int, reason: str) -> None:
     play(test)
 
 
+def test_the_power_of_bodies_is_asked_for_by_the_address() -> None:
+    async def test(server: Server) -> None:
+        truth, feed = await server.open(f"{PATH}?radiometric=1"), await server.feed()
+        assert (await line(truth))["type"] == "header"
+        await step(server, AZIMUTHS)
+        await feed.spokes(AZIMUTHS)
+        assert (await line(truth))["snr_db"] == 20.0
+        wrong = await server.open(f"{PATH}?radiometric=yes")
+        assert (await line(wrong))["reason"] == 'radiometric: "yes" is not 0 or 1; leave it out for 0'
+        with pytest.raises(Closed) as closed:
+            await wrong.text()
+        assert closed.value.code == 4400
+
+    play(test, station(allow_truth=True))
+
+
 def test_too_many_clients_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(truth_stream, "MAX_FOLLOWERS", 1)
 

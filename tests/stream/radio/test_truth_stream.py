@@ -29,8 +29,8 @@ class Played:
         self.stream.start()
         self.tasks: list[asyncio.Task[None]] = []
 
-    def follow(self) -> tuple[Follower, list[dict[str, Any]]]:
-        follower, lines = self.stream.join(), list[dict[str, Any]]()
+    def follow(self, radiometric: bool = False) -> tuple[Follower, list[dict[str, Any]]]:
+        follower, lines = self.stream.join(radiometric), list[dict[str, Any]]()
 
         async def collect() -> None:
             async for line in self.stream.lines(follower):
@@ -143,9 +143,9 @@ def test_an_engine_is_asked_once_for_all_followers() -> None:
     asked: list[int | None] = []
 
     class Counting(FakeEngine):
-        def truth_lines(self, scan: int | None) -> list[TruthLine]:
+        def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
             asked.append(scan)
-            return super().truth_lines(scan)
+            return super().truth_lines(scan, radiometric)
 
     async def test(played: Played) -> None:
         all_lines = [played.follow()[1] for _ in range(3)]
@@ -158,12 +158,24 @@ def test_an_engine_is_asked_once_for_all_followers() -> None:
     play(test, Counting(scene()))
 
 
+def test_power_comes_to_those_alone_who_ask_for_it() -> None:
+    async def test(played: Played) -> None:
+        plain, measured = played.follow()[1], played.follow(radiometric=True)[1]
+        played.send(0, AZIMUTHS)
+        await asyncio.sleep(0)
+        await played.over()
+        assert [line.get("snr_db") for line in plain] == [None, None, None, None]
+        assert [line.get("snr_db") for line in measured] == [None, 20.0, 20.0, None]
+
+    play(test)
+
+
 def test_an_engine_that_fails_leaves_a_hole_and_no_more() -> None:
     class Failing(FakeEngine):
-        def truth_lines(self, scan: int | None) -> list[TruthLine]:
+        def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
             if scan == 0:
                 raise EngineFault("gone")
-            return super().truth_lines(scan)
+            return super().truth_lines(scan, radiometric)
 
     async def test(played: Played) -> None:
         _, lines = played.follow()

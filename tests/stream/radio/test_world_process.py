@@ -66,6 +66,8 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     child.control.send(("truth_lines", 4))
     _, [snapshot] = child.control.receive(SOON)
     assert json.loads(snapshot.text)["scan"] == 4 and snapshot.time == json.loads(snapshot.text)["time"]
+    child.control.send(("radiometric_lines", 4))
+    assert child.control.receive(SOON) == (True, [snapshot])  # no body is crossed
     for question in (("truth", "no time"), ("what", 1)):
         child.control.send(question)
         succeeded, reason = child.control.receive(SOON)
