@@ -47,7 +47,7 @@ class AzimuthEngine(Protocol):
 
 
 class Simulator:
-    """One radar turning in one scene.
+    """One radar turning in one scene. `scene` is the scene as this radar has it.
 
     The first scan starts at t = 0 at north and is complete: the beam wraps. On one machine the
     same scene, fidelity and seed give the same bytes. Not thread-safe, except `truth`. BLAS libraries
@@ -57,13 +57,14 @@ class Simulator:
     @BLAS_LIMIT.held()
     def __init__(
         self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1,
-        sector: tuple[float, float] | None = None,
+        sector: tuple[float, float] | None = None, radar: str | None = None,
     ) -> None:  # fmt: skip
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
         many compute at once, which changes no byte; sector: from and to, clockwise from true north [rad]: only its azimuths
-        are computed, with the bytes that they have in a whole scan.
+        are computed, with the bytes that they have in a whole scan; radar: id of one of the scene's radars, by default the
+        first.
 
-        Raises ValueError for an unknown name, a negative seed, fewer than one thread or a sector that is not two angles.
+        Raises ValueError for an unknown name or id, a negative seed, fewer than one thread or a sector that is not two angles.
         """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
@@ -71,6 +72,7 @@ class Simulator:
             raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
         if sector is not None and (len(sector) != 2 or not np.isfinite(sector).all()):
             raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
+        scene = scene if radar is None else scene.for_radar(radar)
         self.scene, self.seed, self.fidelity = scene, seed, _fidelity(scene, fidelity)
         self._sector = Sector(scene.radar, sector)
         self._engine: AzimuthEngine

@@ -24,6 +24,7 @@ from radar_service.scene.fields import (
     Whole,
 )  # fmt: skip
 from radar_service.scene.interference_model import MAX_INTERFERERS, InterferenceModel
+from radar_service.scene.platform_model import Radars, check_radars
 from radar_service.scene.radar_model import RadarModel
 
 MAX_BODIES = 10_000
@@ -86,6 +87,9 @@ class MovingSection(Section):
 class OwnShipModel(MovingSection):
     """The ship that carries the antenna. Sway angles are amplitude x sin(2 pi t / period)."""
 
+    body: str | None = Field(
+        None, min_length=1, max_length=200, description="name of the body that is own ship: its motion, and what others see"
+    )
     position_m: EastNorth = (0.0, 0.0)
     roll_deg: SwayAngle = Field(0.0, description="amplitude; first with the starboard side down")
     roll_period_s: Period = 10.0
@@ -99,6 +103,8 @@ class OwnShipModel(MovingSection):
         for name in ("roll", "pitch", "yaw"):
             if f"{name}_period_s" in self.model_fields_set and not getattr(self, f"{name}_deg"):
                 raise ValueError(f"{name}_period_s: it needs an amplitude; add {name}_deg or remove {name}_period_s")
+        if self.body is not None and (others := sorted(self.model_fields_set - {"body"})):
+            raise ValueError(f"{others[0]}: the body already defines how own ship moves; remove {', '.join(others)}")
         return self
 
 
@@ -241,7 +247,7 @@ class SceneModel(Section):
 
     name: str = Field("scene", min_length=1, max_length=200)
     origin: OriginModel | None = None
-    radar: RadarModel = RadarModel()
+    radar: Radars = RadarModel()
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
     body: tuple[BodyModel, ...] = Field((), max_length=MAX_BODIES)
@@ -256,4 +262,6 @@ class SceneModel(Section):
             names.add(body.name)
             if self.origin is None and (body.latitude_deg is not None or body.south_west_deg is not None):
                 raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
+        can_carry = {body.name: body.heightmap is None for body in self.body}
+        check_radars(self.radar, self.own_ship.body, can_carry, self.origin is not None)
         return self

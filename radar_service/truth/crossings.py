@@ -15,7 +15,6 @@ from radar_service.truth.ground_truth import GroundTruth
 from radar_service.types import Floats, Indices
 
 NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
-RADAR = "0"  # the only one
 
 
 class References(NamedTuple):
@@ -55,7 +54,7 @@ class CrossingTruth:
         time = (scan + 1) * self._scene.radar.rotation_period
         every = np.arange(len(self._motions))
         bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), time)))
-        return Snapshot(scan=scan, time=time, radar=RADAR, own_ship=self._own_ship(np.array([time]))[0], bodies=bodies)
+        return Snapshot(scan=scan, time=time, radar="0", own_ship=self._own_ship(np.array([time]))[0], bodies=bodies)
 
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
         """East and north (E, 2) [m] of the reference points of bodies (E,) from the antenna at times (E,) [s]."""
@@ -109,7 +108,7 @@ class CrossingTruth:
 
     def _identity(self, body: int) -> dict[str, Any]:
         its = self._scene.bodies[body]
-        return {"radar": RADAR, "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
+        return {"radar": "0", "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
 
     def _geographic(self, position: Floats) -> list[dict[str, float | None]]:
         """Latitude and longitude of positions (E, 3) [m], None where the scene has no origin."""
