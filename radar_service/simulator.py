@@ -64,7 +64,7 @@ class Simulator:
         are computed, with the bytes that they have in a whole scan; radar: id of one of the scene's radars, by default the
         first.
 
-        Raises ValueError for an unknown name or id, a negative seed, fewer than one thread or a sector that is not two angles.
+        Raises ValueError for an unknown name or radar, a negative seed, fewer than one thread or a sector that is not two angles.
         """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
@@ -72,7 +72,7 @@ class Simulator:
             raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
         if sector is not None and (len(sector) != 2 or not np.isfinite(sector).all()):
             raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
-        scene = scene if radar is None else scene.for_radar(radar)
+        scene = scene.for_radar(radar)
         self.scene, self.seed, self.fidelity = scene, seed, _fidelity(scene, fidelity)
         self._sector = Sector(scene.radar, sector)
         self._engine: AzimuthEngine

@@ -15,6 +15,7 @@ from radar_service.radar.parameters import Radar, horizon
 from radar_service.random import name_key
 from radar_service.scene.body import Body
 from radar_service.scene.environment import Environment, Interferer
+from radar_service.scene.error import SceneError
 from radar_service.scene.motion import Motion
 from radar_service.scene.platform import FIRST_ID, Installation, Platform
 
@@ -87,7 +88,7 @@ class Scene:
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
         """The objects that the radar can detect: all of the world but its own platform."""
-        return tuple(body for body in self.world.bodies if True)
+        return tuple(body for body in self.world.bodies if body.name != self.platform.body)
 
     @property
     def body_count(self) -> int:
@@ -100,6 +101,11 @@ class Scene:
         return self.platform.motion
 
     @property
+    def radar_ids(self) -> tuple[str, ...]:
+        """The ids of all radars of the file."""
+        return tuple(its.id for its in self.radars) or (self.radar_id,)
+
+    @property
     def own_id(self) -> str:
         """The id of the radar where the file gives it one of its own; "" for the id "0"."""
         return "" if self.radar_id == FIRST_ID else self.radar_id
@@ -109,16 +115,19 @@ class Scene:
         """What keeps the noise and the speckle of this radar apart from those of others: of its `own_id`, nothing for ""."""
         return (name_key(self.own_id),) if self.own_id else ()
 
-    def for_radar(self, radar_id: str) -> "Scene":
-        """Returns the same world as another radar of the file has it. Raises ValueError where there is none of that id."""
-        if radar_id == self.radar_id:
+    def for_radar(self, radar_id: str | None) -> "Scene":
+        """Returns the same world as another radar of the file has it; None stands for this radar.
+
+        Raises SceneError, which is a ValueError, where there is none of that id.
+        """
+        if radar_id in (None, self.radar_id):
             return self
         for its in self.radars:
             if its.id == radar_id:
                 world = replace(self.world, environment=its.environment)
                 return replace(self, world=world, radar=its.radar, platform=its.platform, radar_id=its.id)
-        known = ", ".join(its.id for its in self.radars) or self.radar_id
-        raise ValueError(f'radar: "{radar_id[:40]}" is not a radar of this scene; it has {known}: give one of them')
+        known = ", ".join(self.radar_ids)
+        raise SceneError(f'radar: "{str(radar_id)[:40]}" is not a radar of this scene; it has {known}: give one of them')
 
     def with_world(self, **changes: Any) -> "Scene":
         """Returns the scene with changes to fields of its world."""

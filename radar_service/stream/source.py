@@ -21,6 +21,7 @@ class SceneOrder:
     source: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
     rpm: rate of rotation instead of the scene's own.
+    radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this order before; it is not made again.
     folder: kept while this order exists; it owns the files of an upload.
     """
@@ -28,6 +29,7 @@ class SceneOrder:
     source: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
+    radar: str | None = None
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
     folder: object = field(default=None, compare=False, repr=False)
 
@@ -40,6 +42,7 @@ class SceneOutline:
     """A scene as the serving process knows it: the bodies and their meshes stay with the process that computes.
 
     notes: sentences about its files that need no action; whoever uploads the scene gets them.
+    radar_ids: of all radars of its file.
     """
 
     name: str
@@ -48,6 +51,7 @@ class SceneOutline:
     warnings: tuple[str, ...]
     radar: Radar
     notes: tuple[str, ...] = ()
+    radar_ids: tuple[str, ...] = ("0",)
 
 
 class PlanSummary(Protocol):

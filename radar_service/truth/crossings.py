@@ -54,7 +54,9 @@ class CrossingTruth:
         time = (scan + 1) * self._scene.radar.rotation_period
         every = np.arange(len(self._motions))
         bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), time)))
-        return Snapshot(scan=scan, time=time, radar="0", own_ship=self._own_ship(np.array([time]))[0], bodies=bodies)
+        return Snapshot(
+            scan=scan, time=time, radar=self._scene.radar_id, own_ship=self._own_ship(np.array([time]))[0], bodies=bodies
+        )
 
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
         """East and north (E, 2) [m] of the reference points of bodies (E,) from the antenna at times (E,) [s]."""
@@ -108,7 +110,7 @@ class CrossingTruth:
 
     def _identity(self, body: int) -> dict[str, Any]:
         its = self._scene.bodies[body]
-        return {"radar": "0", "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
+        return {"radar": self._scene.radar_id, "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
 
     def _geographic(self, position: Floats) -> list[dict[str, float | None]]:
         """Latitude and longitude of positions (E, 3) [m], None where the scene has no origin."""

@@ -9,7 +9,7 @@ import pytest
 import radar_service as rs
 from radar_service.scene.describe import describe, json_schema, two_way_beamwidth
 from radar_service.scene.load import load_scene
-from tests.scenes import point, scene
+from tests.scenes import TWO_RADARS, point, scene
 
 SCENE = {
     "name": "two ships",
@@ -102,3 +102,13 @@ def test_arcs_and_sway_are_in_the_description() -> None:
     assert "4 legs and 5 arcs, repeats every" in text  # the arc at the start is sailed half at a time
     assert "heading 000.0, rolling 8 degrees in 9 s, course" in text
     assert "roll, pitch, yaw" in str(rs.Simulator(scene(own_ship=own)).plan)
+
+
+def test_several_radars_are_listed_with_their_platforms() -> None:
+    made = load_scene(TWO_RADARS)
+    text = describe(made.for_radar("pier"))
+    assert (
+        "radars      bow on tug\nradars      pier at east 100.0, north 0.0 m\n  all that follows is as pier has it\n" in text
+    )
+    assert "platform    at east 100.0, north 0.0, up 0.0 m, heading 090.0, at rest" in text and "120 rpm" in text
+    assert "radars" not in describe(scene()) and "own ship    at east" in describe(scene())

@@ -38,7 +38,7 @@ def scene_of(order: SceneOrder) -> Scene:
     """Returns the scene of an order. Raises SceneError."""
     sandbox = Sandbox() if order.sandboxed else None
     try:
-        scene = load_scene(order.source, mesh_reader=sandbox or IN_PROCESS)
+        scene = load_scene(order.source, mesh_reader=sandbox or IN_PROCESS).for_radar(order.radar)
     finally:
         if sandbox:
             sandbox.close()
@@ -47,7 +47,9 @@ def scene_of(order: SceneOrder) -> Scene:
 
 def outline_of(scene: Scene) -> SceneOutline:
     """Returns what the serving process keeps of a scene."""
-    return SceneOutline(scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes)
+    return SceneOutline(
+        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.radar_ids
+    )
 
 
 def describe(engine: SceneEngine, plan: Mapping[str, Any] | None = None) -> Description:
