@@ -57,7 +57,7 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
 
     serve = commands.add_parser("serve", parents=[common, threaded], help="run radars: feed, REST and page")
-    serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {scene_help}")
+    serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"a world each, with its radars: {scene_help}")
     serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
     serve.add_argument("--port", default=8000, type=partial(whole, minimum=0, maximum=65535), help="default 8000; 0: any")
     serve.add_argument("--pace", default=1.0, type=pace, help="simulated seconds per second, or max (default 1)")

@@ -12,8 +12,6 @@ from radar_service.scene.motion import Motion
 
 Floats = NDArray[np.float64]
 
-FIRST_ID = "0"  # of a radar whose scene has no other, and gives it no id
-
 
 @dataclass(frozen=True)
 class Platform:

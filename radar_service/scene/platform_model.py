@@ -5,8 +5,8 @@ from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from radar_service.radar.parameters import FIRST_ID
 from radar_service.scene.fields import Bearing, EastNorth, Latitude, Longitude, Section
-from radar_service.scene.platform import FIRST_ID
 from radar_service.scene.radar_model import RadarModel
 
 MAX_RADARS = 16  # each of them computes all that it sees

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.frames import effective_earth_radius
-from radar_service.radar.parameters import Radar, horizon
+from radar_service.radar.parameters import FIRST_ID, Radar, horizon
 from radar_service.random import name_key
 from radar_service.scene.body import Body
 from radar_service.scene.environment import Environment, Interferer
 from radar_service.scene.error import SceneError
 from radar_service.scene.motion import Motion
-from radar_service.scene.platform import FIRST_ID, Installation, Platform
+from radar_service.scene.platform import Installation, Platform
 
 Floats = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """What the stream needs of a running scene, so that tests and recordings can replace one, and how it orders one."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
-from radar_service.radar.parameters import Radar
+from radar_service.radar.parameters import FIRST_ID, Radar
 from radar_service.records import SpokeBlock, Truth
+from radar_service.scene.error import SceneError
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class SceneOutline:
     """A scene as the serving process knows it: the bodies and their meshes stay with the process that computes.
 
     notes: sentences about its files that need no action; whoever uploads the scene gets them.
-    radar_ids: of all radars of its file.
+    radar_id: of the radar; radar_ids: of all radars of its file.
     """
 
     name: str
@@ -51,7 +52,16 @@ class SceneOutline:
     warnings: tuple[str, ...]
     radar: Radar
     notes: tuple[str, ...] = ()
-    radar_ids: tuple[str, ...] = ("0",)
+    radar_id: str = FIRST_ID
+    radar_ids: tuple[str, ...] = (FIRST_ID,)
+
+
+def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError:
+    """Returns the error for a scene with the ids of other radars than its world has here."""
+    return SceneError(
+        f"radar: the scene has {', '.join(given)}, but {', '.join(map(str, here))} runs here; give a scene with the same radars, "
+        "or start the server with this one"
+    )
 
 
 class PlanSummary(Protocol):
