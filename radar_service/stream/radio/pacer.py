@@ -107,7 +107,7 @@ class Pacer:
     def stop(self) -> None:
         """Ends every wait, now and later."""
         with self._changed:
-            self.stopping, self.is_active = True, False
+            self.stopping = True
             self.world.notify()
 
     def fail(self) -> None:

@@ -119,6 +119,10 @@ def test_a_radar_that_is_held_holds_all() -> None:
     clock = WorldClock()
     free, held = (Pacer(Settings(pace=FLAT_OUT), lambda: 0.0, clock, held=holds) for holds in (False, True))
     assert free.held and free.idle and free._delay(0.0, 0.0) == math.inf  # noqa: SLF001
+    held.fail()
+    assert not free.held  # as long as it has failed
+    held.begin()
+    assert free.held
     held.release()
     assert not free.held and not held.held and free._delay(0.0, 0.0) == 0.0  # noqa: SLF001
 
