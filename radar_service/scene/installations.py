@@ -3,36 +3,44 @@
 import contextlib
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from radar_service.constants import EARTH_RADIUS
 from radar_service.radar.parameters import Radar
 from radar_service.scene.error import SceneError
-from radar_service.scene.files.heightmap import Coverage
 from radar_service.scene.platform import Platform
 from radar_service.scene.platform_model import RadarEntry
 
 MAX_ORIGIN_DISTANCE = 200_000.0  # m; there the map is stretched by 0.02 %: 44 m in 200 km, below radar accuracy
 
 
-def coverage(radars: Sequence[Radar], platforms: Sequence[Platform | None]) -> Coverage:
+class Reach(NamedTuple):
+    """A circle of `radius` [m] about the position east, north [m]."""
+
+    east: float
+    north: float
+    radius: float
+
+
+def reach(radars: Sequence[Radar], platforms: Sequence[Platform | None]) -> Reach:
     """Returns a circle that no radar reaches beyond from any position of its platform; unlimited where one never stops.
 
     A platform that is None could not be read.
     """
-    reach = [_reach(radar, platform) for radar, platform in zip(radars, platforms, strict=True)]
-    east, north, _ = reach[0]
-    return Coverage(east, north, max(math.hypot(its.east - east, its.north - north) + its.radius for its in reach))
+    circles = [_circle(radar, platform) for radar, platform in zip(radars, platforms, strict=True)]
+    east, north, _ = circles[0]
+    return Reach(east, north, max(math.hypot(its.east - east, its.north - north) + its.radius for its in circles))
 
 
-def _reach(radar: Radar, platform: Platform | None) -> Coverage:
+def _circle(radar: Radar, platform: Platform | None) -> Reach:
     """The circle that one radar reaches."""
     knots = np.zeros((1, 3)) if platform is None else platform.motion.position
     endless = platform is not None and bool(platform.motion.final_velocity.any())
     travel = np.inf if endless else float(np.hypot(*(knots - knots[0])[:, :2].T).max())
     max_range = np.inf if radar.second_time_around else radar.range_max
-    return Coverage(float(knots[0, 0]), float(knots[0, 1]), max_range + travel)
+    return Reach(float(knots[0, 0]), float(knots[0, 1]), max_range + travel)
 
 
 def distance_warnings(entries: Sequence[RadarEntry], platforms: Sequence[Platform]) -> Iterator[str]:

@@ -17,7 +17,7 @@ from radar_service.scene.checks.placement import placement_warnings
 from radar_service.scene.checks.validity import check_echo_power, validity_warnings
 from radar_service.scene.convert import environment_from_model, interferer_from_model, radar_from_model
 from radar_service.scene.error import SceneError
-from radar_service.scene.files.heightmap import Terrain
+from radar_service.scene.files.heightmap import Coverage, Terrain
 from radar_service.scene.files.mesh import MAX_FILE_BYTES, LoadedMesh
 from radar_service.scene.files.mesh_reader import IN_PROCESS, MeshReader
 from radar_service.scene.files.raster import MAX_FILE_BYTES as MAX_RASTER_BYTES
@@ -25,7 +25,7 @@ from radar_service.scene.files.scene_file import Source, model_and_folder
 from radar_service.scene.files.scene_folder import SceneFolder
 from radar_service.scene.files.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene.geo import Origin, map_from_geographic
-from radar_service.scene.installations import at_location, coverage, distance_warnings, located
+from radar_service.scene.installations import at_location, distance_warnings, located, reach
 from radar_service.scene.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.scene.model import SHAPE_SIZES, BodyModel, SceneModel
 from radar_service.scene.motion import Motion
@@ -177,7 +177,7 @@ class _Loader:
         name = str(body.heightmap)
         content = self.folder.read(name, f"{location}.heightmap", MAX_RASTER_BYTES)
         return self.mesh_reader.terrain(
-            content, name, body, start, self.origin, coverage(self.radars, self.platforms), location
+            content, name, body, start, self.origin, Coverage(*reach(self.radars, self.platforms)), location
         )
 
     def _mesh(self, body: BodyModel, location: str, wavelength: float | None) -> Mesh | None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from radar_service.scene.error import SceneError
-from radar_service.scene.installations import at_location, coverage, located
+from radar_service.scene.installations import at_location, located, reach
 from radar_service.scene.load import load_scene
 from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Platform
@@ -25,11 +25,11 @@ def platform(*positions: tuple[float, float], speed: float = 0.0) -> Platform:
 def test_the_circle_encloses_what_each_radar_reaches() -> None:
     """The second stands 5 km from the first and travels 1 km: 5 + 2 + 1."""
     near, far = radar(range_max_m=1000), radar(range_max_m=2000)
-    both = coverage([near, far], [platform((0, 0)), platform((3000, 4000), (3000, 5000))])
+    both = reach([near, far], [platform((0, 0)), platform((3000, 4000), (3000, 5000))])
     assert tuple(both) == (0.0, 0.0, 8000.0)
-    assert tuple(coverage([near], [platform((7, 8))])) == (7.0, 8.0, 1000.0)
-    assert tuple(coverage([near], [None])) == (0.0, 0.0, 1000.0)  # one that could not be read
-    assert coverage([near, far], [platform((0, 0)), platform((0, 0), speed=1.0)]).radius == math.inf
+    assert tuple(reach([near], [platform((7, 8))])) == (7.0, 8.0, 1000.0)
+    assert tuple(reach([near], [None])) == (0.0, 0.0, 1000.0)  # one that could not be read
+    assert reach([near, far], [platform((0, 0)), platform((0, 0), speed=1.0)]).radius == math.inf
 
 
 def test_a_sentence_names_the_radar_that_it_is_about() -> None:

@@ -146,14 +146,14 @@ class Pacer:
                 if not self.held and self._steps:
                     self._steps -= len(part)  # before they are sent: a client that has received them may order more at once
                     return True
-                delay = self._delay(first, last)
+                delay = self.delay(first, last)
                 if delay <= 0:
                     return True
                 self._changed.wait(min(delay, MAX_WAIT))
         return False
 
-    def _delay(self, first: float, last: float) -> float:
-        """Seconds until spokes from `first` to `last` [s of simulation] are due."""
+    def delay(self, first: float, last: float) -> float:
+        """Returns the seconds until spokes from `first` to `last` [s of simulation] are due; with `changed` held."""
         pace = self.settings.pace
         if not self.held and pace.state == "pause" and last <= self.world.front:
             return 0.0

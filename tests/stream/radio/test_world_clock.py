@@ -118,13 +118,13 @@ def test_a_radar_that_has_failed_holds_nobody() -> None:
 def test_a_radar_that_is_held_holds_all() -> None:
     clock = WorldClock()
     free, held = (Pacer(Settings(pace=FLAT_OUT), lambda: 0.0, clock, held=holds) for holds in (False, True))
-    assert free.held and free.idle and free._delay(0.0, 0.0) == math.inf  # noqa: SLF001
+    assert free.held and free.idle and free.delay(0.0, 0.0) == math.inf
     held.fail()
     assert not free.held  # as long as it has failed
     held.begin()
     assert free.held
     held.release()
-    assert not free.held and not held.held and free._delay(0.0, 0.0) == 0.0  # noqa: SLF001
+    assert not free.held and not held.held and free.delay(0.0, 0.0) == 0.0
 
 
 @pytest.mark.parametrize("pace", [PAUSED, FLAT_OUT])
@@ -153,8 +153,8 @@ def test_one_schedule_serves_all() -> None:
     """A second radar's first spoke is due when its time is, not at once."""
     now, clock = 10.0, WorldClock()
     one, other = (Pacer(Settings(), lambda: now, clock) for _ in range(2))
-    assert one._delay(0.0, 0.0) == 0.0  # noqa: SLF001
-    assert other._delay(0.2, 0.2) == pytest.approx(0.2)  # noqa: SLF001
+    assert one.delay(0.0, 0.0) == 0.0
+    assert other.delay(0.2, 0.2) == pytest.approx(0.2)
     one.sent(0.0)
     other.sent(0.1)
     assert clock.front == 0.1 and one.schedule is other.schedule
