@@ -112,3 +112,12 @@ def test_several_radars_are_listed_with_their_platforms() -> None:
     )
     assert "platform    at east 100.0, north 0.0, up 0.0 m, heading 090.0, at rest" in text and "120 rpm" in text
     assert "radars" not in describe(scene()) and "own ship    at east" in describe(scene())
+
+
+def test_the_schema_takes_one_radar_or_a_list_of_them() -> None:
+    schema = json_schema()
+    for radar, valid in (
+        (TWO_RADARS["radar"], True), ({"rpm": 24}, True), ([], True), ([{"rpm": 24}], False), ({"id": "bow"}, False),
+        ([{"id": "a/b"}], False),
+    ):  # fmt: skip
+        assert jsonschema.Draft202012Validator(schema).is_valid(TWO_RADARS | {"radar": radar}) is valid
