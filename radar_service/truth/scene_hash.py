@@ -29,7 +29,7 @@ def _add(digest: Any, value: Any) -> None:
     elif is_dataclass(value):
         for field in fields(value):
             content = getattr(value, field.name)
-            if "added" in field.metadata and type(content) is type(field.default) and content == field.default:
+            if "added" in field.metadata and content is field.default:
                 continue
             digest.update(f"{field.name}=".encode())
             _add(digest, content)
