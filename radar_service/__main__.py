@@ -58,7 +58,7 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
 
     serve = commands.add_parser("serve", parents=[common, threaded], help="run radars: feed, REST and page")
-    serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {scene_help}")
+    serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"a world each, with its radars: {scene_help}")
     serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
     serve.add_argument("--port", default=8000, type=partial(whole, minimum=0, maximum=65535), help="default 8000; 0: any")
     serve.add_argument("--pace", default=1.0, type=pace, help="simulated seconds per second, or max (default 1)")
@@ -94,7 +94,10 @@ def parser() -> argparse.ArgumentParser:
     )
     serve.set_defaults(run=run_serve)
 
-    scan = commands.add_parser("scan", parents=[common, threaded], help="compute scans into a file")
+    chosen = argparse.ArgumentParser(add_help=False)
+    chosen.add_argument("--radar", metavar="ID", help="one of the scene's [[radar]] tables, by its id (default the first)")
+
+    scan = commands.add_parser("scan", parents=[common, threaded, chosen], help="compute scans into a file")
     scan.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
     scan.add_argument("-o", "--out", type=partial(file_ending, suffix=".npz"), required=True, help="file.npz to write")
     scan.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: picture of the last scan")
@@ -110,7 +113,7 @@ def parser() -> argparse.ArgumentParser:
         ("check", run_check, "validate a scene and list what it contains"),
         ("plan", run_plan, "show what is modelled of a scene, at what error and cost"),
     ):
-        command = commands.add_parser(name, parents=[common] if name == "plan" else [], help=text)
+        command = commands.add_parser(name, parents=[common, chosen] if name == "plan" else [chosen], help=text)
         command.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
         command.set_defaults(run=run)
     command.add_argument("--json", action="store_true", help="as JSON")
@@ -162,7 +165,7 @@ def run_check(options: argparse.Namespace) -> int:
     from radar_service.scene.describe import describe
     from radar_service.scene.load import load_scene
 
-    scene = load_scene(options.scene)
+    scene = load_scene(options.scene).for_radar(options.radar)
     print(describe(scene, body_remarks(scene, fidelity_for(scene, ErrorBudget()))))
     return 0
 
@@ -173,7 +176,7 @@ def run_plan(options: argparse.Namespace) -> int:
     from radar_service.scene.load import load_scene
     from radar_service.simulator import Simulator
 
-    scene = load_scene(options.scene)
+    scene = load_scene(options.scene).for_radar(options.radar)
     if options.realtime_factor is None:
         plan = simulator_options(options)(scene).plan
     elif options.fidelity != "auto":

@@ -28,7 +28,7 @@ def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int
     for path in (options.out, options.png, options.truth):
         if path and not path.parent.is_dir():  # refused now, not after an hour of computation
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
-    simulator = make(load_scene(options.scene))
+    simulator = make(load_scene(options.scene).for_radar(options.radar))
     azimuths = simulator.scene.radar.azimuths
     with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar, _truth_noted(options, simulator) as note:
         scans = []

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class Simulator:
-    """One radar turning in one scene.
+    """One radar turning in one scene. `scene` is the scene as this radar has it.
 
     The first scan starts at t = 0 at north and is complete: the beam wraps. On one machine the
     same scene, fidelity and seed give the same bytes. Not thread-safe, except `truth`. BLAS libraries
@@ -46,14 +46,16 @@ class Simulator:
     def __init__(
         self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1,
         sector: tuple[float, float] | None = None, commands: Iterable[Command | Mapping[str, Any]] = (), labels: bool = False,
+        radar: str | None = None,
     ) -> None:  # fmt: skip
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
         many compute at once, which changes no byte; sector: from and to, clockwise from true north [rad]: only its azimuths
         are computed, with the bytes that they have in a whole scan; commands: to replay, as `commands` of another run; labels:
-        whether spokes name the strongest source of each cell, which changes no other byte.
+        whether spokes name the strongest source of each cell, which changes no other byte; radar: id of one of the
+        scene's radars, by default the first.
 
-        Raises ValueError for an unknown name, a negative seed, fewer than one thread, a sector that is not two angles, labels of
-        the fidelity `documented`, or a command that is not possible (CommandError).
+        Raises ValueError for an unknown name or radar, a negative seed, fewer than one thread, a sector that is not two angles,
+        labels of the fidelity `documented`, or a command that is not possible (CommandError).
         """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
@@ -61,6 +63,7 @@ class Simulator:
             raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
         if sector is not None and (len(sector) != 2 or not np.isfinite(sector).all()):
             raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
+        scene = scene.for_radar(radar)
         steering = Steering(scene)
         self.scene, self.seed, self.fidelity = scene, seed, chosen_fidelity(scene, fidelity)
         engine, self._set_up, line_of_sight = engine_set_up(steering.scene, self.fidelity, seed, threads, labels)
@@ -70,7 +73,7 @@ class Simulator:
             line_of_sight = line_of_sight.following(steering.past.bodies)
         self._truth = GroundTruth(steering.past, line_of_sight)
         self._sources = SourceTruth(steering, self.fidelity, seed, self._set_up)
-        reporter = ErrorReporter(scene.radar, seed, scene.errors)
+        reporter = ErrorReporter(scene.radar, seed, scene.errors, *scene.random_key)
         self._stream = SpokeStream(engine, steering, Sector(scene.radar, sector), line_of_sight, reporter)
         if commands := tuple(commands):
             self.replay(commands)

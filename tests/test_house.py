@@ -45,6 +45,7 @@ HOMES = {
         "radar_service.scene.files",
         "radar_service.scene.interference_model",
         "radar_service.scene.model",
+        "radar_service.scene.platform_model",
         "radar_service.scene.radar_model",
         "radar_service.scene.validation_messages",
         "radar_service.stream",

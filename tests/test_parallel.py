@@ -13,11 +13,11 @@ from threadpoolctl import OpenBLASController, ThreadpoolController, threadpool_i
 
 import radar_service as rs
 from radar_service import __main__ as command_line
-from radar_service.simulation import engine_set_up
 from radar_service.engine import pipeline, preparation
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.parallel import BLAS_LIMIT, BlasLimit, in_order
 from radar_service.plan import cost_model
+from radar_service.simulation import engine_set_up
 from tests.scenes import point, scene
 
 ROOT = Path(__file__).parents[1]

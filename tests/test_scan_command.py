@@ -10,6 +10,7 @@ from PIL import Image
 import radar_service as rs
 from radar_service.__main__ import main
 from radar_service.records import Radiometry
+from tests.scenes import TWO_RADARS
 
 
 def test_scan_writes_what_the_simulator_gives(one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -104,3 +105,17 @@ def test_radiometric_truth_that_cannot_be_is_refused(
     out = tmp_path / "a.npz"
     assert main(["scan", str(one_target), "-o", str(out), *options]) == 2
     assert message in capsys.readouterr().err and not out.exists()
+
+
+def test_an_option_names_one_of_several_radars(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out, truth = (tmp_path / name for name in ("two.json", "scans.npz", "truth.jsonl"))
+    path.write_text(json.dumps(TWO_RADARS))
+    assert main(["scan", str(path), "-o", str(out), "--truth", str(truth), "--radar", "pier"]) == 0
+    expected = rs.Simulator(rs.load_scene(path), radar="pier").scan()
+    with np.load(out) as file:
+        np.testing.assert_array_equal(file["field"][0], expected.field)
+    header, *crossings, snapshot = map(json.loads, truth.read_text().splitlines())
+    assert [its["id"] for its in header["radars"]] == ["pier"] == [snapshot["radar"]]
+    assert [(its["radar"], its["body"]) for its in crossings] == [("pier", "tug"), ("pier", "p")]
+    assert main(["scan", str(path), "-o", str(out), "--radar", "stern"]) == 2
+    assert 'radar: "stern" is not a radar of this scene; it has bow, pier' in capsys.readouterr().err

@@ -134,7 +134,7 @@ def prepare_clutter(scene: Scene, line_of_sight: OcclusionScene, compression: Co
         floor,
         columns,
         BeamWeights(radar.azimuths, rows_per_scan, radar.azimuth_gain, extent, order=2),
-        AzimuthRowCache(rows_per_scan, SpeckleRows(pulse_power(compression), columns, seed).make),
+        AzimuthRowCache(rows_per_scan, SpeckleRows(pulse_power(compression), columns, seed, scene.random_key).make),
         prepare_sea(scene, line_of_sight, sea, cell, columns, rows_per_scan, extent, seed) if len(sea) else None,
     )
 

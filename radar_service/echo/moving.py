@@ -50,7 +50,7 @@ class MovingEchoes:
         self._poses = BodyPoses(self._bodies)
         self._moves: Flags = np.zeros(len(self._bodies), dtype=np.bool_)
         self._moves[self._poses.moving] = True
-        self._fluctuation = Fluctuation(self._bodies, scene.name, scene.radar.azimuths, seed)
+        self._fluctuation = Fluctuation(self._bodies, scene.name, scene.radar.azimuths, seed, scene.own_id)
         self.passages = BeamPassages(
             scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent
         )

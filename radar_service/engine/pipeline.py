@@ -117,7 +117,7 @@ def receive(prepared: Prepared, azimuths: AzimuthTimes, rows: Profiles | None, b
         spectrum = compression.spectrum(rows)
     if prepared.scene.environment.noise:
         scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
-        rng = generator(prepared.seed, NOISE, scan, index // prepared.tile)
+        rng = generator(prepared.seed, NOISE, *prepared.scene.random_key, scan, index // prepared.tile)
         if spectrum is None:
             spectrum = compression.noise.draw(len(azimuths.time), rng)
         else:

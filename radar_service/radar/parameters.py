@@ -9,6 +9,7 @@ from radar_service.radar.antenna import AntennaPattern, interpolated_gain
 from radar_service.radar.waveform import Chirp
 from radar_service.types import Flags, Floats, Indices
 
+FIRST_ID = "0"  # of a radar that its scene gives no id
 FULL_CIRCLE = 2.0 * np.pi
 EDGE = 1e-9  # rad; so that rounded degrees do not exclude the ends of a blind sector
 

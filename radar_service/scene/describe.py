@@ -13,6 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.model import SceneModel
 from radar_service.scene.motion import Motion
+from radar_service.scene.platform import Platform
 from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.world import Scene
 
@@ -27,9 +28,13 @@ def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     remarks: further lines about bodies, by their names.
     """
     lines = [f"scene       {scene.name}"]
+    if len(scene.radar_ids) > 1:
+        lines += [f"radars      {its.id} {_platform_text(its.platform)}" for its in scene.radars]
+        lines.append(f"  all that follows is as {scene.radar_id} has it")
     if scene.origin is not None:
         lines.append(f"origin      latitude {scene.origin[0]:.6f}, longitude {scene.origin[1]:.6f} degrees")
-    lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"own ship    {_motion_text(scene.own_ship)}"]
+    carrier = "own ship    " if len(scene.radar_ids) == 1 else "platform    "
+    lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"{carrier}{_motion_text(scene.own_ship)}"]
     triangles = sum(len(body.mesh.faces) for body in scene.bodies if body.mesh is not None)
     lines.append(f"bodies      {len(scene.bodies)} with {triangles} triangles in all")
     for body in scene.bodies:
@@ -164,6 +169,11 @@ def _sway_text(motion: Motion) -> str:
     sizes = [*(f"{math.degrees(angle):g} degrees" for angle in motion.sway.amplitude[:3]), f"{motion.sway.max_heave:g} m"]
     swings = zip(("rolling", "pitching", "yawing", "heaving"), sizes, motion.sway.amplitude, motion.sway.period, strict=True)
     return "".join(f", {verb} {size} in {period:g} s" for verb, size, amplitude, period in swings if amplitude)
+
+
+def _platform_text(platform: Platform) -> str:
+    east, north, _ = platform.motion.pose(0.0).position[0]
+    return f"at east {east:.1f}, north {north:.1f} m" if platform.body is None else f"on {platform.body}"
 
 
 def _motion_text(motion: Motion) -> str:

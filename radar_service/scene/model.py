@@ -26,6 +26,7 @@ from radar_service.scene.fields import (
 )  # fmt: skip
 from radar_service.scene.interference_model import MAX_INTERFERERS, InterferenceModel
 from radar_service.scene.manoeuvre_model import TurningSection
+from radar_service.scene.platform_model import Radars, check_radars
 from radar_service.scene.presence_model import FadingModel, Instant
 from radar_service.scene.radar_model import RadarModel
 from radar_service.scene.sway_model import SwaySection
@@ -100,7 +101,16 @@ class MovingSection(SwaySection, TurningSection, RouteSection):
 class OwnShipModel(MovingSection):
     """The ship that carries the antenna."""
 
+    body: str | None = Field(
+        None, min_length=1, max_length=200, description="name of the body that is own ship: its motion, and what others see"
+    )
     position_m: EastNorth = (0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _check_body(self) -> Self:
+        if self.body is not None and (others := sorted(self.model_fields_set - {"body"})):
+            raise ValueError(f"{others[0]}: the body already defines how own ship moves; remove {', '.join(others)}")
+        return self
 
 
 class EnvironmentModel(Section):
@@ -259,7 +269,7 @@ class SceneModel(Section):
 
     name: str = Field("scene", min_length=1, max_length=200)
     origin: OriginModel | None = None
-    radar: RadarModel = RadarModel()
+    radar: Radars = RadarModel()
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
     body: tuple[BodyModel, ...] = Field((), max_length=MAX_BODIES)
@@ -275,4 +285,6 @@ class SceneModel(Section):
             names.add(body.name)
             if self.origin is None and (body.latitude_deg is not None or body.south_west_deg is not None):
                 raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
+        can_carry = {body.name: body.heightmap is None for body in self.body}
+        check_radars(self.radar, self.own_ship.body, can_carry, self.origin is not None)
         return self

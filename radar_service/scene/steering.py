@@ -28,9 +28,9 @@ def with_motions(
         replace(body, motion=motions[body.name], presence=presences.get(body.name, body.presence))
         if body.name in motions
         else body
-        for body in scene.bodies
+        for body in scene.world.bodies
     )
-    own_ship = replace(scene.platform, motion=motions.get(None, scene.own_ship))
+    own_ship = replace(scene.platform, motion=motions.get(scene.platform.body, scene.own_ship))
     return replace(scene.with_world(bodies=bodies), platform=own_ship)
 
 
@@ -46,7 +46,9 @@ class Steering:
 
     def __init__(self, scene: Scene) -> None:
         self._motions = {name: replace(motion) for name, motion in scene.steered.items()}
-        presences = {body.name: SteeredPresence.under(body.presence) for body in scene.bodies if body.name in self._motions}
+        presences = {
+            body.name: SteeredPresence.under(body.presence) for body in scene.world.bodies if body.name in self._motions
+        }
         self.scene = with_motions(scene, self._motions, presences)
         past = {name: motion.past for name, motion in self._motions.items()}
         self.past = with_motions(scene, past, {name: presence.past for name, presence in presences.items()})

@@ -8,6 +8,7 @@ import contextlib
 import gc
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -67,19 +68,32 @@ def serve(options: argparse.Namespace, make_engine: "MakeEngine") -> int:
 def _started(
     make: "Callable[[SceneOrder], WorldSource]", orders: "Sequence[SceneOrder]",
     on_end: Callable[[Callable[[], None]], object],
-) -> "list[Future[WorldSource]]":  # fmt: skip
-    """Returns the worlds of all radars, which are prepared side by side. on_end: is called with what ends them."""
+) -> "list[Future[list[WorldSource]]]":  # fmt: skip
+    """Returns the radars of each scene; scenes are prepared side by side. on_end: is called with what ends them."""
     threads = ThreadPoolExecutor(len(orders), thread_name_prefix="start")
-    worlds = [threads.submit(make, order) for order in orders]
+    worlds = [threads.submit(_radars, make, order) for order in orders]
     threads.shutdown(wait=False)
 
     def close() -> None:
         for world in worlds:
             if not world.exception():
-                world.result().close()
+                for radar in world.result():
+                    radar.close()
 
     on_end(close)
     return worlds
+
+
+def _radars(make: "Callable[[SceneOrder], WorldSource]", order: "SceneOrder") -> "list[WorldSource]":
+    """Returns the radars of a scene, each in a process of its own. The first one tells which others there are."""
+    with contextlib.ExitStack() as on_failure:
+        radars = [make(order)]
+        on_failure.callback(radars[0].close)
+        for radar_id in radars[0].scene.radar_ids[1:]:
+            radars.append(make(replace(order, radar=radar_id)))
+            on_failure.callback(radars[-1].close)
+        on_failure.pop_all()
+    return radars
 
 
 def access_for(options: argparse.Namespace) -> Access:

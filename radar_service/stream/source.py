@@ -1,6 +1,6 @@
 """What the stream needs of a running scene, so that tests and recordings can replace one, and how it orders one."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
-from radar_service.radar.parameters import Radar
+from radar_service.radar.parameters import FIRST_ID, Radar
+from radar_service.random import name_key
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command, Steerable
+from radar_service.scene.error import SceneError
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.stream.command_log import CommandLog
 
@@ -24,6 +26,7 @@ class SceneOrder:
     source: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
     rpm: rate of rotation instead of the scene's own.
+    radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this order before; it is not made again.
     folder: kept while this order exists; it owns the files of an upload.
     """
@@ -31,6 +34,7 @@ class SceneOrder:
     source: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
+    radar: str | None = None
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
     folder: object = field(default=None, compare=False, repr=False)
 
@@ -48,6 +52,7 @@ class SceneOutline:
     notes: sentences about its files that need no action; whoever uploads the scene gets them.
     steerable: what commands may steer.
     errors: on purpose, which the serving process adds; None without any.
+    radar_id: of the radar; radar_ids: of all radars of its file.
     """
 
     name: str
@@ -58,6 +63,21 @@ class SceneOutline:
     notes: tuple[str, ...] = ()
     steerable: Steerable = NOT_STEERABLE
     errors: ErrorSettings | None = None
+    radar_id: str = FIRST_ID
+    radar_ids: tuple[str, ...] = (FIRST_ID,)
+
+    @property
+    def radar_key(self) -> int:
+        """What keeps the random numbers of this radar apart from those of others, as Scene.random_key; 0 for the id "0"."""
+        return 0 if self.radar_id == FIRST_ID else name_key(self.radar_id)
+
+
+def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError:
+    """Returns the error for a scene with the ids of other radars than its world has here."""
+    return SceneError(
+        f"radar: the scene has {', '.join(given)}, but {', '.join(map(str, here))} runs here; give a scene with the same radars, "
+        "or start the server with this one"
+    )
 
 
 class PlanSummary(Protocol):

@@ -16,7 +16,6 @@ from radar_service.truth.ground_truth import GroundTruth
 from radar_service.types import Floats, Indices
 
 NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
-RADAR = "0"  # the only one
 
 
 class References(NamedTuple):
@@ -58,7 +57,8 @@ class CrossingTruth:
         instant = math.nextafter(time, 0.0) if self._steered else time
         every = np.arange(len(self._motions))
         bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), instant)))
-        return Snapshot(scan=scan, time=time, radar=RADAR, own_ship=self._own_ship(np.array([instant]))[0], bodies=bodies)
+        own_ship = self._own_ship(np.array([instant]))[0]
+        return Snapshot(scan=scan, time=time, radar=self._scene.radar_id, own_ship=own_ship, bodies=bodies)
 
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
         """East and north (E, 2) [m] of the reference points of bodies (E,) from the antenna at times (E,) [s]."""
@@ -117,7 +117,7 @@ class CrossingTruth:
 
     def _identity(self, body: int) -> dict[str, Any]:
         its = self._scene.bodies[body]
-        return {"radar": RADAR, "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
+        return {"radar": self._scene.radar_id, "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
 
     def _geographic(self, position: Floats) -> list[dict[str, float | None]]:
         """Latitude and longitude of positions (E, 3) [m], None where the scene has no origin."""

@@ -9,7 +9,7 @@ import pytest
 import radar_service as rs
 from radar_service.scene.describe import describe, json_schema, two_way_beamwidth
 from radar_service.scene.load import load_scene
-from tests.scenes import point, scene
+from tests.scenes import TWO_RADARS, point, scene
 
 SCENE = {
     "name": "two ships",
@@ -109,3 +109,22 @@ def test_nonlinear_chirps_and_inverse_filters_are_in_the_description() -> None:
     text = describe(scene([point("t", 0, 500)], radar=settings))
     assert "10 us, 50 MHz, nonlinear chirp, product 500, compressed by the inverse filter" in text
     assert "before the window (nuttall) widens it" in text
+
+
+def test_several_radars_are_listed_with_their_platforms() -> None:
+    made = load_scene(TWO_RADARS)
+    text = describe(made.for_radar("pier"))
+    assert (
+        "radars      bow on tug\nradars      pier at east 100.0, north 0.0 m\n  all that follows is as pier has it\n" in text
+    )
+    assert "platform    at east 100.0, north 0.0, up 0.0 m, heading 090.0, at rest" in text and "120 rpm" in text
+    assert "radars" not in describe(scene()) and "own ship    at east" in describe(scene())
+
+
+def test_the_schema_takes_one_radar_or_a_list_of_them() -> None:
+    schema = json_schema()
+    for radar, valid in (
+        (TWO_RADARS["radar"], True), ({"rpm": 24}, True), ([], True), ([{"rpm": 24}], False), ({"id": "bow"}, False),
+        ([{"id": "a/b"}], False),
+    ):  # fmt: skip
+        assert jsonschema.Draft202012Validator(schema).is_valid(TWO_RADARS | {"radar": radar}) is valid

@@ -29,14 +29,22 @@ KINEMATICS: dict[str, Any] = {
 }  # fmt: skip
 
 
+SAMPLING = 299_792_458.0 / (2.0 * STEP)
+RADAR: dict[str, Any] = {
+    "azimuths": AZIMUTHS, "range_max_m": BINS * STEP, "bandwidth_hz": SAMPLING / 1.5, "sample_rate_hz": SAMPLING,
+    "blind_sectors_deg": [[80, 100]], "coarse_azimuths": True,
+}  # fmt: skip
+
+
 def scene(name: str = "test scene", **radar: Any) -> Scene:
     """A scene without bodies: 24 spokes a scan, 20 bins of 10 m, blind from 080 to 100 degrees off the bow."""
-    sampling = 299_792_458.0 / (2.0 * STEP)
-    settings = {
-        "azimuths": AZIMUTHS, "range_max_m": BINS * STEP, "bandwidth_hz": sampling / 1.5, "sample_rate_hz": sampling,
-        "blind_sectors_deg": [[80, 100]], "coarse_azimuths": True,
-    }  # fmt: skip
-    return load_scene({"name": name, "radar": settings | radar, "own_ship": {"heading_deg": 30}})
+    return load_scene({"name": name, "radar": RADAR | radar, "own_ship": {"heading_deg": 30}})
+
+
+def scene_of_several(*ids: str, name: str = "test scene") -> Scene:
+    """The same with a radar of each id; the first has 24 rpm, each other 12 rpm more than the one before."""
+    radars = [RADAR | {"id": each, "rpm": 24 + 12 * number} for number, each in enumerate(ids)]
+    return load_scene({"name": name, "radar": radars, "own_ship": {"heading_deg": 30}})
 
 
 def steerable_scene(name: str = "steerable") -> Scene:
@@ -176,7 +184,8 @@ def scene_in(order: SceneOrder) -> Scene:
     """The scene of an order; orders of fake engines hold it."""
     if not isinstance(order.source, Scene):
         return scene_of(order)
-    return order.source if order.rpm is None else scene_at_rpm(order.source, order.rpm)
+    of = order.source.for_radar(order.radar)
+    return of if order.rpm is None else scene_at_rpm(of, order.rpm)
 
 
 def made_by(make: Callable[[Scene], FakeEngine]) -> Callable[[SceneOrder, Progress], FakeEngine]:

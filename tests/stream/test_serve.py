@@ -13,6 +13,7 @@ import pytest
 from fastapi import FastAPI
 
 from radar_service.__main__ import main, parser
+from radar_service.scene.error import SceneError
 from radar_service.stream.http.access import Access
 from radar_service.stream.http.server import MAX_PER_ADDRESS, Server
 from radar_service.stream.radio.station import Station
@@ -73,17 +74,17 @@ def options(*arguments: str) -> argparse.Namespace:
     return chosen
 
 
-@pytest.mark.parametrize("gave_up", [False, True])
-def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The server runs its start and stops at once; what it was given is looked at on the way."""
-    seen: dict[str, Any] = {}
+@pytest.fixture
+def seen(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What the server is given, as it runs its start and stops at once. "gives up": whether radars fail meanwhile."""
+    seen: dict[str, Any] = {"gives up": False}
 
     async def at_once(self: Server, sockets: list[socket.socket]) -> None:
         self.started = True
         for listener in sockets:
             listener.close()
         seen["limits"] = self.config.http.keywords  # type: ignore[union-attr]
-        if gave_up:
+        if seen["gives up"]:
             for station in seen["stations"]:
                 station.failed()
 
@@ -96,6 +97,12 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
     monkeypatch.setattr("signal.signal", lambda *_: None)
     monkeypatch.setattr("gc.freeze", lambda: None)
     monkeypatch.setattr("radar_service.stream.logs.configure", lambda style: None)
+    return seen
+
+
+@pytest.mark.parametrize("gave_up", [False, True])
+def test_options_reach_radars_and_server(scene: Path, gave_up: bool, seen: dict[str, Any]) -> None:
+    seen["gives up"] = gave_up
     chosen = options(str(scene), str(scene), "--pace", "max", "--truth", "--port", "0", "--connections", "7",
                      "--exit-when-failed", *(["--sandbox-all"] if gave_up else []))  # fmt: skip
     assert serve(chosen, FakeEngine) == int(gave_up)
@@ -103,6 +110,31 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
     assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
     assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
     assert seen["access"] == access_for(chosen) and seen["sandbox_all"] is gave_up
+
+
+def several(tmp_path: Path, *ids: str) -> str:
+    path = tmp_path / f"{'-'.join(ids)}.json"
+    path.write_text(json.dumps(SCENE | {"radar": [{"id": each, **SCENE["radar"]} for each in ids]}))  # type: ignore[dict-item]
+    return str(path)
+
+
+def test_each_radar_of_a_scene_is_on_the_air(scene: Path, tmp_path: Path, seen: dict[str, Any]) -> None:
+    """Radars of one scene share a world under their ids; that of a scene without ids has the number of its scene."""
+    chosen = options(several(tmp_path, "bow", "0"), str(scene), several(tmp_path, "mast"), "--port", "0")
+    assert serve(chosen, FakeEngine) == 0
+    stations = seen["stations"]
+    assert [station.identity for station in stations] == ["bow", "0", "1", "mast"]
+    assert [station.name for station in stations] == ["radar bow", "radar 0", "radar 1", "radar mast"]
+    assert [station.engine.scene.radar_id for station in stations] == ["bow", "0", "0", "mast"]
+    assert stations[0].world is stations[1].world and len({station.world for station in stations}) == 3
+    assert stations[0].transmitter.pacer.world is stations[1].transmitter.pacer.world
+    assert len({station.engine.process for station in stations}) == 4
+
+
+def test_two_radars_with_one_id_are_refused(tmp_path: Path, seen: dict[str, Any]) -> None:
+    chosen = options(several(tmp_path, "bow", "aft"), several(tmp_path, "mast", "aft"), "--port", "0")
+    with pytest.raises(SceneError, match='radar.id: "aft" is the id of two radars; ids are unique on a server'):
+        serve(chosen, FakeEngine)
 
 
 NOT_AT_A_START = {"PIL", "matplotlib", "pyproj", "scipy.interpolate", "scipy.ndimage", "scipy.stats",

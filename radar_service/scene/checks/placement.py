@@ -26,7 +26,8 @@ def placement_warnings(world: World, radar: Radar, platform: Platform, terrain: 
     return tuple(
         warning
         for i, body in enumerate(world.bodies)
-        if (warning := _placement_warning(body, f"body[{i}]", antenna, radar.range_min, () if i in terrain else ground))
+        if body.name != platform.body
+        and (warning := _placement_warning(body, f"body[{i}]", antenna, radar.range_min, () if i in terrain else ground))
     )
 
 

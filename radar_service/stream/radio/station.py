@@ -19,13 +19,13 @@ from radar_service.stream.radio.command_queue import TooManyCommandsError, Value
 from radar_service.stream.radio.engine_supervisor import RESTARTS
 from radar_service.stream.radio.error_stage import ErrorStage
 from radar_service.stream.radio.last_scan import LastScan
-from radar_service.stream.radio.pacing import Schedule
 from radar_service.stream.radio.preparation import Preparations
+from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
-from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink, new_epoch_name
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink
 
 LEAVE_TIMEOUT = 2.0  # s for clients to take their bye
 COMMAND_TIMEOUT = 10.0  # s until a command is given up; it takes the time of a batch of spokes
@@ -35,6 +35,7 @@ STOP_TIMEOUT = 3.0  # s to wait for each thread
 class Station:
     """One radar. All methods are for the event loop.
 
+    world: the radars that share its clock and its scene.
     hub: its clients.
     feed: encodes for them.
     last_scan: for pictures.
@@ -50,13 +51,14 @@ class Station:
         self, identity: str, engine: SpokeSource, make_engine: MakeSource, *, name: str | None = None,
         settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
         restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
-        schedule: Schedule | None = None, wait_for: int = 0,
+        world: StationWorld | None = None, wait_for: int = 0,
     ) -> None:  # fmt: skip
-        """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed; wait_for: clients
-        that must listen before the first spoke is sent."""
+        """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed; world: that
+        it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
         self.failed = failed
         self.stopping = False
+        self.world = world or StationWorld()
         self.hub = Hub(clock)
         self.feed = FeedEncoder(output := FeedOutput(self.hub), self._radar_info, clock)
         self.last_scan = LastScan(engine)
@@ -65,13 +67,13 @@ class Station:
         self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
-            engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts, schedule=schedule,
+            engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts, world=self.world.clock,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
         )  # fmt: skip
         self.preparations = Preparations()
         self._output, self._make_engine = output, make_engine
         self._wait_for = wait_for
-        self._swaps = self._last_swap = 0  # requests for another scene, and the number of the last one that was met
+        self.world.join(identity, self.transmitter)
 
     @property
     def engine(self) -> SpokeSource:
@@ -124,19 +126,20 @@ class Station:
         log_event("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
 
     async def swap(self, order: SceneOrder, job: str | None = None) -> tuple[str, SpokeSource]:
-        """Prepares another scene beside the running one and lets it take over; returns its epoch and engine.
+        """Prepares another scene beside the running one and lets it take over, for all radars of this world; returns the epoch
+        and the engine of this one.
 
-        Of several requests the last one wins. job: name of the preparation. Raises what Preparations.worker raises, and the
+        Of several requests the last one wins. job: name of the preparation. Raises what Preparations.workers raises, and the
         running scene goes on.
         """
-        self._swaps += 1
-        number = self._swaps
-        worker = await self.preparations.worker(self._make_engine, order, job)
-        if number < self._last_swap or self.stopping:
-            worker.stop()  # a later request was met sooner: as if this one had been met before it
-            return new_epoch_name(), worker.engine
-        self._last_swap = number
-        return self.transmitter.switch_to(worker), worker.engine
+        return await self._run(self.world.orders(order), job)
+
+    async def _run(self, orders: Mapping[str, SceneOrder], job: str | None = None) -> tuple[str, SpokeSource]:
+        """Prepares the orders of all radars of this world and lets them take over, as `swap`."""
+        request = self.world.request()
+        workers = await self.preparations.workers(self._make_engine, orders, job, self.world.check)
+        epochs = self.world.switch_to(request, workers, stopping=self.stopping)
+        return epochs[self.identity], workers[self.identity].engine
 
     async def prepare(self, order: SceneOrder, job: str | None = None) -> SpokeSource:
         """Returns a scene as this radar would run it. Raises what Preparations.source raises."""
@@ -151,7 +154,7 @@ class Station:
         changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
         order = changed_order(self.settings, self.transmitter.engines.pending_engine, requested)
         if order is not None:
-            await self.swap(order)
+            await self._run(self.world.changed_orders(self.identity, order))
         self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
         pace = requested.get("pace", {})
         if pace.get("state") == "step":

@@ -2,7 +2,8 @@
 
 When an order acts:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
-- range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed.
+- range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed,
+  and where the world has several radars, which all begin it together.
 - commands: from the next spoke on; the blocks that the engine has computed beyond it are dropped. Those that come while the
   next spokes are computed wait until these are sent, so that many commands do not stop the feed.
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
@@ -18,8 +19,9 @@ from radar_service.records import SpokeBlock
 from radar_service.stream.radio.command_queue import CommandQueue
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.pacer import Pacer
-from radar_service.stream.radio.pacing import Schedule, batch_spokes
+from radar_service.stream.radio.pacing import batch_spokes
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
+from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, SpokeSource
 from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink, new_epoch_name
@@ -47,14 +49,15 @@ class Transmitter:
 
     def __init__(
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
-        make_engine: MakeSource, *, restarts: int = RESTARTS, schedule: Schedule | None = None,
+        make_engine: MakeSource, *, restarts: int = RESTARTS, world: WorldClock | None = None,
         on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore, held: bool = False,
     ) -> None:  # fmt: skip
         """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
 
-        on_restart, on_failure: called with the reason, from the transmitter's thread; held: until `pacer.release`.
+        world: its clock, which other radars may share; on_restart, on_failure: called with the reason, from the transmitter's
+        thread; held: until `pacer.release`.
         """
-        self.pacer = Pacer(settings, clock, schedule, held)
+        self.pacer = Pacer(settings, clock, world, held)
         self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock))
         self.epoch = Epoch(new_epoch_name(), engine, settings.range)
         self.fault: str | None = None
@@ -119,7 +122,7 @@ class Transmitter:
                 return
             orders = self.pacer.orders()
             size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
-            part = block.part(at, min(len(block), at + min(size, orders.steps or size)))
+            part = block.part(at, at + orders.spokes(block, at, min(size, len(block) - at)))
             if (self._may_command or not self.pacer.is_due(part, orders)) and self._obey():
                 return
             if self.pacer.wait_until_due(part, orders):
@@ -154,7 +157,7 @@ class Transmitter:
 
     def _apply_pending(self) -> bool:
         """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""
-        if self.engines.has_pending and self.pacer.idle:
+        if self.engines.has_pending and (self.pacer.idle or self.pacer.is_outdated):
             self._take_over()
             return True
         if self.pacer.settings.range != self.epoch.range:
@@ -163,7 +166,7 @@ class Transmitter:
 
     def _take_over(self) -> None:
         name, engine = self.engines.take_over()
-        self.pacer.restart_schedule()
+        self.pacer.begin()
         self.simulated, self._spokes_done = 0.0, 0
         self._open(Epoch(name, engine, self.pacer.settings.range))
         self.fault = None
@@ -192,6 +195,7 @@ class Transmitter:
 
     def _fail(self, reason: str) -> None:
         self.fault = reason
+        self.pacer.fail()
         self.commands.close(f"the radar has stopped: {reason}; give it another scene")
         self.engines.worker.stop()
         for sink in self._sinks:

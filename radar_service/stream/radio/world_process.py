@@ -31,7 +31,7 @@ from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
 from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
 from radar_service.stream.radio.spare import Spares, TakeOver
-from radar_service.stream.source import SceneOrder, SceneOutline, TruthLine
+from radar_service.stream.source import SceneOrder, SceneOutline, TruthLine, other_radars
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 
@@ -44,13 +44,17 @@ def scene_of(order: SceneOrder) -> Scene:
     finally:
         if sandbox:
             sandbox.close()
+    if order.radar not in (None, *scene.radar_ids):
+        raise other_radars(scene.radar_ids, [order.radar])
+    scene = scene.for_radar(order.radar)
     return scene if order.rpm is None else scene_at_rpm(scene, order.rpm)
 
 
 def outline_of(scene: Scene) -> SceneOutline:
     """Returns what the serving process keeps of a scene."""
     return SceneOutline(
-        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors
+        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
+        scene.radar_id, scene.radar_ids,
     )  # fmt: skip
 
 
