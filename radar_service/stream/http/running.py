@@ -15,15 +15,17 @@ from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import MakeSource, SpokeSource
 
+MakeStation = Callable[..., Station]
+
 
 def run(
     options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[SpokeSource]], make: MakeSource,
-    fork_server: ForkServer,
+    fork_server: ForkServer, make_station: MakeStation | None = None,
 ) -> int:  # fmt: skip
     """Serves one radar for each world until stopped; returns the exit status. Raises OSError where it cannot listen.
 
     options: of the command `serve`; worlds: waits for the worlds, which prepare while the application is put together;
-    make, fork_server: start further worlds and other processes.
+    make, fork_server: start further worlds and other processes; make_station: makes a radar, by default Station.
     """
     refused, stations = Refusals(), list[Station]()
     app = create_app(
@@ -38,7 +40,9 @@ def run(
     settings = Settings(pace=Pace("run", options.pace))
     for number, world in enumerate(worlds()):
         stations.append(
-            Station(str(number), world, make, settings=settings, allow_truth=options.truth, wait_for=options.wait_for)
+            (make_station or Station)(
+                str(number), world, make, settings=settings, allow_truth=options.truth, wait_for=options.wait_for
+            )
         )
     return _run(server, stations, options)
 

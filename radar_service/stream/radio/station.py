@@ -53,7 +53,7 @@ class Station:
         self.failed = failed
         self.stopping = False
         self.hub = Hub(clock)
-        self.feed = FeedEncoder(output := FeedOutput(self.hub), self._radar_info, clock)
+        self.feed = FeedEncoder(output := FeedOutput(self.hub), self.radar_info, clock)
         self.last_scan = LastScan(engine)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
         self.truth_stream = TruthStream(engine, self._truths)
@@ -160,7 +160,8 @@ class Station:
         """Returns the state of all controls, as REST and the feed give it."""
         return controls_state(self.settings, self.engine.scene, self.transmitter.engines.pending_engine.scene)
 
-    def _radar_info(self, epoch: Epoch) -> RadarInfo:
+    def radar_info(self, epoch: Epoch) -> RadarInfo:
+        """Returns the description of this radar in an epoch."""
         controls = self.controls()
         return RadarInfo(self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth)
 
