@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 GROUND = (
-    "arguments", "block_cache", "constants", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random", "records",
+    "arguments", "block_cache", "constants", "extras", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random", "records",
     "scan_file",
     "types",
 )  # fmt: skip
@@ -24,6 +24,7 @@ BELOW: dict[str, tuple[str, ...]] = {
     "scan_command": (*GROUND, *ROOMS, "truth", "scan", "simulator", "simulator_options", "display"),
     "simulator_options": (*GROUND, *ROOMS, "simulator"),
     "stream": (*GROUND, "radar", "scene", "receive", "display", "stream"),
+    "recording": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream", "recording"),
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),
     "__init__": (*GROUND, "scene", "scan", "simulator"),
 }
@@ -53,6 +54,7 @@ HOMES = {
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
     "matplotlib": ("radar_service.scan", "radar_service.study"),
     "threadpoolctl": ("radar_service.parallel",),
+    "mcap": ("radar_service.recording.mcap_library",),
 }
 
 
@@ -167,6 +169,8 @@ def test_the_whole_house_is_checked() -> None:
         ("radar_service", "radar_service.stream", "nothing above"),
         ("radar_service.glue", "radar_service.frames", "no place"),
         ("radar_service.stream.http.app", "clients.ppi", "does not know its clients"),
+        ("radar_service.stream.radio.station", "radar_service.recording.recording", "nothing above"),
+        ("radar_service.recording.recording", "mcap.reader", "mcap lives in"),
         ("clients.ppi.client", "radar_service.stream.fanout.hub", "clients use"),
         ("clients.ppi.client", "radar_service.records", "clients use"),
         ("clients.ppi.client", "radar_service.displays", "clients use"),

@@ -55,7 +55,8 @@ class ChunkTable:
         with path.open("rb") as file:
             if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                 raise RecordingError(f"{path}: this is no MCAP file; give one that `radar-service record` wrote")
-            self._fill(file)
+            if not self._fill(file) and self.chunks:
+                self.chunks[-1].channels.clear()  # its index may not be whole
         if not self.chunks:
             raise RecordingError(f"{path}: the file ends before its first chunk, so nothing of it can be read; record again")
         self.channels = {record.topic: record.id for record in self.records(self.chunks[0]) if isinstance(record, Channel)}
@@ -83,15 +84,15 @@ class ChunkTable:
             if place.end >= start and (channel in place.channels or not place.channels):
                 yield from (one for one in self.records(place) if isinstance(one, Message) and one.channel_id == channel)
 
-    def _fill(self, file: BinaryIO) -> None:
-        """Reads the heads of the records up to the end, or to the first that is not whole."""
+    def _fill(self, file: BinaryIO) -> bool:
+        """Reads the heads of the records up to the end, or to the first that is not whole; returns whether it is the end."""
         size, position = file.seek(0, 2), len(MCAP0_MAGIC)
         while position + HEAD.size <= size:
             file.seek(position)
             opcode, length = HEAD.unpack(file.read(HEAD.size))
             position += HEAD.size
             if position + length > size or opcode in (0, Opcode.DATA_END):
-                return
+                return bool(opcode == Opcode.DATA_END)
             if opcode == Opcode.HEADER:
                 self._check_profile(file.read(length))
             elif opcode == Opcode.CHUNK and length >= TIMES.size:
@@ -104,6 +105,7 @@ class ChunkTable:
             elif opcode == Opcode.MESSAGE_INDEX and self.chunks and length >= INDEXED.size:
                 self.chunks[-1].channels.update(INDEXED.unpack(file.read(INDEXED.size)))
             position += length
+        return False
 
     def _check_profile(self, content: bytes) -> None:
         try:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
@@ -16,7 +16,15 @@ from radar_service.stream.radio.station import Station
 from radar_service.stream.spokes import Epoch, SpokeBatch
 
 MAX_WAITING = 64 * 2**20  # bytes of spokes that wait for the disk; beyond it the radars wait too
-PATIENCE = 10.0  # s that the radars wait for the disk, as for a lossless client
+PATIENCE = 20.0  # s that the radars wait for the disk: twice the time that a truth may take
+
+
+class Work(NamedTuple):
+    """A piece of work of the recorder's thread. size: of the spokes that it holds [bytes]; ends_scan: whether they end one."""
+
+    do: Callable[[], None]
+    size: int = 0
+    ends_scan: bool = False
 
 
 class ServiceRecorder:
@@ -30,8 +38,8 @@ class ServiceRecorder:
         self.fault: str | None = None
         self._path, self._with_truth, self._patience = path, with_truth, patience
         self._file = RecordingFile(path)
-        self._work: deque[tuple[int, Callable[[], None]]] = deque()
-        self._waiting = 0
+        self._work: deque[Work] = deque()
+        self._waiting = self._scan_ends = 0
         self._changed, self._closing = threading.Condition(), False
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
 
@@ -42,15 +50,15 @@ class ServiceRecorder:
         sink.describe = station.radar_info
         return station
 
-    def put(self, size: int, work: Callable[[], None]) -> None:
-        """Has `work` done by the thread, in order. size: of what it holds [bytes]. Waits where too much waits already."""
+    def put(self, work: Work) -> None:
+        """Has `work` done by the thread, in order. Waits where too much waits already, or the end of another scan."""
         with self._changed:
-            has_room = self._changed.wait_for(lambda: self.fault or self._waiting < MAX_WAITING, self._patience)
-            if not has_room:
+            if not self._changed.wait_for(lambda: self.fault or self._has_room(work), self._patience):
                 self._end(f"{self._path}: the disk took more than {self._patience:g} s")
             if self.fault is None:
-                self._work.append((size, work))
-                self._waiting += size
+                self._work.append(work)
+                self._waiting += work.size
+                self._scan_ends += work.ends_scan
                 self._changed.notify_all()
 
     def __enter__(self) -> Self:
@@ -66,7 +74,11 @@ class ServiceRecorder:
     def _run(self) -> None:
         try:
             while work := self._next():
-                work()
+                work.do()
+                with self._changed:
+                    self._waiting -= work.size
+                    self._scan_ends -= work.ends_scan
+                    self._changed.notify_all()
         except OSError as error:
             self._report(f"{error.filename}: {error.strerror}")
         except Exception as error:  # of any kind: the feed must go on
@@ -76,15 +88,13 @@ class ServiceRecorder:
         except OSError as error:
             self._report(f"{error.filename}: {error.strerror}")
 
-    def _next(self) -> Callable[[], None] | None:
+    def _next(self) -> Work | None:
         with self._changed:
             self._changed.wait_for(lambda: self._work or self._closing or self.fault)
-            if not self._work:
-                return None
-            size, work = self._work.popleft()
-            self._waiting -= size
-            self._changed.notify_all()
-            return work
+            return self._work.popleft() if self._work else None
+
+    def _has_room(self, work: Work) -> bool:
+        return self._waiting < MAX_WAITING and not (work.ends_scan and self._scan_ends)
 
     def _report(self, reason: str) -> None:
         with self._changed:
@@ -95,7 +105,6 @@ class ServiceRecorder:
         if self.fault is None:
             self.fault = reason
             self._work.clear()
-            self._waiting = 0
             self._changed.notify_all()
             log_event("recording failed, the feed goes on", logging.ERROR, reason=reason)
 
@@ -105,20 +114,22 @@ class RecordingSink:
 
     describe: Callable[[Epoch], Any]
 
-    def __init__(self, recording: RadarRecording, put: Callable[[int, Callable[[], None]], None]) -> None:
+    def __init__(self, recording: RadarRecording, put: Callable[[Work], None]) -> None:
         self._recording, self._put = recording, put
 
     def open_epoch(self, epoch: Epoch) -> None:
         """Begins an epoch."""
-        self._put(0, partial(self._recording.open_epoch, self.describe(epoch)))
+        self._put(Work(partial(self._recording.open_epoch, self.describe(epoch))))
 
     def send(self, batch: SpokeBatch) -> None:
         """Takes spokes."""
-        self._put(batch.block.field.nbytes + batch.block.power.nbytes, partial(self._recording.send, batch))
+        block = batch.block
+        ends_scan = block.index + len(block) == batch.epoch.engine.scene.radar.azimuths
+        self._put(Work(partial(self._recording.send, batch), block.field.nbytes + block.power.nbytes, ends_scan))
 
     def skip(self, epoch: str, count: int, reason: str) -> None:
         """Takes the notice of spokes that never come."""
-        self._put(0, partial(self._recording.skip, epoch, count, reason))
+        self._put(Work(partial(self._recording.skip, epoch, count, reason)))
 
     def close(self, reason: str) -> None:
         """Does nothing: the recording goes on with the next epoch."""
