@@ -35,13 +35,13 @@ def epochs_of(table: ChunkTable, radar: str) -> list[RecordedEpoch]:
         raise RecordingError(
             f'radar: the recording has no "{radar[:40]}"; it has {", ".join(recorded_radars(table)) or "none"}'
         )
-    channel, found = table.channels[f"/radar/{radar}/scene"], list[tuple[int, dict[str, Any]]]()
+    channel, scenes = table.channels[f"/radar/{radar}/scene"], list[tuple[int, dict[str, Any]]]()
     for k in range(len(table.chunks)):
-        found += [(k, json.loads(message.data)) for message in table.messages(channel, range(k, k + 1))]
-    for _, record in found:
+        scenes += [(k, json.loads(message.data)) for message in table.messages(channel, range(k, k + 1))]
+    for _, record in scenes:
         if record.get("format") != FORMAT:
             raise RecordingError(
                 f"format: {record.get('format')} is not {FORMAT}; read it with the version that recorded it"
             )
-    ends = [k + 1 for k, _ in found[1:]] + [len(table.chunks)]
-    return [RecordedEpoch(record, range(k, end)) for (k, record), end in zip(found, ends, strict=True)]
+    ends = [k + 1 for k, _ in scenes[1:]] + [len(table.chunks)]
+    return [RecordedEpoch(record, range(k, end)) for (k, record), end in zip(scenes, ends, strict=True)]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import IO, Any, Self
 
 from radar_service.recording.mcap_library import CompressionType, Writer
 
@@ -15,12 +15,18 @@ CHUNK = 2**20  # bytes before compression: what a file that is cut short loses a
 NANOSECONDS = 1e9
 
 
+def created(path: Path) -> IO[bytes]:
+    """Returns a new file. Raises OSError."""
+    return path.open("wb")
+
+
 class RecordingFile:
     """Writes a file, as a context manager. All methods raise OSError that names the file; after one nothing is written."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, create: Callable[[Path], IO[bytes]] = created) -> None:
+        """create: returns the empty file."""
         self._path, self._failed = path, False
-        self._file = path.open("wb")
+        self._file = create(path)
         self._writer = Writer(self._file, chunk_size=CHUNK, compression=CompressionType.ZSTD)
         with self._named_errors():
             self._writer.start(PROFILE, f"radar-service {version('radar-service')}")

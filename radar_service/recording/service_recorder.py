@@ -7,10 +7,10 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import IO, Any, NamedTuple, Self
 
 from radar_service.recording.radar_recording import RadarRecording
-from radar_service.recording.recording_file import RecordingFile
+from radar_service.recording.recording_file import RecordingFile, created
 from radar_service.stream.logs import log_event
 from radar_service.stream.radio.station import Station
 from radar_service.stream.spokes import Epoch, SpokeBatch
@@ -34,10 +34,13 @@ class ServiceRecorder:
     and the file can be read up to its last whole chunk.
     """
 
-    def __init__(self, path: Path, with_truth: bool, patience: float = PATIENCE) -> None:
+    def __init__(
+        self, path: Path, with_truth: bool, patience: float = PATIENCE, create: Callable[[Path], IO[bytes]] = created
+    ) -> None:
+        """create: returns the empty file."""
         self.fault: str | None = None
         self._path, self._with_truth, self._patience = path, with_truth, patience
-        self._file = RecordingFile(path)
+        self._file = RecordingFile(path, create)
         self._work: deque[Work] = deque()
         self._waiting = self._scan_ends = 0
         self._changed, self._closing = threading.Condition(), False

@@ -1,9 +1,11 @@
 """The recorder of a service: a disk that is full, slow or broken ends the recording with a line, and the feed goes on."""
 
 import asyncio
+import errno
 import logging
 import threading
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -73,29 +75,25 @@ def test_a_full_disk_is_logged_and_the_feed_goes_on(lines: list[str], tmp_path: 
 
 def test_a_disk_that_is_full_after_a_while_leaves_what_is_whole(lines: list[str], tmp_path: Path) -> None:
     path = tmp_path / "later.mcap"
-    recorder = ServiceRecorder(path, False)
-    limited(recorder, 60_000)
+    recorder = ServiceRecorder(path, False, create=lambda _: Limited())
     assert len(play(recorder, 40 * AZIMUTHS)) >= 40 * AZIMUTHS
     assert len(lines) == 1 and "File too large" in lines[0]
+    path.write_bytes(Limited.content)
     kept = [spoke.number for spoke in Recording(path).spokes()]
     assert 0 < len(kept) < 40 * AZIMUTHS and kept == list(range(len(kept))) and len(kept) % AZIMUTHS == 0
 
 
-def limited(recorder: ServiceRecorder, size: int) -> None:
-    """Has the recorder's file refuse what goes beyond `size` bytes, as a disk does."""
-    file: Any = recorder._file
-    real, write = file._file, file._file.write
+class Limited(BytesIO):
+    """A file on a disk that takes 60 kB. content: what it took."""
 
-    def refusing(data: bytes) -> int:
-        room = size - real.tell()
-        if len(data) > room:
-            write(data[: max(0, room)])
-            raise OSError(27, "File too large")
-        return int(write(data))
+    content = b""
 
-    file._writer._Writer__stream = type(
-        "Limited", (), {"write": staticmethod(refusing), "tell": real.tell, "flush": real.flush}
-    )()
+    def write(self, data: Any) -> int:
+        super().write(data[: 60_000 - self.tell()])
+        Limited.content = self.getvalue()
+        if self.tell() >= 60_000:
+            raise OSError(errno.EFBIG, "File too large")
+        return len(data)
 
 
 def test_a_disk_that_takes_too_long_ends_the_recording(lines: list[str], tmp_path: Path) -> None:
