@@ -103,7 +103,8 @@ def parser() -> argparse.ArgumentParser:
 
     scan = commands.add_parser("scan", parents=[common, threaded], help="compute scans into a file")
     scan.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
-    scan.add_argument("-o", "--out", type=partial(file_ending, suffix=".npz"), required=True, help="file.npz to write")
+    scan_file = partial(file_ending, suffix=(".npz", ".zarr", ".nc"))
+    scan.add_argument("-o", "--out", type=scan_file, required=True, help="file.npz, .zarr or .nc to write")
     scan.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: picture of the last scan")
     scan.add_argument("--scans", default=1, type=partial(whole, minimum=1, maximum=10_000), help="revolutions (default 1)")
     scan.add_argument(

@@ -18,10 +18,11 @@ BELOW: dict[str, tuple[str, ...]] = {
     **{room: (*GROUND, *ROOMS[: i + 1]) for i, room in enumerate(ROOMS)},
     "display": (*GROUND, "radar", "scene", "display"),
     "truth": (*GROUND, *ROOMS[: ROOMS.index("echo") + 1]),
-    "scan": (*GROUND, "display"),
+    "scan": (*GROUND, "display", "scan_dataset"),
+    "scan_dataset": (*GROUND, "scan"),
     "sector": (*GROUND, "radar"),
     "simulator": (*GROUND, *ROOMS, "sector", "truth", "scan"),
-    "scan_command": (*GROUND, *ROOMS, "truth", "scan", "simulator", "simulator_options", "display"),
+    "scan_command": (*GROUND, *ROOMS, "truth", "scan", "scan_dataset", "simulator", "simulator_options", "display"),
     "simulator_options": (*GROUND, *ROOMS, "simulator"),
     "stream": (*GROUND, "radar", "scene", "receive", "display", "stream"),
     "recording": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream", "recording"),
@@ -54,6 +55,8 @@ HOMES = {
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
     "matplotlib": ("radar_service.scan", "radar_service.study"),
     "threadpoolctl": ("radar_service.parallel",),
+    "xarray": ("radar_service.scan", "radar_service.scan_dataset"),
+    "zarr": ("radar_service.scan_dataset",),
     "mcap": ("radar_service.recording.mcap_library",),
 }
 
