@@ -8,9 +8,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 GROUND = (
-    "arguments", "block_cache", "constants", "extras", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random", "records",
-    "scan_file",
-    "types",
+    "arguments", "block_cache", "constants", "extras", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random",
+    "records", "scan_file", "types",
 )  # fmt: skip
 ROOMS = ("radar", "scene", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "plan")  # upward
 BELOW: dict[str, tuple[str, ...]] = {
@@ -26,6 +25,8 @@ BELOW: dict[str, tuple[str, ...]] = {
     "simulator_options": (*GROUND, *ROOMS, "simulator"),
     "stream": (*GROUND, "radar", "scene", "receive", "display", "stream"),
     "recording": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream", "recording"),
+    "radar_feed": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream"),
+    "pytest_plugin": ("radar_feed",),
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),
     "__init__": (*GROUND, "scene", "scan", "simulator"),
 }
@@ -51,12 +52,13 @@ HOMES = {
     "prometheus_client": ("radar_service.stream",),
     "zstandard": ("radar_service.stream.codecs.native",),
     "msgpack": ("radar_service.stream.codecs.native",),
-    "websockets": ("clients.ppi",),
+    "websockets": ("clients.ppi", "radar_service.radar_feed"),
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
     "matplotlib": ("radar_service.scan", "radar_service.study"),
     "threadpoolctl": ("radar_service.parallel",),
     "xarray": ("radar_service.scan", "radar_service.scan_dataset"),
     "zarr": ("radar_service.scan_dataset",),
+    "pytest": ("radar_service.pytest_plugin",),
     "mcap": ("radar_service.recording.mcap_library",),
 }
 
