@@ -18,8 +18,10 @@ from radar_service.plan.cost_model import SetUp, engine_statistics, first_visibi
 from radar_service.plan.culling import Culling, cull
 from radar_service.plan.plan import Plan, plan_for
 from radar_service.plan.settings_search import fidelity_for
+from radar_service.radar.parameters import Origin
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
 from radar_service.trace.embree import TREES, RayCount
@@ -85,7 +87,7 @@ class Simulator:
         self.range, self.range_step = self._engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
         self._truth = GroundTruth(scene, line_of_sight)
-        self._next_scan = 0
+        self._next_scan, self._threads, self._ends = scene.radar.origin.scan, threads, sector
 
     def __repr__(self) -> str:
         return (
@@ -130,8 +132,17 @@ class Simulator:
                 yield from BLAS_LIMIT.each(regrouped(stretch, size))
 
     def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one, counted from 0 at t = 0. Earlier ones are not computed."""
-        self._next_scan = scan
+        """Makes `scan` the next one, counted from 0 at t = 0, or the first one that this simulator has."""
+        self._next_scan = max(scan, self.scene.radar.origin.scan)
+
+    def at_rpm(self, rpm: float) -> "Simulator":
+        """Returns a simulator that goes on with the next scan at another rate of rotation.
+
+        Simulated time, positions and the numbers of scans and spokes go on. Its bytes depend on the scene, the fidelity, the
+        seed, the rate, and where it begins. Raises SceneError where the rate leaves no pulse for a spoke.
+        """
+        origin = Origin(self.scene.radar.time_of_turns(float(self._next_scan)), self._next_scan)
+        return Simulator(scene_at_rpm(self.scene, rpm, origin), self.fidelity, self.seed, self._threads, self._ends)
 
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
@@ -158,7 +169,7 @@ class Simulator:
         return CrossingTruth(self._truth)
 
     def _latest(self, scan: int | None) -> int:
-        return max(0, self._next_scan - 1) if scan is None else scan
+        return max(self.scene.radar.origin.scan, self._next_scan - 1) if scan is None else scan
 
     def _block(self, scan: int, start: int, field: Profiles, power: Singles) -> SpokeBlock:
         radar = self.scene.radar

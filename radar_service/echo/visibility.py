@@ -81,7 +81,8 @@ class Visibility:
         time = instant.time
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
-        sector = Sector(antenna, rate * time % (2.0 * np.pi), width, self._step / MAX_BEARING_DRIFT)
+        boresight = rate * (time - self._scene.radar.origin.time) % (2.0 * np.pi)
+        sector = Sector(antenna, boresight, width, self._step / MAX_BEARING_DRIFT)
         echoes = self.scatterers.steady.echoes(antenna, replace(instant, sector=sector))
         poses = self._poses.at(np.array([time]))
         position = map_from_bodies(echoes.position, echoes.body, poses.position[0], poses.heading[0])
