@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
-from radar_service.radar.parameters import Radar
+from radar_service.radar.parameters import START, Origin, Radar
 from radar_service.records import SpokeBlock, Truth
 
 
@@ -20,7 +20,7 @@ class SceneOrder:
 
     source: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
-    rpm: rate of rotation instead of the scene's own.
+    rpm: rate of rotation instead of the scene's own; origin: where the rotation at that rate begins.
     plan: as plain data, where it was made for this order before; it is not made again.
     folder: kept while this order exists; it owns the files of an upload.
     """
@@ -28,6 +28,7 @@ class SceneOrder:
     source: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
+    origin: Origin = START
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
     folder: object = field(default=None, compare=False, repr=False)
 

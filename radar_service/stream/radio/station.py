@@ -2,11 +2,14 @@
 
 import asyncio
 import logging
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
+from radar_service.radar.parameters import START
 from radar_service.records import Truth
 from radar_service.stream.controls import changed_order, changed_settings, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
@@ -64,7 +67,8 @@ class Station:
         )  # fmt: skip
         self.preparations = Preparations()
         self._output, self._make_engine = output, make_engine
-        self._wait_for = wait_for
+        self._wait_for, self._clock = wait_for, clock
+        self._preparing = 0.0  # s that the last change of an engine control took
         self._swaps = self._last_swap = 0  # requests for another scene, and the number of the last one that was met
 
     @property
@@ -139,17 +143,30 @@ class Station:
     async def change(self, requested: Mapping[str, Any]) -> None:
         """Changes the requested controls; a value that is refused changes nothing.
 
-        A change of an engine control runs the changed scene from simulated time 0, so that its spokes are those of a
-        scene file with that value. Raises ControlError, and SceneError where such a scene is not valid.
+        A change of an engine control prepares the scene anew; it goes on from the end of a scan, with simulated time and the
+        numbers of scans. Raises ControlError, and SceneError where such a scene is not valid.
         """
         changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
         order = changed_order(self.settings, self.transmitter.engines.pending_engine, requested)
         if order is not None:
-            await self.swap(order)
+            await self._go_on(order)
         self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
         pace = requested.get("pace", {})
         if pace.get("state") == "step":
             self.transmitter.pacer.step(pace["steps"])
+
+    async def _go_on(self, order: SceneOrder) -> None:
+        """Lets another order of the running scene go on from the end of a scan, when it will be prepared as far as is known."""
+        if self.transmitter.engines.has_pending and self.transmitter.handover.at is None:  # another scene comes first
+            await self.swap(replace(order, origin=START))
+            return
+        factor, began = self.settings.pace.factor, self._clock()
+        origin = self.transmitter.agree(self._preparing * factor if math.isfinite(factor) else 0.0)
+        try:
+            await self.swap(replace(order, origin=origin))
+        finally:
+            self.transmitter.settle()
+        self._preparing = self._clock() - began
 
     async def truth(self, at: float | None = None) -> Truth:
         """Returns the state of everything at `at` [s of simulation], by default now. Raises EngineFault."""

@@ -3,6 +3,8 @@
 When an order acts:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
 - range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed.
+- rpm: a new epoch at the end of a scan that was agreed before its engine was prepared (`handover`); until then nothing is
+  sent beyond that scan.
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
   happens too often the radar fails and the sinks are closed; the next scene restarts it.
 """
@@ -11,8 +13,10 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
+from radar_service.stream.radio.handover import Handover
 from radar_service.stream.radio.pacer import Pacer
 from radar_service.stream.radio.pacing import Schedule, batch_spokes
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
@@ -55,6 +59,7 @@ class Transmitter:
         self.fault: str | None = None
         self.sent = 0
         self.simulated = 0.0
+        self.handover = Handover()
         self._sinks = tuple(sinks)
         self._on_restart, self._on_failure = on_restart, on_failure
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
@@ -75,6 +80,18 @@ class Transmitter:
         if self._thread.ident is not None:
             self._thread.join(timeout)
         self.engines.stop(timeout)
+
+    def agree(self, lead: float) -> Origin:
+        """Returns where an engine of the running scene begins that is ready in some `lead` [s of simulation]; then `settle`."""
+        idle = self.pacer.idle or self.fault is not None
+        origin = self.handover.agree(self.epoch.engine.scene.radar, self._spokes_done, idle, lead)
+        self.pacer.interrupt()
+        return origin
+
+    def settle(self) -> None:
+        """Ends a request that has agreed, after `switch_to` or without."""
+        self.handover.settle()
+        self.pacer.interrupt()
 
     def switch_to(self, worker: EngineWorker) -> str:
         """Lets a prepared engine take over; returns the name of its epoch. Of several calls the last one wins."""
@@ -99,7 +116,8 @@ class Transmitter:
             if block is None:
                 continue
             self._send_block(block)
-            if self.engines.has_pending and block.index + len(block) == self.epoch.engine.scene.radar.azimuths:
+            ends_scan = block.index + len(block) == self.epoch.engine.scene.radar.azimuths
+            if self.engines.has_pending and ends_scan and self.handover.at is None:
                 self._take_over()
 
     def _send_block(self, block: SpokeBlock) -> None:
@@ -110,7 +128,8 @@ class Transmitter:
             orders = self.pacer.orders()
             size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
             part = block.part(at, min(len(block), at + min(size, orders.steps or size)))
-            if self.pacer.wait_until_due(part, orders):
+            end = part.first + len(part)
+            if self.pacer.wait_until_due(part, orders) and self.handover.claim(part.first, end):
                 self._send(part, orders.settings)
                 at += len(part)
 
@@ -132,7 +151,13 @@ class Transmitter:
 
     def _apply_pending(self) -> bool:
         """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""
-        if self.engines.has_pending and self.pacer.idle:
+        if self.handover.is_due(self._spokes_done):
+            self.pacer.wait_for(lambda: not self.handover.is_open)
+            self.handover.end(self._spokes_done)
+            if self.engines.has_pending:
+                self._take_over()
+                return True
+        if self.engines.has_pending and self.pacer.idle and self.handover.at is None:
             self._take_over()
             return True
         if self.pacer.settings.range != self.epoch.range:
@@ -142,7 +167,9 @@ class Transmitter:
     def _take_over(self) -> None:
         name, engine = self.engines.take_over()
         self.pacer.restart_schedule()
-        self.simulated, self._spokes_done = 0.0, 0
+        radar, self._last = engine.scene.radar, None
+        self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
+        self.handover.end(self._spokes_done)
         self._open(Epoch(name, engine, self.pacer.settings.range))
         self.fault = None
 

@@ -42,7 +42,7 @@ def scene_of(order: SceneOrder) -> Scene:
     finally:
         if sandbox:
             sandbox.close()
-    return scene if order.rpm is None else scene_at_rpm(scene, order.rpm)
+    return scene if order.rpm is None else scene_at_rpm(scene, order.rpm, order.origin)
 
 
 def outline_of(scene: Scene) -> SceneOutline:
