@@ -6,6 +6,7 @@ from typing import Any
 
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.epochs import recorded_radars
+from radar_service.recording.error import RecordingError
 from radar_service.recording.recording import NO_TRUTH, Recording
 from radar_service.records import SpokeBlock
 from radar_service.stream import logs
@@ -31,8 +32,11 @@ class ReplaySource(Recording):
     has_ended = False
 
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
-        """Yields the recorded blocks. Raises EngineFault at the end."""
-        yield from super().blocks(size=size)
+        """Yields the recorded blocks. Raises EngineFault at the end, and where the file is damaged."""
+        try:
+            yield from super().blocks(size=size)
+        except RecordingError as error:
+            raise EngineFault(str(error)) from None
         self.has_ended = True
         raise EngineFault(ENDED)
 

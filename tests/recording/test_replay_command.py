@@ -75,6 +75,21 @@ def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording: Path
     assert ended and isinstance(station.engine, ReplaySource) and station.engine.has_ended
 
 
+def test_a_damaged_chunk_ends_the_replay_with_its_place(recording: Path, tmp_path: Path) -> None:
+    data, place = bytearray(recording.read_bytes()), ChunkTable(recording).chunks[1]
+    data[place.offset + place.length // 2] ^= 0xFF
+    (path := tmp_path / "damaged.mcap").write_bytes(data)
+
+    async def test(server: Server) -> None:
+        socket = await server.feed("?mode=lossless")
+        reason = (await socket.until("bye"))["reason"]
+        assert reason.startswith(f"the radar has stopped: {path}: the chunk at byte {place.offset} is damaged")
+
+    station = replayed(path)
+    served(station, test)
+    assert isinstance(station.engine, ReplaySource) and not station.engine.has_ended
+
+
 def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path) -> None:
     async def test(server: Server) -> None:
         refused = [
