@@ -1,4 +1,4 @@
-"""The command line: serve, scan, check, plan, chart, stability, schema. Only this module may import all others.
+"""The command line: serve, scan, record, replay, check, plan, ... Only this module may import all others.
 
 Commands import what they need when they run: `serve` leaves the simulator to other processes, and so starts soon.
 """
@@ -17,8 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 from radar_service import __version__
 from radar_service.arguments import file_ending, pace, thread_count, whole
+from radar_service.extras import MissingExtra
 from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
+from radar_service.recording.arguments import add_commands as add_recording_commands
+from radar_service.recording.error import RecordingError
 from radar_service.scene.error import SceneError
 
 if TYPE_CHECKING:
@@ -57,41 +60,46 @@ def parser() -> argparse.ArgumentParser:
         help="threads that compute each radar, or auto: all cores but one (default 1); changes no byte",
     )  # fmt: skip
 
-    serve = commands.add_parser("serve", parents=[common, threaded], help="run radars: feed, REST and page")
-    serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"a world each, with its radars: {scene_help}")
-    serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
-    serve.add_argument("--port", default=8000, type=partial(whole, minimum=0, maximum=65535), help="default 8000; 0: any")
-    serve.add_argument("--pace", default=1.0, type=pace, help="simulated seconds per second, or max (default 1)")
-    serve.add_argument("--truth", action="store_true", help="allow clients to read the truth")
-    serve.add_argument(
+    network = argparse.ArgumentParser(add_help=False)
+    network.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
+    network.add_argument("--port", default=8000, type=partial(whole, minimum=0, maximum=65535), help="default 8000; 0: any")
+    network.add_argument("--pace", default=1.0, type=pace, help="simulated seconds per second, or max (default 1)")
+    network.add_argument("--truth", action="store_true", help="allow clients to read the truth")
+    network.add_argument(
         "--wait-for", default=0, type=partial(whole, minimum=0, maximum=500), metavar="N",
         help="send nothing until N clients listen to a radar, so that they get its first spoke (default 0)",
     )  # fmt: skip
-    serve.add_argument("--scene-folder", action="append", default=[], type=Path, help="list the scenes of this folder too")
-    serve.add_argument(
+    network.add_argument("--scene-folder", action="append", default=[], type=Path, help="list the scenes of this folder too")
+    network.add_argument(
         "--token", help="token that every change needs; other users see it in the list of processes, so prefer:"
     )
-    serve.add_argument("--token-file", type=Path, help="a file whose first line is that token")
-    serve.add_argument("--token-for-reading", dest="read_token", help="token that reading needs")
-    serve.add_argument(
+    network.add_argument("--token-file", type=Path, help="a file whose first line is that token")
+    network.add_argument("--token-for-reading", dest="read_token", help="token that reading needs")
+    network.add_argument(
         "--token-file-for-reading", dest="read_token_file", type=Path, help="a file whose first line is that token"
     )
-    serve.add_argument("--insecure", action="store_true", help="allow everybody who reaches the server to do anything")
-    serve.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a host name of this server")
-    serve.add_argument("--exit-when-failed", action="store_true", help="exit with status 1 when a radar has failed")
-    serve.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="log events on standard error")
-    serve.add_argument(
+    network.add_argument("--insecure", action="store_true", help="allow everybody who reaches the server to do anything")
+    network.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a host name of this server")
+    network.add_argument("--exit-when-failed", action="store_true", help="exit with status 1 when a radar has failed")
+    network.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="log events on standard error")
+    network.add_argument(
         "--connections", type=partial(whole, minimum=1, maximum=100_000), help="maximum number of connections"
     )
-    serve.add_argument(
+    network.add_argument(
         "--connections-per-address", type=partial(whole, minimum=1, maximum=100_000),
         help="maximum number of connections from one other machine",
     )  # fmt: skip
-    serve.add_argument(
+    network.add_argument(
         "--sandbox-all",
         action="store_true",
         help="parse the files of every scene, not only of uploads, in a limited process",
     )
+    serve = commands.add_parser("serve", parents=[common, threaded, network], help="run radars: feed, REST and page")
+    serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {scene_help}")
+    serve.add_argument(
+        "--record", type=partial(file_ending, suffix=".mcap"), metavar="FILE.mcap",
+        help="record what the radars send, and with --truth the truth",
+    )  # fmt: skip
     serve.set_defaults(run=run_serve)
 
     chosen = argparse.ArgumentParser(add_help=False)
@@ -99,7 +107,8 @@ def parser() -> argparse.ArgumentParser:
 
     scan = commands.add_parser("scan", parents=[common, threaded, chosen], help="compute scans into a file")
     scan.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
-    scan.add_argument("-o", "--out", type=partial(file_ending, suffix=".npz"), required=True, help="file.npz to write")
+    scan_file = partial(file_ending, suffix=(".npz", ".zarr", ".nc"))
+    scan.add_argument("-o", "--out", type=scan_file, required=True, help="file.npz, .zarr or .nc to write")
     scan.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: picture of the last scan")
     scan.add_argument("--scans", default=1, type=partial(whole, minimum=1, maximum=10_000), help="revolutions (default 1)")
     scan.add_argument(
@@ -109,6 +118,7 @@ def parser() -> argparse.ArgumentParser:
     scan.add_argument("--labels", action="store_true", help="write the number of the strongest source of each cell too")
     scan.set_defaults(run=run_scan)
 
+    add_recording_commands(commands, [common, threaded], network, scene_help, run_record, run_replay)
     for name, run, text in (
         ("check", run_check, "validate a scene and list what it contains"),
         ("plan", run_plan, "show what is modelled of a scene, at what error and cost"),
@@ -139,8 +149,32 @@ def run_serve(options: argparse.Namespace) -> int:
     from radar_service.stream.serve import StartError, serve
 
     options.scenes = options.scenes or [DEFAULT_SCENE]
+    make = simulator_options(options, options.threads)
     try:
-        return serve(options, simulator_options(options, options.threads))
+        if options.record is None:
+            return serve(options, make)
+        from radar_service.recording.service_recorder import ServiceRecorder
+
+        with ServiceRecorder(options.record, options.truth) as recorder:
+            return serve(options, make, recorder.station)
+    except StartError as error:
+        raise UsageError(str(error)) from None
+
+
+def run_record(options: argparse.Namespace) -> int:
+    """Computes scans into a recording, with a progress bar on a terminal."""
+    from radar_service.recording.record_command import record
+
+    return record(options, simulator_options(options, options.threads))
+
+
+def run_replay(options: argparse.Namespace) -> int:
+    """Serves a recording until its end."""
+    from radar_service.recording.replay_command import replay
+    from radar_service.stream.serve import StartError
+
+    try:
+        return replay(options)
     except StartError as error:
         raise UsageError(str(error)) from None
 
@@ -245,7 +279,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     except SceneError as error:
         print(*error.problems, sep="\n", file=sys.stderr)
         return 2
-    except UsageError as error:
+    except (UsageError, RecordingError, MissingExtra) as error:
         print(error, file=sys.stderr)
         return 2
     except BrokenPipeError:
@@ -260,7 +294,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 def _blas_limit(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:
     """Keeps BLAS to one thread for the whole command; `serve` does no such arithmetic in this process."""
-    if options.run is run_serve:
+    if options.run in (run_serve, run_replay):
         return contextlib.nullcontext()
     from radar_service.parallel import BLAS_LIMIT
 

@@ -17,6 +17,7 @@ from radar_service.records import SpokeBlock, joined
 from radar_service.scan_file import read_arrays, write_arrays
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
@@ -47,6 +48,12 @@ class Scan:
     def save(self, path: str | Path) -> None:
         """Write the scan to a .npz file; `scan_file` has the layout. Raises ValueError for another suffix; OSError."""
         save_scans(path, [self])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the scan as an xarray dataset with coordinates, units and attributes. Raises MissingExtra."""
+        from radar_service.scan_dataset import scan_to_xarray  # here: it needs an extra
+
+        return scan_to_xarray(self)
 
     def plot(self, axes: Axes | None = None, *, dynamic_range_db: float = 60.0, range_max: float | None = None) -> Axes:
         """Plot the PPI with matplotlib, north up and own ship in the middle, and return its axes.

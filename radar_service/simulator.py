@@ -14,9 +14,11 @@ from radar_service.fidelity import Fidelity
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.plan.cost_model import engine_statistics
 from radar_service.plan.plan import Plan, plan_for
+from radar_service.radar.parameters import Origin
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth
-from radar_service.scene.commands import Command, command_from
+from radar_service.scene.commands import Command, CommandError, command_from
+from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
@@ -77,6 +79,7 @@ class Simulator:
         self._stream = SpokeStream(engine, steering, Sector(scene.radar, sector), line_of_sight, reporter)
         if commands := tuple(commands):
             self.replay(commands)
+        self._threads, self._ends, self._labels = threads, sector, labels
 
     def __repr__(self) -> str:
         return (
@@ -153,7 +156,7 @@ class Simulator:
         return self._sources.powers(self._latest(scan))
 
     def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one, counted from 0 at t = 0. Earlier ones are not computed."""
+        """Makes `scan` the next one, counted from 0 at t = 0, or the first one that this simulator has."""
         self._stream.skip_to(scan)
 
     def command(self, body: str | None = None, *, spoke: int | None = None, **values: Any) -> Command:
@@ -176,6 +179,22 @@ class Simulator:
         Raises CommandError, and then nothing changes.
         """
         self._stream.steering.replay([each if isinstance(each, Command) else command_from(each) for each in commands])
+
+    def at_rpm(self, rpm: float) -> "Simulator":
+        """Returns a simulator that goes on with the next scan at another rate of rotation.
+
+        Simulated time, positions, errors and the numbers of scans and spokes go on. Its bytes depend on the scene, the fidelity,
+        the seed, the rate, and where it begins. Raises SceneError where the rate leaves no pulse for a spoke, and CommandError
+        after commands.
+        """
+        if self.commands:
+            raise CommandError(
+                "rpm: a world that was steered keeps its rate of rotation; change rpm before the first command"
+            )
+        radar = self.scene.radar
+        origin = Origin(radar.time_of_turns(float(self._stream.next_scan)), self._stream.next_scan)
+        scene = scene_at_rpm(replace(self.scene, errors=self.errors), rpm, origin)
+        return Simulator(scene, self.fidelity, self.seed, self._threads, self._ends, labels=self._labels)
 
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
@@ -210,7 +229,7 @@ class Simulator:
         return CrossingTruth(self._truth)
 
     def _latest(self, scan: int | None) -> int:
-        return max(0, self._stream.next_scan - 1) if scan is None else scan
+        return max(self.scene.radar.origin.scan, self._stream.next_scan - 1) if scan is None else scan
 
     @BLAS_LIMIT.held()
     def _measured(self, crossings: tuple[Crossing, ...]) -> tuple[Crossing, ...]:

@@ -114,12 +114,11 @@ class SeaCells:
         crossing = [i for i, sweep in enumerate(sweeps) if self._crosses(sweep, start, stop)]
         if self._rests and not crossing:
             return level
-        period = self.scene.radar.rotation_period
-        time = (scan + 0.5 * (start + stop) / self.rows_per_scan) * period
+        time = self.scene.radar.time_of_turns(scan + 0.5 * (start + stop) / self.rows_per_scan)
         antenna = self._antenna(time)
         if not self._rests:
             self._shadow_by_rest(level, start, antenna)
-        row_times = (scan + np.arange(start, stop) / self.rows_per_scan) * period
+        row_times = self.scene.radar.time_of_turns(scan + np.arange(start, stop) / self.rows_per_scan)
         for first, last in self.line_of_sight.presences.spans(row_times):
             line_of_sight = self.line_of_sight.as_of(float(row_times[first]))
             for shadow in line_of_sight.moving_shadows(crossing, antenna, time):
@@ -144,8 +143,9 @@ class SeaCells:
 
     def _shadow_sweeps(self, scan: int) -> list[ShadowSweep]:
         """Of each moving body over a scan, from its sectors every SWEEP_STEP or less."""
-        period = self.scene.radar.rotation_period
-        times = np.linspace(scan * period, (scan + 1) * period, int(np.ceil(period / SWEEP_STEP)) + 1)
+        radar = self.scene.radar
+        begin, end = radar.time_of_turns(float(scan)), radar.time_of_turns(scan + 1.0)
+        times = np.linspace(begin, end, int(np.ceil(radar.rotation_period / SWEEP_STEP)) + 1)
         sectors = [self.line_of_sight.moving_shadow_sectors(self._antenna(time), time) for time in times.tolist()]
         each = [list(zip(*(column.tolist() for column in one), strict=True)) for one in sectors]
         return [_swept([at[i] for at in each]) for i in range(len(each[0]))]

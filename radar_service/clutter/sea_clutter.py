@@ -185,7 +185,8 @@ def _texture_grid(scene: Scene, distance: Floats, rows_per_scan: int, step: floa
     environment = scene.environment
     downwind = -np.array([np.sin(environment.wind_from), np.cos(environment.wind_from)])
     waves, lifetime = downwind * peak_wave_speed(environment.sea_state), peak_wave_period(environment.sea_state)
-    return TextureGrid(rows_per_scan, scene.radar.rotation_period, step, distance, lifetime, waves, partial(_antenna, scene))
+    antenna, radar = partial(_antenna, scene), scene.radar
+    return TextureGrid(rows_per_scan, radar.rotation_period, step, distance, lifetime, waves, antenna, radar.origin)
 
 
 def _antenna(scene: Scene, time: Floats) -> Floats:

@@ -90,7 +90,7 @@ class BeamPassages:
 
     def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> ObservedEchoes | None:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths; None where none do."""
-        spoke = azimuths.time / self._scene.radar.spoke_period
+        spoke = self._scene.radar.spokes_at(azimuths.time)
         parts, fades = [], []
         present = self._line_of_sight.present(azimuths.middle)[self._key]
         for n, crossing in self.passing(azimuths.middle, middle, half):
@@ -125,7 +125,8 @@ class BeamPassages:
 
     def first_nodes(self) -> list[Indices]:
         """The nodes of each body about its first crossing."""
-        turns = self._bearings(0.0)[0] / (2.0 * np.pi) % 1.0
+        origin = self._scene.radar.origin
+        turns = origin.scan + self._bearings(origin.time)[0] / (2.0 * np.pi) % 1.0
         return [self.nodes(n, self.crossing(n, float(turns[n]))) for n in range(len(self))]
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
@@ -135,7 +136,7 @@ class BeamPassages:
         bearing, distance = self._bearings(time)
         off = wrap_angle(bearing - middle)
         near = np.abs(off) <= half + self._sway + _aside(self._radius, distance)
-        turns = time / self._scene.radar.rotation_period + off / (2.0 * np.pi)
+        turns = self._scene.radar.turns_at(time) + off / (2.0 * np.pi)
         return [(int(n), self.crossing(int(n), float(turns[n]))) for n in np.flatnonzero(near)]
 
     def _may_pass(self, time: float, middle: float, half: float) -> bool:
@@ -155,7 +156,7 @@ class BeamPassages:
         """As `crossing`, from a start [turns]."""
         turns, ahead, radar = start, np.inf, self._scene.radar
         for _ in range(MAX_ITERATIONS):
-            (position,), _ = self._track(n, np.array([turns * radar.rotation_period]))
+            (position,), _ = self._track(n, np.array([radar.time_of_turns(turns)]))
             ahead = float(wrap_angle(np.arctan2(position[0], position[1]) - 2.0 * np.pi * turns) / (2.0 * np.pi))
             turns += ahead
             if abs(ahead) < CONVERGED:
@@ -166,11 +167,11 @@ class BeamPassages:
     def _scheduled(self, n: int, crossing: int) -> Indices:
         """As `nodes`, computed anew."""
         radar = self._scene.radar
-        (position,), _ = self._track(n, np.array([crossing * radar.spoke_period]))
+        (position,), _ = self._track(n, np.array([radar.time_of_spokes(float(crossing))]))
         aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))
         reach = min(MARGIN * (self._reach + self._sway + aside), np.pi) / radar.azimuth_step
         offset = np.linspace(-reach, reach, SAMPLES)
-        rate = self._phase_rate(n, (crossing + offset) * radar.spoke_period) * radar.spoke_period  # rad per spoke
+        rate = self._phase_rate(n, radar.time_of_spokes(crossing + offset)) * radar.spoke_period  # rad per spoke
         if float(np.max(rate)) * self._held_spokes(reach, aside) <= 1.0:
             return np.array([crossing])
         gain, half = self._gain(np.abs(offset) * radar.azimuth_step - aside), SAMPLES // 2
@@ -226,7 +227,7 @@ class BeamPassages:
     def evaluated(self, n: int, spoke: int, presence_time: float) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke, computed anew; presence_time: as of `_node`."""
         model, local, body = self._aspects[n]
-        time = spoke * self._scene.radar.spoke_period
+        time = self._scene.radar.time_of_spokes(float(spoke))
         instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
         echoes = model.body_echoes(local, self._scene.antenna(time)[0], instant)
         poses = self._poses.at(np.array([time]))

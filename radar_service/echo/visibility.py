@@ -91,7 +91,8 @@ class Visibility:
         time, line_of_sight = instant.time, self.line_of_sight.as_of(presence_time)
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
-        sector = Sector(antenna, rate * time % (2.0 * np.pi), width, self._step / MAX_BEARING_DRIFT)
+        boresight = rate * (time - self._scene.radar.origin.time) % (2.0 * np.pi)
+        sector = Sector(antenna, boresight, width, self._step / MAX_BEARING_DRIFT)
         echoes = self.scatterers.steady.echoes(antenna, replace(instant, sector=sector, line_of_sight=line_of_sight))
         present = line_of_sight.present(time)[self.scatterers.key]
         if not present.all():

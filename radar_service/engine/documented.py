@@ -102,7 +102,7 @@ class DocumentedEngine:
     def azimuth_field(self, scan: int, index: int) -> Profiles:
         """Compressed field (N,) of one azimuth, relative amplitude: eqs. 4 to 15."""
         radar = self._scene.radar
-        time = (scan * radar.azimuths + index) * radar.spoke_period
+        time = radar.time_of_spokes(float(scan * radar.azimuths + index))
         boresight = index * radar.azimuth_step
         if self._scene.blind(np.array([time]), np.array([boresight]))[0]:
             return np.zeros(radar.bins, dtype=np.complex64)

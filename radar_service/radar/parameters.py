@@ -1,6 +1,7 @@
 """The parameters of a radar in SI and radians, and quantities derived from them: ranges, angles, the schedule of spokes."""
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,7 +12,19 @@ from radar_service.types import Flags, Floats, Indices
 
 FIRST_ID = "0"  # of a radar that its scene gives no id
 FULL_CIRCLE = 2.0 * np.pi
+Value = TypeVar("Value", float, Floats)
 EDGE = 1e-9  # rad; so that rounded degrees do not exclude the ends of a blind sector
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where an epoch begins: the boresight points north at `time` [s], and the scan of number `scan` begins."""
+
+    time: float = 0.0
+    scan: int = 0
+
+
+START = Origin()  # of the first epoch
 
 
 @dataclass(frozen=True)
@@ -46,6 +59,7 @@ class Radar:
     eclipsing: whether one antenna serves to transmit and to receive.
     rays: per azimuth, for sampling by rays.
     blind_sectors: start and end clockwise from the bow [rad].
+    origin: of its rotation; a change of its rate gives another one.
     """
 
     frequency: float
@@ -76,6 +90,7 @@ class Radar:
     eclipsing: bool
     rays: int
     blind_sectors: tuple[tuple[float, float], ...]
+    origin: Origin = START
 
     @property
     def wavelength(self) -> float:
@@ -124,7 +139,23 @@ class Radar:
     def schedule(self, number: Indices) -> tuple[Floats, Floats]:
         """Boresight [rad from north, 0 to 2 pi] and time [s] of spokes (K,) numbered from the start of the simulation."""
         index = np.asarray(number % self.azimuths, dtype=np.float64)
-        return index * self.azimuth_step, np.asarray(number, dtype=np.float64) * self.spoke_period
+        return index * self.azimuth_step, self.time_of_spokes(np.asarray(number, dtype=np.float64))
+
+    def time_of_spokes(self, number: Value) -> Value:
+        """Time [s] of spokes numbered from the start of the simulation, also between spokes."""
+        return self.origin.time + (number - self.origin.scan * self.azimuths) * self.spoke_period
+
+    def spokes_at(self, time: Value) -> Value:
+        """Numbers of spokes at times [s], also between spokes."""
+        return (time - self.origin.time) / self.spoke_period + self.origin.scan * self.azimuths
+
+    def time_of_turns(self, turns: Value) -> Value:
+        """Time [s] at which the boresight has turned so many times since the start of the simulation."""
+        return self.origin.time + (turns - self.origin.scan) * self.rotation_period
+
+    def turns_at(self, time: Value) -> Value:
+        """How many times the boresight has turned at times [s]."""
+        return (time - self.origin.time) / self.rotation_period + self.origin.scan
 
     def is_blind(self, from_bow: Floats) -> Flags:
         """Which boresights (K,) [rad clockwise from the bow] lie in a blind sector."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.constants import KNOT
+from radar_service.radar.parameters import Radar
 from radar_service.scene.fields import MAX_COORDINATE
 from radar_service.scene.steered_motion import Leg, SteeringLimits
 
@@ -106,18 +107,20 @@ class Steerable:
 
     limits: of the commands, by the name of what is steerable; None is own ship.
     names: of all bodies.
-    spoke_period: [s].
+    radar: whose spokes the commands act from.
     """
 
     limits: Mapping[str | None, SteeringLimits]
     names: Collection[str]
-    spoke_period: float
+    radar: Radar | None
 
     def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
         """Returns the command that acts from a spoke on. Raises CommandError."""
         if isinstance(spoke, bool) or not isinstance(spoke, int) or not 0 <= spoke <= MAX_SPOKE:
             raise CommandError(f"spoke: {str(spoke)[:100]} is not allowed; a whole number from 0 to {MAX_SPOKE}")
-        return Command(spoke, spoke * self.spoke_period, body, **self.checked(body, values))
+        checked = self.checked(body, values)
+        assert self.radar  # else nothing is steerable
+        return Command(spoke, self.radar.time_of_spokes(float(spoke)), body, **checked)
 
     def checked(self, body: str | None, values: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the values of a command to `body` as `Command` has them. Raises CommandError."""

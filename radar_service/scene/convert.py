@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.radar.parameters import Radar
+from radar_service.radar.parameters import START, Origin, Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
 from radar_service.scene.environment import Environment, Interferer
@@ -53,16 +53,18 @@ def radar_from_model(model: RadarModel) -> Radar:
     )
 
 
-def scene_at_rpm(scene: Scene, rpm: float) -> Scene:
-    """Returns the scene with another rotation rate of its radar. Raises SceneError if a spoke then has no pulse of its own,
-    the only rule of the loader that depends on the rate."""
+def scene_at_rpm(scene: Scene, rpm: float, origin: Origin = START) -> Scene:
+    """Returns the scene with another rotation rate of its radar, from an origin on.
+
+    Raises SceneError if a spoke then has no pulse of its own, the only rule of the loader that depends on the rate.
+    """
     radar = scene.radar
     if radar.prf is not None and rpm > max_rpm(radar.prf, radar.azimuths):
         raise SceneError(
             f"rpm: {rpm:g} gives {radar.azimuths * rpm / 60.0:g} spokes a second, more than the {radar.prf:g} pulses of the "
             f"scene's prf_hz; give at most {60.0 * radar.prf / radar.azimuths:g}, or use a scene with a higher prf_hz"
         )
-    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm))
+    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm, origin=origin))
 
 
 def interferer_from_model(model: InterferenceModel) -> Interferer:

@@ -112,7 +112,7 @@ class Scene:
     def steerable(self) -> Steerable:
         """What commands may steer."""
         limits = {name: motion.limits for name, motion in self.steered.items()}
-        return Steerable(limits, frozenset(body.name for body in self.world.bodies), self.radar.spoke_period)
+        return Steerable(limits, frozenset(body.name for body in self.world.bodies), self.radar)
 
     @property
     def own_ship(self) -> Motion:

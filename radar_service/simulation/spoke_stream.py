@@ -39,7 +39,8 @@ class SpokeStream:
     ) -> None:
         """line_of_sight: of the truth, which follows the commands too."""
         self.steering, self.reporter = steering, reporter
-        self.next_scan = self.next_spoke = 0
+        self.next_scan = steering.scene.radar.origin.scan
+        self.next_spoke = self.next_scan * steering.scene.radar.azimuths
         self._engine, self._sector, self._line_of_sight = engine, sector, line_of_sight
         self._radar = steering.scene.radar
         self._commanding = Lock()
@@ -63,8 +64,9 @@ class SpokeStream:
             left -= 1 if back is None else back // azimuths - scan
 
     def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one."""
-        self.next_scan, self.next_spoke = scan, scan * self._radar.azimuths
+        """Makes `scan` the next one, or the first one that there is."""
+        self.next_scan = max(scan, self._radar.origin.scan)
+        self.next_spoke = self.next_scan * self._radar.azimuths
         self.reporter = self.reporter.restarted(self.next_spoke)
 
     def command(self, body: str | None, spoke: int | None, values: Mapping[str, Any]) -> Command:

@@ -18,6 +18,7 @@ from radar_service.stream.http.access import Access, checked_token, is_loopback
 from radar_service.stream.processes.fork_server import ForkServer
 
 if TYPE_CHECKING:
+    from radar_service.stream.http.running import MakeStation
     from radar_service.stream.radio.description import MakeEngine
     from radar_service.stream.radio.world import WorldSource
     from radar_service.stream.source import SceneOrder
@@ -37,10 +38,11 @@ class AccessError(StartError):
     """Options that would leave a server unprotected. The text says what to do."""
 
 
-def serve(options: argparse.Namespace, make_engine: "MakeEngine") -> int:
+def serve(options: argparse.Namespace, make_engine: "MakeEngine", make_station: "MakeStation | None" = None) -> int:
     """Serves the scenes of the options until stopped; returns the exit status.
 
-    make_engine: makes the engine of a scene, in the scene's own process. Raises StartError, SceneError, OSError.
+    make_engine: makes the engine of a scene, in the scene's own process; make_station: makes a radar, see `run`.
+    Raises StartError, SceneError, OSError.
     """
     access = access_for(options)
     logs.configure(options.log)
@@ -60,7 +62,7 @@ def serve(options: argparse.Namespace, make_engine: "MakeEngine") -> int:
         from radar_service.stream.http.running import run
 
         try:
-            return run(options, access, lambda: [world.result() for world in worlds], make, fork_server)
+            return run(options, access, lambda: [world.result() for world in worlds], make, fork_server, make_station)
         except EngineFault as error:
             raise StartError(f"scene: {error}") from None
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
-from radar_service.radar.parameters import FIRST_ID, Radar
+from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar
 from radar_service.random import name_key
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command, Steerable
@@ -25,7 +25,7 @@ class SceneOrder:
 
     source: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
-    rpm: rate of rotation instead of the scene's own.
+    rpm: rate of rotation instead of the scene's own; origin: where the rotation at that rate begins.
     radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this order before; it is not made again.
     folder: kept while this order exists; it owns the files of an upload.
@@ -34,6 +34,7 @@ class SceneOrder:
     source: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
+    origin: Origin = START
     radar: str | None = None
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
     folder: object = field(default=None, compare=False, repr=False)
@@ -42,7 +43,7 @@ class SceneOrder:
         return vars(self) | {"folder": None}  # another process does not own the folder
 
 
-NOT_STEERABLE = Steerable({}, frozenset(), 0.0)
+NOT_STEERABLE = Steerable({}, frozenset(), None)
 
 
 @dataclass(frozen=True)

@@ -40,12 +40,12 @@ class CrossingTruth:
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
         every = np.arange(len(bodies))
         self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
-        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths)
+        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths, radar.origin)
 
     def crossings(self, scan: int) -> tuple[Crossing, ...]:
         """Returns the crossings of one scan by time."""
         bodies, time = self._search.within(scan)
-        spokes = np.rint(time / self._scene.radar.spoke_period).astype(np.int64).tolist()
+        spokes = np.rint(self._scene.radar.spokes_at(time)).astype(np.int64).tolist()
         return tuple(
             Crossing(scan=scan, spoke=spoke, own_ship=own_ship, **kinematics)
             for spoke, own_ship, kinematics in zip(spokes, self._own_ship(time), self._kinematics(bodies, time), strict=True)
@@ -53,7 +53,7 @@ class CrossingTruth:
 
     def snapshot(self, scan: int) -> Snapshot:
         """Returns all bodies at the end of one scan, before any command that acts from the next one on."""
-        time = (scan + 1) * self._scene.radar.rotation_period
+        time = self._scene.radar.time_of_turns(scan + 1.0)
         instant = math.nextafter(time, 0.0) if self._steered else time
         every = np.arange(len(self._motions))
         bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), instant)))

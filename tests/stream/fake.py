@@ -80,7 +80,7 @@ class FakeEngine:
         self.range = (np.arange(of.radar.bins) + 0.5) * self.range_step
         self.blocks_made = 0
         self._dies_at, self._turns = dies_at, turns
-        self._first, self._next = 0, 0
+        self._first = self._next = of.radar.origin.scan
         self.commands = CommandLog(of.steerable)
         self._made = threading.Condition()
 
@@ -113,7 +113,7 @@ class FakeEngine:
             assert self._made.wait_for(lambda: self.blocks_made >= count, timeout)
 
     def skip_to(self, scan: int) -> None:
-        self._first = scan
+        self._first = max(scan, self.scene.radar.origin.scan)
 
     def block(self, number: int, count: int) -> SpokeBlock:
         if self._dies_at is not None and number + count > self._dies_at:
@@ -122,9 +122,10 @@ class FakeEngine:
         n = number + np.arange(count)
         index = number % radar.azimuths
         power = power_of(n, self.range.size)
-        own = self.scene.own_ship.pose(n * radar.spoke_period)
+        time = radar.time_of_spokes(n.astype(np.float64))
+        own = self.scene.own_ship.pose(time)
         return SpokeBlock(
-            number, number // radar.azimuths, index, n * radar.spoke_period, (index + np.arange(count)) * radar.azimuth_step,
+            number, number // radar.azimuths, index, time, (index + np.arange(count)) * radar.azimuth_step,
             own.heading, own.position[:, :2], own.course, own.speed, self.range, self.range_step,
             (np.sqrt(power) * 1j).astype(np.complex64), power, len(self.commands),
         )  # fmt: skip
@@ -185,7 +186,7 @@ def scene_in(order: SceneOrder) -> Scene:
     if not isinstance(order.source, Scene):
         return scene_of(order)
     of = order.source.for_radar(order.radar)
-    return of if order.rpm is None else scene_at_rpm(of, order.rpm)
+    return of if order.rpm is None else scene_at_rpm(of, order.rpm, order.origin)
 
 
 def made_by(make: Callable[[Scene], FakeEngine]) -> Callable[[SceneOrder, Progress], FakeEngine]:

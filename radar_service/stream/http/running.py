@@ -18,16 +18,18 @@ from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import MakeSource, SpokeSource
 
+MakeStation = Callable[..., Station]
+
 
 def run(
     options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[Sequence[SpokeSource]]], make: MakeSource,
-    fork_server: ForkServer,
+    fork_server: ForkServer, make_station: MakeStation | None = None,
 ) -> int:  # fmt: skip
     """Serves the radars of all worlds until stopped; returns the exit status. Raises OSError where it cannot listen, and
     SceneError where two radars have the same id.
 
     options: of the command `serve`; worlds: waits for the radars of each world, which prepare while the application is put
-    together; make, fork_server: start further worlds and other processes.
+    together; make, fork_server: start further worlds and other processes; make_station: makes a radar, by default Station.
     """
     refused, stations = Refusals(), list[Station]()
     app = create_app(
@@ -43,7 +45,7 @@ def run(
     for number, radars in enumerate(worlds()):
         world = StationWorld()
         stations.extend(
-            Station(
+            (make_station or Station)(
                 _identity(radar, number), radar, make, settings=settings, allow_truth=options.truth, world=world,
                 wait_for=options.wait_for,
             )

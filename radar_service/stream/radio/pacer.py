@@ -116,12 +116,12 @@ class Pacer:
             self.is_active = False
             self.world.notify()
 
-    def begin(self) -> None:
-        """Begins a scene at time 0: its first spoke is due at once."""
+    def begin(self, time: float = 0.0) -> None:
+        """Begins a scene, or goes on with it, at a time [s of simulation]: its first spoke is due at once."""
         with self._changed:
-            if not self.is_outdated:
+            if not self.is_outdated and time == 0.0:
                 self.world.front = -math.inf
-            self._generation, self.is_active, self.next = self.world.generation, True, 0.0
+            self._generation, self.is_active, self.next = self.world.generation, True, time
             self.world.schedule.restart()
 
     def restart_schedule(self) -> None:

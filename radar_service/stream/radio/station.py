@@ -2,11 +2,14 @@
 
 import asyncio
 import logging
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
+from radar_service.radar.parameters import START
 from radar_service.records import Truth
 from radar_service.scene.commands import Command
 from radar_service.stream.controls import changed_order, changed_settings, controls_state
@@ -60,7 +63,7 @@ class Station:
         self.stopping = False
         self.world = world or StationWorld()
         self.hub = Hub(clock)
-        self.feed = FeedEncoder(output := FeedOutput(self.hub), self._radar_info, clock)
+        self.feed = FeedEncoder(output := FeedOutput(self.hub), self.radar_info, clock)
         self.last_scan = LastScan(engine)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
         self.errors = ErrorStage(engine, (self.feed, self.last_scan, *sinks))
@@ -72,8 +75,9 @@ class Station:
         )  # fmt: skip
         self.preparations = Preparations()
         self._output, self._make_engine = output, make_engine
-        self._wait_for = wait_for
+        self._wait_for, self._clock = wait_for, clock
         self.world.join(identity, self.transmitter)
+        self._preparing = 0.0  # s that the last change of an engine control took
 
     @property
     def engine(self) -> SpokeSource:
@@ -148,13 +152,13 @@ class Station:
     async def change(self, requested: Mapping[str, Any]) -> None:
         """Changes the requested controls; a value that is refused changes nothing.
 
-        A change of an engine control runs the changed scene from simulated time 0, so that its spokes are those of a
-        scene file with that value. Raises ControlError, and SceneError where such a scene is not valid.
+        A change of an engine control prepares the scene anew; it goes on from the end of a scan, with simulated time and the
+        numbers of scans. Raises ControlError, and SceneError where such a scene is not valid.
         """
         changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
         order = changed_order(self.settings, self.transmitter.engines.pending_engine, requested)
         if order is not None:
-            await self._run(self.world.changed_orders(self.identity, order))
+            await self._go_on(order)
         self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
         pace = requested.get("pace", {})
         if pace.get("state") == "step":
@@ -174,6 +178,19 @@ class Station:
                 f"the radar has sent no spoke for {COMMAND_TIMEOUT:g} s, and takes no command meanwhile"
             ) from None
 
+    async def _go_on(self, order: SceneOrder) -> None:
+        """Lets another order of the running scene go on from the end of a scan, when it will be prepared as far as is known."""
+        if self.transmitter.engines.has_pending and self.transmitter.handover.at is None:  # another scene comes first
+            await self._run(self.world.changed_orders(self.identity, replace(order, origin=START)))
+            return
+        factor, began = self.settings.pace.factor, self._clock()
+        origin = self.transmitter.agree(self._preparing * factor if math.isfinite(factor) else 0.0)
+        try:
+            await self._run({self.identity: replace(order, origin=origin)})
+        finally:
+            self.transmitter.settle()
+        self._preparing = self._clock() - began
+
     async def truth(self, at: float | None = None) -> Truth:
         """Returns the state of everything at `at` [s of simulation], by default now. Raises EngineFault."""
         time = self.transmitter.simulated if at is None else at
@@ -183,7 +200,8 @@ class Station:
         """Returns the state of all controls, as REST and the feed give it."""
         return controls_state(self.settings, self.engine.scene, self.transmitter.engines.pending_engine.scene)
 
-    def _radar_info(self, epoch: Epoch) -> RadarInfo:
+    def radar_info(self, epoch: Epoch) -> RadarInfo:
+        """Returns the description of this radar in an epoch."""
         controls = self.controls()
         return RadarInfo(self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth)
 

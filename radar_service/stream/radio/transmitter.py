@@ -6,6 +6,8 @@ When an order acts:
   and where the world has several radars, which all begin it together.
 - commands: from the next spoke on; the blocks that the engine has computed beyond it are dropped. Those that come while the
   next spokes are computed wait until these are sent, so that many commands do not stop the feed.
+- rpm: a new epoch at the end of a scan that was agreed before its engine was prepared (`handover`); until then nothing is
+  sent beyond that scan.
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
   happens too often the radar fails and the sinks are closed; the next scene restarts it.
 """
@@ -15,9 +17,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
+from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.stream.radio.command_queue import CommandQueue
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
+from radar_service.stream.radio.handover import Handover
 from radar_service.stream.radio.pacer import Pacer
 from radar_service.stream.radio.pacing import batch_spokes
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
@@ -65,6 +69,7 @@ class Transmitter:
         self.simulated = 0.0
         self.commands = CommandQueue(self.pacer.interrupt)
         self._may_command = True  # whether a spoke was sent since the last commands, which would otherwise stop the feed
+        self.handover = Handover()
         self._sinks = tuple(sinks)
         self._on_restart, self._on_failure = on_restart, on_failure
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
@@ -86,6 +91,18 @@ class Transmitter:
         if self._thread.ident is not None:
             self._thread.join(timeout)
         self.engines.stop(timeout)
+
+    def agree(self, lead: float) -> Origin:
+        """Returns where an engine of the running scene begins that is ready in some `lead` [s of simulation]; then `settle`."""
+        idle = self.pacer.idle or self.fault is not None
+        origin = self.handover.agree(self.epoch.engine.scene.radar, self._spokes_done, idle, lead)
+        self.pacer.interrupt()
+        return origin
+
+    def settle(self) -> None:
+        """Ends a request that has agreed, after `switch_to` or without."""
+        self.handover.settle()
+        self.pacer.interrupt()
 
     def switch_to(self, worker: EngineWorker) -> str:
         """Lets a prepared engine take over; returns the name of its epoch. Of several calls the last one wins."""
@@ -112,7 +129,8 @@ class Transmitter:
                     self._obey()
                 continue
             self._send_block(block)
-            if self.engines.has_pending and block.index + len(block) == self.epoch.engine.scene.radar.azimuths:
+            ends_scan = block.index + len(block) == self.epoch.engine.scene.radar.azimuths
+            if self.engines.has_pending and ends_scan and self.handover.at is None:
                 self._take_over()
 
     def _send_block(self, block: SpokeBlock) -> None:
@@ -125,14 +143,15 @@ class Transmitter:
             part = block.part(at, at + orders.spokes(block, at, min(size, len(block) - at)))
             if (self._may_command or not self.pacer.is_due(part, orders)) and self._obey():
                 return
-            if self.pacer.wait_until_due(part, orders):
+            end = part.first + len(part)
+            if self.pacer.wait_until_due(part, orders) and self.handover.claim(part.first, end):
                 self._send(part, orders.settings)
                 at += len(part)
 
     def _obey(self) -> bool:
         """Carries out the commands that wait, from the next spoke on; returns whether any was accepted."""
         spoke, worker = self._spokes_done, self.engines.worker
-        time = spoke * self.epoch.engine.scene.radar.spoke_period
+        time = self.epoch.engine.scene.radar.time_of_spokes(float(spoke))
         command = partial(worker.command, spoke)
         accepted = [waiting.carry_out(time, command) for waiting in self.commands.take()]
         self._may_command &= not any(accepted)
@@ -157,7 +176,13 @@ class Transmitter:
 
     def _apply_pending(self) -> bool:
         """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""
-        if self.engines.has_pending and (self.pacer.idle or self.pacer.is_outdated):
+        if self.handover.is_due(self._spokes_done):
+            self.pacer.wait_for(lambda: not self.handover.is_open)
+            self.handover.end(self._spokes_done)
+            if self.engines.has_pending:
+                self._take_over()
+                return True
+        if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
             self._take_over()
             return True
         if self.pacer.settings.range != self.epoch.range:
@@ -166,8 +191,10 @@ class Transmitter:
 
     def _take_over(self) -> None:
         name, engine = self.engines.take_over()
-        self.pacer.begin()
-        self.simulated, self._spokes_done = 0.0, 0
+        radar, self._last = engine.scene.radar, None
+        self.pacer.begin(radar.origin.time)
+        self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
+        self.handover.end(self._spokes_done)
         self._open(Epoch(name, engine, self.pacer.settings.range))
         self.fault = None
         self.commands.close(None)

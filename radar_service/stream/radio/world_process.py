@@ -47,7 +47,7 @@ def scene_of(order: SceneOrder) -> Scene:
     if order.radar not in (None, *scene.radar_ids):
         raise other_radars(scene.radar_ids, [order.radar])
     scene = scene.for_radar(order.radar)
-    return scene if order.rpm is None else scene_at_rpm(scene, order.rpm)
+    return scene if order.rpm is None else scene_at_rpm(scene, order.rpm, order.origin)
 
 
 def outline_of(scene: Scene) -> SceneOutline:
