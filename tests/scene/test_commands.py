@@ -18,9 +18,10 @@ from radar_service.scene.commands import (
     command_from,
 )
 from radar_service.scene.steered_motion import Leg, SteeringLimits
+from tests.scenes import radar
 
 LIMITS = SteeringLimits(20.0 * KNOT, math.radians(4.0))
-ALL = Steerable({None: LIMITS, "ferry": LIMITS}, {"ferry", "rock"}, 0.5)
+ALL = Steerable({None: LIMITS, "ferry": LIMITS}, {"ferry", "rock"}, radar(azimuths=120, rpm=1))
 BEFORE = Leg(10.0, np.array([1.0, 2.0, 3.0]), math.radians(350.0), 5.0, drift=math.radians(3.0))
 
 
@@ -68,7 +69,7 @@ def test_bodies_that_cannot_be_steered() -> None:
     with pytest.raises(NotSteerableError, match='body "rock" is not steerable in this scene; add steerable'):
         ALL.checked("rock", {"speed_kn": 1})
     with pytest.raises(NotSteerableError, match="own ship is not steerable"):
-        Steerable({}, {"rock"}, 0.5).checked(None, {"speed_kn": 1})
+        Steerable({}, {"rock"}, None).checked(None, {"speed_kn": 1})
 
 
 def test_the_limits_themselves_are_allowed() -> None:
