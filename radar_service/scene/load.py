@@ -14,7 +14,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body, Mesh, Scattering
 from radar_service.scene.checks.mesh_findings import Findings, mesh_notes, mesh_warnings
 from radar_service.scene.checks.placement import placement_warnings
-from radar_service.scene.checks.validity import check_echo_power, validity_warnings
+from radar_service.scene.checks.validity import check_antenna, check_echo_power, validity_warnings
 from radar_service.scene.convert import environment_from_model, interferer_from_model, presence_from_model, radar_from_model
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.heightmap import Coverage, Terrain
@@ -64,6 +64,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     world = World(model.name, loader.origin, loader.environment, tuple(bodies))
     platform = Platform(loader.own_ship)
     check_echo_power(loader.radar, bodies)
+    check_antenna(loader.radar, loader.own_ship)
     loader.warnings.extend(mesh_warnings(loader.findings))
     loader.warn_of_distance()
     loader.warnings.extend(validity_warnings(world, loader.radar, platform))
