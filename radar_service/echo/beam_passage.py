@@ -22,6 +22,7 @@ from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
+from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
@@ -205,18 +206,18 @@ class BeamPassages:
         )
         nearest = np.maximum(distance - self._radius[n], NEAREST)
         rate = np.abs(np.gradient(np.unwrap(heading), time)) + np.minimum(across, speed) / nearest
-        body = self._bodies[n]
-        sway, lifted = body.motion.sway, np.zeros(len(time))
+        sway = self._bodies[n].motion.sway
         if sway is not None:
-            tilt_rate = np.abs(sway.rate(0, time)) + np.abs(sway.rate(1, time))
-            rate += tilt_rate
-            lifted = np.abs(sway.rate(3, time)) + body.arm * tilt_rate
+            rate += np.abs(sway.rate(0, time)) + np.abs(sway.rate(1, time))
         if self._scene.environment.multipath:
             rate += 2.0 * radar.height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
         coherence = min(self._size[n], aspect.model.coherence(aspect.local, float(distance[len(distance) // 2])))
-        # The waterline stays at the sea while the body rises: its echoes leave those of the body by 2 k z sin(elevation)
-        waterline = 2.0 * lifted * radar.height / nearest
-        return np.asarray(2.0 * np.pi / radar.wavelength * (coherence * rate + waterline))
+        wavenumber = 2.0 * np.pi / radar.wavelength
+        if sway is None:
+            return np.asarray(wavenumber * coherence * rate)
+        return np.asarray(
+            wavenumber * (coherence * rate + 2.0 * waterline_rise(self._bodies[n], time) * radar.height / nearest)
+        )
 
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
@@ -258,6 +259,21 @@ def _sidelobe_envelope(radar: Radar) -> Floats:
     count = int(np.pi / radar.beamwidth * GAINS_PER_BEAMWIDTH) + 2
     gain = radar.azimuth_gain(np.linspace(0.0, np.pi, count))
     return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
+
+
+def waterline_rise(body: Body, time: Floats) -> Floats:
+    """The highest speeds (K,) [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
+
+    The waterline stays at the sea: its echoes leave those of the body by 2 k z sin(elevation).
+    """
+    sway = body.motion.sway
+    assert sway is not None and body.mesh is not None
+    lowest = float(body.motion.position[:, 2].min() + body.mesh.vertices[:, 2].min())
+    if lowest > sway.max_heave + body.arm * np.sin(sway.max_tilt):
+        return np.zeros(len(time))
+    aside, ahead = np.abs(body.mesh.vertices[:, :2]).max(axis=0)
+    roll, pitch, heave = (np.abs(sway.rate(which, time)) for which in (0, 1, 3))
+    return np.asarray(heave + aside * roll + ahead * pitch)
 
 
 def outward_nodes(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:

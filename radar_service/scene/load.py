@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from radar_service.scene.body import Body, Mesh, Scattering
 from radar_service.scene.checks.mesh_findings import Findings, mesh_notes, mesh_warnings
 from radar_service.scene.checks.placement import placement_warnings
-from radar_service.scene.checks.validity import check_echo_power, validity_warnings
+from radar_service.scene.checks.validity import check_antenna, check_echo_power, validity_warnings
 from radar_service.scene.convert import environment_from_model, interferer_from_model, presence_from_model, radar_from_model
 from radar_service.scene.error import SceneError
 from radar_service.scene.error_settings import settings_from_model
@@ -72,6 +72,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     for entry, its in zip(loader.entries, radars, strict=True):
         with at_location(entry.location):
             check_echo_power(its.radar, bodies)
+            check_antenna(its.radar, its.platform.motion)
         remarks = validity_warnings(world, its.radar, its.platform)
         loader.warnings.extend(located(remark, entry.location) for remark in remarks)
         loader.warnings.extend(placement_warnings(world, its.radar, its.platform, terrain))

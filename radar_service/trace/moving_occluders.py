@@ -53,7 +53,7 @@ class MovingOccluders:
         self._number = {key: n for n, key in enumerate(self._occluders)}
         self._poses = BodyPoses([bodies[i] for i in self._occluders])
         self.presences = Presences(bodies)
-        self._instant: float | None = None  # of presence, where it is not that of the poses
+        self.presence_time: float | None = None  # of presence, where it is not that of the poses
         middles = [bodies[i].middle for i in self._occluders]
         self._middle: Floats = np.array(middles).reshape(-1, 3)
         spheres = [occluder.sphere for occluder in self._occluders.values()]
@@ -66,12 +66,12 @@ class MovingOccluders:
         if not len(self.presences.changing):
             return self
         view = copy(self)
-        view._instant = time
+        view.presence_time = time
         return view
 
     def present(self, time: float) -> Flags:
         """Which bodies (B,) of the scene are present at `time` [s], or at that of `as_of`."""
-        return self.presences.at(time if self._instant is None else self._instant)
+        return self.presences.at(time if self.presence_time is None else self.presence_time)
 
     def before(self, position: Floats, distance: Floats, antenna: Floats, time: float) -> Iterator[PosedOccluder]:
         """Those that may occlude any of the points (E, 3) on the map [m] from the antenna (3,) at `time` [s], and all that

@@ -12,6 +12,7 @@ from radar_service.radar.folding import least_chirp_error_db, remedies
 from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.error import SceneError
+from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Platform
 from radar_service.scene.world import World
 
@@ -46,6 +47,19 @@ def check_echo_power(radar: Radar, bodies: Sequence[Body]) -> None:
         raise SceneError(
             f"radar.range_min_m: {radar.range_min:g} m, with this power and gain and {rcs:g} m2 of bodies, allows echoes of "
             f"{maximum:.0e} W; at most {MAX_POWER:.0e} W can be computed: raise range_min_m or lower gain_dbi or power_w"
+        )
+
+
+def check_antenna(radar: Radar, own_ship: Motion) -> None:
+    """Raises SceneError if sway dips the antenna into the sea."""
+    sway = own_ship.sway
+    if sway is None:
+        return
+    lowest = radar.height * float(np.prod(np.cos(sway.amplitude[:2])))
+    if sway.max_heave >= lowest:
+        raise SceneError(
+            f"own_ship.heave_m: {sway.max_heave:g} m dips the antenna into the sea, as roll and pitch leave it {lowest:.1f} m up; "
+            f"give less than {lowest:.1f} m, or raise radar.height_m"
         )
 
 
