@@ -50,8 +50,9 @@ class AzimuthEngine(Protocol):
         """
         ...
 
-    def motions_changed(self) -> None:
-        """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile."""
+    def motions_changed(self, own_ship: bool) -> None:
+        """Drops what has been computed from motions that commands have changed, hers among them or not. Nothing may be computed
+        meanwhile."""
         ...
 
 
@@ -212,8 +213,8 @@ class Simulator:
         """Makes ready to compute from this spoke on, as commanded until there."""
         with self._commanding:
             self._next_scan, self._next_spoke = spoke // self.scene.radar.azimuths + 1, spoke
-            if self._steering.go_to(spoke):
-                self._engine.motions_changed()
+            if changed := self._steering.go_to(spoke):
+                self._engine.motions_changed(own_ship=None in changed)
                 self._line_of_sight.motions_changed()
 
     def _rest_of_scan(self, spoke: int, size: int) -> Generator[SpokeBlock, None, None]:
