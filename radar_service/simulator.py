@@ -164,11 +164,13 @@ class Simulator:
         """Steers own ship (None) or a body that the scene declares steerable; returns the command with its spoke and time.
 
         values: as the fields of `Command`, such as course_deg=90. spoke: the first one that shows it, by default the first one
-        after the blocks taken so far. With an earlier one, `blocks` goes back there, and repeats spokes. Of several commands
-        to a body, the last one holds. May be called from any thread. Raises CommandError, and then nothing changes.
+        after the blocks taken so far. With an earlier one, a running `blocks` goes back there, and repeats spokes. Of several
+        commands to a body, the last one holds. May be called from any thread. Raises CommandError, and then nothing changes.
         """
         with self._commanding:
-            return self._steering.add(self._next_spoke if spoke is None else spoke, body, values, self._next_spoke)
+            command = self._steering.add(self._next_spoke if spoke is None else spoke, body, values, self._next_spoke)
+            self._line_of_sight.motions_changed()  # that of the truth, which takes the command at once
+            return command
 
     @property
     def commands(self) -> tuple[Command, ...]:

@@ -199,8 +199,9 @@ def test_a_moved_ship_shadows_what_is_behind_her_now() -> None:
     )
     sim = rs.Simulator(made, "fast")
     sim.scan()
-    assert [body.reason for body in sim.truth(2.5).bodies] == ["", "", "shadowed"]
+    assert [body.reason for body in sim.truth(2.6).bodies] == ["", "", "shadowed"]
     sim.command("wall", position_m=[0, 200])
+    assert [body.reason for body in sim.truth(2.6).bodies] == ["", "shadowed", ""]
     scan = sim.scan()
     assert [body.reason for body in sim.truth(2.6).bodies] == ["", "shadowed", ""]
     assert [body.reason for body in sim.truth(2.4).bodies] == ["", "", "shadowed"]
