@@ -22,7 +22,8 @@ from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.poses import BodyPoses, map_from_bodies
+from radar_service.scene.body import Body
+from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Flags, Floats, Indices, Singles
@@ -69,13 +70,13 @@ class BeamPassages:
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
         self._size = [body.diagonal for body in bodies]
-        self._sway = 0.0 if scene.own_ship.sway is None else float(scene.own_ship.sway.amplitude[:2].sum())
+        self._sway = 0.0 if scene.own_ship.sway is None else scene.own_ship.sway.max_tilt
         self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         self._nodes: BlockCache[tuple[int, int, bytes], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
         self._schedules: BlockCache[tuple[int, int], Indices] = BlockCache(4 * max(1, len(bodies)))
-        self._speed = np.array([body.motion.top_speed for body in bodies]) + scene.own_ship.top_speed + mast_speed(scene)
+        self._speed = np.array([body.top_speed for body in bodies]) + scene.own_ship.top_speed + mast_speed(scene)
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
         self._sectors: BlockCache[int, tuple[Floats, Floats]] = BlockCache(SLOTS)
         self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * max(1, len(bodies)))
@@ -204,10 +205,18 @@ class BeamPassages:
         )
         nearest = np.maximum(distance - self._radius[n], NEAREST)
         rate = np.abs(np.gradient(np.unwrap(heading), time)) + np.minimum(across, speed) / nearest
+        sway = self._bodies[n].motion.sway
+        if sway is not None:
+            rate += np.abs(sway.rate(0, time)) + np.abs(sway.rate(1, time))
         if self._scene.environment.multipath:
             rate += 2.0 * radar.height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
         coherence = min(self._size[n], aspect.model.coherence(aspect.local, float(distance[len(distance) // 2])))
-        return np.asarray(2.0 * np.pi / radar.wavelength * coherence * rate)
+        wavenumber = 2.0 * np.pi / radar.wavelength
+        if sway is None:
+            return np.asarray(wavenumber * coherence * rate)
+        return np.asarray(
+            wavenumber * (coherence * rate + 2.0 * waterline_rise(self._bodies[n], time) * radar.height / nearest)
+        )
 
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
@@ -222,13 +231,13 @@ class BeamPassages:
         instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
         echoes = model.body_echoes(local, self._scene.antenna(time)[0], instant)
         poses = self._poses.at(np.array([time]))
-        position = map_from_bodies(echoes.position, np.full(len(echoes), n), poses.position[0], poses.heading[0])
+        position = poses.map_from_bodies(0, echoes.position, np.full(len(echoes), n))
         return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)
 
     def _bearings(self, time: float) -> tuple[Floats, Floats]:
         """Bearings (N,) [rad] and ground distances (N,) [m] of the middles of all bodies."""
         poses = self._poses.at(np.array([time]))
-        middle = map_from_bodies(self._middle, np.arange(len(self)), poses.position[0], poses.heading[0])
+        middle = poses.map_from_bodies(0, self._middle, np.arange(len(self)))
         east, north, _ = (middle - self._scene.antenna(time)[0]).T
         return np.arctan2(east, north), np.hypot(east, north)
 
@@ -249,6 +258,21 @@ def _sidelobe_envelope(radar: Radar) -> Floats:
     count = int(np.pi / radar.beamwidth * GAINS_PER_BEAMWIDTH) + 2
     gain = radar.azimuth_gain(np.linspace(0.0, np.pi, count))
     return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
+
+
+def waterline_rise(body: Body, time: Floats) -> Floats:
+    """The highest speeds (K,) [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
+
+    The waterline stays at the sea: its echoes leave those of the body by 2 k z sin(elevation).
+    """
+    sway = body.motion.sway
+    assert sway is not None and body.mesh is not None
+    lowest = float(body.motion.position[:, 2].min() + body.mesh.vertices[:, 2].min())
+    if lowest > sway.max_heave + body.arm * np.sin(sway.max_tilt):
+        return np.zeros(len(time))
+    aside, ahead = np.abs(body.mesh.vertices[:, :2]).max(axis=0)
+    roll, pitch, heave = (np.abs(sway.rate(which, time)) for which in (0, 1, 3))
+    return np.asarray(heave + aside * roll + ahead * pitch)
 
 
 def outward_nodes(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:

@@ -213,6 +213,10 @@ class MovingEchoes:
             arm = np.array([self._bodies[b].arm for b in moving])
             away = interpolation_error(position[3:], position[:3], over)
             away = away + arm * interpolation_error(heading[3:], heading[:3], over)
+            for n, b in enumerate(moving.tolist()):
+                if b in poses.rotation:
+                    entries = poses.rotation[b].reshape(-1, 1, 9)
+                    away[n] += 3.0 * arm[n] * interpolation_error(entries[3:], entries[:3], over)[0]
             rough[moving] = away > TOLERANCE
         return rough
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.fidelity import Fidelity
-from radar_service.frames import body_rotation, direction, effective_earth_radius, polar_from_map, wrap_angle
+from radar_service.frames import direction, effective_earth_radius, polar_from_map, wrap_angle
 from radar_service.propagation.attenuation import printed_atmosphere
 from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.propagation.sea_surface import rms_wave_height
@@ -162,7 +162,7 @@ class DocumentedEngine:
             return []
         radar = self._scene.radar
         poses, triangles = self._poses.each_at(time), [traced.triangles for traced in self._traced]
-        rotations = [body_rotation(pose.heading) for pose in poses]
+        rotations = [pose.matrix for pose in poses]
         position = np.array([pose.position for pose in poses])
         centre = position + np.array([r @ t.centre for r, t in zip(rotations, triangles, strict=True)])
         radius = np.array([t.radius for t in triangles])

@@ -70,6 +70,8 @@ def nearest_and_top(body: Body, scene: Scene) -> tuple[float, float]:
     if body.mesh is not None:
         used = body.mesh.vertices[np.unique(body.mesh.faces)]
         radius, top = float(np.hypot(used[:, 0], used[:, 1]).max()), float(used[:, 2].max())
+        if body.motion.sway is not None and body.motion.sway.tilts:
+            radius, top = body.arm, top + body.arm * float(np.sin(body.motion.sway.max_tilt))
     lean = 0.0 if scene.own_ship.sway is None else scene.radar.height  # the mast sways about the water line
     gap = closest_approach(scene.own_ship, body.motion) - radius - lean
     return max(0.0, gap), top + max_height(body.motion)
@@ -77,4 +79,5 @@ def nearest_and_top(body: Body, scene: Scene) -> tuple[float, float]:
 
 def max_height(motion: Motion) -> float:
     """The maximum height [m] of a motion at any time; inf where it climbs without end."""
-    return float("inf") if motion.final_velocity[2] > 0.0 else float(motion.position[:, 2].max())
+    heave = 0.0 if motion.sway is None else motion.sway.max_heave
+    return float("inf") if motion.final_velocity[2] > 0.0 else float(motion.position[:, 2].max()) + heave

@@ -158,8 +158,9 @@ def _documented_clutter(scene: Scene) -> list[PlanItem]:
 
 
 def _sway(scene: Scene, how: str) -> list[PlanItem]:
-    """How roll, pitch and yaw are modelled, where own ship has them."""
-    return [] if scene.own_ship.sway is None else [PlanItem("roll, pitch, yaw", True, how)]
+    """How roll, pitch, yaw and heave are modelled, where own ship has them."""
+    sway = scene.own_ship.sway
+    return [] if sway is None else [PlanItem("roll, pitch, yaw" + (", heave" if sway.max_heave else ""), True, how)]
 
 
 def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:

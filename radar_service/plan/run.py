@@ -59,6 +59,9 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
     aside = np.abs(velocity[:, 0] * unit[:, 1] - velocity[:, 1] * unit[:, 0]) + sway
     aside += radial * np.minimum(1.0, body.radius / np.maximum(distance, NEAREST))  # of its ends, where it is long
     turn = np.abs(np.angle(np.exp(1j * (_heading(body, time + LEVER) - heading)))) / LEVER + aside / part
+    if body.motion.sway is not None:
+        roll, pitch, yaw, heave = body.motion.sway.max_rates.tolist()
+        turn, radial = turn + roll + pitch + yaw + heave / part, radial + heave
     closest = int(np.argmin(distance))
     received = part <= max(scene.radar.range_max, float(part.min()))
     lean = 0.0 if scene.own_ship.sway is None else scene.radar.height  # the mast sways about the water line

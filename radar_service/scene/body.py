@@ -76,13 +76,22 @@ class Body:
 
     @property
     def radius(self) -> float:
-        """Radius [m] of the circle about `middle` that encloses the plan view; 0 for a point."""
+        """Radius [m] of the circle about `middle` that encloses the plan view, however it rolls; 0 for a point."""
         return self._plan[1]
 
     @property
     def arm(self) -> float:
         """Maximum horizontal distance [m] of the mesh from the origin of the body frame, about which the body turns."""
         return self._plan[2]
+
+    @property
+    def top_speed(self) -> float:
+        """The highest speed [m/s] of any part by motion and sway; turns of the heading not counted."""
+        sway = self.motion.sway
+        if sway is None:
+            return self.motion.top_speed
+        roll, pitch, yaw, heave = sway.max_rates.tolist()
+        return float(self.motion.top_speed + heave + self.arm * (roll + pitch + yaw))
 
     @cached_property
     def diagonal(self) -> float:
@@ -102,11 +111,15 @@ class Body:
     def middle_at(self, time: float) -> Floats:
         """Returns the map position (3,) [m] of `middle` at `time` [s]."""
         pose = self.motion.pose(time)
+        if pose.rotation is not None:
+            return np.asarray(pose.position[0] + pose.rotation[0] @ self.middle)
         return map_from_body(self.middle, pose.position[0], float(pose.heading[0]))
 
     def middles_at(self, time: Floats) -> Floats:
         """Returns the map positions (K, 3) [m] of `middle` at times (K,) [s]."""
         pose = self.motion.pose(time)
+        if pose.rotation is not None:
+            return np.asarray(pose.position + pose.rotation @ self.middle)
         return np.asarray(pose.position + turned(self.middle, np.cos(pose.heading), np.sin(pose.heading)))
 
     @cached_property
@@ -118,6 +131,10 @@ class Body:
         used[self.mesh.faces] = True
         east, north = self.mesh.vertices[used, :2].T
         middle = np.array([east.min() + east.max(), north.min() + north.max(), 0.0]) / 2.0
+        if self.motion.sway is not None and self.motion.sway.tilts:  # whatever it leans to
+            vertices = self.mesh.vertices[used]
+            radius, arm = (float(np.linalg.norm(vertices - about, axis=1).max()) for about in (middle, np.zeros(3)))
+            return middle, radius, arm
         radius = np.hypot(east - middle[0], north - middle[1]).max()
         return middle, float(radius), float(np.hypot(east, north).max())
 

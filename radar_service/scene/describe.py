@@ -155,8 +155,9 @@ def _visibility_text(distance_now: float, ground: float, up: float, body: Body, 
 def _sway_text(motion: Motion) -> str:
     if motion.sway is None:
         return ""
-    swings = zip(("rolling", "pitching", "yawing"), motion.sway.amplitude, motion.sway.period, strict=True)
-    return "".join(f", {verb} {math.degrees(a):g} degrees in {p:g} s" for verb, a, p in swings if a)
+    sizes = [*(f"{math.degrees(angle):g} degrees" for angle in motion.sway.amplitude[:3]), f"{motion.sway.max_heave:g} m"]
+    swings = zip(("rolling", "pitching", "yawing", "heaving"), sizes, motion.sway.amplitude, motion.sway.period, strict=True)
+    return "".join(f", {verb} {size} in {period:g} s" for verb, size, amplitude, period in swings if amplitude)
 
 
 def _motion_text(motion: Motion) -> str:

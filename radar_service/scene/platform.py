@@ -23,14 +23,15 @@ class Platform:
 
     def antenna(self, time: Floats | float, height: float) -> Floats:
         """Returns positions (K, 3) east, north, height above the sea [m] at each time (K,) [s] of an antenna at the top of
-        an upright mast of `height` [m]; sway tilts the mast."""
+        an upright mast of `height` [m]; sway tilts and heaves the mast."""
         pose = self.motion.pose(time)
         position = pose.position
         if self.motion.sway is None:
             position[:, 2] = height
             return position
-        roll, pitch, _ = self.motion.sway.angles(np.atleast_1d(np.asarray(time, dtype=np.float64))).T
-        position[:, 2] = 0.0
+        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        roll, pitch, _ = self.motion.sway.angles(t).T
+        position[:, 2] = self.motion.sway.heave(t)
         return position + height * map_from_deck(pose.heading, roll, pitch)[:, :, 2]
 
     def upright_from_map(self, time: Floats) -> Floats | None:

@@ -11,9 +11,11 @@ from radar_service.constants import KNOT
 from radar_service.scene.error import SceneError
 from radar_service.scene.manoeuvre_model import ManoeuvreModel
 from radar_service.scene.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
-from radar_service.scene.model import MovingSection, OwnShipModel, SteerableModel, WaypointModel
-from radar_service.scene.motion import Motion, Sway, leg_headings
+from radar_service.scene.model import MovingSection, SteerableModel, WaypointModel
+from radar_service.scene.motion import Motion, leg_headings
 from radar_service.scene.steered_motion import SteeredMotion, SteeringLimits
+from radar_service.scene.sway import Sway
+from radar_service.scene.sway_model import AMPLITUDES, SwaySection
 from radar_service.scene.waypoint_arcs import RoundedRoute, round_corners
 
 Floats = NDArray[np.float64]
@@ -27,7 +29,7 @@ def motion_from_model(section: MovingSection, start: Floats, location: str, read
     Raises SceneError if a track or the corners of a route are not usable.
     """
     motion = _motion_without_sway(section, start, location, read_track)
-    motion = replace(motion, sway=sway_from_model(section)) if isinstance(section, OwnShipModel) else motion
+    motion = replace(motion, sway=sway_from_model(section))
     return motion if section.steerable is None else SteeredMotion.under(motion, limits_from_model(section.steerable))
 
 
@@ -36,11 +38,13 @@ def limits_from_model(steerable: SteerableModel) -> SteeringLimits:
     return SteeringLimits(steerable.max_speed_kn * KNOT, math.radians(steerable.max_turn_rate_deg_s))
 
 
-def sway_from_model(section: OwnShipModel) -> Sway | None:
-    """Returns the sway of own ship, None if all amplitudes are 0."""
-    amplitude = np.deg2rad([section.roll_deg, section.pitch_deg, section.yaw_deg])
-    period = np.array([section.roll_period_s, section.pitch_period_s, section.yaw_period_s])
-    return Sway(amplitude, period) if amplitude.any() else None
+def sway_from_model(section: SwaySection) -> Sway | None:
+    """Returns the sway, None if all amplitudes are 0."""
+    amplitude = np.array([*np.deg2rad([section.roll_deg, section.pitch_deg, section.yaw_deg]), section.heave_m])
+    period, phase = (
+        np.array([getattr(section, f"{name}_{ending}") for name in AMPLITUDES]) for ending in ("period_s", "phase_deg")
+    )
+    return Sway(amplitude, period, np.deg2rad(phase)) if amplitude.any() else None
 
 
 def _motion_without_sway(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:

@@ -120,8 +120,12 @@ class Scene:
         return self.platform.upright_from_map(time)
 
     def horizon(self, height: float = 0.0) -> float:
-        """Returns the ground distance [m] of the horizon for a target `height` [m] above the sea; inf on a flat earth."""
-        return float(horizon(height, self.radar.height, effective_earth_radius(self.environment.earth_factor)))
+        """Returns the ground distance [m] of the horizon for a target `height` [m] above the sea; inf on a flat earth.
+
+        The antenna is as high as its heave lifts it.
+        """
+        antenna = self.radar.height + (0.0 if self.own_ship.sway is None else self.own_ship.sway.max_heave)
+        return float(horizon(height, antenna, effective_earth_radius(self.environment.earth_factor)))
 
     def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
         """Returns whether boresights (K,) [rad from north] are in a blind sector at each time (K,) [s]."""

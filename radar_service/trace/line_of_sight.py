@@ -57,22 +57,22 @@ class OcclusionScene:
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
         merged = merged_mesh([body for body in bodies if body.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
-        self._moving = MovingOccluders(bodies, earth_radius, without, rays)
+        self.moving = MovingOccluders(bodies, earth_radius, without, rays)
 
     @property
     def presences(self) -> Presences:
         """The presence of all bodies."""
-        return self._moving.presences
+        return self.moving.presences
 
     def as_of(self, time: float) -> Self:
         """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
         view = copy(self)
-        view._moving = self._moving.as_of(time)
+        view.moving = self.moving.as_of(time)
         return view
 
     def present(self, time: float) -> Flags:
         """Which bodies (B,) are present at `time` [s], or at that of `as_of`."""
-        return self._moving.present(time)
+        return self.moving.present(time)
 
     def visible(
         self,
@@ -140,9 +140,9 @@ class OcclusionScene:
         """Indices (O,) and radii (O,) [m] in plan of the other bodies that may occlude a body from the antenna (3,),
         by a quick test in plan."""
         plan = self._plan
-        if len(self._moving.keys):
+        if len(self.moving.keys):
             plan = plan.copy()
-            plan[self._moving.keys, :2] = self._moving.middles(antenna, time)
+            plan[self.moving.keys, :2] = self.moving.middles(antenna, time)
         line, radius = plan[body, :2] - antenna[:2], plan[:, 2]
         toward = plan[:, :2] - antenna[:2]
         along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
@@ -155,17 +155,17 @@ class OcclusionScene:
     def following(self, bodies: Sequence[Body]) -> Self:
         """The same occluders, moving as other `bodies` of the scene do."""
         other = copy(self)
-        other._moving = self._moving.following(bodies)
+        other.moving = self.moving.following(bodies)
         return other
 
     def motions_changed(self) -> None:
         """Drops what has been computed from the motions before."""
-        self._moving.motions_changed()
+        self.moving.motions_changed()
 
     @property
     def has_movers(self) -> bool:
         """Whether a body that moves may occlude anything."""
-        return len(self._moving.keys) > 0
+        return len(self.moving.keys) > 0
 
     def occluded_by_resting(self, position: Floats, antenna: Floats) -> Flags:
         """Which positions (W, 3) on the map a body at rest occludes from the antenna (3,), or from one each (W, 3)."""
@@ -177,7 +177,7 @@ class OcclusionScene:
         """Which positions (W, 3) on the map a moving body occludes from the antenna (3,) at `time` [s]."""
         occluded = np.zeros(len(position), dtype=np.bool_)
         distance, _ = distances_from_map(position, antenna, self.earth_radius)
-        for _, occluder, pose, behind in self._moving.before(position, distance, antenna, time):
+        for _, occluder, pose, behind in self.moving.before(position, distance, antenna, time):
             left = behind[~occluded[behind]]
             occluded[left] = occluder.occludes(pose, antenna, position[left])
         return occluded
@@ -193,16 +193,16 @@ class OcclusionScene:
 
     def moving_shadow_sectors(self, antenna: Floats, time: float) -> ShadowSectors:
         """The sectors that the moving bodies may occlude at `time` [s], as if all were present."""
-        return self._moving.sectors(antenna, time)
+        return self.moving.sectors(antenna, time)
 
     def moving_shadows(self, numbers: Sequence[int], antenna: Floats, time: float) -> list[Shadow]:
         """Shadows of moving bodies by their numbers in `moving_shadow_sectors` at `time` [s]; absent ones have none."""
         if not numbers:
             return []
-        middle, half, begin = self._moving.sectors(antenna, time)
-        number_of = {int(self._moving.keys[number]): number for number in numbers}
+        middle, half, begin = self.moving.sectors(antenna, time)
+        number_of = {int(self.moving.keys[number]): number for number in numbers}
         shadows = []
-        for occluder, pose, key in self._moving.chosen(list(number_of), antenna, time):
+        for occluder, pose, key in self.moving.chosen(list(number_of), antenna, time):
             number = number_of[key]
             sector = float(middle[number]), float(half[number]), float(begin[number])
             shadows.append(Shadow(sector, partial(occluder.occludes, pose, antenna)))
@@ -214,7 +214,7 @@ class OcclusionScene:
         position: (E, 3), visible past all bodies at rest, by rising azimuth; polar: the same relative to the antenna (3,).
         """
         shadowed = [np.zeros(0, dtype=np.int64)]
-        for _, occluder, pose, behind in self._moving.before(position, polar.distance, antenna, time):
+        for _, occluder, pose, behind in self.moving.before(position, polar.distance, antenna, time):
             shadowed.append(behind[occluder.occludes(pose, antenna, position[behind])])
         return np.unique(np.concatenate(shadowed))
 
@@ -236,11 +236,11 @@ class OcclusionScene:
         if self._resting_occluder is not None and resting:
             result.append((self._resting_occluder, MAP_POSE, None, which))
         if movers and among is not None:
-            result += [(*mover, which) for mover in self._moving.chosen(own.union(among), antenna, time)]
+            result += [(*mover, which) for mover in self.moving.chosen(own.union(among), antenna, time)]
         elif movers:
             position = points.position[which]
             distance, _ = distances_from_map(position, antenna, self.earth_radius)
-            for key, occluder, pose, some in self._moving.before(position, distance, antenna, time):
+            for key, occluder, pose, some in self.moving.before(position, distance, antenna, time):
                 result.append((occluder, pose, key, which[some]))
         return sorted(result, key=lambda occluder: {occluder[2]} != own)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from radar_service.block_cache import BlockCache
 from radar_service.scene.body import Body
-from radar_service.scene.poses import BodyPose, BodyPoses, PoseArrays, map_from_bodies
+from radar_service.scene.poses import BodyPose, BodyPoses, PoseArrays
 from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.occluder import Occluder
@@ -53,7 +53,7 @@ class MovingOccluders:
         self._number = {key: n for n, key in enumerate(self._occluders)}
         self._poses = BodyPoses([bodies[i] for i in self._occluders])
         self.presences = Presences(bodies)
-        self._instant: float | None = None  # of presence, where it is not that of the poses
+        self.presence_time: float | None = None  # of presence, where it is not that of the poses
         middles = [bodies[i].middle for i in self._occluders]
         self._middle: Floats = np.array(middles).reshape(-1, 3)
         spheres = [occluder.sphere for occluder in self._occluders.values()]
@@ -66,12 +66,12 @@ class MovingOccluders:
         if not len(self.presences.changing):
             return self
         view = copy(self)
-        view._instant = time
+        view.presence_time = time
         return view
 
     def present(self, time: float) -> Flags:
         """Which bodies (B,) of the scene are present at `time` [s], or at that of `as_of`."""
-        return self.presences.at(time if self._instant is None else self._instant)
+        return self.presences.at(time if self.presence_time is None else self.presence_time)
 
     def before(self, position: Floats, distance: Floats, antenna: Floats, time: float) -> Iterator[PosedOccluder]:
         """Those that may occlude any of the points (E, 3) on the map [m] from the antenna (3,) at `time` [s], and all that
@@ -84,7 +84,7 @@ class MovingOccluders:
         for n, points in points_behind(sectors, azimuth, distance):
             key = int(self.keys[n])
             if present[key]:
-                yield PosedOccluder(key, self._occluders[key], _pose(poses, n), points)
+                yield PosedOccluder(key, self._occluders[key], poses.of_body(0, n), points)
 
     def chosen(self, keys: Collection[int], antenna: Floats, time: float) -> list[tuple[Occluder, BodyPose, int]]:
         """Those of the bodies `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
@@ -93,7 +93,7 @@ class MovingOccluders:
         if not moving:
             return []
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
-        return [(self._occluders[key], _pose(poses, self._number[key]), key) for key in moving]
+        return [(self._occluders[key], poses.of_body(0, self._number[key]), key) for key in moving]
 
     def sectors(self, antenna: Floats, time: float) -> ShadowSectors:
         """The sectors (N,) that the bodies may occlude from the antenna (3,) at `time` [s], as if all were present."""
@@ -102,7 +102,7 @@ class MovingOccluders:
     def middles(self, antenna: Floats, time: float) -> Floats:
         """Middles (N, 2) of the plans of all bodies on the map at `time` [s]."""
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
-        return map_from_bodies(self._middle, np.arange(len(self.keys)), poses.position[0], poses.heading[0])[:, :2]
+        return poses.map_from_bodies(0, self._middle, np.arange(len(self.keys)))[:, :2]
 
     def following(self, bodies: Sequence[Body]) -> Self:
         """The same occluders, moving as other `bodies` of the scene do."""
@@ -117,9 +117,5 @@ class MovingOccluders:
 
     def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
         poses = self._poses.at(np.array([time]))
-        centre = map_from_bodies(self._centre, np.arange(len(self.keys)), poses.position[0], poses.heading[0])
+        centre = poses.map_from_bodies(0, self._centre, np.arange(len(self.keys)))
         return poses, shadow_sectors(centre, self._radius, antenna)
-
-
-def _pose(poses: PoseArrays, n: int) -> BodyPose:
-    return BodyPose(poses.position[0, n], float(poses.heading[0, n]))

@@ -74,8 +74,13 @@ class CrossingTruth:
         order = rows[np.argsort(bodies[rows], kind="stable")]
         for which in np.split(order, np.flatnonzero(np.diff(bodies[order])) + 1) if len(order) else ():
             body, when = int(bodies[which[0]]), time[which]
-            pose, rate = self._motions[body].pose(when), self._motions[body].turn_rate(when)
+            motion = self._motions[body]
+            pose, rate = motion.pose(when), motion.turn_rate(when)
             position, velocity = _reference_moved(pose, rate, self._reference[body])
+            if motion.sway is not None and pose.rotation is not None:
+                position = pose.position + pose.rotation @ self._reference[body]
+                swung = motion.sway.rotation_rate(pose.heading, rate, when) @ self._reference[body]
+                velocity = pose.velocity + swung
             for column, values in zip(references, (position, velocity, pose.heading, rate), strict=True):
                 column[which] = values
         return references

@@ -6,11 +6,12 @@ from itertools import pairwise
 import numpy as np
 
 from radar_service.echo.second_time_around import apparent_range
-from radar_service.frames import map_from_body, polar_from_map, wrap_bearing
+from radar_service.frames import polar_from_map, wrap_bearing
 from radar_service.records import BodyTruth, Truth
 from radar_service.scene.body import Body
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
+from radar_service.scene.poses import pose_at
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
@@ -81,8 +82,7 @@ class GroundTruth:
 
     def _surface(self, body: int, time: float) -> Floats:
         """Points (W, 3) of a body's surface on the map at `time` [s]."""
-        pose = self.scene.bodies[body].motion.pose(time)
-        return map_from_body(self._surface_samples[body], pose.position[0], float(pose.heading[0]))
+        return pose_at(self.scene.bodies[body], time).map_from_frame(self._surface_samples[body])
 
     def _occluded(self, point: Floats, antenna: Floats, time: Floats) -> Flags:
         """Which points (W, 3) any body occludes from antennas (W, 3) at times (W,) [s]."""

@@ -139,6 +139,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "environment": lambda: section("EnvironmentModel"),
     "body": lambda: section("BodyModel"),
     "waypoint": lambda: section("WaypointModel"),
+    "manoeuvre": lambda: section("ManoeuvreModel"),
+    "fading": lambda: section("FadingModel"),
     "interference": lambda: section("InterferenceModel"),
     "materials": materials,
     "presets": presets,
