@@ -163,8 +163,8 @@ class Simulator:
         """Steers own ship (None) or a body that the scene declares steerable; returns the command with its spoke and time.
 
         values: as the fields of `Command`, such as course_deg=90. spoke: the first one that shows it, by default the first one
-        after the blocks taken so far. With an earlier one, `blocks` goes back there, and repeats spokes. Of several commands
-        to a body, the last one holds. May be called from any thread. Raises CommandError, and then nothing changes.
+        after the blocks taken so far. With an earlier one, a running `blocks` goes back there, and repeats spokes. Of several
+        commands to a body, the last one holds. May be called from any thread. Raises CommandError, and then nothing changes.
         """
         return self._stream.command(body, spoke, values)
 

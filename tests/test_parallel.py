@@ -311,3 +311,21 @@ def test_commands_hold_the_limit_for_the_whole_process(host: Numbers, monkeypatc
         monkeypatch.setattr(command_line, name, run)
     assert command_line.main(["check"]) == command_line.main(["scan", "-o", "x.npz"]) == 0
     assert len(seen) == 2 and in_force(seen) and numbers() == host
+
+
+def test_a_consumer_that_wants_no_more_waits_only_for_what_is_being_computed() -> None:
+    computed: list[int] = []
+    begun, go = threading.Event(), threading.Event()
+
+    def item(number: int) -> int:
+        computed.append(number)
+        if number == 1:
+            begun.set()
+            assert go.wait(PATIENCE)
+        return number
+
+    items = in_order(item, range(100), threads=2)
+    assert next(items) == 0 and begun.wait(PATIENCE)
+    threading.Timer(0.0, go.set).start()
+    items.close()  # type: ignore[attr-defined]  # it is a generator
+    assert max(computed) < 6  # 4 wait or are computed at a time

@@ -63,10 +63,11 @@ class Sea:
         """Maximum mean power (cells,) [W] in each cell."""
         return np.asarray(self.mean.max(axis=1) ** 2)
 
-    def motions_changed(self) -> None:
-        """Drops what has been computed from the motions before."""
+    def motions_changed(self, own_ship: bool) -> None:
+        """Drops what has been computed from the motions before; own_ship: whether hers has changed."""
         self.cells.motions_changed()
-        self.texture.clear()
+        if own_ship:
+            self.texture.clear()
 
     def bins_above(self, level: Singles, floor: float) -> int:
         """Number of bins up to the last at which a level of (K, cells) raises the mean power above `floor` [W]."""

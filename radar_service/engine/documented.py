@@ -87,7 +87,7 @@ class DocumentedEngine:
         """
         yield 0, *self.scan(scan)
 
-    def motions_changed(self) -> None:
+    def motions_changed(self, own_ship: bool) -> None:
         """Nothing that depends on motions is kept."""
 
     def scan(self, number: int) -> tuple[Profiles, Singles]:

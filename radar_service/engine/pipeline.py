@@ -180,9 +180,9 @@ class Engine:
         for start, field in zip(starts, fields, strict=True):
             yield start, field, square_law(field)
 
-    def motions_changed(self) -> None:
-        """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile."""
-        self.prepared.motions_changed()
+    def motions_changed(self, own_ship: bool) -> None:
+        """As `Prepared.motions_changed`."""
+        self.prepared.motions_changed(own_ship)
 
     def starts(self, requested: Flags | None = None) -> list[int]:
         """The first azimuths of a scan's tiles; only of those that hold any of the requested azimuths (A,)."""

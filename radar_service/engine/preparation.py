@@ -62,13 +62,16 @@ class Prepared:
     clutter: Clutter | None
     interference: tuple[Interference, ...]
 
-    def motions_changed(self) -> None:
-        """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile."""
+    def motions_changed(self, own_ship: bool) -> None:
+        """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile.
+
+        own_ship: whether hers is among them.
+        """
         self.line_of_sight.motions_changed()
         self.moving.motions_changed()
         self.shadows.motions_changed()
         if self.clutter is not None:
-            self.clutter.motions_changed()
+            self.clutter.motions_changed(own_ship)
 
 
 def prepare(

@@ -192,13 +192,17 @@ class PastMotion(Motion):
     def pose(self, time: Floats | float) -> Pose:
         """Returns the state at each `time` (K,) [s]."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
-        rotation = np.empty((len(t), 3, 3)) if self.steered.sway and self.steered.sway.tilts else None
-        pose = Pose(np.empty((len(t), 3)), np.empty((len(t), 3)), np.empty(len(t)), rotation)
+        order: list[int] = []
+        parts = [self.steered.pose(t[:0])]
         for which, motion in self.steered.legs_at(t):
-            for column, values in zip(pose, motion.pose(t[which]), strict=True):
-                if column is not None:
-                    column[which] = values
-        return pose
+            order += np.flatnonzero(which).tolist()
+            parts.append(motion.pose(t[which]))
+        if len(parts) == 2:
+            return parts[1]
+        back = np.argsort(np.array(order, dtype=np.int64))
+        position, velocity, heading = (np.concatenate(column)[back] for column in list(zip(*parts, strict=True))[:3])
+        rotations = [part.rotation for part in parts if part.rotation is not None]
+        return Pose(position, velocity, heading, np.concatenate(rotations)[back] if rotations else None)
 
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""

@@ -57,7 +57,7 @@ class Steering:
         self._commands: list[Command] = []  # by spoke
         self._taken = 0  # how many of them the motions have taken
         self._followed = 0  # how many of them the spokes that are computed now follow
-        self._changed = False  # whether motions have taken or forgotten any since `go_to`
+        self._changed: set[str | None] = set()  # whose commands were taken or forgotten since `go_to`
         self._lock = Lock()
 
     @property
@@ -99,16 +99,16 @@ class Steering:
         with self._lock:
             self._check_count(len(checked))
             self._commands = sorted(checked, key=_spoke)
-            self._taken, self._followed, self._changed = 0, 0, True
+            self._taken, self._followed, self._changed = 0, 0, set(self._motions)
             for each in self._steered():
                 each.forget()
 
-    def go_to(self, spoke: int) -> bool:
-        """Lets the motions of `scene` follow all commands up to this spoke, and no later one; returns whether they changed."""
+    def go_to(self, spoke: int) -> frozenset[str | None]:
+        """Lets the motions of `scene` follow all commands up to this spoke, and no later one; returns whose changed."""
         with self._lock:
             count = bisect_right(self._commands, spoke, key=_spoke)
             self._take(count)
-            changed, self._changed, self._followed = self._changed, False, count
+            changed, self._changed, self._followed = frozenset(self._changed), set(), count
             for each in self._steered() if changed else ():
                 each.follow()
             return changed
@@ -119,13 +119,14 @@ class Steering:
 
     def _take(self, count: int) -> None:
         """Lets the motions take the first `count` commands, and no other ones."""
-        self._changed |= count != self._taken
         if count < self._taken:
             self._taken = 0
+            self._changed |= set(self._motions)
             for each in self._steered():
                 each.forget()
         for command in self._commands[self._taken : count]:
             motion = self._motions[command.body]
+            self._changed.add(command.body)
             if command.moves:
                 motion.steer(command.leg(motion.leg_at(command.time), motion.limits))
             if command.present is not None:

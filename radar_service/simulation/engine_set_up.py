@@ -31,8 +31,9 @@ class AzimuthEngine(Protocol):
         """
         ...
 
-    def motions_changed(self) -> None:
-        """Drops what has been computed from motions that commands have changed."""
+    def motions_changed(self, own_ship: bool) -> None:
+        """Drops what has been computed from motions that commands have changed, hers among them or not. Nothing may be computed
+        meanwhile."""
         ...
 
 

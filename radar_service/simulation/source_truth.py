@@ -52,6 +52,6 @@ class SourceTruth:
         if self._past is None:
             self._past = pipeline_set_up(self._steering.past, self._fidelity, self._seed).prepared
         if self._followed != self._steering.count:
-            self._past.motions_changed()
+            self._past.motions_changed(own_ship=True)
             self._radiometric, self._followed = None, self._steering.count
         return self._past

@@ -72,7 +72,9 @@ class SpokeStream:
     def command(self, body: str | None, spoke: int | None, values: Mapping[str, Any]) -> Command:
         """Adds a command as Simulator.command. Raises CommandError."""
         with self._commanding:
-            return self.steering.add(self.next_spoke if spoke is None else spoke, body, values, self.next_spoke)
+            command = self.steering.add(self.next_spoke if spoke is None else spoke, body, values, self.next_spoke)
+            self._line_of_sight.motions_changed()  # that of the truth, which takes the command at once
+            return command
 
     def readings(self, number: Indices) -> Readings:
         """Returns true boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
@@ -89,8 +91,8 @@ class SpokeStream:
         """Makes ready to compute from this spoke on, as commanded until there."""
         with self._commanding:
             self.next_scan, self.next_spoke = spoke // self._radar.azimuths + 1, spoke
-            if self.steering.go_to(spoke):
-                self._engine.motions_changed()
+            if changed := self.steering.go_to(spoke):
+                self._engine.motions_changed(own_ship=self.steering.scene.platform.body in changed)
                 self._line_of_sight.motions_changed()
 
     def _rest_of_scan(self, spoke: int, size: int) -> Generator[SpokeBlock, None, None]:

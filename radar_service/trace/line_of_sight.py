@@ -155,12 +155,12 @@ class OcclusionScene:
     def following(self, bodies: Sequence[Body]) -> Self:
         """The same occluders, moving as other `bodies` of the scene do."""
         other = copy(self)
-        other._moving = self._moving.following(bodies)
+        other.moving = self.moving.following(bodies)
         return other
 
     def motions_changed(self) -> None:
         """Drops what has been computed from the motions before."""
-        self._moving.motions_changed()
+        self.moving.motions_changed()
 
     @property
     def has_movers(self) -> bool:

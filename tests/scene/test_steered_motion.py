@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.scene.motion import Motion, Sway
+from radar_service.scene.motion import Motion
 from radar_service.scene.routes import constant_motion
 from radar_service.scene.steered_motion import MAX_LEGS, Leg, SteeredMotion, SteeringLimits
+from radar_service.scene.sway import Sway
 from radar_service.types import Floats
 
 LIMITS = SteeringLimits(15.0, math.radians(5.0))
@@ -114,13 +115,19 @@ def test_it_remembers_so_many_legs_and_no_more() -> None:
 
 
 def test_sway_goes_on_under_command() -> None:
-    sway = Sway(np.array([0.0, 0.0, 0.1]), np.array([10.0, 7.0, 20.0]))
+    sway = Sway(np.array([0.02, 0.0, 0.1, 0.5]), np.array([10.0, 7.0, 20.0, 8.0]))
     motion = steered(replace(constant_motion(np.zeros(3), None, 40.0, 5.0), sway=sway))
     leg = motion.leg_at(5.0)
     assert math.degrees(leg.course) == pytest.approx(40.0) and leg.drift == pytest.approx(0.0, abs=1e-12)
     motion.steer(leg._replace(course=1.0))
     motion.follow()
     assert motion.pose(30.0).heading[0] == pytest.approx(1.0 + sway.angles(np.array([30.0]))[0, 2])
+    times = np.array([30.0, 2.0, 31.0])
+    past = motion.past.pose(times)
+    for k, time in enumerate(times):
+        for column, values in zip(past, motion.legs_at(np.array([time]))[0][1].pose(time), strict=True):
+            assert column is not None and values is not None
+            np.testing.assert_array_equal(column[k], values[0])
 
 
 def test_a_copy_and_a_pickled_one_are_steered_alone() -> None:

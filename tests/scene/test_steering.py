@@ -27,7 +27,7 @@ def test_only_what_is_declared_is_steered() -> None:
 def test_the_scene_given_is_left_alone() -> None:
     made = Steering(MADE)
     made.add(0, "a", {"course_deg": 90, "at_once": True, "speed_kn": 5})
-    assert made.go_to(0) and course(made) == pytest.approx(90)
+    assert made.go_to(0) == {"a"} and course(made) == pytest.approx(90)
     assert MADE.bodies[0].motion.pose(100.0).speed[0] == 0.0
     assert course(Steering(MADE)) == 0.0
 
