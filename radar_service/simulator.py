@@ -2,14 +2,15 @@
 
 import itertools
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.pipeline import Engine
-from radar_service.engine.preparation import prepare
+from radar_service.engine.preparation import Prepared, prepare
+from radar_service.engine.stitched import StitchedEngine
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.parallel import BLAS_LIMIT
@@ -81,6 +82,10 @@ class Simulator:
         else:
             self._set_up = _set_up(scene, self.fidelity, seed)
             self._engine = Engine(self._set_up.prepared, threads)
+            if scene.radar.near_pulses:
+                self._engine = StitchedEngine(
+                    scene, partial(_prepared, fidelity=fidelity, seed=seed), self._set_up.prepared, threads
+                )
             line_of_sight = self._set_up.prepared.line_of_sight
         self.range, self.range_step = self._engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
@@ -176,6 +181,11 @@ def _fidelity(scene: Scene, fidelity: str | Fidelity) -> Fidelity:
     if fidelity == "auto":
         return fidelity_for(scene, ErrorBudget())
     return fidelity_from_name(fidelity) if isinstance(fidelity, str) else fidelity
+
+
+def _prepared(scene: Scene, fidelity: str | Fidelity, seed: int) -> Prepared:
+    """The pipeline of a scene, with the fidelity planned for it where that is requested."""
+    return _set_up(scene, _fidelity(scene, fidelity), seed).prepared
 
 
 def _set_up(scene: Scene, fidelity: Fidelity, seed: int) -> SetUp:

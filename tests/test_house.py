@@ -40,6 +40,7 @@ HOMES = {
         "radar_service.scene.fields",
         "radar_service.scene.files",
         "radar_service.scene.interference_model",
+        "radar_service.scene.pulse_model",
         "radar_service.scene.model",
         "radar_service.scene.radar_model",
         "radar_service.scene.validation_messages",

@@ -1,6 +1,6 @@
 """The parameters of a radar in SI and radians, and quantities derived from them: ranges, angles, the schedule of spokes."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,19 @@ from radar_service.types import Flags, Floats, Indices
 
 FULL_CIRCLE = 2.0 * np.pi
 EDGE = 1e-9  # rad; so that rounded degrees do not exclude the ends of a blind sector
+
+
+@dataclass(frozen=True)
+class NearPulse:
+    """A pulse that serves the ranges from the end of the one before to its own; fields as of Radar."""
+
+    modulation: str
+    bandwidth: float
+    pulse: float
+    window: str
+    compression: str
+    bins: int
+    range_max: float
 
 
 @dataclass(frozen=True)
@@ -45,6 +58,7 @@ class Radar:
     eclipsing: whether one antenna serves to transmit and to receive.
     rays: per azimuth, for sampling by rays.
     blind_sectors: start and end clockwise from the bow [rad].
+    near_pulses: other pulses, which serve the nearer ranges, by rising range.
     """
 
     frequency: float
@@ -75,6 +89,13 @@ class Radar:
     eclipsing: bool
     rays: int
     blind_sectors: tuple[tuple[float, float], ...]
+    near_pulses: tuple[NearPulse, ...] = ()
+
+    @property
+    def of_each_pulse(self) -> tuple["Radar", ...]:
+        """A radar for each pulse by rising range, as if it had that one alone out to the end of its ranges."""
+        last = replace(self, near_pulses=())
+        return (*(replace(last, **asdict(pulse)) for pulse in self.near_pulses), last)
 
     @property
     def wavelength(self) -> float:

@@ -135,6 +135,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "scene": lambda: section("SceneModel"),
     "origin": lambda: section("OriginModel"),
     "radar": lambda: section("RadarModel"),
+    "pulse": lambda: section("PulseModel"),
     "own-ship": lambda: section("OwnShipModel"),
     "environment": lambda: section("EnvironmentModel"),
     "body": lambda: section("BodyModel"),

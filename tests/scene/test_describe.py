@@ -109,3 +109,10 @@ def test_nonlinear_chirps_and_inverse_filters_are_in_the_description() -> None:
     text = describe(scene([point("t", 0, 500)], radar=settings))
     assert "10 us, 50 MHz, nonlinear chirp, product 500, compressed by the inverse filter" in text
     assert "before the window (nuttall) widens it" in text
+
+
+def test_nearer_pulses_are_in_the_description() -> None:
+    pulses = [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 1500}, {"bandwidth_hz": 20e6}]
+    text = describe(scene([point("t", 0, 500)], radar={"pulses": pulses, "eclipsing": True}))
+    assert "pulse     10 us, 20 MHz, product 200, eclipsed to 1499 m" in text
+    assert "nearer    to 1500 m: 0.08 us, 15 MHz, not modulated, eclipsed to 12 m" in text
