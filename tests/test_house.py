@@ -48,6 +48,7 @@ HOMES = {
         "radar_service.scene.files",
         "radar_service.scene.interference_model",
         "radar_service.scene.manoeuvre_model",
+        "radar_service.scene.pulse_model",
         "radar_service.scene.model",
         "radar_service.scene.platform_model",
         "radar_service.scene.presence_model",

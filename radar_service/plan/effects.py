@@ -11,6 +11,7 @@ from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.radar.parameters import Radar
+from radar_service.receive.compression import receiver_noise_power
 from radar_service.scene.checks.validity import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.trace.ray_sampling import missed_area_range
@@ -44,8 +45,9 @@ def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
     """What a radar transmits or filters beyond linear chirps and matched filters."""
     names = {"lfm": [], "nlfm": ["nonlinear chirp"], "none": ["plain pulse"]}[radar.modulation]
     inverse = ["inverse filter"] if radar.compression == "inverse" else []
+    inverse += ["nearer pulses"] if radar.near_pulses else []
     return [
-        PlanItem(name, False, "the specification has only linear chirps and matched filters") for name in names + inverse
+        PlanItem(name, False, "the specification has one linear chirp and its matched filter") for name in names + inverse
     ]
 
 
@@ -55,6 +57,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
     noise = "thermal, k T0 F" if environment.noise else NOT_REQUESTED
     return [
         *_waveform(scene.radar, fidelity, None if environment.noise else receiver),
+        *_near_pulses(scene.radar),
         _beam(scene, fidelity),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         _earth(scene),
@@ -85,6 +88,16 @@ def _waveform(radar: Radar, fidelity: Fidelity, microseconds: float | None) -> l
         how = folds if radar.second_time_around else f"{NOT_REQUESTED}: echoes beyond the unambiguous range are dropped"
         choices.append(PlanItem("second-time echoes", radar.second_time_around, how))
     return choices
+
+
+def _near_pulses(radar: Radar) -> list[PlanItem]:
+    """The pulses that serve nearer ranges, each with the loss of signal to noise against the last one."""
+    pulses = []
+    for near in radar.of_each_pulse[:-1]:
+        lost_db = 10.0 * math.log10(receiver_noise_power(near) / receiver_noise_power(radar))
+        pulses.append(f"{near.pulse * 1e6:g} us to {near.range_max:g} m, where signal to noise is {lost_db:.1f} dB lower")
+    how = f"{'; '.join(pulses)}; each costs as much as a radar with that pulse alone"
+    return [PlanItem("nearer pulses", True, how)] if pulses else []
 
 
 def _beam(scene: Scene, fidelity: Fidelity) -> PlanItem:

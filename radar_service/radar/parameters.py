@@ -1,6 +1,6 @@
 """The parameters of a radar in SI and radians, and quantities derived from them: ranges, angles, the schedule of spokes."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -25,6 +25,19 @@ class Origin:
 
 
 START = Origin()  # of the first epoch
+
+
+@dataclass(frozen=True)
+class NearPulse:
+    """A pulse that serves the ranges from the end of the one before to its own; fields as of Radar."""
+
+    modulation: str
+    bandwidth: float
+    pulse: float
+    window: str
+    compression: str
+    bins: int
+    range_max: float
 
 
 @dataclass(frozen=True)
@@ -59,6 +72,7 @@ class Radar:
     eclipsing: whether one antenna serves to transmit and to receive.
     rays: per azimuth, for sampling by rays.
     blind_sectors: start and end clockwise from the bow [rad].
+    near_pulses: other pulses, which serve the nearer ranges, by rising range.
     origin: of its rotation; a change of its rate gives another one.
     """
 
@@ -90,7 +104,14 @@ class Radar:
     eclipsing: bool
     rays: int
     blind_sectors: tuple[tuple[float, float], ...]
+    near_pulses: tuple[NearPulse, ...] = ()
     origin: Origin = START
+
+    @property
+    def of_each_pulse(self) -> tuple["Radar", ...]:
+        """A radar for each pulse by rising range, as if it had that one alone out to the end of its ranges."""
+        last = replace(self, near_pulses=())
+        return (*(replace(last, **asdict(pulse)) for pulse in self.near_pulses), last)
 
     @property
     def wavelength(self) -> float:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.radar.parameters import START, Origin, Radar
+from radar_service.radar.parameters import START, NearPulse, Origin, Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
 from radar_service.scene.environment import Environment, Interferer
@@ -19,6 +19,13 @@ from radar_service.scene.world import Scene
 
 def radar_from_model(model: RadarModel) -> Radar:
     """Returns the radar in SI units: angles in radians, gains and losses as power ratios."""
+    *near, last = [_single_pulse(each) for each in model.of_each_pulse()]
+    fields = [{name: getattr(radar, name) for name in NearPulse.__dataclass_fields__} for radar in near]
+    return replace(last, near_pulses=tuple(NearPulse(**pulse) for pulse in fields))
+
+
+def _single_pulse(model: RadarModel) -> Radar:
+    """Returns the radar of a model with a single pulse."""
     pattern = antenna_pattern(model.pattern, model)
     default_el = pattern if not isinstance(model.pattern, tuple) else PATTERNS["sinc2"]
     return Radar(

@@ -92,6 +92,7 @@ def _radar_lines(radar: Radar) -> list[str]:
         f"  pulse     {_pulse_text(radar)}",
         f"  range     to {radar.range_max:g} m in {radar.bins} bins of {radar.range_step:.4f} m",
         f"  resolves  {_resolution_text(radar)}",
+        *(f"  nearer    to {near.range_max:g} m: {_pulse_text(near)}" for near in radar.of_each_pulse[:-1]),
         f"  scan      {radar.azimuths} spokes, {step:.4g} degrees, {rpm:g} rpm, {rate:.1f} spokes/s",
         f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern}){_straddling(radar)}",
         f"  far field begins at {far_field(radar):.3g} m; near-field effects are not modelled",

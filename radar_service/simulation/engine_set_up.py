@@ -7,6 +7,7 @@ from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
+from radar_service.engine.stitched import StitchedEngine
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
@@ -45,15 +46,30 @@ class EngineSetUp(NamedTuple):
     line_of_sight: OcclusionScene
 
 
-def engine_set_up(scene: Scene, fidelity: Fidelity, seed: int, threads: int, labels: bool) -> EngineSetUp:
-    """Returns the engine of a scene. labels: whether its tiles have labels. Raises ValueError for labels without a pipeline."""
+def engine_set_up(
+    scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int, labels: bool
+) -> EngineSetUp:
+    """Returns the engine of a scene.
+
+    fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs. labels: whether tiles have labels.
+    Raises ValueError for labels that the engine has not.
+    """
+    if labels and scene.radar.near_pulses:
+        raise ValueError("labels: a radar with several pulses has none; give it one pulse, or leave labels out")
     if fidelity.engine == "documented":
         if labels:
             raise ValueError("labels: the fidelity 'documented' has none; choose another fidelity, or leave labels out")
         line_of_sight = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
         return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
     set_up = pipeline_set_up(scene, fidelity, seed)
-    engine = (LabellingEngine if labels else Engine)(set_up.prepared, threads)
+    engine: AzimuthEngine = (LabellingEngine if labels else Engine)(set_up.prepared, threads)
+    if scene.radar.near_pulses:
+        engine = StitchedEngine(
+            scene,
+            lambda near: pipeline_set_up(near, chosen_fidelity(near, requested), seed).prepared,
+            set_up.prepared,
+            threads,
+        )
     return EngineSetUp(engine, set_up, set_up.prepared.line_of_sight)
 
 

@@ -47,6 +47,8 @@ class SourceTruth:
         """What to compute from. name: of the argument or method that needs it."""
         if self._set_up is None:
             raise ValueError(f"{name}: the fidelity 'documented' has none; choose another fidelity")
+        if self._steering.scene.radar.near_pulses:
+            raise ValueError(f"{name}: a radar with several pulses has none; give it one pulse")
         if self._steering.past is self._steering.scene:
             return self._set_up.prepared
         if self._past is None:

@@ -141,6 +141,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "radar": lambda: section("RadarModel"),
     "named-radar": lambda: section("NamedRadarModel", beyond="RadarModel"),
     "platform": lambda: section("PlatformModel"),
+    "pulse": lambda: section("PulseModel"),
     "own-ship": lambda: section("OwnShipModel"),
     "environment": lambda: section("EnvironmentModel"),
     "body": lambda: section("BodyModel"),

@@ -128,3 +128,10 @@ def test_the_schema_takes_one_radar_or_a_list_of_them() -> None:
         ([{"id": "a/b"}], False),
     ):  # fmt: skip
         assert jsonschema.Draft202012Validator(schema).is_valid(TWO_RADARS | {"radar": radar}) is valid
+
+
+def test_nearer_pulses_are_in_the_description() -> None:
+    pulses = [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 1500}, {"bandwidth_hz": 20e6}]
+    text = describe(scene([point("t", 0, 500)], radar={"pulses": pulses, "eclipsing": True}))
+    assert "pulse     10 us, 20 MHz, product 200, eclipsed to 1499 m" in text
+    assert "nearer    to 1500 m: 0.08 us, 15 MHz, not modulated, eclipsed to 12 m" in text

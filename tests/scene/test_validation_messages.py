@@ -52,7 +52,7 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ({"radar": {"azimuths": 16384, "range_max_m": 100_000}}, "radar.azimuths: 16384 x 50035 range bins are 819773440 cells"),
     ({"radar": {"pulse_s": 1e-3, "sample_rate_hz": 4e9}}, "radar.range_max_m"),
     ({"radar": {"pulse_s": 1e-3, "bandwidth_hz": 2e9, "range_max_m": 1000}}, "radar.pulse_s: 0.001 s at 3e+09 samples/s"),
-    ({"radar": 5}, "radar: 5 is not allowed; a table with the keys frequency_hz"),
+    ({"radar": 5}, "radar: 5 is not allowed; a table with the keys modulation"),
     (
         {"environment": {"earth": -1}},
         'environment.earth: -1 is not allowed; one of "4/3", "flat" or a finite number above 0',

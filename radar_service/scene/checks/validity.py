@@ -32,8 +32,9 @@ def pulse_doppler_shift(speed: float, pulse: float, wavelength: float, coupling:
 
 def validity_warnings(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
     """Yields a warning for each setting with which echoes may be inaccurate."""
-    yield from _folding(radar)
-    yield from _doppler(world, radar, platform)
+    for each in radar.of_each_pulse:
+        yield from _folding(each)
+        yield from _doppler(world, each, platform)
     yield from _static_extent(world.bodies)
 
 
