@@ -96,6 +96,12 @@ def test_a_swapped_spoke_follows_the_next_one() -> None:
     assert alone and all(order.index(n) == order.index(n + 1) + 1 for n in alone)
 
 
+def test_a_late_spoke_is_not_swapped_and_a_dropped_one_is_neither() -> None:
+    made = law(drop_rate=0.5, late_rate=0.5, swap_rate=0.5, repeat_rate=0.5).decisions(0, 1000)
+    assert not (made.late & made.swapped).any() and set(made.delay.tolist()) == {0, 1, 32}
+    assert not (made.dropped & (made.late | made.swapped | made.repeated)).any()
+
+
 def test_a_late_spoke_comes_behind_those_of_its_delay() -> None:
     rules = law(late_rate=0.05, late_s=0.25)  # 16 spokes
     order, late = sent(rules), rules.decisions(0, 4 * AZIMUTHS).late

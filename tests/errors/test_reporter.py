@@ -39,6 +39,8 @@ def test_truth_says_what_the_nearest_spoke_reports() -> None:
     sim, plain = simulator(EVERYTHING), simulator()
     spokes = {spoke.number: spoke for spoke in sim.spokes(3)}
     list(plain.blocks(3))
+    nearest = [crossing.spoke for crossing in plain.crossings(1)]
+    assert 2 * AZIMUTHS in nearest  # of the next scan, which is not yet sent when the truth of this one is told
     for scan in range(3):
         records = [*sim.crossings(scan), sim.snapshot(scan)]
         expected = [*plain.crossings(scan), plain.snapshot(scan)]
