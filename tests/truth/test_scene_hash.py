@@ -36,7 +36,8 @@ def test_equal_scenes_have_equal_hashes() -> None:
         hash_of(BODY | {"mmsi": 235000001}, BOX), hash_of(BODY | {"course_deg": 5, "speed_kn": 1}, BOX),
         hash_of(BODY, BOX | {"length_m": 4.001}), hash_of(BODY, BOX | {"material": "steel"}),
         hash_of(radar={"azimuths": 1024}), hash_of(radar={"pattern": "taylor"}), hash_of(own_ship={"roll_deg": 1}),
-        hash_of(errors={"gyro": {"bias_deg": 1}}), hash_of(environment={"sea_state": 3}), hash_of(origin={"latitude_deg": 50.0, "longitude_deg": 0.0}),
+        hash_of(errors={"gyro": {"bias_deg": 1}}),
+        hash_of(environment={"sea_state": 3}), hash_of(origin={"latitude_deg": 50.0, "longitude_deg": 0.0}),
     ],
 )  # fmt: skip
 def test_any_change_changes_it(other: str) -> None:
