@@ -102,3 +102,9 @@ def test_arcs_and_sway_are_in_the_description() -> None:
     assert "4 legs and 5 arcs, repeats every" in text  # the arc at the start is sailed half at a time
     assert "heading 000.0, rolling 8 degrees in 9 s, course" in text
     assert "roll, pitch, yaw" in str(rs.Simulator(scene(own_ship=own)).plan)
+
+
+def test_errors_on_purpose_are_named() -> None:
+    errors = {"profile": "imo-a823", "feed": {"drop_rate": 0.1}}
+    assert "errors      on purpose, of gyro, log, antenna, feed\n" in describe(load_scene({"errors": errors}))
+    assert "errors" not in describe(load_scene({}))
