@@ -84,7 +84,7 @@ class ErrorReporter:
         )  # fmt: skip
 
     def counts(self, scan: int) -> FeedErrorCounts | None:
-        """Returns what befalls the spokes of a scan; None where no errors of the feed are in force."""
+        """Returns what happens to the spokes of a scan; None where no errors of the feed are in force."""
         first, end = scan * self._radar.azimuths, (scan + 1) * self._radar.azimuths
         total: FeedErrorCounts | None = None
         edges = [first, *self._timeline.changes(first, end), end]

@@ -1,4 +1,4 @@
-"""What befalls spokes between radar and client. Statistics: bounds of 4.4 standard errors, a level of 1e-5 each."""
+"""What happens to spokes between radar and client. Statistics: bounds of 4.4 standard errors, a level of 1e-5 each."""
 
 from typing import Any
 
@@ -166,7 +166,7 @@ def test_a_sector_across_north_is_one_sector() -> None:
     assert law(stuck_sector_deg=[350, 10]).decisions(0, AZIMUTHS).in_stuck_sector.nonzero()[0].tolist() == [0, 1, 63]
 
 
-def test_counts_say_what_befell_the_spokes() -> None:
+def test_counts_say_what_happened_to_the_spokes() -> None:
     rules = law(
         drop_rate=0.1, repeat_rate=0.1, late_rate=0.1, swap_rate=0.1, stuck_sector_deg=[80, 100], heading_lost_s=[[1, 1.5]]
     )

@@ -41,10 +41,15 @@ class ConnectionErrors:
             return None
 
         def guarded_write(frame: bytes) -> bool:
-            feed = self._feed
-            return feed.bytes is None and feed.cut_after is None and write(frame)
+            errors = self._errors()  # read for each frame of each client
+            has_errors = errors is not None and errors.feed is not None
+            return not (has_errors and self._is_faulty) and write(frame)
 
         return guarded_write
+
+    @property
+    def _is_faulty(self) -> bool:
+        return self._feed.bytes is not None or self._feed.cut_after is not None
 
     @property
     def _feed(self) -> FeedErrors:
