@@ -264,7 +264,7 @@ class Crossing(Radiometry, Kinematics):
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """All bodies at the end of a scan, at one `time` [s]. feed_errors: what befell its spokes, None without such errors."""
+    """All bodies at the end of a scan, at one `time` [s]. feed_errors: what happened to its spokes; None: no such errors."""
 
     scan: int
     time: float

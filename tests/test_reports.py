@@ -1,4 +1,4 @@
-"""Readings of several spokes, and sums of what befell them."""
+"""Readings of several spokes, and sums of what happened to them."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What befalls spokes between radar and client: dropped, repeated, late, out of order, stuck.
+"""What happens to spokes between radar and client: dropped, repeated, late, out of order, stuck.
 
 Whether a spoke is dropped, repeated or late depends on the seed and its number alone. A late spoke is sent after the spoke that
 is `late` seconds newer, a swapped one after its successor. Old echoes are those of the first scan with that error.
@@ -26,7 +26,7 @@ DROP, BURST, REPEAT, LATE, SWAP = range(5)  # columns of the random numbers of a
 
 
 class Decisions(NamedTuple):
-    """What befalls K spokes: flags (K,), and by how many spokes each is late (K,)."""
+    """What happens to K spokes: flags (K,), and by how many spokes each is late (K,)."""
 
     dropped: Flags
     repeated: Flags
@@ -44,7 +44,7 @@ class FeedLaw:
         self._late_spokes = max(1, round(errors.late / radar.spoke_period))
 
     def decisions(self, first: int, count: int) -> Decisions:
-        """Returns what befalls `count` spokes from number `first` on."""
+        """Returns what happens to `count` spokes from number `first` on."""
         its, number = self.errors, first + np.arange(count)
         chance = self._chances(number)
         dropped = (chance[:, DROP] < its.drop_rate) | self._in_burst(first, count)
@@ -58,7 +58,7 @@ class FeedLaw:
         )
 
     def counts(self, first: int, count: int, stuck_from: int) -> FeedErrorCounts:
-        """Returns what befalls `count` spokes from number `first` on. stuck_from: of the first spoke with this stuck sector."""
+        """Returns what happens to `count` spokes from number `first` on. stuck_from: first spoke with this stuck sector."""
         made, number = self.decisions(first, count), first + np.arange(count)
         stuck = made.in_stuck_sector & (number >= stuck_from + self._radar.azimuths)
         lost = is_lost(self._radar.schedule(number)[1], self.errors.heading_lost)

@@ -10,23 +10,27 @@ from radar_service.errors.sensors import Earlier, SensorLaws
 from radar_service.errors.timeline import ErrorTimeline
 from radar_service.frames import wrap_angle, wrap_bearing
 from radar_service.radar.parameters import Radar
+from radar_service.random import name_key
 from radar_service.records import OwnShipTruth, SpokeBlock
 from radar_service.reports import FeedErrorCounts, ReportedOwnShip
 from radar_service.scene.error_settings import ErrorSettings
+
+ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no key
 
 
 class ErrorReporter:
     """The errors of one radar's run, which `set` changes from one of its spokes on.
 
-    radar_key: one for each radar, 0 for the only one. first: number of the first spoke of the run.
+    radar_id: of the radar, whose antenna and feed have random numbers of their own; first: number of the first spoke of the run.
     """
 
     def __init__(
-        self, radar: Radar, seed: int, errors: ErrorSettings | None, radar_key: int = 0, first: int = 0
+        self, radar: Radar, seed: int, errors: ErrorSettings | None, radar_id: str = ONLY_RADAR, first: int = 0
     ) -> None:  # fmt: skip
-        self._radar, self._seed, self._radar_key, self._first = radar, seed, radar_key, first
+        self._radar, self._seed, self._radar_id, self._first = radar, seed, radar_id, first
+        self._key = key = 0 if radar_id == ONLY_RADAR else name_key(radar_id)
         self._timeline, self._arranger = ErrorTimeline(errors), FeedArranger(radar)
-        self._sensor_laws = lru_cache(4)(lambda its: SensorLaws(its, radar, seed, radar_key))
+        self._sensor_laws = lru_cache(4)(lambda its: SensorLaws(its, radar, seed, key))
 
     @property
     def errors(self) -> ErrorSettings | None:
@@ -44,7 +48,7 @@ class ErrorReporter:
 
     def restarted(self, first: int) -> "ErrorReporter":
         """Returns a reporter with the errors now in force, for a run that begins with spoke `first`."""
-        return ErrorReporter(self._radar, self._seed, self.errors, self._radar_key, first)
+        return ErrorReporter(self._radar, self._seed, self.errors, self._radar_id, first)
 
     def reported(self, block: SpokeBlock, earlier: Earlier) -> SpokeBlock:
         """Returns a true block as sensors and antenna report it. earlier: gives true readings of earlier spokes."""
@@ -80,7 +84,7 @@ class ErrorReporter:
         )  # fmt: skip
 
     def counts(self, scan: int) -> FeedErrorCounts | None:
-        """Returns what befalls the spokes of a scan; None where no errors of the feed are in force."""
+        """Returns what happens to the spokes of a scan; None where no errors of the feed are in force."""
         first, end = scan * self._radar.azimuths, (scan + 1) * self._radar.azimuths
         total: FeedErrorCounts | None = None
         edges = [first, *self._timeline.changes(first, end), end]
@@ -98,7 +102,7 @@ class ErrorReporter:
         errors = self._timeline.at(number)
         if errors is None or errors.feed is None:
             return None
-        return FeedLaw(errors.feed, self._radar, self._seed, self._radar_key)
+        return FeedLaw(errors.feed, self._radar, self._seed, self._key)
 
     def _stuck_from(self, number: int) -> int:
         """Number of the first spoke from which on the stuck sector that is in force at a spoke has not changed."""

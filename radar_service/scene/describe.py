@@ -35,6 +35,8 @@ def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
         lines.append(f"origin      latitude {scene.origin[0]:.6f}, longitude {scene.origin[1]:.6f} degrees")
     carrier = "own ship    " if len(scene.radar_ids) == 1 else "platform    "
     lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"{carrier}{_motion_text(scene.own_ship)}"]
+    if scene.errors is not None:
+        lines.append(f"errors      on purpose, of {', '.join(name for name, its in vars(scene.errors).items() if its)}")
     triangles = sum(len(body.mesh.faces) for body in scene.bodies if body.mesh is not None)
     lines.append(f"bodies      {len(scene.bodies)} with {triangles} triangles in all")
     for body in scene.bodies:

@@ -65,7 +65,7 @@ class AntennaErrors:
 
 @dataclass(frozen=True)
 class FeedErrors:
-    """What befalls spokes between radar and client. bytes: per second; cut_after: age of a connection [s]."""
+    """What happens to spokes between radar and client. bytes: per second; cut_after: age of a connection [s]."""
 
     drop_rate: float
     burst_rate: float

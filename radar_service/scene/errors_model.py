@@ -62,7 +62,7 @@ class AntennaErrorsModel(Section):
 
 
 class FeedErrorsModel(Section):
-    """What befalls spokes between radar and client. Rates are probabilities for each spoke."""
+    """What happens to spokes between radar and client. Rates are probabilities for each spoke."""
 
     drop_rate: Probability = Field(0.0, description="the spoke is not sent")
     burst_rate: Probability = Field(0.0, description="from this spoke on burst_spokes are not sent")

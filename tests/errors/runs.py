@@ -12,7 +12,8 @@ SCENE: dict[str, Any] = {
     "name": "errors", "radar": {"azimuths": AZIMUTHS, "beamwidth_deg": 8, "range_max_m": 256, "rpm": 60, "pulse_s": 1e-6},
     "own_ship": {"waypoints": [{"position_m": place, "speed_kn": 10} for place in ([0, 6], [6, 6], [6, 0], [0, 0])],
                  "turn_radius_m": 2, "loop": True},
-    "body": [{"name": "buoy", "shape": "point", "position_m": [60, 90, 5], "rcs_dbsm": 20, "mmsi": 1}],
+    "body": [{"name": "buoy", "shape": "point", "position_m": [60, 90, 5], "rcs_dbsm": 20, "mmsi": 1},
+             {"name": "before north", "shape": "point", "position_m": [-2, 240, 5], "rcs_dbsm": 20}],
     "environment": {"noise": True},
 }  # fmt: skip
 

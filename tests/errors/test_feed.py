@@ -1,4 +1,4 @@
-"""What befalls spokes between radar and client. Statistics: bounds of 4.4 standard errors, a level of 1e-5 each."""
+"""What happens to spokes between radar and client. Statistics: bounds of 4.4 standard errors, a level of 1e-5 each."""
 
 from typing import Any
 
@@ -96,6 +96,12 @@ def test_a_swapped_spoke_follows_the_next_one() -> None:
     assert alone and all(order.index(n) == order.index(n + 1) + 1 for n in alone)
 
 
+def test_a_late_spoke_is_not_swapped_and_a_dropped_one_is_neither() -> None:
+    made = law(drop_rate=0.5, late_rate=0.5, swap_rate=0.5, repeat_rate=0.5).decisions(0, 1000)
+    assert not (made.late & made.swapped).any() and set(made.delay.tolist()) == {0, 1, 32}
+    assert not (made.dropped & (made.late | made.swapped | made.repeated)).any()
+
+
 def test_a_late_spoke_comes_behind_those_of_its_delay() -> None:
     rules = law(late_rate=0.05, late_s=0.25)  # 16 spokes
     order, late = sent(rules), rules.decisions(0, 4 * AZIMUTHS).late
@@ -160,7 +166,7 @@ def test_a_sector_across_north_is_one_sector() -> None:
     assert law(stuck_sector_deg=[350, 10]).decisions(0, AZIMUTHS).in_stuck_sector.nonzero()[0].tolist() == [0, 1, 63]
 
 
-def test_counts_say_what_befell_the_spokes() -> None:
+def test_counts_say_what_happened_to_the_spokes() -> None:
     rules = law(
         drop_rate=0.1, repeat_rate=0.1, late_rate=0.1, swap_rate=0.1, stuck_sector_deg=[80, 100], heading_lost_s=[[1, 1.5]]
     )

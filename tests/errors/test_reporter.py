@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.errors.reporter import ErrorReporter
 from radar_service.frames import wrap_angle
 from radar_service.records import SpokeBlock
-from tests.errors.runs import AZIMUTHS, same, simulator, whole
+from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
 
 BAD_FEED = {
     "drop_rate": 0.1, "repeat_rate": 0.1, "late_rate": 0.1, "late_s": 0.2, "swap_rate": 0.1, "stuck_sector_deg": [80, 120],
@@ -39,6 +40,8 @@ def test_truth_says_what_the_nearest_spoke_reports() -> None:
     sim, plain = simulator(EVERYTHING), simulator()
     spokes = {spoke.number: spoke for spoke in sim.spokes(3)}
     list(plain.blocks(3))
+    nearest = [crossing.spoke for crossing in plain.crossings(1)]
+    assert 2 * AZIMUTHS in nearest  # of the next scan, which is not yet sent when the truth of this one is told
     for scan in range(3):
         records = [*sim.crossings(scan), sim.snapshot(scan)]
         expected = [*plain.crossings(scan), plain.snapshot(scan)]
@@ -128,6 +131,16 @@ def test_a_run_that_skips_begins_anew_with_the_errors_in_force() -> None:
     assert all(np.array_equal(a.power, b.power) for a, b in zip(one, two, strict=True))
     counts = [each.snapshot(scan).feed_errors for each in (sim, other) for scan in (3, 4)]
     assert [count.stuck for count in counts if count] == [0, AZIMUTHS] * 2
+
+
+def test_each_radar_has_an_antenna_and_a_feed_of_its_own() -> None:
+    scene, plain = rs.load_scene(SCENE | {"errors": {"profile": "imo-a823", "feed": {"drop_rate": 0.3}}}), whole(simulator())
+    made = [ErrorReporter(scene.radar, 5, scene.errors, *key) for key in ((), ("0",), ("aft",))]
+    reported = [each.reported(plain, lambda _: plain.readings) for each in made]
+    assert same(reported[0], reported[1]) and not same(reported[0], reported[2])
+    np.testing.assert_array_equal(reported[0].heading, reported[2].heading)  # they share the gyro
+    sent = [[part.first for part in each.sent(plain)] for each in made]
+    assert sent[0] == sent[1] != sent[2]
 
 
 def test_without_errors_nothing_is_added() -> None:

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import radar_service as rs
 from radar_service.errors.noise import SensorNoise
-from radar_service.errors.sensors import EAST, GYRO, LOG, NORTH, is_lost
+from radar_service.errors.sensors import EAST, GYRO, LOG, NORTH, SensorLaws, is_lost
 from radar_service.frames import wrap_angle, wrap_bearing
 from radar_service.reports import Readings
 from radar_service.types import Floats, Indices
@@ -104,6 +105,19 @@ def test_a_run_from_a_later_scan_reports_the_same(scan: int) -> None:
     list(through.blocks(scan, size=7))
     later.skip_to(scan)
     assert same(whole(through), whole(later)) and not same(whole(through), whole(simulator(errors, seed=6)))
+
+
+def test_radars_of_one_ship_share_her_sensors_and_have_antennas_of_their_own() -> None:
+    scene = rs.load_scene(SCENE | {"errors": {"profile": "imo-a823"}})
+    number, plain = np.arange(AZIMUTHS), whole(simulator())
+    assert scene.errors is not None
+    one, other = (
+        SensorLaws(scene.errors, scene.radar, 5, key).reported(number, plain.time, plain.readings, lambda _: plain.readings)
+        for key in (0, 9)
+    )
+    np.testing.assert_array_equal(one.heading, other.heading)
+    np.testing.assert_array_equal(one.speed, other.speed)
+    assert (one.azimuth != other.azimuth).any()
 
 
 def test_own_ship_at_anchor_keeps_her_reports_apart_from_the_echoes() -> None:

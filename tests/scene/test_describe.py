@@ -135,3 +135,9 @@ def test_nearer_pulses_are_in_the_description() -> None:
     text = describe(scene([point("t", 0, 500)], radar={"pulses": pulses, "eclipsing": True}))
     assert "pulse     10 us, 20 MHz, product 200, eclipsed to 1499 m" in text
     assert "nearer    to 1500 m: 0.08 us, 15 MHz, not modulated, eclipsed to 12 m" in text
+
+
+def test_errors_on_purpose_are_named() -> None:
+    errors = {"profile": "imo-a823", "feed": {"drop_rate": 0.1}}
+    assert "errors      on purpose, of gyro, log, antenna, feed\n" in describe(load_scene({"errors": errors}))
+    assert "errors" not in describe(load_scene({}))

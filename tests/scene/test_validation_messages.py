@@ -29,7 +29,8 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"zzz": 1},
-        "zzz: this is not a known key; remove it (allowed: name, origin, radar, own_ship, environment, body, interference)",
+        "zzz: this is not a known key; remove it (allowed: name, origin, radar, own_ship, environment, body, interference, "
+        "errors)",
     ),
     ({"radar": {"azimuths": 10**9}}, "radar.azimuths: 1000000000 is not allowed; a whole number from 4 to 16384; lower it"),
     ({"radar": {"azimuths": 10**400}}, "radar.azimuths: an integer of 1329 bits is not allowed; a whole number from 4"),

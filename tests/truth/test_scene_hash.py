@@ -26,7 +26,7 @@ def hash_of(*bodies: dict[str, Any], **sections: Any) -> str:
 
 
 def test_equal_scenes_have_equal_hashes() -> None:
-    assert hash_of() == hash_of() and len(hash_of()) == 64
+    assert hash_of() == hash_of() == hash_of(errors={"gyro": {}}) and len(hash_of()) == 64
     assert scene_hash(rs.load_scene("open-sea")) == scene_hash(rs.load_scene("open-sea"))
 
 
@@ -37,6 +37,7 @@ def test_equal_scenes_have_equal_hashes() -> None:
         hash_of(BODY | {"mmsi": 235000001}, BOX), hash_of(BODY | {"course_deg": 5, "speed_kn": 1}, BOX),
         hash_of(BODY, BOX | {"length_m": 4.001}), hash_of(BODY, BOX | {"material": "steel"}),
         hash_of(radar={"azimuths": 1024}), hash_of(radar={"pattern": "taylor"}), hash_of(own_ship={"roll_deg": 1}),
+        hash_of(errors={"gyro": {"bias_deg": 1}}),
         hash_of(environment={"sea_state": 3}), hash_of(origin={"latitude_deg": 50.0, "longitude_deg": 0.0}),
     ],
 )  # fmt: skip

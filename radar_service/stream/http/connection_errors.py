@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 from radar_service.scene.error_settings import ErrorSettings, FeedErrors
 from radar_service.stream.fanout.frames import Write
 
+SLICE = 0.25  # s after which the errors are read again
 NONE = FeedErrors(0.0, 0.0, 1, 0.0, 0.0, 0.0, 0.0, None, (), None, None)
 
 
@@ -27,10 +28,12 @@ class ConnectionErrors:
         return cut_after is not None and self._clock() - self._since >= cut_after
 
     async def carry(self, size: int) -> None:
-        """Waits as long as a message of `size` bytes takes."""
-        rate = self._feed.bytes
-        if rate is not None:
-            await self._sleep(size / rate)
+        """Waits as long as a message of `size` bytes takes, or until the connection is cut or not slow any more."""
+        left = float(size)
+        while left > 0.0 and (rate := self._feed.bytes) is not None and not self.is_cut:
+            seconds = min(left / rate, SLICE)
+            await self._sleep(seconds)
+            left -= seconds * rate
 
     def guarded(self, write: Write | None) -> Write | None:
         """Returns a function that writes nothing while the connection is slow or to be cut, so that `carry` can come first."""
@@ -38,10 +41,15 @@ class ConnectionErrors:
             return None
 
         def guarded_write(frame: bytes) -> bool:
-            feed = self._feed
-            return feed.bytes is None and feed.cut_after is None and write(frame)
+            errors = self._errors()  # read for each frame of each client
+            has_errors = errors is not None and errors.feed is not None
+            return not (has_errors and self._is_faulty) and write(frame)
 
         return guarded_write
+
+    @property
+    def _is_faulty(self) -> bool:
+        return self._feed.bytes is not None or self._feed.cut_after is not None
 
     @property
     def _feed(self) -> FeedErrors:

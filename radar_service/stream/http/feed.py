@@ -108,8 +108,10 @@ async def _send(socket: WebSocket, client: ClientQueue, errors: ConnectionErrors
     write = frame_writer(socket.scope)
     client.write = errors.guarded(write)
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; until_gone returns too
-        while (item := await client.get()) is not None and not errors.is_cut:
+        while (item := await client.get()) is not None:
             await errors.carry(len(item.data))
+            if errors.is_cut:
+                return
             if item.data and not (write and write(item.frame)):
                 await socket.send_bytes(item.data)  # which waits for room and raises where the socket closes
 

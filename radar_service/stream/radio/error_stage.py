@@ -21,7 +21,7 @@ from radar_service.types import Singles
 if TYPE_CHECKING:
     from radar_service.errors.reporter import ErrorReporter
 
-MAX_RUNS = 4  # whose reports the truth may still ask for
+MAX_RUNS = 4  # engines about whose spokes the truth may still ask
 SCANS_KEPT = 2  # of true readings, besides the longest latency: the truth of a scan comes when it has been sent
 MAX_KEPT = 2**18  # spokes: 15 MB
 
@@ -29,45 +29,40 @@ MAX_KEPT = 2**18  # spokes: 15 MB
 class ErrorStage:
     """A sink of true spokes. The sinks of the feed receive from it what is reported and sent, under numbers of its own.
 
-    `_lock` guards the reports; `set_errors` and `completed` may be called from any thread.
+    `_lock` guards the reports; `set_errors` and `completed` may be called from any thread. `errors`, of the spokes to come, is
+    immutable and replaced whole, so it may be read without the lock.
     """
 
     def __init__(self, engine: SpokeSource, sinks: Sequence[SpokeSink]) -> None:
         self._sinks = tuple(sinks)
         self._lock = threading.Lock()
-        self._engine = engine
-        self._reports: dict[SpokeSource, _Reports] = {}
+        self._reports: dict[SpokeSource, _Reports] = {}  # the last one is of the engine that runs
+        self._running = self._reports_of(engine)
         self._number = 0  # of the next spoke in this epoch, as clients count
-
-    @property
-    def errors(self) -> ErrorSettings | None:
-        """The errors of the spokes to come."""
-        with self._lock:
-            return self._present().errors
+        self.errors = self._running.errors
 
     def set_errors(self, tables: Mapping[str, Any] | None) -> None:
         """Changes the errors of the spokes not yet sent, as Simulator.set_errors. Raises SceneError."""
         from radar_service.errors.tables import changed_errors  # here and below: scipy would slow the start of every service
 
         with self._lock:
-            reports = self._present()
-            reports.set(changed_errors(reports.errors, tables))
+            self.errors = changed_errors(self.errors, tables)
+            self._running.set(self.errors)
 
     def open_epoch(self, epoch: Epoch) -> None:
         """Begins an epoch. Another engine begins with the errors of its scene."""
         with self._lock:
-            self._engine, self._number = epoch.engine, 0
-            self._present()
+            self._running, self._number = self._reports_of(epoch.engine), 0
+            self.errors = self._running.errors
         for sink in self._sinks:
             sink.open_epoch(epoch)
 
     def send(self, batch: SpokeBatch) -> None:
         """Passes on what is sent when these spokes are due."""
         with self._lock:
-            if batch.epoch.engine is not self._engine:  # it continues the run of one that has failed
-                self._reports[batch.epoch.engine] = self._present()
-                self._engine = batch.epoch.engine
-            sent = self._present().sent(batch.block)
+            if batch.epoch.engine not in self._reports:  # it continues the run of one that has failed
+                self._keep(batch.epoch.engine, self._running)
+            sent = self._running.sent(batch.block)
         for block in sent:
             same = block is batch.block and batch.first == self._number
             before = batch.before if block.first == batch.block.first else _power_before(block, batch.block)
@@ -88,17 +83,20 @@ class ErrorStage:
             sink.close(reason)
 
     def completed(self, engine: SpokeSource, line: TruthLine) -> str:
-        """Returns a line of the truth of spokes that were sent, with what was reported and what befell the spokes."""
+        """Returns a line of the truth of spokes that were sent, with what was reported and what happened to the spokes."""
         with self._lock:
             reports = self._reports.get(engine)
             return reports.completed(line) if reports else line.text
 
-    def _present(self) -> "_Reports":
-        if self._engine not in self._reports:
-            self._reports[self._engine] = _Reports(self._engine)
-            while len(self._reports) > MAX_RUNS:
-                del self._reports[next(iter(self._reports))]
-        return self._reports[self._engine]
+    def _reports_of(self, engine: SpokeSource) -> "_Reports":
+        if engine not in self._reports:
+            self._keep(engine, _Reports(engine))
+        return self._reports[engine]
+
+    def _keep(self, engine: SpokeSource, reports: "_Reports") -> None:
+        self._reports[engine] = reports
+        while len(self._reports) > MAX_RUNS:
+            del self._reports[next(iter(self._reports))]
 
 
 class _Reports:

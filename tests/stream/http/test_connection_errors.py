@@ -48,6 +48,19 @@ def test_a_slow_connection_carries_its_bytes_per_second() -> None:
     assert played.clock.now == 100.25 and guarded and not guarded(b"frame") and not played.written
 
 
+def test_a_slow_connection_is_fast_again_where_the_error_ends_and_ends_where_it_is_cut() -> None:
+    played = Played()
+
+    def errors() -> ErrorSettings | None:
+        return settings({"feed": {"bytes_per_s": 100}}) if played.clock.now < 103.0 else None
+
+    asyncio.run(ConnectionErrors(errors, played.clock, played.clock.sleep).carry(1_000_000))
+    assert played.clock.now == 103.0
+    played.errors = settings({"feed": {"bytes_per_s": 100, "cut_after_s": 7}})
+    asyncio.run(played.connection.carry(1_000_000))
+    assert played.clock.now == 107.0 and played.connection.is_cut
+
+
 def test_a_connection_is_cut_at_its_age() -> None:
     played = Played()
     guarded = played.connection.guarded(played.write)

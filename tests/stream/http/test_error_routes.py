@@ -172,6 +172,29 @@ def test_a_slow_connection_carries_each_message(monkeypatch: pytest.MonkeyPatch)
     play(test)
 
 
+def test_frames_take_no_short_cut_past_a_faulty_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+    carried, written = list[int](), list[int]()
+
+    async def carry(_: ConnectionErrors, size: int) -> None:
+        carried.append(size)
+
+    def write(frame: bytes) -> bool:
+        written.append(len(frame))
+        return True
+
+    async def test(server: Server) -> None:
+        await server.http.patch(ERRORS, json={"feed": {"cut_after_s": 1e6}})
+        await server.feed()
+        await step(server, AZIMUTHS)
+        while not only.transmitter.pacer.idle or len(written) < 5:
+            await asyncio.sleep(0)
+        assert len(written) == len(carried)
+
+    monkeypatch.setattr(ConnectionErrors, "carry", carry)
+    monkeypatch.setattr("radar_service.stream.http.feed.frame_writer", lambda scope: write)
+    play(test, only := station())
+
+
 def test_a_cut_connection_ends_without_a_bye_and_can_be_resumed() -> None:
     async def test(server: Server) -> None:
         feed = await server.feed()

@@ -1,6 +1,7 @@
 """Errors on purpose between an engine and the sinks of the feed: which spokes pass, under which numbers, and when changes act."""
 
 import json
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from radar_service.stream.spokes import Epoch, SpokeBatch
 from radar_service.types import Singles
 from tests.errors.runs import AZIMUTHS as SIMULATED
 from tests.errors.runs import SCENE, simulator
-from tests.stream.fake import AZIMUTHS, FakeEngine, scene
+from tests.stream.fake import AZIMUTHS, OWN_SHIP, FakeEngine, scene
 from tests.stream.radio.recording import RecordingSink
 
 DROPPED = {"feed": {"drop_rate": 0.3}}
@@ -135,6 +136,14 @@ def test_an_engine_that_replaces_a_failed_one_goes_on_with_the_errors() -> None:
     played.stage.send(SpokeBatch(Epoch("one", other, None), 5, other.block(AZIMUTHS, 24), Controls()))
     played.stage.open_epoch(Epoch("another range", other, 100.0))
     assert played.stage.errors is not None and len(played.spokes) < 29
+    for scan in range(2, 3 * MAX_RUNS):
+        other = FakeEngine(scene())
+        played.stage.send(SpokeBatch(Epoch("one", other, None), 5, other.block(scan * AZIMUTHS, 24), Controls()))
+    assert len(played.spokes) < 24 * 3 * MAX_RUNS - 20
+    line = TruthLine(0.0, json.dumps({"type": "snapshot", "scan": 1, "own_ship": asdict(OWN_SHIP)}))
+    assert "feed_errors" in played.stage.completed(other, line) and "feed_errors" not in played.stage.completed(
+        played.engine, line
+    )
 
 
 def test_the_feed_of_the_service_is_that_of_the_simulator() -> None:
