@@ -104,19 +104,19 @@ def test_field_and_power_keep_their_bytes() -> None:
 
 
 def test_labels_cost_at_most_half_a_run() -> None:
-    """Twenty ships under way in noise, the least that a plain run costs. Scans alternate, so both kinds fill their caches."""
+    """Twenty ships under way at sea. Scans alternate, so both kinds fill their caches."""
     rng = np.random.default_rng(5)
     ships = [
         {"name": f"ship {k}", "shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "speed_kn": 10, "material": "wood",
          "course_deg": float(rng.uniform(0, 360)), "position_m": [r * np.sin(a), r * np.cos(a), 0]}
         for k, (r, a) in enumerate(zip(rng.uniform(500, 4500, 20), rng.uniform(0, 2 * np.pi, 20), strict=True))
     ]  # fmt: skip
-    engine = LabellingEngine(prepare(scene(ships, environment={"noise": True}), PRESETS["balanced"], 0))
-    spent = {False: 0.0, True: 0.0}
-    for scan in range(6):
+    engine = LabellingEngine(prepare(scene(ships, environment={"noise": True, "sea_state": 3}), PRESETS["balanced"], 0))
+    spent: dict[bool, list[float]] = {False: [], True: []}
+    for scan in range(10):
         labelled = scan % 2 == 1
         before = time.process_time()
         for _ in engine.labelled_tiles(scan) if labelled else engine.tiles(scan):
             pass
-        spent[labelled] += time.process_time() - before
-    assert spent[True] < MAX_COST * spent[False]
+        spent[labelled].append(time.process_time() - before)
+    assert min(spent[True]) < MAX_COST * min(spent[False])  # the least disturbed of each kind
