@@ -75,7 +75,7 @@ class Simulator:
             line_of_sight = line_of_sight.following(steering.past.bodies)
         self._truth = GroundTruth(steering.past, line_of_sight)
         self._sources = SourceTruth(steering, self.fidelity, seed, self._set_up)
-        reporter = ErrorReporter(scene.radar, seed, scene.errors, *scene.random_key)
+        reporter = ErrorReporter(scene.radar, seed, scene.errors, scene.radar_id)
         self._stream = SpokeStream(engine, steering, Sector(scene.radar, sector), line_of_sight, reporter)
         if commands := tuple(commands):
             self.replay(commands)

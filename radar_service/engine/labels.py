@@ -35,23 +35,22 @@ class Labeller:
         self._noise = receiver_noise_power(prepared.scene.radar) if prepared.scene.environment.noise else 0.0
         self._sidelobes = RangeSidelobes(prepared.compression, self._noise) if self._noise else None
         moving = self._numbers[[*prepared.moving.visibility.scatterers.key, SECOND_TIME]]
-        may_change = prepared.shadows.possible or bool(
-            set(moving.tolist()) & set(resting_numbers(prepared, self._numbers).tolist())
-        )
-        self._at_rest = Strongest(self._azimuths, self._bins, self._noise)
+        resting = set(resting_numbers(prepared, self._numbers).tolist())
+        may_change = prepared.shadows.possible or bool(resting & set(moving.tolist()))
+        self._at_rest = Strongest(self._azimuths, self._bins, self._noise) if resting else None
         self._resting: dict[int, RestingField] = {}  # where a source at rest may change
         for number, field in resting_fields(prepared, self._numbers, self._noise * (FAINT if may_change else 1.0)):
+            assert self._at_rest is not None
             self._at_rest.offer(number, square_law(field.field), field.rows)
             if may_change:
                 self._resting[number] = field
 
     def labels(self, azimuths: AzimuthTimes, record: Contributions) -> Labels:
         """Labels (K, bins) of the azimuths (K,) of a tile, from what its stages added."""
-        transmitting = ~self._prepared.scene.blind(azimuths.time, azimuths.boresight)
-        strongest = Strongest(len(transmitting), self._bins, self._noise)
+        transmitting = record.transmitting
         whole = None if self._sidelobes is None else self._resting.keys()
         rows = source_rows(self._prepared, record.echoes, self._numbers, len(transmitting), whole)
-        self._take_resting(strongest, int(azimuths.number[0]) % self._azimuths, transmitting, rows.whole)
+        strongest = self._resting_part(int(azimuths.number[0]) % self._azimuths, transmitting, rows.whole)
         self._offer_moving(strongest, rows, transmitting)
         if record.clutter is not None:
             strongest.offer_clutter(record.clutter)
@@ -90,22 +89,26 @@ class Labeller:
         energy = np.einsum("...i,...i->...", parts, parts)
         return np.asarray(energy * np.float32(self._prepared.compression.peak_gain**2) > floor)
 
-    def _take_resting(self, strongest: Strongest, start: int, transmitting: Flags, rows: dict[int, Profiles]) -> None:
-        """Begins with the sources at rest of the tile from azimuth `start` on; rows: what changes them, by source (K, size)."""
+    def _resting_part(self, start: int, transmitting: Flags, rows: dict[int, Profiles]) -> Strongest:
+        """The strongest source at rest in the tile from azimuth `start` on; rows: what changes such sources (K, size)."""
+        if self._at_rest is None:
+            return Strongest(len(transmitting), self._bins, self._noise)
         changed = {
             number: transmitting & self._exceeds(gridded, FAINT * self._noise)
             for number, gridded in rows.items()
             if number in self._resting
         }
         anew = np.any([np.zeros_like(transmitting), *changed.values()], axis=0)
-        same = np.flatnonzero(transmitting & ~anew)
-        strongest.take(same, self._at_rest, start + same)
+        strongest = self._at_rest.part(start, len(transmitting))
+        if anew.any() or not transmitting.all():
+            strongest.clear(np.flatnonzero(anew | ~transmitting))
         for number, field in self._resting.items() if anew.any() else ():
             profile = np.zeros(strongest.label.shape, dtype=np.complex64)
             field.add_to(profile, start)
             if number in changed:
                 profile[changed[number]] += self._prepared.compression.profiles(rows[number][changed[number]])
             strongest.offer(number, square_law(profile[anew]), np.flatnonzero(anew))
+        return strongest
 
 
 class LabellingEngine(Engine):

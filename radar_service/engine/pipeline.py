@@ -32,11 +32,13 @@ from radar_service.types import Complexes, Flags, Floats, Indices, Profiles, Sin
 class Contributions:
     """What each stage added to a tile of azimuths (K,), apart from echoes at rest and noise.
 
+    transmitting: (K,) which azimuths are not blind.
     echoes: of the blocks of the tile: first azimuth, end, and the echoes that are not those of bodies at rest.
     clutter: of sea and rain, where there is any.
     interference: profiles (bins,) [sqrt(W)] by row.
     """
 
+    transmitting: Flags = dataclasses.field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     echoes: list[tuple[int, int, BeamWeightedEchoes]] = dataclasses.field(default_factory=list)
     clutter: ClutterRows | None = None
     interference: dict[int, Complexes] = dataclasses.field(default_factory=dict)
@@ -48,6 +50,8 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     record: empty; it is filled with what the stages add.
     """
     blind = prepared.scene.blind(azimuths.time, azimuths.boresight)
+    if record is not None:
+        record.transmitting = ~blind
     rows = moving_rows(prepared, azimuths, record)
     field = receive(prepared, azimuths, rows, blind)
     add_resting(prepared, field, azimuths, blind)

@@ -43,19 +43,20 @@ class RadiometricTruth:
         window, gate = self._gated(body, spoke)
         if not gate.any():
             return Radiometry()
-        power = np.where(gate, window.power(BODY + body), 0.0)
+        power = np.where(gate, window.power(BODY + body), 0.0).astype(np.float64)
         total, peak = float(power.sum()), np.unravel_index(int(power.argmax()), power.shape)
-        number = float(power.sum(axis=1) @ window.number) / total
+        number = int(window.number[0]) + float(power.sum(axis=1) @ np.arange(len(power))) / total
         distance = float(power.sum(axis=0) @ (np.arange(power.shape[1]) + 0.5)) / total * self._radar.range_step
         along, across = self._in_body_frame(body, number, distance)
         clutter, drawn = float(window.clutter[peak]), self._drawn_rcs(body, spoke)
+        unit = self._unit_energy(body, window, along, across)
         every = sum(float(window.power(source)[gate].sum(dtype=np.float64)) for source in window.sources)
         return Radiometry(
             centroid_range=distance,
             centroid_bearing=float(wrap_bearing(number * self._radar.azimuth_step)),
             centroid_along=along,
             centroid_across=across,
-            rcs_dbsm=_db(total / self._unit_energy(body, window, along, across)),
+            rcs_dbsm=None if unit == 0.0 else _db(total / unit),
             rcs_drawn_dbsm=None if drawn is None else _db(drawn),
             snr_db=None if self._noise is None else _db(float(power[peak]) / self._noise),
             scr_db=None if clutter == 0.0 else _db(float(power[peak]) / clutter),
@@ -72,7 +73,8 @@ class RadiometricTruth:
         half = int(np.ceil((BEAMS * self._radar.beamwidth + size) / step)) + 1
         while True:
             half = min(half, half_scan)
-            window = PowerWindow(self._powers, max(0, spoke - half), spoke + half + 1)
+            first = max(0, spoke - half)
+            window = PowerWindow(self._powers, first, min(spoke + half + 1, first + self._radar.azimuths))
             gate = _gate(window.power(BODY + body))
             cut = bool(gate[0].any() and window.number[0] > 0 or gate[-1].any())
             if not cut or half == half_scan:

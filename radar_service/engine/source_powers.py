@@ -67,7 +67,7 @@ class SourcePowers:
     def _computed(self, scan: int, start: int) -> TilePowers:
         azimuths, record = tile_azimuths(self.prepared, scan, start), Contributions()
         profiles(self.prepared, azimuths, record)
-        transmitting = ~self.prepared.scene.blind(azimuths.time, azimuths.boresight)
+        transmitting = record.transmitting
         shape = len(transmitting), self.prepared.scene.radar.bins
         power: dict[int, Singles] = {}
         if self.prepared.scene.environment.noise:

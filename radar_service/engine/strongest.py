@@ -17,12 +17,19 @@ class Strongest:
 
     def __init__(self, azimuths: int, bins: int, noise: float) -> None:
         """noise: its mean power [W]."""
+        self._noise = noise
         self.label: Labels = np.zeros((azimuths, bins), dtype=np.uint32)
         self.power: Singles = np.full((azimuths, bins), noise, dtype=np.float32)
 
-    def take(self, rows: Indices, other: "Strongest", its: Indices) -> None:
-        """Puts rows `its` (R,) of another in place of rows (R,) of this one."""
-        self.label[rows], self.power[rows] = other.label[its], other.power[its]
+    def part(self, start: int, count: int) -> "Strongest":
+        """A copy of the azimuths from `start` on, as many as `count`."""
+        part = Strongest(0, 0, self._noise)
+        part.label, part.power = self.label[start : start + count].copy(), self.power[start : start + count].copy()
+        return part
+
+    def clear(self, rows: Indices) -> None:
+        """Leaves noise alone in rows (R,)."""
+        self.label[rows], self.power[rows] = 0, self._noise
 
     def offer(self, number: int, power: Singles, rows: Indices | slice = EVERY, first: int = 0) -> None:
         """A source's power (R, columns) [W] in rows (R,), from bin `first` on; bins outside of the profile are ignored."""

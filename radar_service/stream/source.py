@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar
-from radar_service.random import name_key
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command, Steerable
 from radar_service.scene.error import SceneError
@@ -66,11 +65,6 @@ class SceneOutline:
     errors: ErrorSettings | None = None
     radar_id: str = FIRST_ID
     radar_ids: tuple[str, ...] = (FIRST_ID,)
-
-    @property
-    def radar_key(self) -> int:
-        """What keeps the random numbers of this radar apart from those of others, as Scene.random_key; 0 for the id "0"."""
-        return 0 if self.radar_id == FIRST_ID else name_key(self.radar_id)
 
 
 def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError:

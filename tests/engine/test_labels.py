@@ -76,6 +76,23 @@ def test_labels_hold_where_moving_metal_shadows_a_coast_in_rough_sea() -> None:
     assert leading > 0.5 and agreed >= SHARE
 
 
+def test_a_ship_that_passes_takes_the_labels_of_the_coast_behind_her() -> None:
+    """The coast rests, so its labels are kept, but for the azimuths in her shadow: there they are those of noise or the ship."""
+    coast = {"name": "coast", "shape": "box", "length_m": 20, "width_m": 500, "height_m": 8, "position_m": [0, 600, 0]}
+    ship = {"name": "ship", "shape": "box", "length_m": 90, "width_m": 15, "height_m": 30, "position_m": [-20, 250, 0]}
+    made = scene(
+        [{**coast, "material": "concrete"}, {**ship, "material": "wood", "speed_kn": 10, "course_deg": 90, "heading_deg": 90}],
+        radar={"range_max_m": 800, "azimuths": 120, "beamwidth_deg": 4, "pulse_s": 1e-6, "power_w": 1.0},
+        environment={"noise": True},
+    )  # fmt: skip
+    alone = made.with_world(bodies=made.bodies[:1])
+    shadowed, free = labels_of(made, 2), labels_of(alone, 2)
+    land = int(source_numbers(made)[0])
+    assert np.sum((free == land) & (shadowed == NOISE)) > 100
+    agreed, leading = agreement(shadowed, powers_alone(made, 2))
+    assert leading > 0.5 and agreed >= SHARE
+
+
 @pytest.mark.parametrize("radar", [{"eclipsing": True}, {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6}])
 def test_labels_hold_for_other_pulses(radar: dict[str, Any]) -> None:
     made = crowded(False)
@@ -104,19 +121,19 @@ def test_field_and_power_keep_their_bytes() -> None:
 
 
 def test_labels_cost_at_most_half_a_run() -> None:
-    """Twenty ships under way in noise, the least that a plain run costs. Scans alternate, so both kinds fill their caches."""
+    """Twenty ships under way at sea. Scans alternate, so both kinds fill their caches."""
     rng = np.random.default_rng(5)
     ships = [
         {"name": f"ship {k}", "shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "speed_kn": 10, "material": "wood",
          "course_deg": float(rng.uniform(0, 360)), "position_m": [r * np.sin(a), r * np.cos(a), 0]}
         for k, (r, a) in enumerate(zip(rng.uniform(500, 4500, 20), rng.uniform(0, 2 * np.pi, 20), strict=True))
     ]  # fmt: skip
-    engine = LabellingEngine(prepare(scene(ships, environment={"noise": True}), PRESETS["balanced"], 0))
-    spent = {False: 0.0, True: 0.0}
-    for scan in range(6):
+    engine = LabellingEngine(prepare(scene(ships, environment={"noise": True, "sea_state": 3}), PRESETS["balanced"], 0))
+    spent: dict[bool, list[float]] = {False: [], True: []}
+    for scan in range(10):
         labelled = scan % 2 == 1
         before = time.process_time()
         for _ in engine.labelled_tiles(scan) if labelled else engine.tiles(scan):
             pass
-        spent[labelled] += time.process_time() - before
-    assert spent[True] < MAX_COST * spent[False]
+        spent[labelled].append(time.process_time() - before)
+    assert min(spent[True]) < MAX_COST * min(spent[False])  # the least disturbed of each kind

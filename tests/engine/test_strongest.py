@@ -30,11 +30,15 @@ def test_columns_outside_of_the_profile_are_ignored() -> None:
     assert strongest.power.tolist() == [[5, 0, 4], [0, 0, 0], [6, 0, 3]]
 
 
-def test_rows_of_another_replace_all() -> None:
-    strongest, other = Strongest(2, 2, 1.0), Strongest(4, 2, 0.0)
-    other.offer(5, powers([0.5, 0.0]), np.array([3]))
-    strongest.take(np.array([1]), other, np.array([3]))
-    assert strongest.label.tolist() == [[0, 0], [5, 0]] and strongest.power.tolist() == [[1, 1], [0.5, 0]]
+def test_a_part_is_a_copy_and_cleared_rows_have_noise_alone() -> None:
+    strongest = Strongest(4, 2, 1.0)
+    strongest.offer(5, powers([2.0, 0.0], [3.0, 4.0]), np.array([2, 3]))
+    part = strongest.part(1, 2)
+    assert part.label.tolist() == [[0, 0], [5, 0]] and part.power.tolist() == [[1, 1], [2, 1]]
+    part.offer(6, powers([9.0, 9.0]), np.array([1]))
+    part.clear(np.array([1]))
+    assert part.label.tolist() == [[0, 0], [0, 0]] and part.power.tolist() == [[1, 1], [1, 1]]
+    assert strongest.label.tolist() == [[0, 0], [0, 0], [5, 0], [5, 5]]
 
 
 def test_clutter_is_divided_by_the_local_means_of_sea_and_rain() -> None:

@@ -103,7 +103,7 @@ class _Reports:
     """What is reported in one run of a scene. `next` is the number of the first spoke not yet sent, from t = 0."""
 
     def __init__(self, engine: SpokeSource) -> None:
-        self._radar, self._seed, self._radar_key = engine.scene.radar, engine.seed, engine.scene.radar_key
+        self._radar, self._seed, self._radar_id = engine.scene.radar, engine.seed, engine.scene.radar_id
         kept = math.ceil(MAX_LATENCY_S / self._radar.spoke_period) + SCANS_KEPT * self._radar.azimuths
         self._history = ReadingsHistory(min(kept, MAX_KEPT))
         self._next = 0
@@ -118,7 +118,7 @@ class _Reports:
         if self._reporter is None and errors is not None:
             from radar_service.errors.reporter import ErrorReporter
 
-            self._reporter = ErrorReporter(self._radar, self._seed, None, self._radar_key)
+            self._reporter = ErrorReporter(self._radar, self._seed, None, self._radar_id)
         if self._reporter is not None:
             self._reporter.set(errors, self._next)
 
