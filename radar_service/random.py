@@ -9,6 +9,7 @@ from radar_service.types import Singles
 
 SCATTER, NOISE, FLUCTUATION, RAYS, CAST = 1, 2, 3, 4, 5  # purposes, the first key after the seed
 SPECKLE, TEXTURE, INTERFERENCE = 21, 22, 23
+ORDER_STATISTIC = 41  # purpose of the factor of OS-CFAR
 CHART = 40  # purpose of the study of speed against accuracy
 _LEVELS = 2**16  # of a normal number; the outermost is at 4.3 sigma
 _WORD = 2**64  # each key is one 64-bit word, so (2**32,) and (0, 1) differ

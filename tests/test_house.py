@@ -17,6 +17,7 @@ BELOW: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(GROUND, GROUND),
     **{room: (*GROUND, *ROOMS[: i + 1]) for i, room in enumerate(ROOMS)},
     "display": (*GROUND, "radar", "scene", "display"),
+    "tracking": (*GROUND, *ROOMS[: ROOMS.index("receive") + 1], "display", "scan"),
     "truth": (*GROUND, *ROOMS[: ROOMS.index("echo") + 1]),
     "scan": (*GROUND, "display"),
     "sector": (*GROUND, "radar"),

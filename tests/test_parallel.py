@@ -14,7 +14,7 @@ from threadpoolctl import OpenBLASController, ThreadpoolController, threadpool_i
 import radar_service as rs
 from radar_service import __main__ as command_line
 from radar_service import simulator
-from radar_service.engine import pipeline
+from radar_service.engine import pipeline, preparation
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.parallel import BLAS_LIMIT, BlasLimit, in_order
 from radar_service.plan import cost_model
@@ -119,7 +119,7 @@ def test_limit_is_in_force_in_set_up_and_in_each_block(
 ) -> None:
     set_up: list[Numbers] = []
     tiles: list[Numbers] = []
-    monkeypatch.setattr(simulator, "prepare", watched(pipeline.prepare, set_up))
+    monkeypatch.setattr(simulator, "prepare", watched(preparation.prepare, set_up))
     monkeypatch.setattr(pipeline, "profiles", watched(pipeline.profiles, tiles))
     sim = rs.Simulator(small, threads=threads)
     assert in_force(set_up) and numbers() == host

@@ -6,6 +6,7 @@ import pytest
 import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine import pipeline
+from radar_service.engine.preparation import Prepared
 from radar_service.types import Profiles
 from tests.scenes import point, scene
 
@@ -48,7 +49,7 @@ def test_other_tiles_are_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     computed: list[int] = []
     profiles = pipeline.profiles
 
-    def counted(prepared: pipeline.Prepared, azimuths: AzimuthTimes) -> Profiles:
+    def counted(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles:
         computed.append(int(azimuths.number[0]))
         return profiles(prepared, azimuths)
 

@@ -107,7 +107,7 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     pulse_length = int(np.ceil(radar.pulse * fs))
     size = int(scipy.fft.next_fast_len(radar.bins + 2 * pulse_length + kernel.width))
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
-    noise = GaussianSpectrum(_noise_shape(radar, frequency), receiver_noise_power(radar))
+    noise = GaussianSpectrum(noise_spectrum(radar, frequency), receiver_noise_power(radar))
     transmitted, filtered = waveform_spectra(radar)
     own_kernel = isinstance(kernel, PulseKernel)
     pulse = np.ones(size) if own_kernel else fs * transmitted(frequency) * filtered(frequency)
@@ -138,7 +138,7 @@ def waveform_spectra(radar: Radar) -> tuple[Spectrum, Spectrum]:
     return transmitted, partial(matched_filter, bandwidth=bandwidth, pulse=pulse, window=window)
 
 
-def _noise_shape(radar: Radar, frequency: Floats) -> Floats:
+def noise_spectrum(radar: Radar, frequency: Floats) -> Floats:
     """Power spectrum of the sampled noise, any scale. Noise of a plain pulse is sampled behind the filter, so it folds."""
     if radar.modulation == "lfm":
         return np.asarray(np.abs(matched_filter(frequency, radar.bandwidth, radar.pulse, radar.window)) ** 2)

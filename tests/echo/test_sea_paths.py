@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
 from radar_service.echo.sea_paths import Paths, range_and_factor
-from radar_service.engine import pipeline
+from radar_service.engine import preparation
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from radar_service.frames import polar_from_map
@@ -52,14 +52,14 @@ class OtherPaths:
 
 def prepared(made: rs.Scene, monkeypatch: pytest.MonkeyPatch, height_span: float | None = None) -> Prepared:
     """A scene whose echoes come in other forms: by three paths, or as extents."""
-    original = pipeline.build_scatterers
+    original = preparation.build_scatterers
 
     def build(*given: Any) -> ScattererSet:
         built = original(*given)
         return ScattererSet(built.bodies, built.key, tuple(OtherPaths(model, height_span) for model in built.models))  # type: ignore[misc]
 
     with monkeypatch.context() as patch:
-        patch.setattr(pipeline, "build_scatterers", build)
+        patch.setattr(preparation, "build_scatterers", build)
         return prepare(made, PRESETS["balanced"], 3)
 
 

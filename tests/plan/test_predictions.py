@@ -9,7 +9,7 @@ import pytest
 import scipy.fft
 
 import radar_service as rs
-from radar_service.engine import pipeline
+from radar_service.engine import preparation
 from radar_service.engine.pipeline import moving_rows, receive, tile_azimuths
 from radar_service.engine.preparation import prepare
 from radar_service.fidelity import PRESETS
@@ -77,7 +77,7 @@ class Work:
             patch.setattr(TriangleScene, name, self._rays(getattr(TriangleScene, name)))
         for name in ("fft", "ifft"):
             patch.setattr(scipy.fft, name, self._transforms(getattr(scipy.fft, name)))
-        patch.setattr(pipeline, "spread", self._spread("rest", pipeline.spread, 3))
+        patch.setattr(preparation, "spread", self._spread("rest", preparation.spread, 3))
         patch.setattr(Compression, "spread", self._spread("motion", Compression.spread, 4))
 
     def _rays(self, original: Any) -> Any:

@@ -1,0 +1,79 @@
+"""Clusters against a flood fill, and the split of a cluster with a deep valley."""
+
+import numpy as np
+import pytest
+
+from radar_service.tracking.clusters import ClusterRule, clusters, parts
+from radar_service.tracking.detections import Detections
+
+
+def detections(image: np.ndarray) -> Detections:
+    """The cells of an image (K, N) above 0 as detections; spokes begin at 100."""
+    row, cell = np.nonzero(image > 0)
+    power = image[row, cell].astype(np.float64)
+    return Detections(
+        100 + row, cell, power, np.ones(len(row)), row * 0.1, row * 0.01, np.zeros(len(row)), np.zeros(len(row))
+    )
+
+
+def flooded(image: np.ndarray, spokes: int, cells: int) -> set[frozenset[tuple[int, int]]]:
+    """The groups of cells that touch, by a flood fill."""
+    left, groups = {(int(r), int(c)) for r, c in zip(*np.nonzero(image > 0), strict=True)}, set()
+    while left:
+        front, group = [left.pop()], set()
+        while front:
+            r, c = front.pop()
+            group.add((r, c))
+            near = {p for p in left if abs(p[0] - r) <= spokes and abs(p[1] - c) <= cells}
+            left -= near
+            front += near
+        groups.add(frozenset(group))
+    return groups
+
+
+@pytest.mark.parametrize(("spokes", "cells"), [(1, 1), (2, 1), (1, 3), (2, 2)])
+def test_clusters_are_those_of_a_flood_fill(spokes: int, cells: int) -> None:
+    image = (np.random.default_rng(3).random((40, 60)) < 0.12).astype(float)
+    some = detections(image)
+    label = clusters(some, ClusterRule(spokes, cells))
+    mine = {
+        frozenset((int(r) - 100, int(c)) for r, c in zip(some.spoke[label == n], some.cell[label == n], strict=True))
+        for n in range(label.max() + 1)
+    }
+    assert mine == flooded(image, spokes, cells) and len(mine) > 5
+
+
+def test_nothing_has_no_cluster() -> None:
+    assert len(clusters(detections(np.zeros((3, 3))), ClusterRule())) == 0
+
+
+def two_hills(valley_db: float) -> Detections:
+    """Two peaks of 40 and 30 dB with a valley between them, `valley_db` below the lower one."""
+    level = np.interp(np.arange(21), [0, 5, 10, 15, 20], [10.0, 40.0, 30.0 - valley_db, 30.0, 10.0])
+    return detections(10.0 ** (level[None, :] / 10.0) * np.ones((3, 1)))
+
+
+def test_a_deep_valley_splits_and_a_shallow_one_does_not() -> None:
+    rule = ClusterRule(1, 1, 9.0)
+    assert [len(part) for part in parts(two_hills(8.9), rule)] == [63]
+    split = parts(two_hills(9.1), rule)
+    assert len(split) == 2 and sorted(np.concatenate(split)) == list(range(63))
+    hills = two_hills(9.1)
+    assert [int(hills.cell[part][hills.power[part].argmax()]) for part in split] in ([5, 15], [15, 5])
+    assert len(parts(two_hills(20.0), ClusterRule(1, 1, np.inf))) == 1
+
+
+def test_three_hills_are_three_parts_however_they_merge() -> None:
+    level = np.interp(np.arange(31), [0, 5, 10, 15, 20, 25, 30], [5, 30, 15, 40, 15, 35, 5])
+    hills = detections(10.0 ** (level[None, :] / 10.0))
+    peaks = {int(hills.cell[part][hills.power[part].argmax()]) for part in parts(hills, ClusterRule(1, 1, 9.0))}
+    assert peaks == {5, 15, 25}
+
+
+def test_rubbish_is_refused() -> None:
+    with pytest.raises(ValueError, match="spokes: 0 is not allowed"):
+        ClusterRule(spokes=0)
+    with pytest.raises(ValueError, match="cells: -1 is not allowed"):
+        ClusterRule(cells=-1)
+    with pytest.raises(ValueError, match="split_db: nan is not allowed"):
+        ClusterRule(split_db=float("nan"))
