@@ -88,12 +88,14 @@ def _started(
 
 def _radars(make: "Callable[[SceneOrder], WorldSource]", order: "SceneOrder") -> "list[WorldSource]":
     """Returns the radars of a scene, each in a process of its own. The first one tells which others there are."""
+    first = make(order)
+    others = [replace(order, radar=radar_id) for radar_id in first.scene.radar_ids[1:]]
+    with ThreadPoolExecutor(max(1, len(others)), thread_name_prefix="start") as threads:
+        made = [threads.submit(make, other) for other in others]
     with contextlib.ExitStack() as on_failure:
-        radars = [make(order)]
-        on_failure.callback(radars[0].close)
-        for radar_id in radars[0].scene.radar_ids[1:]:
-            radars.append(make(replace(order, radar=radar_id)))
-            on_failure.callback(radars[-1].close)
+        for radar in (first, *(each.result() for each in made if not each.exception())):
+            on_failure.callback(radar.close)
+        radars = [first, *(each.result() for each in made)]
         on_failure.pop_all()
     return radars
 

@@ -14,10 +14,12 @@ from fastapi import FastAPI
 
 from radar_service.__main__ import main, parser
 from radar_service.scene.error import SceneError
+from radar_service.scene.world import Scene
 from radar_service.stream.http.access import Access
 from radar_service.stream.http.server import MAX_PER_ADDRESS, Server
 from radar_service.stream.radio.station import Station
-from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED, access_for, serve
+from radar_service.stream.radio.world import WorldSource
+from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED, StartError, access_for, serve
 from tests.stream.fake import FakeEngine
 
 TOKEN = "0123456789abcdef"
@@ -159,3 +161,26 @@ def test_what_some_scenes_need_is_imported_when_there_is_nothing_to_do() -> None
     code = f"import sys, {', '.join(OTHERS_NEED)}; print(*sys.modules)"
     imported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert {"pyproj", "scipy.interpolate", "trimesh", "PIL"} <= set(imported)
+
+
+def failing(of: Scene) -> FakeEngine:
+    """An engine that the radar "mast" cannot have; another process finds it by its name."""
+    if of.radar_id == "mast":
+        raise RuntimeError("the mast is down")
+    return FakeEngine(of)
+
+
+def test_where_one_radar_of_a_scene_fails_at_the_start_all_are_ended(
+    tmp_path: Path, seen: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended: list[str] = []
+    close = WorldSource.close
+
+    def noted(self: WorldSource) -> None:
+        ended.append(self.scene.radar_id)
+        close(self)
+
+    monkeypatch.setattr(WorldSource, "close", noted)
+    with pytest.raises(StartError, match="the mast is down"):
+        serve(options(several(tmp_path, "bow", "mast", "aft"), "--port", "0"), failing)
+    assert sorted(ended) == ["aft", "bow"]
