@@ -16,7 +16,10 @@ def test_a_file_that_is_cut_anywhere_opens_up_to_its_last_whole_chunk(recording:
     assert len(chunks) >= 3  # one a scan: what is lost is never more
     ends, whole = [place.offset + place.length for place in chunks], list(read(recording).spokes())
     drawn = random.Random(1).sample(range(len(data)), 60)
-    for size in sorted({*drawn, 0, 1, 7, 8, *ends, *(end - 1 for end in ends), *(end + 1 for end in ends), len(data) - 1}):
+    index = range(ends[1], ends[1] + 240, 9)  # of its messages, behind the second chunk
+    for size in sorted(
+        {*drawn, *index, 0, 1, 7, 8, *ends, *(end - 1 for end in ends), *(end + 1 for end in ends), len(data) - 1}
+    ):
         cut.write_bytes(data[:size])
         count = sum(end <= size for end in ends)
         if not count:
@@ -35,6 +38,15 @@ def test_rubbish_behind_the_last_whole_chunk_is_ignored(recording: Path, tail: b
     second = ChunkTable(recording).chunks[1]
     (path := tmp_path / "tail.mcap").write_bytes(recording.read_bytes()[: second.offset + second.length] + tail)
     assert len(list(read(path).spokes())) == 128
+
+
+def test_a_long_tail_of_zeros_is_not_searched(recording: Path, tmp_path: Path) -> None:
+    """As of a file whose space was reserved: 2 GiB, which would take minutes."""
+    second = ChunkTable(recording).chunks[1]
+    (path := tmp_path / "tail.mcap").write_bytes(recording.read_bytes()[: second.offset + second.length])
+    with path.open("r+b") as file:
+        file.truncate(2**31)
+    assert len(ChunkTable(path).chunks) == 2
 
 
 def test_a_damaged_chunk_is_named(recording: Path, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -116,9 +117,10 @@ def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path)
 def test_the_display_starts_with_the_recorded_controls(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = ReplaySource(recording)
     monkeypatch.setitem(source.record["controls"], "gain", 71)
-    monkeypatch.setitem(source.record["controls"], "rpm", 3)  # is no control of the display
+    for name, value in (("rpm", 3), ("transmit", False), ("range_m", 20.0)):  # are no controls of the display
+        monkeypatch.setitem(source.record["controls"], name, value)
     station = ReplayStation("0", source, refuse, settings=FAST)
-    assert station.settings.video.gain == 71 and station.settings.pace == FAST.pace
+    assert station.settings == replace(FAST, video=replace(FAST.video, gain=71))
 
 
 def test_a_running_service_is_recorded_and_replayed(tmp_path: Path) -> None:
