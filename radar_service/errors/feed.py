@@ -19,7 +19,7 @@ from radar_service.random import FEED
 from radar_service.records import SpokeBlock, joined
 from radar_service.reports import FeedErrorCounts
 from radar_service.scene.error_settings import FeedErrors
-from radar_service.types import Flags, Floats, Indices, Profiles, Singles
+from radar_service.types import Flags, Floats, Indices
 
 MAX_LATE = 4096  # spokes; where more are late, the first ones come sooner
 DROP, BURST, REPEAT, LATE, SWAP = range(5)  # columns of the random numbers of a spoke
@@ -95,7 +95,7 @@ class FeedArranger:
     def __init__(self, radar: Radar) -> None:
         self._radar = radar
         self._sector: tuple[float, float] | None = None
-        self._old: dict[int, tuple[Profiles, Singles]] = {}  # by index: field and power of the stuck sector
+        self._old: dict[int, SpokeBlock] = {}  # by index: spokes of the stuck sector
         self._held: list[tuple[int, int, SpokeBlock]] = []  # a heap: late spokes, each with the number that it follows
         self._count = itertools.count()  # of late spokes: those that follow the same spoke stay in order
 
@@ -119,8 +119,7 @@ class FeedArranger:
 
     def _hold(self, spoke: SpokeBlock, follows: int) -> None:
         """Keeps a late spoke. It is copied: otherwise the whole block would stay in memory."""
-        spoke = replace(spoke, field=spoke.field.copy(), power=spoke.power.copy())
-        heapq.heappush(self._held, (follows, next(self._count), spoke))
+        heapq.heappush(self._held, (follows, next(self._count), _with_copied_echoes(spoke)))
 
     def _with_held(self, block: SpokeBlock, passes: list[bool], repeated: list[bool] | None = None) -> list[SpokeBlock]:
         """The spokes of a block that pass now, and after each those that follow it."""
@@ -142,10 +141,19 @@ class FeedArranger:
         rows = np.flatnonzero(in_sector).tolist()
         if not rows:
             return block
-        field, power = block.field.copy(), block.power.copy()
+        made = _with_copied_echoes(block)
         for k in rows:
-            field[k], power[k] = self._old.setdefault(block.index + k, (field[k].copy(), power[k].copy()))
-        return replace(block, field=field, power=power)
+            old = self._old.setdefault(block.index + k, _with_copied_echoes(block.part(k, k + 1)))
+            made.field[k], made.power[k] = old.field[0], old.power[0]
+            if made.labels is not None and old.labels is not None:
+                made.labels[k] = old.labels[0]
+        return made
+
+
+def _with_copied_echoes(block: SpokeBlock) -> SpokeBlock:
+    """The block with echoes of its own, which may be changed."""
+    labels = None if block.labels is None else block.labels.copy()
+    return replace(block, field=block.field.copy(), power=block.power.copy(), labels=labels)
 
 
 def runs(spokes: Iterable[SpokeBlock]) -> Iterator[SpokeBlock]:

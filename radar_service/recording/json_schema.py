@@ -46,6 +46,21 @@ SCENE: dict[str, Any] = {
     "required": ["format", "epoch"],
 }
 
+COMMAND: dict[str, Any] = {
+    "title": "radar_service.Command",
+    "type": "object",
+    "properties": {
+        "spoke": {"type": "integer", "description": "the first one that follows it"},
+        "time": {"type": "number"},
+        "body": {"type": ["string", "null"], "description": "null is own ship"},
+        **{name: {"type": "number"} for name in ("course_deg", "speed_kn", "turn_rate_deg_s", "heading_deg")},
+        "position_m": {"type": "array", "items": {"type": "number"}},
+        "present": {"type": "boolean"},
+        "at_once": {"type": "boolean"},
+    },
+    "required": ["spoke", "time"],
+}
+
 # Names and meaning of the fields: https://docs.foxglove.dev/docs/sdk/schemas/compressed-image
 COMPRESSED_IMAGE: dict[str, Any] = {
     "title": "foxglove.CompressedImage",

@@ -4,6 +4,7 @@ feed: the messages of the native feed with every cell, `encoding=c64`. A `spokes
 rounds angles: azimuth_rad, heading_rad and course_rad. Where the power is not the square of the field it is there too.
 scene: at the start of each epoch what is computed, and how; see `scene_record`.
 truth: the lines of a truth file, once a scan.
+commands: those that the spokes of the epoch follow, as JSON, each before the first spokes that know it.
 ppi: a picture at the end of each scan.
 """
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from radar_service.display.video import Controls, peaks, strongest
 from radar_service.receive.detection import square_law
-from radar_service.recording.json_schema import COMPRESSED_IMAGE, SCENE, truth_schema
+from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, SCENE, truth_schema
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.recording.scene_document import scene_document
@@ -43,16 +44,17 @@ class RadarRecording:
         self._feed = file.channel(f"/radar/{identity}/feed", "msgpack")
         self._scene = file.channel(f"/radar/{identity}/scene", "json", SCENE)
         self._truth = file.channel(f"/radar/{identity}/truth", "json", truth_schema())
+        self._commands = file.channel(f"/radar/{identity}/commands", "json", COMMAND)
         self._ppi = file.channel(f"/radar/{identity}/ppi", "json", COMPRESSED_IMAGE)
         self._offset = self._logged = 0.0
-        self._next = 0
+        self._next = self._known = 0  # number of the next spoke; commands of the epoch that are written
         self._last_scan: LastScan | None = None
 
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch. Log times go on where simulated time starts again."""
         epoch, time = radar.epoch, radar.simulated
         self._offset += max(0.0, self._logged - (self._offset + time))
-        self._next = 0
+        self._next = self._known = 0
         self._last_scan = self._last_scan or LastScan(epoch.engine)
         self._last_scan.open_epoch(epoch)
         header = self._truth_lines(epoch, None)
@@ -67,6 +69,7 @@ class RadarRecording:
     def send(self, batch: SpokeBatch) -> None:
         """Writes spokes, and at the end of a scan its truth and its picture."""
         block = batch.block
+        self._write_commands(batch.epoch, float(block.time[0]))
         self._write(self._feed, float(block.time[-1]), wire.pack(spokes_message(batch)))
         self._next = batch.first + len(batch)
         assert self._last_scan is not None, "open_epoch comes first"
@@ -78,6 +81,12 @@ class RadarRecording:
         """Writes that spokes never come."""
         self._feed(self._logged, self._logged - self._offset, CODEC.gap(epoch, self._next, count, reason))
         self._next += count
+
+    def _write_commands(self, epoch: Epoch, time: float) -> None:
+        """Writes the commands that came since the last spokes, before those of this time [s]."""
+        for command in list(epoch.engine.commands)[self._known :]:
+            self._write(self._commands, time, json.dumps(command.as_dict()).encode())
+            self._known += 1
 
     def _end_scan(self, batch: SpokeBatch) -> None:
         for line in self._truth_lines(batch.epoch, batch.block.scan):

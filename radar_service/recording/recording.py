@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from radar_service.recording.error import RecordingError
 from radar_service.recording.plain import restored
 from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
 from radar_service.scan import Scan, scan_of
-from radar_service.scene.commands import Command, CommandError
+from radar_service.scene.commands import Command, CommandError, command_from
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.command_log import CommandLog
 from radar_service.stream.radio.prefetch import EngineFault
@@ -71,7 +72,8 @@ class Recording:
         self.plan, self.trees = RecordedPlan(self.record["plan"]), 0
         self.noise_power: float = self.record["noise_power"]
         self.range, self.range_step = _ranges(**cells), float(cells["step"])
-        self.commands = CommandLog(NOT_STEERABLE)
+        commands = (json.loads(message) for message in self._messages("commands", 0.0))
+        self.commands = CommandLog(NOT_STEERABLE, (replace(command_from(each), time=each["time"]) for each in commands))
         self._next_scan = 0
 
     def __repr__(self) -> str:

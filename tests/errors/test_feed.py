@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import radar_service as rs
 from radar_service.errors import feed
 from radar_service.errors.feed import FeedArranger, FeedLaw, runs
 from radar_service.records import SpokeBlock
@@ -183,3 +184,21 @@ def test_counts_say_what_happened_to_the_spokes() -> None:
 def test_runs_join_what_is_consecutive() -> None:
     parts = [block_of(n, 1, AZIMUTHS) for n in (62, 63, 64, 65, 65, 67)]
     assert [(run.first, len(run)) for run in runs(parts)] == [(62, 2), (64, 2), (65, 1), (67, 1)]
+
+
+def test_labels_go_with_the_echoes() -> None:
+    """In a stuck sector they are those of the first scan, and a late spoke brings its own."""
+    scene = rs.load_scene({
+        "radar": {"azimuths": 32, "beamwidth_deg": 20, "range_max_m": 600, "pulse_s": 1e-6}, "environment": {"noise": True},
+        "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 5], "rcs_dbsm": 20, "speed_kn": 300}],
+        "errors": {"feed": {"stuck_sector_deg": [350, 10]}},
+    })  # fmt: skip
+    simulator = rs.Simulator(scene, "fast", labels=True)
+    first, second = list(simulator.feed(1)), list(simulator.feed(1))
+    assert first[0].labels is not None and (first[0].labels == 256).any()
+    np.testing.assert_array_equal(second[0].labels, first[0].labels)
+    np.testing.assert_array_equal(second[0].power, first[0].power)
+    plain = rs.Simulator(scene, "fast", labels=True)
+    plain.set_errors(None)
+    plain.skip_to(1)
+    assert (plain.scan().labels[0] != first[0].labels).any()

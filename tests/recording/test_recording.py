@@ -7,14 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import radar_service as rs
 from radar_service.display.video import Controls
 from radar_service.recording import Recording, RecordingError, read
 from radar_service.recording.radar_recording import RadarRecording
+from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
+from radar_service.recording.simulated_source import SimulatedSource
 from radar_service.records import Spoke
+from radar_service.scene.commands import CommandError
 from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
-from tests.recording.scenes import AZIMUTHS, recorded, simulator
+from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator
 from tests.stream.fake import FakeEngine, scene
 
 
@@ -110,3 +115,23 @@ def test_epochs_and_gaps_are_kept_apart(tmp_path: Path) -> None:
     np.testing.assert_array_equal(next(two.blocks()).power, engine.block(0, 15).power[:, :10])
     assert two.record["log_offset"] > 0 and [scan.number for scan in one.scans()] == [0, 1]
     assert np.isnan(next(one.scans()).time).sum() == 24 - 15
+
+
+def test_commands_are_recorded_and_the_engine_gives_the_same_bytes_with_them(tmp_path: Path) -> None:
+    """What the recording holds makes a simulator again: document, fidelity, seed and commands, some of them while it runs."""
+    scene = {**MOVING, "own_ship": {**MOVING["own_ship"], "steerable": {}}}
+    steered = rs.Simulator(rs.load_scene(scene), "balanced", SEED)
+    steered.command(spoke=20, course_deg=90, turn_rate_deg_s=3)
+    steered.command(spoke=100, speed_kn=15)
+    path = tmp_path / "steered.mcap"
+    with RecordingFile(path) as file:
+        source = SimulatedSource(steered, SceneOrder(scene))
+        record_scans(RadarRecording(file, "0", False), source, 3, False)
+    result = read(path)
+    assert [command.as_dict() for command in result.commands] == [command.as_dict() for command in steered.commands]
+    again = rs.Simulator(rs.load_scene(result.record["document"]), result.fidelity, result.seed, commands=result.commands)
+    for scan in result.scans():
+        assert scan.field.tobytes() == again.scan().field.tobytes()
+    with pytest.raises(CommandError, match="replays a recording"):
+        result.command(5, None, {"speed_kn": 1.0})
+    assert list(read(recorded(tmp_path / "plain.mcap", 1)).commands) == []

@@ -42,10 +42,13 @@ def test_powers_follow_commands_given_later() -> None:
     np.testing.assert_array_equal(before[257], sim.source_powers(0)[257])
 
 
+NEAR = {"modulation": "none", "pulse_s": 8e-8, "range_max_m": 300}
+
+
 @pytest.mark.parametrize(
     ("fidelity", "radar", "remedy"),
     [("documented", {}, "choose another fidelity"),
-     ("balanced", {"pulses": [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 300}, {"pulse_s": 1e-6}]}, "give it one pulse")],
+     ("balanced", {"pulses": [NEAR, {"pulse_s": 1e-6}]}, "give it one pulse")],
 )  # fmt: skip
 def test_what_has_no_sources_says_so(fidelity: str, radar: dict, remedy: str) -> None:
     settings = {key: value for key, value in SCENE["radar"].items() if key != "pulse_s" or "pulses" not in radar}

@@ -11,7 +11,7 @@ from typing import Any
 
 from radar_service.radar.parameters import START
 from radar_service.records import Truth
-from radar_service.scene.commands import Command
+from radar_service.scene.commands import Command, NotSteerableError
 from radar_service.stream.controls import changed_order, changed_settings, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
@@ -169,6 +169,11 @@ class Station:
 
         values, supersedes: as in `WaitingCommand`. Raises CommandError, NoRadarError and TooManyCommandsError.
         """
+        if self.world.size > 1:
+            raise NotSteerableError(
+                f"commands: this world has {self.world.size} radars, and only a world with one is steered; serve a scene with a "
+                "single radar"
+            )
         waiting = self.transmitter.commands.put(body, values, supersedes)
         try:
             async with asyncio.timeout(COMMAND_TIMEOUT):

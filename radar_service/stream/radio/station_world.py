@@ -18,6 +18,11 @@ class StationWorld:
         self._transmitters: dict[str, Transmitter] = {}  # by the id of the radar
         self._requests = self._last_met = 0  # for another scene, and the number of the last one that was met
 
+    @property
+    def size(self) -> int:
+        """Number of radars."""
+        return len(self._transmitters)
+
     def join(self, identity: str, transmitter: Transmitter) -> None:
         """Adds the transmitter of a radar."""
         self._transmitters[identity] = transmitter
