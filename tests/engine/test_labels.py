@@ -36,8 +36,9 @@ def crowded(moves: bool, **environment: Any) -> rs.Scene:
     bodies = [
         {**quay, "material": "concrete"}, {**ship, "material": "wood", "speed_kn": 12, "course_deg": 70},
         {**corner, "scattering": "optics"}, {**far, "material": "rock"}, point("steady", 400, -500),
-        point("slow", -300, 50, rcs_dbsm=20, swerling=1), point("fast", 300, -60, swerling=4), point("blind", 40, -500),
-        point("far point", 1300, 100, 30, rcs_dbsm=60, speed_kn=0.5),
+        point("slow", -300, 50, rcs_dbsm=20, swerling=1), point("fast", 300, -60, swerling=4),
+        point("blind", 40, -500, speed_kn=0.5), point("far point", 1300, 100, 30, rcs_dbsm=60, speed_kn=0.5),
+        point("blind under way", -211, -453),
     ]  # fmt: skip
     return scene(
         bodies,
@@ -58,6 +59,8 @@ def test_labels_are_the_strongest_of_separately_run_sources(moves: bool, scan: i
     assert {NOISE, SEA, RAIN, INTERFERENCE, SECOND_TIME_AROUND} <= set(np.unique(labels).tolist())
     agreed, leading = agreement(labels, powers)
     assert leading > 0.5 and agreed >= SHARE
+    boresight, time_of = made.radar.schedule(scan * made.radar.azimuths + np.arange(made.radar.azimuths))
+    assert set(np.unique(labels[made.blind(time_of, boresight)]).tolist()) <= {NOISE, INTERFERENCE}
     if not scan:
         assert set(source_numbers(made)[[0, 1, 2, 4, 5]].tolist()) <= set(np.unique(labels).tolist())
 
