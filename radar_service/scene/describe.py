@@ -13,6 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.model import SceneModel
 from radar_service.scene.motion import Motion
+from radar_service.scene.presence import Presence
 from radar_service.scene.world import Scene
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
@@ -130,9 +131,10 @@ def _body_lines(body: Body, scene: Scene) -> list[str]:
     hidden = _visibility_text(float(polar.range[0]), float(polar.distance[0]), float(start[0, 2]), body, scene)
     fluctuation = f", Swerling {body.swerling}" if body.swerling else ""
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
+    route = _motion_text(body.motion) + _presence_text(body.presence)
     return [
         f"  {body.name}: {shape}",
-        f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {_motion_text(body.motion)}",
+        f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {route}",
         f"    {body.material.name}, scattering {body.scattering}{section}" + (f", MMSI {body.mmsi}" if body.mmsi else ""),
     ]
 
@@ -157,6 +159,15 @@ def _sway_text(motion: Motion) -> str:
     sizes = [*(f"{math.degrees(angle):g} degrees" for angle in motion.sway.amplitude[:3]), f"{motion.sway.max_heave:g} m"]
     swings = zip(("rolling", "pitching", "yawing", "heaving"), sizes, motion.sway.amplitude, motion.sway.period, strict=True)
     return "".join(f", {verb} {size} in {period:g} s" for verb, size, amplitude, period in swings if amplitude)
+
+
+def _presence_text(presence: Presence) -> str:
+    changes = zip(presence.time[1:], presence.present[1:], strict=True)
+    text = "".join(f", {'appears' if present else 'goes'} after {time:g} s" for time, present in changes)
+    if presence.fading is None:
+        return text
+    pattern = presence.fading.pattern
+    return f"{text}, there in {np.count_nonzero(pattern)} of {len(pattern)} times {presence.fading.unit:g} s"
 
 
 def _motion_text(motion: Motion) -> str:

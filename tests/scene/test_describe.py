@@ -102,3 +102,11 @@ def test_arcs_and_sway_are_in_the_description() -> None:
     assert "4 legs and 5 arcs, repeats every" in text  # the arc at the start is sailed half at a time
     assert "heading 000.0, rolling 8 degrees in 9 s, course" in text
     assert "roll, pitch, yaw" in str(rs.Simulator(scene(own_ship=own)).plan)
+
+
+def test_it_says_when_a_body_is_there_how_it_sways_and_how_it_turns_at_last() -> None:
+    fading = {"present": 5, "of": 10, "unit_s": 2.5}
+    keys = {"start_s": 10, "end_s": 90, "fading": fading, "heave_m": 0.5, "roll_deg": 4, "turn_rate_deg_s": 3, "speed_kn": 5}
+    text = describe(load_scene({"body": [{"name": "p", "shape": "point", "rcs_dbsm": 1, **keys}]}))
+    assert "appears after 10 s, goes after 90 s, there in 5 of 10 times 2.5 s" in text
+    assert "rolling 4 degrees in 10 s, heaving 0.5 m in 8 s" in text and "at last turning at 3 degrees/s" in text
