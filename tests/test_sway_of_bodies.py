@@ -8,12 +8,14 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
+from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.pipeline import profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain
+from radar_service.scattering.rays import RayCaster
 from radar_service.scene.body import Mesh
 from radar_service.scene.motion import Motion
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
@@ -217,3 +219,35 @@ def test_the_truth_of_a_swaying_hull_moves_as_its_positions_do() -> None:
             assert pose.rotation is not None
             ends.append(pose.position[0] + pose.rotation[0] @ reference)
         np.testing.assert_allclose(crossing.velocity, (ends[1] - ends[0]) / (2 * h), atol=1e-6)
+
+
+@pytest.mark.parametrize("sampler", ["stratified", "documented"])
+def test_rays_meet_the_body_as_it_leans(sampler: str) -> None:
+    """A plate across the beam, by the ray sampler and by the specification's engine: as at rest in the same pose, to the rays'
+    own draws, which do not depend on the body."""
+    keys = {"roll_deg": 40.0, "roll_period_s": 6.0, "roll_phase_deg": 60.0}
+    bodies = [
+        {
+            "name": "b",
+            **METAL["plate"],
+            "position_m": [0, 300, 30],
+            "material": "wood",
+            "width_m": 90.0,
+            "height_m": 50.0,
+            **keys,
+        }
+    ]
+    made = scene(bodies, radar={**RADAR, "rays": 2000})
+    still = frozen(made, bodies, 0.0)
+    fields = []
+    for each in (made, still, frozen(made, [{}], 0.0)):
+        if sampler == "documented":
+            fields.append(DocumentedEngine(each, fidelity_from_name("documented"), 3).azimuth_field(0, 0))
+            continue
+        caster = RayCaster(each.bodies, each.radar, EARTH, "stratified", 3)
+        hits = caster.hits(each.antenna(0.0)[0], 0.0, 1e3)
+        fields.append(np.sort(hits.range))
+    got, exact, upright = fields
+    assert got.shape == exact.shape
+    np.testing.assert_allclose(got, exact, rtol=1e-5, atol=1e-6 * np.abs(exact).max())
+    assert upright.shape != got.shape or not np.allclose(upright, got, rtol=1e-3)

@@ -14,6 +14,7 @@ from radar_service.scene.body import Body
 from radar_service.scene.model import SceneModel
 from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Platform
+from radar_service.scene.presence import Presence
 from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.world import Scene
 
@@ -145,9 +146,10 @@ def _body_lines(body: Body, scene: Scene) -> list[str]:
     hidden = _visibility_text(float(polar.range[0]), float(polar.distance[0]), float(start[0, 2]), body, scene)
     fluctuation = f", Swerling {body.swerling}" if body.swerling else ""
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
+    route = _motion_text(body.motion) + _presence_text(body.presence)
     return [
         f"  {body.name}: {shape}",
-        f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {_motion_text(body.motion)}",
+        f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {route}",
         f"    {body.material.name}, scattering {body.scattering}{section}" + (f", MMSI {body.mmsi}" if body.mmsi else ""),
     ]
 
@@ -177,6 +179,15 @@ def _sway_text(motion: Motion) -> str:
 def _platform_text(platform: Platform) -> str:
     east, north, _ = platform.motion.pose(0.0).position[0]
     return f"at east {east:.1f}, north {north:.1f} m" if platform.body is None else f"on {platform.body}"
+
+
+def _presence_text(presence: Presence) -> str:
+    changes = zip(presence.time[1:], presence.present[1:], strict=True)
+    text = "".join(f", {'appears' if present else 'goes'} after {time:g} s" for time, present in changes)
+    if presence.fading is None:
+        return text
+    pattern = presence.fading.pattern
+    return f"{text}, there in {np.count_nonzero(pattern)} of {len(pattern)} times {presence.fading.unit:g} s"
 
 
 def _motion_text(motion: Motion) -> str:

@@ -141,3 +141,11 @@ def test_errors_on_purpose_are_named() -> None:
     errors = {"profile": "imo-a823", "feed": {"drop_rate": 0.1}}
     assert "errors      on purpose, of gyro, log, antenna, feed\n" in describe(load_scene({"errors": errors}))
     assert "errors" not in describe(load_scene({}))
+
+
+def test_it_says_when_a_body_is_there_how_it_sways_and_how_it_turns_at_last() -> None:
+    fading = {"present": 5, "of": 10, "unit_s": 2.5}
+    keys = {"start_s": 10, "end_s": 90, "fading": fading, "heave_m": 0.5, "roll_deg": 4, "turn_rate_deg_s": 3, "speed_kn": 5}
+    text = describe(load_scene({"body": [{"name": "p", "shape": "point", "rcs_dbsm": 1, **keys}]}))
+    assert "appears after 10 s, goes after 90 s, there in 5 of 10 times 2.5 s" in text
+    assert "rolling 4 degrees in 10 s, heaving 0.5 m in 8 s" in text and "at last turning at 3 degrees/s" in text

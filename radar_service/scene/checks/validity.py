@@ -59,8 +59,8 @@ def check_antenna(radar: Radar, own_ship: Motion) -> None:
     lowest = radar.height * float(np.prod(np.cos(sway.amplitude[:2])))
     if sway.max_heave >= lowest:
         raise SceneError(
-            f"own_ship.heave_m: {sway.max_heave:g} m dips the antenna into the sea, as roll and pitch leave it {lowest:.1f} m "
-            f"up; give less than {lowest:.1f} m, or raise radar.height_m"
+            f"own_ship.heave_m: {sway.max_heave:g} m dips the antenna into the sea; roll and pitch leave it {lowest:.1f} m up: "
+            f"give less than {lowest:.1f} m, or raise radar.height_m"
         )
 
 
