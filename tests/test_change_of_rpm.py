@@ -67,6 +67,19 @@ def test_what_is_far_and_fast_is_seen_where_the_beam_points_after_the_change() -
     assert peak(changed - anew) < 0.02 * peak(anew)  # of both scans
 
 
+def test_the_specification_as_printed_goes_on_too() -> None:
+    """Points alone, equal but for rounding: rays at meshes are drawn by the number of the scan."""
+
+    def made(after: float, rpm: float) -> rs.Simulator:
+        whole = moving(after, rpm)
+        return rs.Simulator(whole.with_world(bodies=whole.bodies[:2]), "documented", 1)
+
+    sim = made(0.0, 40)
+    sim.skip_to(3)
+    changed, anew = sim.at_rpm(25).scan().field, made(4.5, 25).scan().field
+    assert peak(changed - anew) < 1e-6 * peak(anew)
+
+
 def test_truth_goes_on() -> None:
     sim = rs.Simulator(moving(), "fast", 1)
     sim.skip_to(3)
