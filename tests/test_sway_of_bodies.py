@@ -251,3 +251,14 @@ def test_rays_meet_the_body_as_it_leans(sampler: str) -> None:
     assert got.shape == exact.shape
     np.testing.assert_allclose(got, exact, rtol=1e-5, atol=1e-6 * np.abs(exact).max())
     assert upright.shape != got.shape or not np.allclose(upright, got, rtol=1e-3)
+
+
+@pytest.mark.parametrize("scan", [1, 2, 3])
+def test_a_heaving_hull_has_its_waterline_at_the_sea_at_every_spoke_of_the_main_beam(scan: int) -> None:
+    """The waterline does not rise with the hull: aspects are close enough for that, also where it rests for a moment."""
+    hull = {**METAL["turning hull"], "turn_rate_deg_s": 0.0}
+    bodies = [{"name": "b", "scattering": "optics", **hull, "heave_m": 0.8, "heave_period_s": 4.0}]
+    made = scene(bodies, radar=RADAR)
+    crossing = prepare(made, BALANCED, 3).moving.passages.crossing(0, scan)
+    errors = frozen_errors(bodies, [crossing - 2, crossing - 1, crossing, crossing + 1, crossing + 2])
+    assert max(errors) < REST_DB, errors

@@ -208,16 +208,14 @@ class BeamPassages:
         rate = np.abs(np.gradient(np.unwrap(heading), time)) + np.minimum(across, speed) / nearest
         sway = self._bodies[n].motion.sway
         if sway is not None:
-            rate += np.abs(sway.rate(0, time)) + np.abs(sway.rate(1, time))
+            rate += float(sway.max_rates[:2].sum())  # at any time: aspects are no farther apart where it rests a moment
         if self._scene.environment.multipath:
             rate += 2.0 * radar.height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
         coherence = min(self._size[n], aspect.model.coherence(aspect.local, float(distance[len(distance) // 2])))
         wavenumber = 2.0 * np.pi / radar.wavelength
         if sway is None:
             return np.asarray(wavenumber * coherence * rate)
-        return np.asarray(
-            wavenumber * (coherence * rate + 2.0 * waterline_rise(self._bodies[n], time) * radar.height / nearest)
-        )
+        return np.asarray(wavenumber * (coherence * rate + 2.0 * waterline_rise(self._bodies[n]) * radar.height / nearest))
 
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
@@ -261,8 +259,8 @@ def _sidelobe_envelope(radar: Radar) -> Floats:
     return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
 
 
-def waterline_rise(body: Body, time: Floats) -> Floats:
-    """The highest speeds (K,) [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
+def waterline_rise(body: Body) -> float:
+    """The highest speed [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
 
     The waterline stays at the sea: its echoes leave those of the body by 2 k z sin(elevation).
     """
@@ -270,10 +268,10 @@ def waterline_rise(body: Body, time: Floats) -> Floats:
     assert sway is not None and body.mesh is not None
     lowest = float(body.motion.position[:, 2].min() + body.mesh.vertices[:, 2].min())
     if lowest > sway.max_heave + body.arm * np.sin(sway.max_tilt):
-        return np.zeros(len(time))
+        return 0.0
     aside, ahead = np.abs(body.mesh.vertices[:, :2]).max(axis=0)
-    roll, pitch, heave = (np.abs(sway.rate(which, time)) for which in (0, 1, 3))
-    return np.asarray(heave + aside * roll + ahead * pitch)
+    roll, pitch, _, heave = sway.max_rates
+    return float(heave + aside * roll + ahead * pitch)
 
 
 def outward_nodes(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:
