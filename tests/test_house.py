@@ -31,6 +31,7 @@ BELOW: dict[str, tuple[str, ...]] = {
     "radar_feed": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream"),
     "pytest_plugin": ("radar_feed",),
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),
+    "command_line": (*GROUND, "plan", "recording", "__init__"),
     "__init__": (*GROUND, "scene", "scan", "simulator"),
 }
 STREAM_PARTS = ("processes", "codecs", "fanout", "radio", "http")  # of radar_service.stream, upward

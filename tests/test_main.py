@@ -21,7 +21,8 @@ from jsonschema import Draft202012Validator
 from websockets.asyncio.client import connect
 
 import radar_service as rs
-from radar_service.__main__ import main, parser
+from radar_service.__main__ import main
+from radar_service.command_line import parser
 from radar_service.stream.codecs.native import wire
 from tests.scenes import ONE_TARGET, TWO_RADARS
 

@@ -143,3 +143,24 @@ def test_each_radar_names_itself_in_its_truth() -> None:
 def test_a_simulator_refuses_an_unknown_radar() -> None:
     with pytest.raises(ValueError, match='radar: "stern" is not a radar of this scene; it has bow, pier, ferry'):
         rs.Simulator(world(), "fast", radar="stern")
+
+
+def test_a_command_to_own_ship_and_to_her_body_are_the_same() -> None:
+    """The tug turns from 1.25 s on: spoke 32 of the bow's radar, spoke 64 of the pier's, which turns twice as fast."""
+    made = scene(
+        [{**HULL, "name": "tug", "speed_kn": 8, "steerable": {}}],
+        radar=[{"id": "bow", **SMALL}, {"id": "pier", **SMALL, "rpm": 48, "platform": {"position_m": [90, 0]}}],
+        own_ship={"body": "tug"},
+    )
+    bow, pier = (rs.Simulator(made, "fast", radar=its.id) for its in made.radars)
+    order = {"course_deg": 90, "speed_kn": 15}
+    bow.command(spoke=32, **order)
+    pier.command("tug", spoke=64, **order)
+    for turn in range(3):
+        for sim, scans in ((bow, 1), (pier, 2)):
+            assert [len(list(sim.spokes(1))) for _ in range(scans)]
+        own, (tug,) = bow.snapshot(turn).own_ship, pier.snapshot(2 * turn + 1).bodies
+        assert [getattr(own, key) for key in ("velocity", "course", "speed", "heading")] == [
+            getattr(tug, key) for key in ("velocity", "course", "speed", "heading")
+        ]
+    assert tug.course == pytest.approx(np.deg2rad(5.0 * (7.5 - 1.25)))  # at the default limit of 5 degrees/s

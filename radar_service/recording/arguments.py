@@ -1,18 +1,15 @@
 """The arguments of the commands `record` and `replay`."""
 
 import argparse
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 from radar_service.arguments import file_ending, whole
 
-Run = Callable[[argparse.Namespace], int]
-
 
 def add_commands(
     commands: "argparse._SubParsersAction[argparse.ArgumentParser]", simulation: list[argparse.ArgumentParser],
-    network: argparse.ArgumentParser, scene_help: str, run_record: Run, run_replay: Run,
+    network: argparse.ArgumentParser, scene_help: str,
 ) -> None:  # fmt: skip
     """Adds both commands. simulation, network: parsers of the options that they share with other commands."""
     ending = partial(file_ending, suffix=".mcap")
@@ -23,7 +20,6 @@ def add_commands(
         "--scans", default=1, type=partial(whole, minimum=1, maximum=1_000_000), help="revolutions (default 1)"
     )
     record.add_argument("--truth", action="store_true", help="record the truth of each beam crossing too")
-    record.set_defaults(run=run_record)
     replay = commands.add_parser("replay", parents=[network], help="serve a recording: feed, REST and page")
     replay.add_argument("recording", type=Path, metavar="FILE", help="a recording, also one that was cut short")
     replay.add_argument(
@@ -33,7 +29,6 @@ def add_commands(
         "--epoch", default=0, type=partial(whole, minimum=0, maximum=1_000_000), metavar="N",
         help="which epoch of the recording, counted from 0 (default 0)",
     )  # fmt: skip
-    replay.set_defaults(run=run_replay)
 
 
 def seconds(text: str) -> float:

@@ -1,6 +1,6 @@
 """Records of bodies: the material, the triangle mesh and the body itself."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -62,7 +62,7 @@ class Body:
     length: float
     beam: float
     is_vessel: bool = False
-    presence: Presence = Presence.always
+    presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.scene_hash
 
     @property
     def at_rest(self) -> bool:

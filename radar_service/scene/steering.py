@@ -82,7 +82,7 @@ class Steering:
 
         Raises CommandError.
         """
-        command = self.steerable.command(spoke, body, values)
+        command = self.steerable.command(spoke, self.scene.platform.body if body is None else body, values)
         with self._lock:
             self._check_count(len(self._commands) + 1)
             at = bisect_right(self._commands, spoke, key=_spoke)
@@ -95,7 +95,8 @@ class Steering:
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Replaces all commands by those of another run. Raises CommandError, and then nothing changes."""
-        checked = [self.steerable.command(each.spoke, each.body, each.values) for each in commands]
+        own = self.scene.platform.body
+        checked = [self.steerable.command(each.spoke, each.body or own, each.values) for each in commands]
         with self._lock:
             self._check_count(len(checked))
             self._commands = sorted(checked, key=_spoke)

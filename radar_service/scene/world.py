@@ -112,6 +112,8 @@ class Scene:
     def steerable(self) -> Steerable:
         """What commands may steer."""
         limits = {name: motion.limits for name, motion in self.steered.items()}
+        if self.platform.body in limits:  # own ship is this body
+            limits[None] = limits[self.platform.body]
         return Steerable(limits, frozenset(body.name for body in self.world.bodies), self.radar)
 
     @property

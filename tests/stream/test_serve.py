@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 from fastapi import FastAPI
 
-from radar_service.__main__ import main, parser
+from radar_service.__main__ import main
+from radar_service.command_line import parser
 from radar_service.scene.error import SceneError
 from radar_service.scene.world import Scene
 from radar_service.stream.http.access import Access
