@@ -1,4 +1,4 @@
-"""The command line: serve, scan, check, plan, chart, stability, schema. Only this module may import all others.
+"""The command line: serve, scan, record, replay, check, plan, ... Only this module may import all others.
 
 Commands import what they need when they run: `serve` leaves the simulator to other processes, and so starts soon.
 """
@@ -9,21 +9,18 @@ import errno
 import json
 import os
 import sys
-from collections.abc import Sequence
-from functools import partial
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from radar_service import __version__
-from radar_service.arguments import file_ending, pace, thread_count, whole
-from radar_service.fidelity import PRESETS, PURPOSE
-from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
+from radar_service.command_line import DEFAULT_SCENE, parser
+from radar_service.extras import MissingExtra
+from radar_service.recording.error import RecordingError
 from radar_service.scene.error import SceneError
 
 if TYPE_CHECKING:
     from radar_service.simulator_options import SimulatorOptions
 
-DEFAULT_SCENE = "harbour"
 PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
 
 
@@ -38,103 +35,37 @@ def simulator_options(options: argparse.Namespace, threads: int = 1) -> "Simulat
     return SimulatorOptions(options.fidelity, options.error_db, options.seed, threads)
 
 
-def parser() -> argparse.ArgumentParser:
-    """Returns the parser of the command line."""
-    top = argparse.ArgumentParser("radar-service", description="A simulated marine radar.")
-    top.add_argument("--version", action="version", version=f"radar-service {__version__}")
-    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    scene_help = f"a .toml or .json file, or the name of a packaged scene (default {DEFAULT_SCENE})"
-    common = argparse.ArgumentParser(add_help=False)
-    presets = "; ".join(f"{name}: {purpose}" for name, purpose in PURPOSE.items())
-    precision = common.add_mutually_exclusive_group()
-    precision.add_argument("--fidelity", default="auto", choices=["auto", *PRESETS], help=f"{presets}; auto: planned")
-    precision.add_argument("--error-db", type=error_budget, metavar="DB", help=ERROR_HELP)
-    common.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1), help="default 0")
-    threaded = argparse.ArgumentParser(add_help=False)
-    threaded.add_argument(
-        "--threads", default=1, type=thread_count, metavar="N",
-        help="threads that compute each radar, or auto: all cores but one (default 1); changes no byte",
-    )  # fmt: skip
-
-    serve = commands.add_parser("serve", parents=[common, threaded], help="run radars: feed, REST and page")
-    serve.add_argument("scenes", nargs="*", metavar="SCENE", help=f"one radar each: {scene_help}")
-    serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
-    serve.add_argument("--port", default=8000, type=partial(whole, minimum=0, maximum=65535), help="default 8000; 0: any")
-    serve.add_argument("--pace", default=1.0, type=pace, help="simulated seconds per second, or max (default 1)")
-    serve.add_argument("--truth", action="store_true", help="allow clients to read the truth")
-    serve.add_argument(
-        "--wait-for", default=0, type=partial(whole, minimum=0, maximum=500), metavar="N",
-        help="send nothing until N clients listen to a radar, so that they get its first spoke (default 0)",
-    )  # fmt: skip
-    serve.add_argument("--scene-folder", action="append", default=[], type=Path, help="list the scenes of this folder too")
-    serve.add_argument(
-        "--token", help="token that every change needs; other users see it in the list of processes, so prefer:"
-    )
-    serve.add_argument("--token-file", type=Path, help="a file whose first line is that token")
-    serve.add_argument("--token-for-reading", dest="read_token", help="token that reading needs")
-    serve.add_argument(
-        "--token-file-for-reading", dest="read_token_file", type=Path, help="a file whose first line is that token"
-    )
-    serve.add_argument("--insecure", action="store_true", help="allow everybody who reaches the server to do anything")
-    serve.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="a host name of this server")
-    serve.add_argument("--exit-when-failed", action="store_true", help="exit with status 1 when a radar has failed")
-    serve.add_argument("--log", default="quiet", choices=["quiet", "text", "json"], help="log events on standard error")
-    serve.add_argument(
-        "--connections", type=partial(whole, minimum=1, maximum=100_000), help="maximum number of connections"
-    )
-    serve.add_argument(
-        "--connections-per-address", type=partial(whole, minimum=1, maximum=100_000),
-        help="maximum number of connections from one other machine",
-    )  # fmt: skip
-    serve.add_argument(
-        "--sandbox-all",
-        action="store_true",
-        help="parse the files of every scene, not only of uploads, in a limited process",
-    )
-    serve.set_defaults(run=run_serve)
-
-    scan = commands.add_parser("scan", parents=[common, threaded], help="compute scans into a file")
-    scan.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
-    scan.add_argument("-o", "--out", type=partial(file_ending, suffix=".npz"), required=True, help="file.npz to write")
-    scan.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: picture of the last scan")
-    scan.add_argument("--scans", default=1, type=partial(whole, minimum=1, maximum=10_000), help="revolutions (default 1)")
-    scan.add_argument(
-        "--truth", type=partial(file_ending, suffix=".jsonl"), help="file.jsonl to write: the truth of each beam crossing"
-    )
-    scan.set_defaults(run=run_scan)
-
-    for name, run, text in (
-        ("check", run_check, "validate a scene and list what it contains"),
-        ("plan", run_plan, "show what is modelled of a scene, at what error and cost"),
-    ):
-        command = commands.add_parser(name, parents=[common] if name == "plan" else [], help=text)
-        command.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
-        command.set_defaults(run=run)
-    command.add_argument("--json", action="store_true", help="as JSON")
-    command.add_argument("--realtime-factor", type=finite_pace, metavar="F", help=PACE_HELP)
-    stability = commands.add_parser("stability", help="find where each method fails, and write a report")
-    stability.add_argument("-o", "--out", type=Path, required=True, help="folder for stability.html and stability.json")
-    stability.add_argument("--fine", default=1, type=partial(whole, minimum=1, maximum=20), help="times as many samples")
-    stability.set_defaults(run=run_stability)
-    study = commands.add_parser("chart", help="measure speed and accuracy of every method on a scene")
-    study.add_argument("scene", nargs="?", default=DEFAULT_SCENE, metavar="SCENE", help=scene_help)
-    study.add_argument(
-        "-o", "--out", type=Path, required=True, help="existing folder for chart.svg, .png, .json and summary.txt"
-    )
-    study.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**63 - 1), help="default 0")
-    study.add_argument("--quick", action="store_true", help="take seconds instead of minutes, with fewer samples")
-    study.set_defaults(run=run_chart)
-    commands.add_parser("schema", help="print the JSON Schema of a scene").set_defaults(run=run_schema)
-    return top
-
-
 def run_serve(options: argparse.Namespace) -> int:
     """Serves until stopped."""
     from radar_service.stream.serve import StartError, serve
 
     options.scenes = options.scenes or [DEFAULT_SCENE]
+    make = simulator_options(options, options.threads)
     try:
-        return serve(options, simulator_options(options, options.threads))
+        if options.record is None:
+            return serve(options, make)
+        from radar_service.recording.service_recorder import ServiceRecorder
+
+        with ServiceRecorder(options.record, options.truth) as recorder:
+            return serve(options, make, recorder.station)
+    except StartError as error:
+        raise UsageError(str(error)) from None
+
+
+def run_record(options: argparse.Namespace) -> int:
+    """Computes scans into a recording, with a progress bar on a terminal."""
+    from radar_service.recording.record_command import record
+
+    return record(options, simulator_options(options, options.threads))
+
+
+def run_replay(options: argparse.Namespace) -> int:
+    """Serves a recording until its end."""
+    from radar_service.recording.replay_command import replay
+    from radar_service.stream.serve import StartError
+
+    try:
+        return replay(options)
     except StartError as error:
         raise UsageError(str(error)) from None
 
@@ -143,7 +74,12 @@ def run_scan(options: argparse.Namespace) -> int:
     """Computes scans, with a progress bar on a terminal."""
     from radar_service.scan_command import scan
 
-    return scan(options, simulator_options(options, options.threads))
+    for name in ("labels", "radiometric"):
+        if getattr(options, name) and options.fidelity == "documented":
+            raise UsageError(f"--{name}: the fidelity documented has none; choose another fidelity, or leave --{name} out")
+    if options.radiometric and not options.truth:
+        raise UsageError("--radiometric: it needs the file of --truth; add --truth FILE.jsonl, or leave --radiometric out")
+    return scan(options, replace(simulator_options(options, options.threads), labels=options.labels))
 
 
 def run_check(options: argparse.Namespace) -> int:
@@ -154,7 +90,7 @@ def run_check(options: argparse.Namespace) -> int:
     from radar_service.scene.describe import describe
     from radar_service.scene.load import load_scene
 
-    scene = load_scene(options.scene)
+    scene = load_scene(options.scene).for_radar(options.radar)
     print(describe(scene, body_remarks(scene, fidelity_for(scene, ErrorBudget()))))
     return 0
 
@@ -165,7 +101,7 @@ def run_plan(options: argparse.Namespace) -> int:
     from radar_service.scene.load import load_scene
     from radar_service.simulator import Simulator
 
-    scene = load_scene(options.scene)
+    scene = load_scene(options.scene).for_radar(options.radar)
     if options.realtime_factor is None:
         plan = simulator_options(options)(scene).plan
     elif options.fidelity != "auto":
@@ -214,6 +150,12 @@ def run_schema(_: argparse.Namespace) -> int:
     return 0
 
 
+RUN: dict[str, Callable[[argparse.Namespace], int]] = {
+    "serve": run_serve, "scan": run_scan, "record": run_record, "replay": run_replay, "check": run_check, "plan": run_plan,
+    "stability": run_stability, "chart": run_chart, "schema": run_schema,
+}  # fmt: skip
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line. Returns the exit status: 0, 2 for wrong input, 130 when interrupted, 141 for a closed pipe."""
     try:
@@ -230,11 +172,11 @@ def _run(arguments: Sequence[str] | None) -> int:
     options = parser().parse_args(arguments)
     try:
         with _blas_limit(options):
-            status: int = options.run(options)
+            status = RUN[options.command](options)
     except SceneError as error:
         print(*error.problems, sep="\n", file=sys.stderr)
         return 2
-    except UsageError as error:
+    except (UsageError, RecordingError, MissingExtra) as error:
         print(error, file=sys.stderr)
         return 2
     except BrokenPipeError:
@@ -249,7 +191,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 def _blas_limit(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:
     """Keeps BLAS to one thread for the whole command; `serve` does no such arithmetic in this process."""
-    if options.run is run_serve:
+    if options.command in ("serve", "replay"):
         return contextlib.nullcontext()
     from radar_service.parallel import BLAS_LIMIT
 

@@ -31,8 +31,9 @@ def thread_count(text: str) -> int:
     return max(1, (os.cpu_count() or 1) - 1) if text == "auto" else whole(text, 1, MAX_THREADS)
 
 
-def file_ending(text: str, suffix: str) -> Path:
-    """Returns the path of a file to write, which must end in `suffix`. Raises ArgumentTypeError."""
-    if Path(text).suffix.lower() != suffix:
-        raise argparse.ArgumentTypeError(f'"{text}" does not end in {suffix}, the format that is written')
+def file_ending(text: str, suffix: str | tuple[str, ...]) -> Path:
+    """Returns the path of a file to write, which must end in `suffix`, or one of these. Raises ArgumentTypeError."""
+    suffixes = (suffix,) if isinstance(suffix, str) else suffix
+    if Path(text).suffix.lower() not in suffixes:
+        raise argparse.ArgumentTypeError(f'"{text}" does not end in {" or ".join(suffixes)}, the format that is written')
     return Path(text)

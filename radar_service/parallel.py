@@ -163,9 +163,13 @@ def in_order(function: Callable[[Item], Result], items: Iterable[Item], threads:
         return
     waiting: deque[Future[Result]] = deque()
     with ThreadPoolExecutor(threads) as pool:
-        for item in items:
-            waiting.append(pool.submit(limited, item))
-            if len(waiting) >= 2 * threads:
+        try:
+            for item in items:
+                waiting.append(pool.submit(limited, item))
+                if len(waiting) >= 2 * threads:
+                    yield waiting.popleft().result()
+            while waiting:
                 yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
+        finally:  # where the consumer wants no more
+            for future in waiting:
+                future.cancel()

@@ -7,12 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.reports import FeedErrorCounts, Readings, ReportedOwnShip
+
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Spoke:
-    """One azimuth's output. All SI and radians; azimuth is the boresight, clockwise from true north, at `time`."""
+    """One azimuth's output. All SI and radians; azimuth is the boresight, clockwise from true north, at `time`.
+
+    With errors on purpose azimuth and own ship are as reported, and `true` has the truth; otherwise that is None.
+    """
 
     number: int  # since the start of the simulation; number = scan x azimuths + index
     scan: int
@@ -26,11 +31,16 @@ class Spoke:
     range: Floats  # (N,) where the samples stand
     field: NDArray[np.complex64]  # (N,) sqrt(W), compressed, before detection
     power: NDArray[np.float32]  # (N,) W
+    true: Readings | None = None
+    labels: NDArray[np.uint32] | None = None  # (N,) number of the strongest source, where labels are asked for
 
 
 @dataclass(frozen=True)
 class SpokeBlock:
-    """K consecutive spokes of one scan as arrays, K >= 1: the engine yields them and the stream divides them."""
+    """K consecutive spokes of one scan as arrays, K >= 1: the engine yields them and the stream divides them.
+
+    With errors on purpose azimuth and own ship are as reported, and `true` has the truth; otherwise that is None.
+    """
 
     first: int  # number of the first spoke
     scan: int
@@ -45,14 +55,23 @@ class SpokeBlock:
     range_step: float
     field: NDArray[np.complex64]  # (K, N)
     power: NDArray[np.float32]  # (K, N)
+    commands: int = 0  # that had come when it was computed
+    true: Readings | None = None  # (K,) each
+    labels: NDArray[np.uint32] | None = None  # (K, N)
 
     def __post_init__(self) -> None:
         k, n = self.field.shape
+        assert self.labels is None or self.labels.shape == (k, n)
         assert self.power.shape == (k, n) and self.range.shape == (n,) and self.position.shape == (k, 2)
         assert all(a.shape == (k,) for a in (self.time, self.azimuth, self.heading, self.course, self.speed))
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def readings(self) -> Readings:
+        """Azimuth and own ship as reported."""
+        return Readings(self.azimuth, self.heading, self.position, self.course, self.speed)
 
     def part(self, start: int, stop: int) -> "SpokeBlock":
         """Spokes start to stop (exclusive) of this block, sharing its memory."""
@@ -60,7 +79,8 @@ class SpokeBlock:
         return SpokeBlock(
             self.first + start, self.scan, self.index + start, self.time[cut], self.azimuth[cut], self.heading[cut],
             self.position[cut], self.course[cut], self.speed[cut], self.range, self.range_step, self.field[cut],
-            self.power[cut],
+            self.power[cut], self.commands, None if self.true is None else self.true.part(cut),
+            None if self.labels is None else self.labels[cut],
         )  # fmt: skip
 
     def spokes(self) -> Iterator[Spoke]:
@@ -70,6 +90,8 @@ class SpokeBlock:
                 self.first + k, self.scan, self.index + k, float(self.time[k]), float(self.azimuth[k]),
                 float(self.heading[k]), (float(self.position[k, 0]), float(self.position[k, 1])),
                 float(self.course[k]), float(self.speed[k]), self.range, self.field[k], self.power[k],
+                None if self.true is None else self.true.part(k),
+                None if self.labels is None else self.labels[k],
             )  # fmt: skip
 
 
@@ -96,9 +118,13 @@ def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
     def whole(name: str) -> Any:
         return np.concatenate([getattr(block, name) for block in blocks])
 
+    has_errors = any(block.true is not None for block in blocks)
+    truths = [block.readings if block.true is None else block.true for block in blocks] if has_errors else []
     return replace(
         blocks[0], time=whole("time"), azimuth=whole("azimuth"), heading=whole("heading"), position=whole("position"),
         course=whole("course"), speed=whole("speed"), field=whole("field"), power=whole("power"),
+        true=Readings(*map(np.concatenate, zip(*truths, strict=True))) if truths else None,
+        labels=None if blocks[0].labels is None else whole("labels"),
     )  # fmt: skip
 
 
@@ -116,7 +142,7 @@ class BodyTruth:
     azimuth: float  # rad from true north
     elevation: float
     visible: bool
-    reason: str  # why not: "", "beyond range", "below horizon", "blind sector", "shadowed"
+    reason: str  # why not: "", "absent", "beyond range", "below horizon", "blind sector", "shadowed"
     latitude_deg: float | None
     longitude_deg: float | None
     mmsi: int | None
@@ -148,7 +174,7 @@ class OwnShipTruth:
     roll: float
     pitch: float
     yaw: float
-    reported: None = None
+    reported: ReportedOwnShip | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,8 +214,43 @@ class Kinematics:
     reason: str
 
 
+@dataclass(frozen=True)
+class Extent:
+    """Bounds of cells, from and to: range [m], bearing [rad], clockwise."""
+
+    range: tuple[float, float]
+    bearing: tuple[float, float]
+
+
 @dataclass(frozen=True, kw_only=True)
-class Crossing(Kinematics):
+class Radiometry:
+    """Where the power of a body lies as the beam crosses it, and how much it is. None: absent, or not asked for.
+
+    The gate is the cells with power within 20 dB of the peak that connect with it; docs/truth.md defines all terms.
+
+    centroid_range, centroid_bearing: of the power in the gate [m, rad].
+    centroid_along, centroid_across: of the same from the reference point to the bow and to starboard [m].
+    rcs_dbsm: effective cross-section, with the reflection of the sea; rcs_drawn_dbsm: drawn for a body that fluctuates.
+    snr_db, scr_db: of the peak over the mean noise, and over the mean of sea and rain in its cell.
+    extent, extent_13db: of the gate, and of its cells that are 13 dB above the noise.
+    foreign_share: of other sources in the power of the gate.
+    """
+
+    centroid_range: float | None = None
+    centroid_bearing: float | None = None
+    centroid_along: float | None = None
+    centroid_across: float | None = None
+    rcs_dbsm: float | None = None
+    rcs_drawn_dbsm: float | None = None
+    snr_db: float | None = None
+    scr_db: float | None = None
+    extent: Extent | None = None
+    extent_13db: Extent | None = None
+    foreign_share: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing(Radiometry, Kinematics):
     """The boresight meets a body's reference point. spoke: number of the spoke that is nearest in time."""
 
     scan: int
@@ -203,14 +264,18 @@ class Crossing(Kinematics):
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """All bodies at the end of a scan, at one `time` [s]."""
+    """All bodies at the end of a scan, at one `time` [s]. feed_errors: what happened to its spokes; None: no such errors."""
 
     scan: int
     time: float
     radar: str
     own_ship: OwnShipTruth
     bodies: tuple[Kinematics, ...]
+    feed_errors: FeedErrorCounts | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data, as files and feeds have it: the names of the fields, and `type`."""
-        return {"type": "snapshot", **asdict(self)}
+        """Plain data, as files and feeds have it: the names of the fields, and `type`; no `feed_errors` without such errors."""
+        content = asdict(self)
+        if self.feed_errors is None:
+            del content["feed_errors"]
+        return {"type": "snapshot", **content}

@@ -17,6 +17,7 @@ from radar_service.records import SpokeBlock, joined
 from radar_service.scan_file import read_arrays, write_arrays
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
@@ -33,7 +34,7 @@ class Scan:
 
     number: int  # since the start of the simulation
     time: Floats  # (A,) s
-    azimuth: Floats  # (A,) boresight from true north, clockwise
+    azimuth: Floats  # (A,) from true north, clockwise: the boresight, or with errors on purpose as reported
     heading: Floats  # (A,) of own ship
     position: Floats  # (A, 2) m east and north, of own ship
     course: Floats  # (A,) of own ship
@@ -42,10 +43,17 @@ class Scan:
     range_step: float  # m
     field: NDArray[np.complex64]  # (A, N) sqrt(W), compressed, before detection
     power: NDArray[np.float32]  # (A, N) W
+    labels: NDArray[np.uint32] | None = None  # (A, N) number of the strongest source, 0 in a missing azimuth
 
     def save(self, path: str | Path) -> None:
         """Write the scan to a .npz file; `scan_file` has the layout. Raises ValueError for another suffix; OSError."""
         save_scans(path, [self])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the scan as an xarray dataset with coordinates, units and attributes. Raises MissingExtra."""
+        from radar_service.scan_dataset import scan_to_xarray  # here: it needs an extra
+
+        return scan_to_xarray(self)
 
     def plot(self, axes: Axes | None = None, *, dynamic_range_db: float = 60.0, range_max: float | None = None) -> Axes:
         """Plot the PPI with matplotlib, north up and own ship in the middle, and return its axes.
@@ -101,25 +109,43 @@ def scan_of(blocks: Iterable[SpokeBlock], azimuths: int | None = None) -> Scan:
     def spread(values: NDArray[Any]) -> NDArray[Any]:
         if len(values) == count:
             return values
-        result = np.full((count, *values.shape[1:]), np.nan, dtype=values.dtype)
+        missing = np.nan if values.dtype.kind in "fc" else 0
+        result = np.full((count, *values.shape[1:]), missing, dtype=values.dtype)
         result[rows] = values
         return result
 
+    azimuth = _boresight(count) if whole.true is None else spread(whole.azimuth)
     return Scan(
-        whole.scan, spread(whole.time), np.arange(count, dtype=np.float64) * (2.0 * np.pi / count), spread(whole.heading),
-        spread(whole.position), spread(whole.course), spread(whole.speed), whole.range, whole.range_step,
-        spread(whole.field), spread(whole.power),
+        whole.scan, spread(whole.time), azimuth, spread(whole.heading), spread(whole.position), spread(whole.course),
+        spread(whole.speed), whole.range, whole.range_step, spread(whole.field), spread(whole.power),
+        None if whole.labels is None else spread(whole.labels),
     )  # fmt: skip
+
+
+def _boresight(azimuths: int) -> Floats:
+    """The boresights (A,) of a scan [rad]."""
+    return np.arange(azimuths, dtype=np.float64) * (2.0 * np.pi / azimuths)
 
 
 def save_scans(path: str | Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
     """Write whole scans of one radar to a .npz file. about: `name`, `fidelity` and `seed`. Raises ValueError and OSError."""
     first, number = scans[0], np.array([scan.number for scan in scans])
-    azimuths = len(first.azimuth)
-    keys = ("time", "heading", "course", "speed", "position", "field", "power")
+    azimuths, reported = len(first.azimuth), np.stack([scan.azimuth for scan in scans])
+    keys = [
+        "time",
+        "heading",
+        "course",
+        "speed",
+        "position",
+        "field",
+        "power",
+        *(["labels"] if first.labels is not None else []),
+    ]
     spoke = number[:, None] * azimuths + np.arange(azimuths)
     each = {key: np.stack([getattr(scan, key) for scan in scans]) for key in keys}
-    shared = {key: getattr(first, key) for key in ("azimuth", "range", "range_step")}
+    shared: dict[str, Any] = {"azimuth": _boresight(azimuths), "range": first.range, "range_step": first.range_step}
+    if not np.array_equal(reported, np.broadcast_to(shared["azimuth"], reported.shape)):
+        shared["reported_azimuth"] = reported
     came = ~np.isnan(each["time"])
     write_arrays(path, each | shared | {"number": number, "spoke": np.where(came, spoke, -1)} | dict(about or {}))
 
@@ -138,8 +164,9 @@ def load_scan(path: str | Path, index: int = 0) -> Scan:
         raise ValueError(f"{path}: holds no power; have the client write another encoding than u8")
     power = arrays["power"][index]
     nothing = np.broadcast_to(np.complex64(complex(np.nan, np.nan)), power.shape)
+    azimuth = arrays["reported_azimuth"][index] if "reported_azimuth" in arrays else arrays["azimuth"]
     return Scan(
-        int(numbers[index]), arrays["time"][index], arrays["azimuth"], arrays["heading"][index], arrays["position"][index],
+        int(numbers[index]), arrays["time"][index], azimuth, arrays["heading"][index], arrays["position"][index],
         arrays["course"][index], arrays["speed"][index], arrays["range"], float(arrays["range_step"]),
-        arrays["field"][index] if "field" in arrays else nothing, power,
+        arrays["field"][index] if "field" in arrays else nothing, power, arrays["labels"][index] if "labels" in arrays else None,
     )  # fmt: skip

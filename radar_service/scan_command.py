@@ -6,6 +6,7 @@ import errno
 from collections.abc import Callable, Iterable, Iterator
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -14,6 +15,8 @@ from radar_service.display.last_scan import last_scan_png
 from radar_service.display.video import Controls, layout
 from radar_service.records import SpokeBlock
 from radar_service.scan import Scan, save_scans, scan_of
+from radar_service.scan_dataset import exporter
+from radar_service.scan_file import SUFFIX
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
@@ -27,15 +30,21 @@ def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int
     for path in (options.out, options.png, options.truth):
         if path and not path.parent.is_dir():  # refused now, not after an hour of computation
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
-    simulator = make(load_scene(options.scene))
+    save = save_scans if options.out.suffix.lower() == SUFFIX else exporter(options.out)
+    simulator = make(load_scene(options.scene).for_radar(options.radar))
     azimuths = simulator.scene.radar.azimuths
     with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar, _truth_noted(options, simulator) as note:
         scans = []
         for _, group in groupby(_counted(simulator.blocks(scans=options.scans), bar), lambda block: block.scan):
             scans.append(scan_of(group))
             note(scans[-1].number)
-    metadata = {"name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name}
-    save_scans(options.out, scans, metadata)
+    metadata: dict[str, Any] = {
+        "name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name
+    }  # fmt: skip
+    if options.labels:
+        names = simulator.label_names
+        metadata |= {"label_numbers": np.array(list(names), dtype=np.uint32), "label_names": np.array(list(names.values()))}
+    save(options.out, scans, metadata)
     if options.png:
         write_png(options.png, scans[-1], simulator)
     print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")
@@ -61,7 +70,7 @@ def _truth_noted(options: argparse.Namespace, simulator: Simulator) -> Iterator[
         yield lambda number: None
         return
     with TruthFile(options.truth, simulator.truth_header()) as file:
-        yield lambda number: file.write(simulator.crossings(number), simulator.snapshot(number))
+        yield lambda number: file.write(simulator.crossings(number, options.radiometric), simulator.snapshot(number))
 
 
 def _counted(blocks: Iterable[SpokeBlock], bar: "tqdm[None]") -> Iterator[SpokeBlock]:

@@ -12,10 +12,13 @@ A file holds S scans, one or more, of the same radar: A azimuths and N range cel
 | speed | (S, A) | float64 | m/s, own ship's |
 | position | (S, A, 2) | float64 | m east and north, own ship's |
 | azimuth | (A,) | float64 | rad from true north, clockwise, the boresight |
+| reported_azimuth, optional | (S, A) | float64 | rad, as the radar reports it, with errors on purpose |
 | range | (N,) | float64 | m, of each sample |
 | range_step | () | float64 | m from sample to sample |
 | power, optional | (S, A, N) | float32 | W |
 | field, optional | (S, A, N) | complex64 | sqrt(W) |
+| labels, optional | (S, A, N) | uint32 | number of the strongest source |
+| label_numbers, label_names, optional | (L,) | uint32, str | the sources that labels may name |
 | samples, optional | (S, A, N) | any | as the feed sent them |
 | blind, optional | (S, A) | bool | whether the radar does not transmit (blind sector) |
 | name, fidelity, optional | () | str | of the scene, of the simulator |
@@ -41,7 +44,8 @@ SHAPES = {
     "azimuth": "A", "range": "N", "range_step": "",
 }  # fmt: skip
 OPTIONAL = {
-    "power": "SAN", "field": "SAN", "samples": "SAN", "blind": "SA", "name": "", "fidelity": "", "seed": "", "hello": "",
+    "power": "SAN", "field": "SAN", "samples": "SAN", "blind": "SA", "labels": "SAN", "label_numbers": "L", "label_names": "L",
+    "name": "", "fidelity": "", "seed": "", "hello": "", "reported_azimuth": "SA",
 }  # fmt: skip
 
 

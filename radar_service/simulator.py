@@ -1,53 +1,43 @@
 """The simulator computes spokes, scans and the truth from a scene, a fidelity and a seed. Its only clock is simulated time."""
 
-import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from radar_service.engine.documented import DocumentedEngine
-from radar_service.engine.pipeline import Engine
-from radar_service.engine.preparation import prepare
-from radar_service.fidelity import Fidelity, fidelity_from_name
-from radar_service.frames import effective_earth_radius
+from radar_service.engine.source_numbers import source_names
+from radar_service.errors.reporter import ErrorReporter
+from radar_service.errors.tables import changed_errors
+from radar_service.fidelity import Fidelity
 from radar_service.parallel import BLAS_LIMIT
-from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.cost_model import SetUp, engine_statistics, first_visibility_update
-from radar_service.plan.culling import Culling, cull
+from radar_service.plan.cost_model import engine_statistics
 from radar_service.plan.plan import Plan, plan_for
-from radar_service.plan.settings_search import fidelity_for
+from radar_service.radar.parameters import Origin
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth
+from radar_service.scene.commands import Command, CommandError, command_from
+from radar_service.scene.convert import scene_at_rpm
+from radar_service.scene.error_settings import ErrorSettings
+from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
-from radar_service.trace.embree import TREES, RayCount
-from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up
+from radar_service.simulation.source_truth import SourceTruth
+from radar_service.simulation.spoke_stream import SpokeStream
+from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.truth.truth_file import header
-from radar_service.types import Flags, Floats, Profiles, Singles
+from radar_service.types import Singles
 
 if TYPE_CHECKING:
     from radar_service.scan import Scan
 
 
-class AzimuthEngine(Protocol):
-    """What computes the scans of a simulator: the pipeline, or the specification as printed."""
-
-    range: Floats  # (N,) m, where the samples stand
-
-    def tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
-        """One scan: index of each tile's first azimuth, field (K, N) [sqrt(W)] and power (K, N) [W].
-
-        requested: flags of azimuths (A,); tiles without any may be left out.
-        """
-        ...
-
-
 class Simulator:
-    """One radar turning in one scene.
+    """One radar turning in one scene. `scene` is the scene as this radar has it.
 
     The first scan starts at t = 0 at north and is complete: the beam wraps. On one machine the
     same scene, fidelity and seed give the same bytes. Not thread-safe, except `truth`. BLAS libraries
@@ -57,13 +47,17 @@ class Simulator:
     @BLAS_LIMIT.held()
     def __init__(
         self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1,
-        sector: tuple[float, float] | None = None,
+        sector: tuple[float, float] | None = None, commands: Iterable[Command | Mapping[str, Any]] = (), labels: bool = False,
+        radar: str | None = None,
     ) -> None:  # fmt: skip
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
         many compute at once, which changes no byte; sector: from and to, clockwise from true north [rad]: only its azimuths
-        are computed, with the bytes that they have in a whole scan.
+        are computed, with the bytes that they have in a whole scan; commands: to replay, as `commands` of another run; labels:
+        whether spokes name the strongest source of each cell, which changes no other byte; radar: id of one of the
+        scene's radars, by default the first.
 
-        Raises ValueError for an unknown name, a negative seed, fewer than one thread or a sector that is not two angles.
+        Raises ValueError for an unknown name or radar, a negative seed, fewer than one thread, a sector that is not two angles,
+        labels of the fidelity `documented`, or a command that is not possible (CommandError).
         """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
@@ -71,26 +65,26 @@ class Simulator:
             raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
         if sector is not None and (len(sector) != 2 or not np.isfinite(sector).all()):
             raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
-        self.scene, self.seed, self.fidelity = scene, seed, _fidelity(scene, fidelity)
-        self._sector = Sector(scene.radar, sector)
-        self._engine: AzimuthEngine
-        self._set_up: SetUp | None = None  # of the pipeline; the specification as printed has no plan of its own
-        if self.fidelity.engine == "documented":
-            self._engine = DocumentedEngine(scene, self.fidelity, seed)
-            line_of_sight = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
-        else:
-            self._set_up = _set_up(scene, self.fidelity, seed)
-            self._engine = Engine(self._set_up.prepared, threads)
-            line_of_sight = self._set_up.prepared.line_of_sight
-        self.range, self.range_step = self._engine.range, scene.radar.range_step
+        scene = scene.for_radar(radar)
+        steering = Steering(scene)
+        self.scene, self.seed, self.fidelity = scene, seed, chosen_fidelity(scene, fidelity)
+        engine, self._set_up, line_of_sight = engine_set_up(steering.scene, self.fidelity, fidelity, seed, threads, labels)
+        self.range, self.range_step = engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
-        self._truth = GroundTruth(scene, line_of_sight)
-        self._next_scan = 0
+        if steering.past is not steering.scene:
+            line_of_sight = line_of_sight.following(steering.past.bodies)
+        self._truth = GroundTruth(steering.past, line_of_sight)
+        self._sources = SourceTruth(steering, self.fidelity, seed, self._set_up)
+        reporter = ErrorReporter(scene.radar, seed, scene.errors, scene.radar_id)
+        self._stream = SpokeStream(engine, steering, Sector(scene.radar, sector), line_of_sight, reporter)
+        if commands := tuple(commands):
+            self.replay(commands)
+        self._threads, self._ends, self._labels = threads, sector, labels
 
     def __repr__(self) -> str:
         return (
             f"<Simulator of {self.scene.name!r}: fidelity {self.fidelity.name}, seed {self.seed}, "
-            f"next is scan {self._next_scan}>"
+            f"next is scan {self._stream.next_scan}>"
         )
 
     @cached_property
@@ -123,30 +117,107 @@ class Simulator:
         scans: how many, None: without end; a scan counts as taken with its first block. size: spokes per block (the last of a
         scan may be shorter); it changes no byte.
         """
-        for _ in itertools.count() if scans is None else range(scans):
-            number, self._next_scan = self._next_scan, self._next_scan + 1
-            computed = (self._block(number, *tile) for tile in self._engine.tiles(number, self._sector.requested))
-            for stretch in self._sector.stretches(computed):
-                yield from BLAS_LIMIT.each(regrouped(stretch, size))
+        return self._stream.blocks(scans, size)
+
+    def feed(self, scans: int | None = None) -> Iterator[Spoke]:
+        """The spokes of the next `scans` scans as a client of the service receives them, with the errors of the feed.
+
+        Spokes that are late at the end of the last scan come with the next call. None: without end.
+        """
+        for block in self.blocks(scans):
+            for sent in self._stream.reporter.sent(block):
+                yield from sent.spokes()
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        """Changes errors on purpose, from the first spoke that was not yet yielded.
+
+        tables: those of `[errors]` in a scene file; each replaces the one in force, and None switches it off. None for all
+        switches all off. Raises SceneError.
+        """
+        self._stream.reporter.set(changed_errors(self._stream.reporter.errors, tables), self._stream.next_spoke)
+
+    @property
+    def errors(self) -> ErrorSettings | None:
+        """The errors on purpose of the spokes to come."""
+        return self._stream.reporter.errors
+
+    @property
+    def label_names(self) -> dict[int, str]:
+        """The name of each source that a label may be the number of, by rising number."""
+        return source_names(self.scene)
+
+    @BLAS_LIMIT.held()
+    def source_powers(self, scan: int | None = None) -> dict[int, Singles]:
+        """The power (A, N) [W] of each source alone in a scan, by source number; by default in the scan that was taken last.
+
+        Noise is its mean, speckle as drawn. A source without power is left out. The scan is computed again, and each source
+        compressed by itself. Raises ValueError for the fidelity `documented`.
+        """
+        return self._sources.powers(self._latest(scan))
 
     def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one, counted from 0 at t = 0. Earlier ones are not computed."""
-        self._next_scan = scan
+        """Makes `scan` the next one, counted from 0 at t = 0, or the first one that this simulator has."""
+        self._stream.skip_to(scan)
+
+    def command(self, body: str | None = None, *, spoke: int | None = None, **values: Any) -> Command:
+        """Steers own ship (None) or a body that the scene declares steerable; returns the command with its spoke and time.
+
+        values: as the fields of `Command`, such as course_deg=90. spoke: the first one that shows it, by default the first one
+        after the blocks taken so far. With an earlier one, a running `blocks` goes back there, and repeats spokes. Of several
+        commands to a body, the last one holds. May be called from any thread. Raises CommandError, and then nothing changes.
+        """
+        return self._stream.command(body, spoke, values)
+
+    @property
+    def commands(self) -> tuple[Command, ...]:
+        """All commands so far, by spoke: with them another simulator of the same scene makes the same bytes."""
+        return self._stream.steering.commands
+
+    def replay(self, commands: Iterable[Command | Mapping[str, Any]]) -> None:
+        """Replaces all commands by those of another run, as `commands` gives them or as plain data. Call it between blocks.
+
+        Raises CommandError, and then nothing changes.
+        """
+        self._stream.steering.replay([each if isinstance(each, Command) else command_from(each) for each in commands])
+
+    def at_rpm(self, rpm: float) -> "Simulator":
+        """Returns a simulator that goes on with the next scan at another rate of rotation.
+
+        Simulated time, positions, errors and the numbers of scans and spokes go on. Its bytes depend on the scene, the fidelity,
+        the seed, the rate, and where it begins. Raises SceneError where the rate leaves no pulse for a spoke, and CommandError
+        after commands.
+        """
+        if self.commands:
+            raise CommandError(
+                "rpm: a world that was steered keeps its rate of rotation; change rpm before the first command"
+            )
+        radar = self.scene.radar
+        origin = Origin(radar.time_of_turns(float(self._stream.next_scan)), self._stream.next_scan)
+        scene = scene_at_rpm(replace(self.scene, errors=self.errors), rpm, origin)
+        return Simulator(scene, self.fidelity, self.seed, self._threads, self._ends, labels=self._labels)
 
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""
         return self._truth.at(t)
 
-    def crossings(self, scan: int | None = None) -> tuple[Crossing, ...]:
+    def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
         """The truth of each time that the boresight met a body in a scan, by time; by default in the scan that was taken last.
 
-        A body near north may be crossed twice in a scan, or not at all. Safe to call from another thread.
+        A body near north may be crossed twice in a scan, or not at all. radiometric: whether to measure the power of each body
+        too, for which the engine computes the azimuths about it again. Safe to call from another thread. Raises ValueError
+        where radiometric truth is asked of the fidelity `documented`.
         """
-        return self._crossings.crossings(self._latest(scan))
+        crossings = self._crossings.crossings(self._latest(scan))
+        if self._stream.reporter.has_errors:
+            reported = (self._stream.with_report(each.own_ship, each.scan, each.spoke) for each in crossings)
+            crossings = tuple(replace(each, own_ship=own) for each, own in zip(crossings, reported, strict=True))
+        return self._measured(crossings) if radiometric else crossings
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """The truth of all bodies at the end of a scan, by default of the scan that was taken last."""
-        return self._crossings.snapshot(self._latest(scan))
+        made = self._crossings.snapshot(number := self._latest(scan))
+        own_ship = self._stream.with_report(made.own_ship, number, self._stream.reporter.last_spoke(number))
+        return replace(made, own_ship=own_ship, feed_errors=self._stream.reporter.counts(number))
 
     def truth_header(self) -> dict[str, Any]:
         """What a truth file says first: the scene, the seed, the fidelity and the radar."""
@@ -158,31 +229,9 @@ class Simulator:
         return CrossingTruth(self._truth)
 
     def _latest(self, scan: int | None) -> int:
-        return max(0, self._next_scan - 1) if scan is None else scan
+        return max(self.scene.radar.origin.scan, self._stream.next_scan - 1) if scan is None else scan
 
-    def _block(self, scan: int, start: int, field: Profiles, power: Singles) -> SpokeBlock:
-        radar = self.scene.radar
-        number = scan * radar.azimuths + np.arange(start, start + len(field))
-        boresight, time = radar.schedule(number)
-        own = self.scene.own_ship.pose(time)
-        return SpokeBlock(
-            int(number[0]), scan, start, time, boresight, own.heading, own.position[:, :2], own.course,
-            own.speed, self.range, self.range_step, field, power,
-        )  # fmt: skip
-
-
-def _fidelity(scene: Scene, fidelity: str | Fidelity) -> Fidelity:
-    """The requested fidelity for a scene."""
-    if fidelity == "auto":
-        return fidelity_for(scene, ErrorBudget())
-    return fidelity_from_name(fidelity) if isinstance(fidelity, str) else fidelity
-
-
-def _set_up(scene: Scene, fidelity: Fidelity, seed: int) -> SetUp:
-    """Culls what the scene does not need, prepares the pipeline and runs the first visibility update."""
-    rays = RayCount()
-    culling: Culling = cull(scene, fidelity)
-    prepared = prepare(culling.applied_to(scene), fidelity, seed, culling.silent, culling.transparent, rays)
-    set_up_rays = rays.rays
-    first_visibility_update(prepared)
-    return SetUp(prepared, culling, set_up_rays, rays.rays - set_up_rays)
+    @BLAS_LIMIT.held()
+    def _measured(self, crossings: tuple[Crossing, ...]) -> tuple[Crossing, ...]:
+        """The crossings with their radiometric part."""
+        return self._sources.measured(crossings)

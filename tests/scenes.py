@@ -11,6 +11,19 @@ ONE_TARGET: dict[str, Any] = {
     "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 10], "rcs_dbsm": 10}],
 }
 
+TWO_RADARS: dict[str, Any] = {  # one on own ship, one on a pier that turns twice as fast and sees her
+    "name": "two radars",
+    "radar": [
+        {"id": "bow", **ONE_TARGET["radar"]},
+        {"id": "pier", **ONE_TARGET["radar"], "rpm": 120, "platform": {"position_m": [100, 0], "heading_deg": 90}},
+    ],
+    "own_ship": {"body": "tug"},
+    "body": [
+        {"name": "tug", "shape": "box", "length_m": 20, "width_m": 8, "height_m": 6, "rcs_dbsm": 20, "speed_kn": 9},
+        *ONE_TARGET["body"],
+    ],
+}
+
 
 def scene(bodies: list[dict[str, Any]] | None = None, **sections: Any) -> rs.Scene:
     """A scene of these bodies; sections: radar, own_ship, environment as mappings."""

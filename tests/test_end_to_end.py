@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Iterator
+from itertools import islice
 from pathlib import Path
 from urllib.request import urlopen
 
@@ -17,6 +18,7 @@ from scipy import ndimage
 
 import radar_service as rs
 import scenes
+from clients.ppi import spokes
 from clients.ppi.__main__ import main as receive
 from radar_service.display.video import Controls, display_video, layout
 
@@ -134,6 +136,42 @@ def test_the_clients_that_are_waited_for_get_the_bytes_of_a_simulator_from_spoke
         with np.load(file) as arrays:
             np.testing.assert_array_equal(arrays["spoke"], np.arange(180).reshape(2, 90))
             assert arrays["field"].tobytes() == expected.tobytes()
+
+
+ERRORS = """
+[own_ship]
+heading_deg = 40
+[errors]
+profile = "imo-a823"
+[errors.gyro]
+latency_s = 0.5
+[errors.feed]
+drop_rate = 0.1
+repeat_rate = 0.1
+late_rate = 0.1
+swap_rate = 0.1
+stuck_sector_deg = [40, 80]
+heading_lost_s = [[1, 2]]
+"""
+
+
+def test_a_client_of_the_service_meets_the_errors_of_a_simulator(serve: Serve, tmp_path: Path) -> None:
+    """Spoke by spoke, from number 0: order, echoes to the byte, and what is reported to the half of a part of the wire."""
+    address = serve(MOVING + ERRORS, "--wait-for", "1", "--seed", "6")
+    sim = rs.Simulator(rs.load_scene(tmp_path / "scene.toml"), seed=6)
+    expected = list(sim.feed(4))
+    received = list(islice(spokes(f"ws://{address}", mode="lossless", encoding="f32", timeout=30.0), len(expected)))
+    assert [spoke.number for spoke in received] == list(range(len(expected)))
+    assert [90 * spoke.scan + spoke.index for spoke in received] == [spoke.number for spoke in expected]
+    assert len(expected) != 4 * 90 and any(np.isnan(spoke.heading) for spoke in expected)
+    half = 0.5 * 2.0 * np.pi / 65536 * (1 + 1e-9)
+    for one, other in zip(received, expected, strict=True):
+        assert one.samples.tobytes() == other.power.tobytes()
+        assert (one.time, one.position, one.speed) == (other.time, other.position, other.speed)
+        for name in ("azimuth", "heading", "course"):
+            error = getattr(one, name) - getattr(other, name)
+            assert abs((error + np.pi) % (2 * np.pi) - np.pi) <= half or np.isnan(getattr(other, name))
+            assert np.isnan(getattr(one, name)) == np.isnan(getattr(other, name))
 
 
 def test_video_of_the_feed_is_that_computed_in_process(serve: Serve, tmp_path: Path) -> None:

@@ -8,9 +8,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 GROUND = (
-    "arguments", "block_cache", "constants", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random", "records",
-    "scan_file",
-    "types",
+    "arguments", "block_cache", "constants", "extras", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random",
+    "records", "reports", "scan_file", "types",
 )  # fmt: skip
 ROOMS = ("radar", "scene", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "plan")  # upward
 BELOW: dict[str, tuple[str, ...]] = {
@@ -19,13 +18,20 @@ BELOW: dict[str, tuple[str, ...]] = {
     "display": (*GROUND, "radar", "scene", "display"),
     "tracking": (*GROUND, *ROOMS[: ROOMS.index("receive") + 1], "display", "scan"),
     "truth": (*GROUND, *ROOMS[: ROOMS.index("echo") + 1]),
-    "scan": (*GROUND, "display"),
+    "scan": (*GROUND, "display", "scan_dataset"),
+    "scan_dataset": (*GROUND, "scan"),
     "sector": (*GROUND, "radar"),
-    "simulator": (*GROUND, *ROOMS, "sector", "truth", "scan"),
-    "scan_command": (*GROUND, *ROOMS, "truth", "scan", "simulator", "simulator_options", "display"),
+    "errors": (*GROUND, "radar", "scene", "errors"),
+    "simulation": (*GROUND, *ROOMS, "sector", "truth", "errors"),
+    "simulator": (*GROUND, *ROOMS, "sector", "truth", "scan", "errors", "simulation"),
+    "scan_command": (*GROUND, *ROOMS, "truth", "scan", "scan_dataset", "simulator", "simulator_options", "display"),
     "simulator_options": (*GROUND, *ROOMS, "simulator"),
-    "stream": (*GROUND, "radar", "scene", "receive", "display", "stream"),
+    "stream": (*GROUND, "radar", "scene", "receive", "display", "errors", "stream"),
+    "recording": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream", "recording"),
+    "radar_feed": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream"),
+    "pytest_plugin": ("radar_feed",),
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),
+    "command_line": (*GROUND, "plan", "recording", "__init__"),
     "__init__": (*GROUND, "scene", "scan", "simulator"),
 }
 STREAM_PARTS = ("processes", "codecs", "fanout", "radio", "http")  # of radar_service.stream, upward
@@ -38,11 +44,17 @@ HOMES = {
     "starlette": ("radar_service.stream.http",),
     "uvicorn": ("radar_service.stream.http", "radar_service.__main__"),
     "pydantic": (
+        "radar_service.scene.errors_model",
         "radar_service.scene.fields",
         "radar_service.scene.files",
         "radar_service.scene.interference_model",
+        "radar_service.scene.manoeuvre_model",
+        "radar_service.scene.pulse_model",
         "radar_service.scene.model",
+        "radar_service.scene.platform_model",
+        "radar_service.scene.presence_model",
         "radar_service.scene.radar_model",
+        "radar_service.scene.sway_model",
         "radar_service.scene.validation_messages",
         "radar_service.stream",
     ),
@@ -50,10 +62,14 @@ HOMES = {
     "prometheus_client": ("radar_service.stream",),
     "zstandard": ("radar_service.stream.codecs.native",),
     "msgpack": ("radar_service.stream.codecs.native",),
-    "websockets": ("clients.ppi",),
+    "websockets": ("clients.ppi", "radar_service.radar_feed"),
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
     "matplotlib": ("radar_service.scan", "radar_service.study"),
     "threadpoolctl": ("radar_service.parallel",),
+    "xarray": ("radar_service.scan", "radar_service.scan_dataset"),
+    "zarr": ("radar_service.scan_dataset",),
+    "pytest": ("radar_service.pytest_plugin",),
+    "mcap": ("radar_service.recording.mcap_library",),
 }
 
 
@@ -168,6 +184,8 @@ def test_the_whole_house_is_checked() -> None:
         ("radar_service", "radar_service.stream", "nothing above"),
         ("radar_service.glue", "radar_service.frames", "no place"),
         ("radar_service.stream.http.app", "clients.ppi", "does not know its clients"),
+        ("radar_service.stream.radio.station", "radar_service.recording.recording", "nothing above"),
+        ("radar_service.recording.recording", "mcap.reader", "mcap lives in"),
         ("clients.ppi.client", "radar_service.stream.fanout.hub", "clients use"),
         ("clients.ppi.client", "radar_service.records", "clients use"),
         ("clients.ppi.client", "radar_service.displays", "clients use"),

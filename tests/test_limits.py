@@ -27,6 +27,8 @@ WAVEFORMS: list[dict[str, Any]] = [
     {"pulse_s": 2e-6, "bandwidth_hz": 2e6},
     {"pulse_s": 10e-6, "bandwidth_hz": 10e6, "window": "taylor"},
     {"pulse_s": 1e-6, "bandwidth_hz": 20e6, "sample_rate_hz": 20e6, "window": "nuttall"},
+    {"modulation": "nlfm", "pulse_s": 2e-6, "bandwidth_hz": 2e6, "window": "hann", "compression": "inverse"},
+    {"pulses": [{"modulation": "none", "pulse_s": 0.08e-6, "range_max_m": 100}, {"pulse_s": 2e-6, "bandwidth_hz": 10e6}]},
     {"modulation": "none", "pulse_s": 0.08e-6, "bandwidth_hz": 12e6},
     {"modulation": "none", "pulse_s": 1.2e-6},
     {"modulation": "none", "pulse_s": 1.2e-6, "bandwidth_hz": 1e6, "sample_rate_hz": 60e6},

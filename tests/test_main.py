@@ -21,9 +21,10 @@ from jsonschema import Draft202012Validator
 from websockets.asyncio.client import connect
 
 import radar_service as rs
-from radar_service.__main__ import main, parser
+from radar_service.__main__ import main
+from radar_service.command_line import parser
 from radar_service.stream.codecs.native import wire
-from tests.scenes import ONE_TARGET
+from tests.scenes import ONE_TARGET, TWO_RADARS
 
 
 def test_threads_reach_the_engine_and_change_no_byte(
@@ -78,6 +79,22 @@ def test_plan_keeps_a_pace_and_says_where_it_cannot(one_target: Path, capsys: py
     assert "! 1e+12 x real time is not possible on this machine" in capsys.readouterr().out
     assert main(["plan", str(one_target), "--realtime-factor", "1", "--fidelity", "fast"]) == 2
     assert "--realtime-factor" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("radar", "bodies"), [(None, {"p"}), ("bow", {"p"}), ("pier", {"tug", "p"})])
+def test_check_and_plan_are_those_of_a_radar(
+    radar: str | None, bodies: set[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "two.json"
+    path.write_text(json.dumps(TWO_RADARS))
+    chosen = [] if radar is None else ["--radar", radar]
+    assert main(["check", str(path), *chosen]) == 0
+    text = capsys.readouterr().out
+    assert "bow on tug\n" in text and f"as {radar or 'bow'} has it" in text
+    assert set(re.findall(r"^  (p|tug): ", text, re.M)) == bodies
+    assert main(["plan", str(path), "--json", "--realtime-factor", "0.01", *chosen]) == 0
+    planned = {choice["what"] for choice in json.loads(capsys.readouterr().out)["choices"]}
+    assert planned & {"body p", "body tug"} == {f"body {name}" for name in bodies}
 
 
 def test_schema_accepts_a_good_scene_and_refuses_a_bad_one(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,11 +13,11 @@ from threadpoolctl import OpenBLASController, ThreadpoolController, threadpool_i
 
 import radar_service as rs
 from radar_service import __main__ as command_line
-from radar_service import simulator
 from radar_service.engine import pipeline, preparation
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.parallel import BLAS_LIMIT, BlasLimit, in_order
 from radar_service.plan import cost_model
+from radar_service.simulation import engine_set_up
 from tests.scenes import point, scene
 
 ROOT = Path(__file__).parents[1]
@@ -119,7 +119,7 @@ def test_limit_is_in_force_in_set_up_and_in_each_block(
 ) -> None:
     set_up: list[Numbers] = []
     tiles: list[Numbers] = []
-    monkeypatch.setattr(simulator, "prepare", watched(preparation.prepare, set_up))
+    monkeypatch.setattr(engine_set_up, "prepare", watched(preparation.prepare, set_up))
     monkeypatch.setattr(pipeline, "profiles", watched(pipeline.profiles, tiles))
     sim = rs.Simulator(small, threads=threads)
     assert in_force(set_up) and numbers() == host
@@ -210,7 +210,7 @@ def test_an_exception_restores(host: Numbers, small: rs.Scene, monkeypatch: pyte
     with pytest.raises(ArithmeticError, match="broken"):
         sim.scan()
     assert numbers() == host
-    monkeypatch.setattr(simulator, "prepare", broken)
+    monkeypatch.setattr(engine_set_up, "prepare", broken)
     with pytest.raises(ArithmeticError, match="broken"):
         rs.Simulator(small, threads=threads)
     assert numbers() == host
@@ -311,3 +311,21 @@ def test_commands_hold_the_limit_for_the_whole_process(host: Numbers, monkeypatc
         monkeypatch.setattr(command_line, name, run)
     assert command_line.main(["check"]) == command_line.main(["scan", "-o", "x.npz"]) == 0
     assert len(seen) == 2 and in_force(seen) and numbers() == host
+
+
+def test_a_consumer_that_wants_no_more_waits_only_for_what_is_being_computed() -> None:
+    computed: list[int] = []
+    begun, go = threading.Event(), threading.Event()
+
+    def item(number: int) -> int:
+        computed.append(number)
+        if number == 1:
+            begun.set()
+            assert go.wait(PATIENCE)
+        return number
+
+    items = in_order(item, range(100), threads=2)
+    assert next(items) == 0 and begun.wait(PATIENCE)
+    threading.Timer(0.0, go.set).start()
+    items.close()  # type: ignore[attr-defined]  # it is a generator
+    assert max(computed) < 6  # 4 wait or are computed at a time

@@ -4,7 +4,7 @@ import pytest
 from scipy import stats
 
 import radar_service as rs
-from radar_service.__main__ import parser
+from radar_service.command_line import parser
 from radar_service.fidelity import PRESETS, PURPOSE
 from tests.engine.test_pipeline import COARSE, error_db, scattered
 from tests.scenes import scene

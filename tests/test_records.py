@@ -36,6 +36,17 @@ def test_regrouping_loses_nothing(parts: tuple[int, ...], size: int) -> None:
     assert same(joined(result), block(80, 40))
 
 
+def test_the_truth_goes_with_its_spokes() -> None:
+    plain = block(80, 10)
+    wrong = dataclasses.replace(plain, heading=plain.heading + 1.0, true=plain.readings)
+    mixed = joined([plain.part(0, 4), wrong.part(4, 7), wrong.part(7, 10)])
+    assert mixed.true is not None and plain.true is None
+    assert [spoke.heading for spoke in mixed.spokes()] == [80.4 + k + (k >= 4) for k in range(10)]
+    for k, spoke in enumerate(wrong.spokes()):
+        assert spoke.true is not None and spoke.true.heading == 80.4 + k == mixed.true.heading[k]
+    assert next(plain.spokes()).true is None
+
+
 def test_blocks_are_yielded_as_soon_as_they_are_full() -> None:
     """Two of 5 spokes are there for a block of 8 before a third is taken."""
     taken: list[int] = []

@@ -50,6 +50,20 @@ def test_a_file_holds_several_scans_in_the_layout_of_one(simulator: rs.Simulator
         rs.load_scan(tmp_path / "a.npz", 2)
 
 
+def test_a_scan_has_the_reported_azimuths_and_keeps_them(tmp_path: Path) -> None:
+    errors = {"antenna": {"misalignment_deg": 2, "encoder_noise_deg": 0.1}}
+    simulator = rs.Simulator(rs.load_scene(SCENE | {"errors": errors}), "fast", seed=3)
+    scans = [simulator.scan(), simulator.scan()]
+    save_scans(tmp_path / "a.npz", scans)
+    assert [same(rs.load_scan(tmp_path / "a.npz", k), scan) for k, scan in enumerate(scans)] == [True, True]
+    assert not np.array_equal(scans[0].azimuth, scans[1].azimuth)
+    error = np.rad2deg(scans[0].azimuth) - 6.0 * np.arange(60)
+    assert np.abs(error - 2.0).max() < 0.44  # 4.4 standard deviations, a level of 1e-5 for each
+    with np.load(tmp_path / "a.npz") as file:
+        np.testing.assert_allclose(np.rad2deg(file["azimuth"]), 6.0 * np.arange(60), atol=1e-12)  # rounding
+        assert file["reported_azimuth"].shape == (2, 60)
+
+
 def test_a_plot_shows_the_target_where_it_stands(simulator: rs.Simulator) -> None:
     matplotlib.use("Agg")
     axes = simulator.scan().plot(dynamic_range_db=30.0)

@@ -7,6 +7,7 @@ import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine import pipeline
 from radar_service.engine.preparation import Prepared
+from radar_service.sector import Sector
 from radar_service.types import Profiles
 from tests.scenes import point, scene
 
@@ -62,3 +63,12 @@ def test_other_tiles_are_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_is_no_sector_is_refused(sector: tuple[float, ...]) -> None:
     with pytest.raises(ValueError, match="two angles"):
         rs.Simulator(MADE, "fast", sector=sector)  # type: ignore[arg-type]
+
+
+def test_the_rest_of_a_sector_begins_at_an_azimuth() -> None:
+    radar = MADE.radar
+    whole, part = Sector(radar, None), Sector(radar, (10 * DEGREE, 20.5 * DEGREE))
+    assert whole.after(0) is whole and whole.requested is None
+    assert np.flatnonzero(whole.after(350).requested).tolist() == list(range(350, 360))
+    assert np.flatnonzero(part.after(15).requested).tolist() == list(range(15, 21)) and part.requested is not None
+    assert np.flatnonzero(part.requested).tolist() == list(range(10, 21))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from tests.scenes import point, scene
+from tests.scenes import ONE_TARGET, point, scene
 
 BUSY: dict[str, Any] = {"environment": {"noise": True}, "radar": {"range_max_m": 800, "azimuths": 90, "beamwidth_deg": 8}}
 
@@ -103,6 +103,11 @@ def test_an_unknown_fidelity_is_refused_with_the_names(wrong: str) -> None:
         rs.Simulator(scene(), fidelity=wrong)
 
 
+def test_the_specification_as_printed_has_no_labels() -> None:
+    with pytest.raises(ValueError, match="choose another fidelity"):
+        rs.Simulator(busy(), fidelity="documented", labels=True)
+
+
 def test_a_negative_seed_and_an_empty_block_are_refused() -> None:
     with pytest.raises(ValueError, match="seed: -1 is not allowed"):
         rs.Simulator(scene(), seed=-1)
@@ -119,3 +124,47 @@ def test_a_skipped_scan_changes_nothing_but_which_scan_comes_next() -> None:
     expected, result = whole.scan(), later.scan()
     assert result.number == expected.number == 2 and np.array_equal(result.time, expected.time)
     assert np.array_equal(result.field, expected.field) and np.array_equal(result.power, expected.power)
+
+
+def test_labels_go_with_spokes_scans_and_sectors_and_change_no_other_byte() -> None:
+    made = rs.load_scene(
+        ONE_TARGET | {"environment": {"noise": True, "sea_state": 1}, "radar": ONE_TARGET["radar"] | {"power_w": 10}}
+    )
+    plain, labelled = rs.Simulator(made, seed=2), rs.Simulator(made, seed=2, labels=True, threads=2)
+    scan, with_labels = plain.scan(), labelled.scan()
+    assert scan.labels is None and with_labels.labels is not None
+    assert scan.field.tobytes() == with_labels.field.tobytes() and scan.power.tobytes() == with_labels.power.tobytes()
+    assert with_labels.labels.shape == scan.power.shape and with_labels.labels.dtype == np.uint32
+    assert (
+        labelled.label_names[int(with_labels.labels[0, np.abs(scan.range - 300.0).argmin()])] == "p"
+    )  # it stands to the north
+    assert {labelled.label_names[n] for n in np.unique(with_labels.labels).tolist()} == {"noise", "sea", "p"}
+    labelled.skip_to(0)
+    spokes = np.stack([spoke.labels for spoke in labelled.spokes(scans=1)])
+    np.testing.assert_array_equal(spokes, with_labels.labels)
+    sector = rs.Simulator(made, seed=2, labels=True, sector=(0.5, 1.0)).scan()
+    inside = ~np.isnan(sector.time)
+    assert 0 < inside.sum() < 10 and sector.labels is not None
+    np.testing.assert_array_equal(sector.labels[inside], with_labels.labels[inside])
+    assert not sector.labels[~inside].any()
+
+
+def test_powers_of_sources_of_the_last_scan_add_up_to_its_labels() -> None:
+    """The strongest of the powers is the label, but where two are equal to a thousandth."""
+    made = busy(interference=[{"bearing_deg": 20, "level_db": 60, "prf_hz": 20e3, "beamwidth_deg": 60}])
+    simulator = rs.Simulator(made, seed=1, labels=True)
+    simulator.skip_to(3)
+    scan = simulator.scan()
+    powers = simulator.source_powers()
+    assert set(powers) <= set(simulator.label_names) and {0, 3, 256, 257, 258} <= set(powers)
+    assert all(power.shape == scan.power.shape and power.dtype == np.float32 for power in powers.values())
+    np.testing.assert_allclose(powers[0], simulator.noise_power, rtol=1e-6)
+    numbers, stacked = np.array(list(powers)), np.stack(list(powers.values()))
+    ordered = np.sort(stacked, axis=0)
+    clear = ordered[-1] > 1.05 * ordered[-2]
+    assert clear.mean() > 0.9 and scan.labels is not None
+    np.testing.assert_array_equal(numbers[stacked.argmax(axis=0)][clear], scan.labels[clear])
+    again = simulator.source_powers(3)
+    np.testing.assert_array_equal(again[256], powers[256])
+    with pytest.raises(ValueError, match="source_powers: the fidelity 'documented' has none"):
+        rs.Simulator(busy(), fidelity="documented").source_powers()

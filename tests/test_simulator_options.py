@@ -17,6 +17,12 @@ def test_options_reach_the_simulator() -> None:
     )  # it costs as much as the rest
 
 
+def test_labels_are_asked_for_by_an_option() -> None:
+    made = rs.load_scene(SCENE)
+    assert SimulatorOptions(labels=True)(made).scan().labels is not None
+    assert SimulatorOptions()(made).scan().labels is None
+
+
 def test_an_error_budget_comes_before_a_preset() -> None:
     fine, coarse = (SimulatorOptions(error_db=ErrorBudget(db))(rs.load_scene(SCENE)).fidelity for db in (0.05, 3.0))
     assert fine != coarse

@@ -7,6 +7,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.radar.folding import least_chirp_error_db
 from tests.reference.point_scene import COSINE_SUMS, error_db, scattered
 from tests.scenes import point, scene
 
@@ -50,6 +51,21 @@ def test_chirps_from_bt_20_to_1000(window: str, product: int) -> None:
     beyond = spectrum[np.abs(frequency) > fs / 2].sum() / spectrum.sum()
     bound = max(10 * np.log10(2 * beyond), KERNEL_DB)
     assert error_of({"pulse_s": pulse, "bandwidth_hz": bandwidth, "window": window, "range_max_m": 1500}) < bound
+
+
+@pytest.mark.parametrize("who", ["at rest", "own_ship", "motion"])
+@pytest.mark.parametrize(("modulation", "compression"), [("nlfm", "matched"), ("nlfm", "inverse"), ("lfm", "inverse")])
+@pytest.mark.parametrize(("window", "product"), [("blackman", 20), ("nuttall", 20), ("nuttall", 500)])
+def test_nonlinear_chirps_and_inverse_filters(
+    window: str, product: int, modulation: str, compression: str, who: str
+) -> None:
+    """Against sums over fine samples and the window's transform. Of a nonlinear chirp of product 20 what lies beyond the sampled
+    band is predicted (tests/radar/test_folding.py), and 2 dB; the inverse filter leaves nothing there."""
+    radar = {"pulse_s": product / 20e6, "bandwidth_hz": 20e6, "window": window, "range_max_m": 1500}
+    radar |= {"modulation": modulation, "compression": compression}
+    motion = {} if who == "at rest" else {who: {"speed_kn": 12, "course_deg": 30}}
+    bound = KERNEL_DB if who == "at rest" else CUT_DB
+    assert error_of(radar, **motion) < max(bound, least_chirp_error_db(scene(radar=WIDE | radar).radar) + 2)
 
 
 @pytest.mark.parametrize(("rate", "bound_db"), [(1.25, -34), (1.5, -41), (2.0, -48), (4.0, -58)])

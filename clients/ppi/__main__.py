@@ -126,7 +126,7 @@ def _summary(client: FeedClient, collector: ScanCollector, files: list[Path]) ->
         f"{scan.hello['scene']['name']}, {scan.hello['radar']['name']}: {collector.done} scan(s) of {scan.azimuths} "
         f"azimuths to {distance_label(scan.ppi.range_end)}, {encoding}",
         f"last scan: {scan.azimuths - scan.missing} azimuths received, {scan.missing} missing, "
-        f"heading {round(math.degrees(scan.newest_heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}",
+        f"heading {heading_text(scan.newest_heading)}",
         _counts(client),
     ]
     if collector.restarts:
@@ -135,6 +135,11 @@ def _summary(client: FeedClient, collector: ScanCollector, files: list[Path]) ->
         f"wrote {', '.join(map(str, files))}" if files else "wrote no file: --out FILE draws it, --npz FILE saves its data"
     )
     return "\n".join([*lines, wrote])
+
+
+def heading_text(heading: float) -> str:
+    """Returns a heading [rad] in degrees; "lost" for NaN."""
+    return "lost" if math.isnan(heading) else f"{round(math.degrees(heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}"
 
 
 def _counts(client: FeedClient) -> str:

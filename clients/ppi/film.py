@@ -16,7 +16,8 @@ MAX_FRAMES = 20_000  # half an hour at 10 a second
 
 
 class Frame(NamedTuple):
-    """One picture: brightness (A, N) of 0 to 255, which rows hold a spoke (A,), heading [rad], simulated time [s]."""
+    """One picture: brightness (A, N) of 0 to 255, which rows hold a spoke (A,), heading [rad] (NaN: none yet),
+    simulated time [s]."""
 
     picture: NDArray[np.uint8]
     filled: NDArray[np.bool_]
@@ -35,7 +36,7 @@ def film(scans: list[ReceivedScan], fps: int, dynamic_range_db: float = 60.0) ->
     duration = float(time[-1] - time[0])
     scan_period = duration / max(1, len(time) - 1) * scans[0].azimuths or 1.0
     drawn, drawn_at, done = np.zeros_like(bright[0]), np.full(scans[0].azimuths, -np.inf), 0
-    count = max(1, int(np.ceil(duration * fps)))
+    count, heading = max(1, int(np.ceil(duration * fps))), float("nan")
     if count > MAX_FRAMES:
         raise FeedError(f"a film of {count} frames; at most {MAX_FRAMES} are made: ask for fewer scans or frames per second")
     for now in time[-1] - np.arange(count)[::-1] / fps:
@@ -43,7 +44,8 @@ def film(scans: list[ReceivedScan], fps: int, dynamic_range_db: float = 60.0) ->
         for n in range(done, due):
             drawn[row[n]], drawn_at[row[n]] = bright[scan[n]][row[n]], time[n]
         done, newest = due, max(0, due - 1)
-        heading = float(scans[scan[newest]].heading[row[newest]])
+        reported = float(scans[scan[newest]].heading[row[newest]])
+        heading = heading if np.isnan(reported) else reported
         yield Frame(faded(drawn, (now - drawn_at) / scan_period), np.isfinite(drawn_at), heading, float(now))
 
 

@@ -74,8 +74,8 @@ class ReceivedScan:
 
     @property
     def newest_heading(self) -> float:
-        """Heading [rad] of own ship at the newest spoke."""
-        return float(self.heading[np.argmax(self.ppi.number)])
+        """Heading [rad] of own ship at the newest spoke that has one; NaN where the radar has lost it all the time."""
+        return float(self.heading[np.argmax(np.where(np.isnan(self.heading), -1, self.ppi.number))])
 
     def add(self, message: dict[str, Any]) -> None:
         """Adds the part of a `spokes` or `gap` message that belongs to this scan."""

@@ -42,7 +42,8 @@ class Scope:
             offset = np.asarray(message.get("row_first", range(message["count"])), dtype=np.int64)
             self.ppi.add(message["index"] + offset, wire.samples(message), message["first"] + offset)
             self.scan = int(message["scan"])
-            self.heading = float(wire.radians_from_turn(message["heading"])[-1]) if len(offset) else self.heading
+            known = [turn for turn in message["heading"] if turn is not None]  # the radar may have lost it
+            self.heading = float(wire.radians_from_turn(known)[-1]) if known else self.heading
 
     @property
     def caption(self) -> str:

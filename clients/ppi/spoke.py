@@ -13,7 +13,8 @@ from radar_service.stream.codecs.native import wire
 class ReceivedSpoke:
     """One azimuth as it arrived, in SI units and radians.
 
-    samples (N,) are in the encoding of the feed; `range` (N,) [m] holds their ranges.
+    samples (N,) are in the encoding of the feed; `range` (N,) [m] holds their ranges. heading, course: NaN while the radar has
+    lost the heading; azimuth then counts from the bow.
     """
 
     epoch: str

@@ -103,7 +103,7 @@ function spokes(message) {
 /** Shows spokes from <= k < to of a message, which are due. */
 function show(message, from, to) {
   const { range } = scope.picture.grid;
-  const ship = status.shipOf(message, to - 1);
+  const ship = status.shipOf(message, to - 1, scope.ship);
   scope.write(message, from, to, ship);
   if (range !== message.range) showFraming();
   latest = { ship, time: message.time[to - 1], scan: message.scan };

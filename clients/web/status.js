@@ -14,12 +14,15 @@ function show(id, text) {
   if (node.textContent !== text) node.textContent = text; // an unchanged node costs no layout
 }
 
-/** Own ship at spoke k of a message; angles [rad], position [m], speed [m/s]. */
-export function shipOf(message, k) {
+/** Own ship at spoke k of a message; angles [rad], position [m], speed [m/s]. A radar that has lost the heading sends none:
+ *  heading and course stay those of `before`. */
+export function shipOf(message, k, before) {
   const radians = (list) => (list[k] * TURN) / WIRE_TURN;
+  const isLost = message.heading[k] === null;
   return {
-    heading: radians(message.heading),
-    course: radians(message.course),
+    isLost,
+    heading: isLost ? before.heading : radians(message.heading),
+    course: isLost ? before.course : radians(message.course),
     azimuth: radians(message.azimuth),
     speed: message.speed[k],
     position: message.position[k],
@@ -73,7 +76,7 @@ export function showMode({ orientation, trails, trailmotion }, isTrueMotion) {
 /** Shows pulse, PRF and power of a radar. */
 function showTransmitter({ modulation, pulse_s, bandwidth_hz, prf_hz, power_w }) {
   const pulse = pulse_s < 1e-6 ? `${rounded(pulse_s * 1e9)} ns` : `${rounded(pulse_s * 1e6)} µs`;
-  const kind = modulation === "lfm" ? `Chirp ${pulse}, ${rounded(bandwidth_hz / 1e6)} MHz` : `Pulse ${pulse}`;
+  const kind = modulation === "none" ? `Pulse ${pulse}` : `Chirp ${pulse}, ${rounded(bandwidth_hz / 1e6)} MHz`;
   const power = power_w < 1000 ? `${rounded(power_w)} W` : `${rounded(power_w / 1000)} kW`;
   show("pulse-text", kind);
   show("power-text", prf_hz ? `${power}, PRF ${rounded(prf_hz)} Hz` : power);
@@ -85,8 +88,8 @@ const rounded = (value) => String(Number(value.toPrecision(3)));
 export function showShip({ ship, time, scan }, origin) {
   const [east, north] = ship.position;
   const onMap = `${east.toFixed(0)} m E, ${north.toFixed(0)} m N`;
-  show("heading-text", bearingText(ship.heading));
-  show("course-text", bearingText(ship.course));
+  show("heading-text", ship.isLost ? "Lost" : bearingText(ship.heading));
+  show("course-text", ship.isLost ? "Lost" : bearingText(ship.course));
   show("speed-text", `${(ship.speed / KNOT).toFixed(1)} kn`);
   const here = { bearing: 0, range: 0 };
   show("position-text", origin ? positionText(geographicPosition(here, ship.position, 0, origin)) : onMap);

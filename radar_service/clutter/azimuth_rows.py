@@ -65,6 +65,10 @@ class AzimuthRowCache:
         parts = [self._part(number, first, stop) for number in numbers]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
+    def clear(self) -> None:
+        """Drops all rows."""
+        self._chunks.clear()
+
     def _part(self, number: int, first: int, stop: int) -> Rows:
         """Rows first to stop, as far as they lie in the chunk of this number."""
         scan, start = divmod(number, self._per_scan)
@@ -84,6 +88,9 @@ class StaticAzimuthRows:
     def __init__(self, rows: Rows) -> None:
         """rows: (rows per scan, N), row 0 points north."""
         self.rows_per_scan, self._twice = len(rows), np.concatenate([rows, rows])
+
+    def clear(self) -> None:
+        """Keeps the rows, which are the same at all times."""
 
     def span(self, first: int, stop: int) -> Rows:
         """Rows first to stop (exclusive), (stop - first, N), read only."""

@@ -25,6 +25,32 @@ BEAM_EXTENT = 4.0  # two-way widths each side: for a sinc^2 beam to its fourth n
 
 
 @dataclass(frozen=True)
+class ClutterRows:
+    """Clutter of some azimuths (K,) in the first bins (columns,).
+
+    field: (K, columns) [sqrt(W)].
+    amplitude: root of the local mean power, (K, columns) or (columns,) [sqrt(W)], wherever the radar transmits.
+    rain: mean power of the rain alone in the first bins (n,) [W], 0 beyond.
+    """
+
+    field: Profiles
+    amplitude: Singles
+    rain: Singles
+
+    def add_to(self, profiles: Profiles) -> None:
+        """Adds the clutter to profiles (K, bins) [sqrt(W)]."""
+        profiles[:, : self.field.shape[1]] += self.field
+
+    @property
+    def rain_share(self) -> Singles:
+        """Share of the rain in the local mean power, as `amplitude`."""
+        columns = self.field.shape[1]
+        rain = np.pad(self.rain[:columns], (0, max(0, columns - len(self.rain))))
+        mean = self.amplitude * self.amplitude
+        return np.asarray(np.divide(rain, mean, out=np.zeros_like(mean), where=mean > 0.0))
+
+
+@dataclass(frozen=True)
 class Clutter:
     """Sea and rain clutter of one radar in one scene, ready to be added to profiles.
 
@@ -43,8 +69,19 @@ class Clutter:
     speckle: AzimuthRowCache
     sea: Sea | None
 
+    def motions_changed(self, own_ship: bool) -> None:
+        """Drops what has been computed from the motions before; own_ship: whether hers has changed."""
+        if self.sea is not None:
+            self.sea.motions_changed(own_ship)
+
     def add(self, profiles: Profiles, number: Indices, transmitting: Flags) -> None:
-        """Adds clutter to profiles (K, bins) [sqrt(W)] of consecutive azimuths of a scan.
+        """Adds clutter to profiles (K, bins) [sqrt(W)] of consecutive azimuths of a scan; arguments as `rows`."""
+        rows = self.rows(number, transmitting)
+        if rows is not None:
+            rows.add_to(profiles)
+
+    def rows(self, number: Indices, transmitting: Flags) -> "ClutterRows | None":
+        """The clutter of consecutive azimuths (K,) of a scan; None where it is nowhere above the floor.
 
         number: (K,) counted from the start; transmitting: (K, 1) which azimuths are not blind.
         """
@@ -53,12 +90,13 @@ class Clutter:
         if self.sea is not None and level is not None:
             columns = min(self.columns, max(columns, self.sea.bins_above(level, self.floor)))
         if columns == 0:
-            return
+            return None
         first, stop, weights = self.beam.at(number)
         rows = self.speckle.span(first, stop)[:, :columns]
         speckle = weight_rows(weights * transmitting, rows).view(np.complex64)
-        speckle *= self._amplitude(number, level, columns)
-        profiles[:, :columns] += speckle
+        amplitude = self._amplitude(number, level, columns)
+        speckle *= amplitude
+        return ClutterRows(speckle, amplitude, self.rain)
 
     def _amplitude(self, number: Indices, level: Singles | None, columns: int) -> Singles:
         """Root of the local mean power (K, columns) [sqrt(W)], with texture and rain."""
@@ -96,7 +134,7 @@ def prepare_clutter(scene: Scene, line_of_sight: OcclusionScene, compression: Co
         floor,
         columns,
         BeamWeights(radar.azimuths, rows_per_scan, radar.azimuth_gain, extent, order=2),
-        AzimuthRowCache(rows_per_scan, SpeckleRows(pulse_power(compression), columns, seed).make),
+        AzimuthRowCache(rows_per_scan, SpeckleRows(pulse_power(compression), columns, seed, scene.random_key).make),
         prepare_sea(scene, line_of_sight, sea, cell, columns, rows_per_scan, extent, seed) if len(sea) else None,
     )
 

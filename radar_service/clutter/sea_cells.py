@@ -87,6 +87,11 @@ class SeaCells:
         static = self._rests and not movers
         self.rows = StaticAzimuthRows(self._open) if static else AzimuthRowCache(rows_per_scan, self._computed)
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._sweeps.clear()
+        self.rows.clear()
+
     def _open_sea(self) -> Singles:
         """Factors (rows, cells) of the full circle without shadows."""
         factor = np.empty((self.rows_per_scan, self.count), dtype=np.float32)
@@ -109,12 +114,15 @@ class SeaCells:
         crossing = [i for i, sweep in enumerate(sweeps) if self._crosses(sweep, start, stop)]
         if self._rests and not crossing:
             return level
-        time = (scan + 0.5 * (start + stop) / self.rows_per_scan) * self.scene.radar.rotation_period
+        time = self.scene.radar.time_of_turns(scan + 0.5 * (start + stop) / self.rows_per_scan)
         antenna = self._antenna(time)
         if not self._rests:
             self._shadow_by_rest(level, start, antenna)
-        for shadow in self.line_of_sight.moving_shadows(crossing, antenna, time):
-            self._shadow(level, start, antenna, shadow)
+        row_times = self.scene.radar.time_of_turns(scan + np.arange(start, stop) / self.rows_per_scan)
+        for first, last in self.line_of_sight.presences.spans(row_times):
+            line_of_sight = self.line_of_sight.as_of(float(row_times[first]))
+            for shadow in line_of_sight.moving_shadows(crossing, antenna, time):
+                self._shadow(level[first:last], start + first, antenna, shadow)
         return level
 
     def _shadow_by_rest(self, level: Singles, start: int, antenna: Floats) -> None:
@@ -135,8 +143,9 @@ class SeaCells:
 
     def _shadow_sweeps(self, scan: int) -> list[ShadowSweep]:
         """Of each moving body over a scan, from its sectors every SWEEP_STEP or less."""
-        period = self.scene.radar.rotation_period
-        times = np.linspace(scan * period, (scan + 1) * period, int(np.ceil(period / SWEEP_STEP)) + 1)
+        radar = self.scene.radar
+        begin, end = radar.time_of_turns(float(scan)), radar.time_of_turns(scan + 1.0)
+        times = np.linspace(begin, end, int(np.ceil(radar.rotation_period / SWEEP_STEP)) + 1)
         sectors = [self.line_of_sight.moving_shadow_sectors(self._antenna(time), time) for time in times.tolist()]
         each = [list(zip(*(column.tolist() for column in one), strict=True)) for one in sectors]
         return [_swept([at[i] for at in each]) for i in range(len(each[0]))]

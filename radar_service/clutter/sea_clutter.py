@@ -63,6 +63,12 @@ class Sea:
         """Maximum mean power (cells,) [W] in each cell."""
         return np.asarray(self.mean.max(axis=1) ** 2)
 
+    def motions_changed(self, own_ship: bool) -> None:
+        """Drops what has been computed from the motions before; own_ship: whether hers has changed."""
+        self.cells.motions_changed()
+        if own_ship:
+            self.texture.clear()
+
     def bins_above(self, level: Singles, floor: float) -> int:
         """Number of bins up to the last at which a level of (K, cells) raises the mean power above `floor` [W]."""
         above = np.flatnonzero(level.max(axis=0) * self.max_power > floor)
@@ -180,7 +186,8 @@ def _texture_grid(scene: Scene, distance: Floats, rows_per_scan: int, step: floa
     environment = scene.environment
     downwind = -np.array([np.sin(environment.wind_from), np.cos(environment.wind_from)])
     waves, lifetime = downwind * peak_wave_speed(environment.sea_state), peak_wave_period(environment.sea_state)
-    return TextureGrid(rows_per_scan, scene.radar.rotation_period, step, distance, lifetime, waves, partial(_antenna, scene))
+    antenna, radar = partial(_antenna, scene), scene.radar
+    return TextureGrid(rows_per_scan, radar.rotation_period, step, distance, lifetime, waves, antenna, radar.origin)
 
 
 def _antenna(scene: Scene, time: Floats) -> Floats:

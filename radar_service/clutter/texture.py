@@ -21,17 +21,18 @@ HERMITE_TERMS = 40  # at a shape of 0.1 further terms change the 1/e correlation
 class SpeckleRows:
     """Complex Gaussian rows of unit mean power with the correlation of the compressed pulse along range."""
 
-    def __init__(self, pulse_power: Floats, columns: int, seed: int) -> None:
-        """pulse_power: (S,) |spectrum|^2 of the compressed pulse in FFT order at the sampling rate of the `columns`."""
+    def __init__(self, pulse_power: Floats, columns: int, seed: int, key: tuple[int, ...] = ()) -> None:
+        """pulse_power: (S,) |spectrum|^2 of the compressed pulse in FFT order at the sampling rate of the `columns`; key: of the
+        radar, Scene.random_key."""
         size = int(scipy.fft.next_fast_len(columns + 64))  # 64 bins: many main lobes, so that the ends do not correlate
         grid = np.fft.fftshift(np.fft.fftfreq(len(pulse_power)))
         power = np.interp(np.fft.fftfreq(size), grid, np.fft.fftshift(pulse_power))
         self._spectrum = GaussianSpectrum(power, 1.0)
-        self._columns, self._seed = columns, seed
+        self._columns, self._key = columns, (seed, SPECKLE, *key)
 
     def make(self, scan: int, start: int, stop: int) -> Profiles:
         """Rows start to stop (exclusive) of a scan from -1 on, (stop - start, columns)."""
-        rng = generator(self._seed, SPECKLE, scan + 1, start)
+        rng = generator(*self._key, scan + 1, start)
         spectrum = self._spectrum.draw(stop - start, rng)
         return np.ascontiguousarray(scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self._columns])
 

@@ -21,6 +21,7 @@ from radar_service.block_cache import BlockCache
 from radar_service.clutter.azimuth_rows import BLOCK
 from radar_service.clutter.texture_law import TextureGains, TextureLaw
 from radar_service.clutter.texture_tile import TextureTile
+from radar_service.radar.parameters import START, Origin
 from radar_service.random import TEXTURE, generator, normals
 from radar_service.types import Flags, Floats, Indices, Singles
 
@@ -40,6 +41,7 @@ class TextureGrid:
     lifetime: of the texture [s].
     waves: (2,) velocity of the waves east, north [m/s].
     antenna: positions (J, 2) east, north [m] of the antenna at times (J,) [s].
+    origin: of the rotation.
     """
 
     rows_per_scan: int
@@ -49,6 +51,7 @@ class TextureGrid:
     lifetime: float
     waves: Floats
     antenna: Callable[[Floats], Floats]
+    origin: Origin = START
 
 
 class TextureRows:
@@ -70,7 +73,8 @@ class TextureRows:
     def make(self, scan: int, start: int, stop: int) -> Singles:
         """Rows start to stop (exclusive) of a scan from -1 on, (stop - start, columns)."""
         grid, row = self.grid, np.arange(start, stop)
-        time: Floats = np.maximum((scan + row / grid.rows_per_scan) * grid.rotation_period, 0.0)
+        turns = scan - grid.origin.scan + row / grid.rows_per_scan
+        time: Floats = np.maximum(grid.origin.time + turns * grid.rotation_period, 0.0)
         lines = self._lines(row, time)
         first, last = self._gains.zone(start, stop)
         total = np.empty((len(row), len(grid.distance)), dtype=np.float32)

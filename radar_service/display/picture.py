@@ -84,15 +84,17 @@ def render_image(
 ) -> Page:
     """An image of size x size pixels of a polar picture (A, N) of brightness 0 to 255, with samples as in `scan_convert`.
 
-    range_max: the radius [m], default the far edge of the last cell. heading: of the heading line [rad]; head_up: turns it to
-    the top. filled: (A,) rows that have a spoke; the others are grey. interpolation: default `peak` where pixels are larger
-    than range cells, so that each target is drawn, else `bilinear`. palette: a name of `palettes.PALETTES`.
+    range_max: the radius [m], default the far edge of the last cell. heading: of the heading line [rad], None or NaN for no
+    line; head_up: turns it to the top. filled: (A,) rows that have a spoke; the others are grey. interpolation: default `peak`
+    where pixels are larger than range cells, so that each target is drawn, else `bilinear`. palette: a name of
+    `palettes.PALETTES`.
     Raises ValueError for a picture that is not bytes, for a size outside 64 to 4096, and for head_up without a heading.
     """
     if picture.dtype != np.uint8:
         raise ValueError(f"picture: {picture.dtype}; brightness is uint8, 0 to 255 (see picture_from_power)")
     if not MIN_SIZE <= size <= MAX_SIZE:
         raise ValueError(f"size: {size} pixels; {MIN_SIZE} to {MAX_SIZE} are allowed")
+    heading = None if heading is None or np.isnan(heading) else heading
     if head_up and heading is None:
         raise ValueError("head_up: needs a heading, and none is given; pass heading [rad]")
     radius = range_max if range_max is not None else range_first + (picture.shape[1] - 0.5) * range_step

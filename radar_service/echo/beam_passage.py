@@ -22,7 +22,8 @@ from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.poses import BodyPoses, map_from_bodies
+from radar_service.scene.body import Body
+from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Flags, Floats, Indices, Singles
@@ -64,17 +65,18 @@ class BeamPassages:
             for local, body in enumerate(np.searchsorted(scatterers.key, model.key))
         ]
         bodies = [scatterers.bodies[aspect.body] for aspect in self._aspects]
+        self._key = scatterers.key[[aspect.body for aspect in self._aspects]]  # in the scene
         self._bodies, self._poses = bodies, BodyPoses(bodies)
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
         self._size = [body.diagonal for body in bodies]
-        self._sway = 0.0 if scene.own_ship.sway is None else float(scene.own_ship.sway.amplitude[:2].sum())
+        self._sway = 0.0 if scene.own_ship.sway is None else scene.own_ship.sway.max_tilt
         self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
-        self._nodes: BlockCache[tuple[int, int], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
+        self._nodes: BlockCache[tuple[int, int, bytes], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
         self._schedules: BlockCache[tuple[int, int], Indices] = BlockCache(4 * max(1, len(bodies)))
-        self._speed = np.array([body.motion.top_speed for body in bodies]) + scene.own_ship.top_speed + mast_speed(scene)
+        self._speed = np.array([body.top_speed for body in bodies]) + scene.own_ship.top_speed + mast_speed(scene)
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
         self._sectors: BlockCache[int, tuple[Floats, Floats]] = BlockCache(SLOTS)
         self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * max(1, len(bodies)))
@@ -82,23 +84,33 @@ class BeamPassages:
     def __len__(self) -> int:
         return len(self._aspects)
 
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        for cache in (self._nodes, self._schedules, self._sectors, self._crossings):
+            cache.clear()
+
     def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> ObservedEchoes | None:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths; None where none do."""
-        spoke = azimuths.time / self._scene.radar.spoke_period
+        spoke = self._scene.radar.spokes_at(azimuths.time)
         parts, fades = [], []
+        present = self._line_of_sight.present(azimuths.middle)[self._key]
         for n, crossing in self.passing(azimuths.middle, middle, half):
+            if not present[n]:
+                continue
             nodes = self.nodes(n, crossing)
             for node, fade in zip(nodes, hats(nodes, spoke), strict=True):
                 if fade.any():
-                    parts.append(self._node(n, int(node)))
+                    parts.append(self._node(n, int(node), azimuths.middle))
                     fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
         if not parts:
             return None
         echoes = BodyEchoes.joined([part.echoes for part in parts])
         return ObservedEchoes(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades))
 
-    def _node(self, n: int, spoke: int) -> ObservedEchoes:
-        return self._nodes.get((n, spoke), lambda: self.evaluated(n, spoke))
+    def _node(self, n: int, spoke: int, time: float) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke, where those bodies occlude that are present at `time` [s]."""
+        state = self._line_of_sight.presences.state(time)
+        return self._nodes.get((n, spoke, state), lambda: self.evaluated(n, spoke, time))
 
     def crossing(self, n: int, turns: float) -> int:
         """The spoke, numbered from the start, at which the beam points at body n, within a quarter of a scan of `turns` scans.
@@ -114,7 +126,8 @@ class BeamPassages:
 
     def first_nodes(self) -> list[Indices]:
         """The nodes of each body about its first crossing."""
-        turns = self._bearings(0.0)[0] / (2.0 * np.pi) % 1.0
+        origin = self._scene.radar.origin
+        turns = origin.scan + self._bearings(origin.time)[0] / (2.0 * np.pi) % 1.0
         return [self.nodes(n, self.crossing(n, float(turns[n]))) for n in range(len(self))]
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
@@ -124,7 +137,7 @@ class BeamPassages:
         bearing, distance = self._bearings(time)
         off = wrap_angle(bearing - middle)
         near = np.abs(off) <= half + self._sway + _aside(self._radius, distance)
-        turns = time / self._scene.radar.rotation_period + off / (2.0 * np.pi)
+        turns = self._scene.radar.turns_at(time) + off / (2.0 * np.pi)
         return [(int(n), self.crossing(int(n), float(turns[n]))) for n in np.flatnonzero(near)]
 
     def _may_pass(self, time: float, middle: float, half: float) -> bool:
@@ -144,7 +157,7 @@ class BeamPassages:
         """As `crossing`, from a start [turns]."""
         turns, ahead, radar = start, np.inf, self._scene.radar
         for _ in range(MAX_ITERATIONS):
-            (position,), _ = self._track(n, np.array([turns * radar.rotation_period]))
+            (position,), _ = self._track(n, np.array([radar.time_of_turns(turns)]))
             ahead = float(wrap_angle(np.arctan2(position[0], position[1]) - 2.0 * np.pi * turns) / (2.0 * np.pi))
             turns += ahead
             if abs(ahead) < CONVERGED:
@@ -155,11 +168,11 @@ class BeamPassages:
     def _scheduled(self, n: int, crossing: int) -> Indices:
         """As `nodes`, computed anew."""
         radar = self._scene.radar
-        (position,), _ = self._track(n, np.array([crossing * radar.spoke_period]))
+        (position,), _ = self._track(n, np.array([radar.time_of_spokes(float(crossing))]))
         aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))
         reach = min(MARGIN * (self._reach + self._sway + aside), np.pi) / radar.azimuth_step
         offset = np.linspace(-reach, reach, SAMPLES)
-        rate = self._phase_rate(n, (crossing + offset) * radar.spoke_period) * radar.spoke_period  # rad per spoke
+        rate = self._phase_rate(n, radar.time_of_spokes(crossing + offset)) * radar.spoke_period  # rad per spoke
         if float(np.max(rate)) * self._held_spokes(reach, aside) <= 1.0:
             return np.array([crossing])
         gain, half = self._gain(np.abs(offset) * radar.azimuth_step - aside), SAMPLES // 2
@@ -193,10 +206,16 @@ class BeamPassages:
         )
         nearest = np.maximum(distance - self._radius[n], NEAREST)
         rate = np.abs(np.gradient(np.unwrap(heading), time)) + np.minimum(across, speed) / nearest
+        sway = self._bodies[n].motion.sway
+        if sway is not None:
+            rate += float(sway.max_rates[:2].sum())  # at any time: aspects are no farther apart where it rests a moment
         if self._scene.environment.multipath:
             rate += 2.0 * radar.height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
         coherence = min(self._size[n], aspect.model.coherence(aspect.local, float(distance[len(distance) // 2])))
-        return np.asarray(2.0 * np.pi / radar.wavelength * coherence * rate)
+        wavenumber = 2.0 * np.pi / radar.wavelength
+        if sway is None:
+            return np.asarray(wavenumber * coherence * rate)
+        return np.asarray(wavenumber * (coherence * rate + 2.0 * waterline_rise(self._bodies[n]) * radar.height / nearest))
 
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
@@ -204,20 +223,20 @@ class BeamPassages:
             return np.ones_like(offset)
         return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
-    def evaluated(self, n: int, spoke: int) -> ObservedEchoes:
-        """The echoes of body n as it is at a spoke."""
+    def evaluated(self, n: int, spoke: int, presence_time: float) -> ObservedEchoes:
+        """The echoes of body n as it is at a spoke, computed anew; presence_time: as of `_node`."""
         model, local, body = self._aspects[n]
-        time = spoke * self._scene.radar.spoke_period
-        instant = Instant(time, self._line_of_sight, self._max_range)
+        time = self._scene.radar.time_of_spokes(float(spoke))
+        instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
         echoes = model.body_echoes(local, self._scene.antenna(time)[0], instant)
         poses = self._poses.at(np.array([time]))
-        position = map_from_bodies(echoes.position, np.full(len(echoes), n), poses.position[0], poses.heading[0])
+        position = poses.map_from_bodies(0, echoes.position, np.full(len(echoes), n))
         return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)
 
     def _bearings(self, time: float) -> tuple[Floats, Floats]:
         """Bearings (N,) [rad] and ground distances (N,) [m] of the middles of all bodies."""
         poses = self._poses.at(np.array([time]))
-        middle = map_from_bodies(self._middle, np.arange(len(self)), poses.position[0], poses.heading[0])
+        middle = poses.map_from_bodies(0, self._middle, np.arange(len(self)))
         east, north, _ = (middle - self._scene.antenna(time)[0]).T
         return np.arctan2(east, north), np.hypot(east, north)
 
@@ -238,6 +257,21 @@ def _sidelobe_envelope(radar: Radar) -> Floats:
     count = int(np.pi / radar.beamwidth * GAINS_PER_BEAMWIDTH) + 2
     gain = radar.azimuth_gain(np.linspace(0.0, np.pi, count))
     return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
+
+
+def waterline_rise(body: Body) -> float:
+    """The highest speed [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
+
+    The waterline stays at the sea: its echoes leave those of the body by 2 k z sin(elevation).
+    """
+    sway = body.motion.sway
+    assert sway is not None and body.mesh is not None
+    lowest = float(body.motion.position[:, 2].min() + body.mesh.vertices[:, 2].min())
+    if lowest > sway.max_heave + body.arm * np.sin(sway.max_tilt):
+        return 0.0
+    aside, ahead = np.abs(body.mesh.vertices[:, :2]).max(axis=0)
+    roll, pitch, _, heave = sway.max_rates
+    return float(heave + aside * roll + ahead * pitch)
 
 
 def outward_nodes(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:

@@ -10,7 +10,7 @@ from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.range_history import Parabola, apparent_position, elevation_of
 from radar_service.frames import Polar, polar_from_map
 from radar_service.scattering.model import BodyEchoes
-from radar_service.scene.poses import PoseArrays, map_from_bodies
+from radar_service.scene.poses import PoseArrays
 from radar_service.types import Flags, Floats, Indices, Singles
 
 
@@ -60,7 +60,7 @@ class BlockGeometry(NamedTuple):
         for n in instants:
             positions.append(position - self.antenna[n])
             if len(moving):
-                moved = map_from_bodies(points, mover, self.poses.position[n], self.poses.heading[n])
+                moved = self.poses.map_from_bodies(n, points, mover)
                 positions[-1][moving] = moved - self.antenna[n]
         return positions
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from radar_service.types import Complexes, Floats, Indices, Profiles, Singles
 
+SECOND_TIME = -1  # in place of a body's index: the echo is one of an earlier pulse
+
 
 @dataclass(frozen=True)
 class Echoes:
@@ -45,16 +47,28 @@ class BeamWeightedEchoes(NamedTuple):
     range: (E,) at the middle azimuth [m].
     range_migration: (E, K) change of range since the middle [m].
     amplitude: (E, K) [sqrt(W)].
+    body: (E,) index of the body in the scene; SECOND_TIME for echoes of an earlier pulse.
     """
 
     range: Floats
     range_migration: Singles
     amplitude: Profiles
+    body: Indices
+
+    def chosen(self, which: Indices) -> "BeamWeightedEchoes":
+        """The echoes `which` (N,)."""
+        return BeamWeightedEchoes(
+            self.range[which],
+            self.range_migration.take(which, axis=0),
+            self.amplitude.take(which, axis=0),
+            self.body[which],
+        )
 
 
 def concatenated(parts: Sequence[BeamWeightedEchoes], azimuths: int) -> BeamWeightedEchoes:
     """Echoes of several parts over the same azimuths as one record."""
     if len(parts) == 1:
         return parts[0]
-    none = BeamWeightedEchoes(np.zeros(0), np.zeros((0, azimuths), np.float32), np.zeros((0, azimuths), np.complex64))
+    each = np.zeros((0, azimuths))
+    none = BeamWeightedEchoes(np.zeros(0), each.astype(np.float32), each.astype(np.complex64), np.zeros(0, np.int64))
     return BeamWeightedEchoes(*(np.concatenate(column) for column in zip(none, *parts, strict=True)))

@@ -50,7 +50,7 @@ class MovingEchoes:
         self._poses = BodyPoses(self._bodies)
         self._moves: Flags = np.zeros(len(self._bodies), dtype=np.bool_)
         self._moves[self._poses.moving] = True
-        self._fluctuation = Fluctuation(self._bodies, scene.name, scene.radar.azimuths, seed)
+        self._fluctuation = Fluctuation(self._bodies, scene.name, scene.radar.azimuths, seed, scene.own_id)
         self.passages = BeamPassages(
             scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent
         )
@@ -59,13 +59,28 @@ class MovingEchoes:
         """How many bodies there are."""
         return len(self._bodies)
 
-    def snapshot(self, number: int) -> VisibilitySnapshot:
-        """The visibility snapshot of the step of that number."""
-        return self.visibility.snapshot(number, self._beam.extent + self._beam.span)
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self.visibility.motions_changed()
+        self.passages.motions_changed()
+
+    def snapshot(self, number: int, time: float | None = None) -> VisibilitySnapshot:
+        """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`."""
+        return self.visibility.snapshot(number, self._beam.extent + self._beam.span, time)
+
+    def drawn_power(self, body: int, number: int, azimuth: float) -> float | None:
+        """The power factor drawn for a body, by its index in the scene, at an azimuth numbered from the start; None for one that
+        does not fluctuate. azimuth: bearing of the body [rad]."""
+        local = np.flatnonzero(self.visibility.scatterers.key == body)
+        if not len(local) or not self._bodies[local[0]].swerling:
+            return None
+        weight = np.ones((1, 1), dtype=np.float32)
+        self._fluctuation.apply(weight, np.array([number]), np.array([azimuth]), local)
+        return float(weight[0, 0]) ** 2
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
-        """All echoes within the beam's extent of any of these azimuths."""
-        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval))
+        """All echoes within the beam's extent of any of these azimuths, over which no body comes or goes."""
+        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval), azimuths.middle)
         middle, half = self._sector(azimuths)
         around = snapshot.around(middle, half + self.visibility.bearing_drift)
         passing = self.passing(azimuths)
@@ -134,7 +149,8 @@ class MovingEchoes:
         amplitude = received_field(middle, distance, weight, history.range_migration, radar.wavelength)
         if sea is not None:
             sea.apply(amplitude)
-        return BeamWeightedEchoes(distance, history.range_migration, amplitude)
+        body = self.visibility.scatterers.key[observed.echoes.body[which]]
+        return BeamWeightedEchoes(distance, history.range_migration, amplitude, body)
 
     def _sea_history(
         self, observed: ObservedEchoes, which: Indices, part: PartGeometry, block: BlockGeometry
@@ -208,6 +224,10 @@ class MovingEchoes:
             arm = np.array([self._bodies[b].arm for b in moving])
             away = interpolation_error(position[3:], position[:3], over)
             away = away + arm * interpolation_error(heading[3:], heading[:3], over)
+            for n, b in enumerate(moving.tolist()):
+                if b in poses.rotation:
+                    entries = poses.rotation[b].reshape(-1, 1, 9)
+                    away[n] += 3.0 * arm[n] * interpolation_error(entries[3:], entries[:3], over)[0]
             rough[moving] = away > TOLERANCE
         return rough
 

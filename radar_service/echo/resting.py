@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.block_cache import BlockCache
-from radar_service.echo.echoes import Echoes
+from radar_service.echo.echoes import SECOND_TIME, Echoes
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.echo.second_time_around import apparent_range, max_apparent_range
 from radar_service.frames import Polar, polar_from_map
@@ -29,6 +29,7 @@ class RestingEchoes:
     echoes: range, azimuth and amplitude on boresight.
     position: (E, 3) on the map [m].
     body: (E,) index in the set they come from.
+    scene_body: (E,) index in the scene; SECOND_TIME for echoes of an earlier pulse.
     polar: the positions relative to the antenna.
     antenna: (3,) on the map [m].
     """
@@ -36,6 +37,7 @@ class RestingEchoes:
     echoes: Echoes
     position: Floats
     body: Indices
+    scene_body: Indices
     polar: Polar
     antenna: Floats
 
@@ -47,7 +49,14 @@ class RestingEchoes:
         kept = np.flatnonzero(self.echoes.range < max_range)
         echoes = Echoes(self.echoes.range[kept], self.echoes.azimuth[kept], self.echoes.amplitude[kept])
         polar = Polar(*(part[kept] for part in self.polar))
-        return RestingEchoes(echoes, self.position[kept], self.body[kept], polar, self.antenna)
+        return RestingEchoes(echoes, self.position[kept], self.body[kept], self.scene_body[kept], polar, self.antenna)
+
+
+@dataclass(frozen=True)
+class OccludedEchoes(Echoes):
+    """Resting echoes that moving bodies occlude. body: (E,) as `RestingEchoes.scene_body`."""
+
+    body: Indices
 
 
 class PassingShadows:
@@ -60,20 +69,30 @@ class PassingShadows:
         self._azimuth = np.arctan2(east, north)  # rising
         movers = line_of_sight.moving_shadow_sectors(resting.antenna, 0.0).middle
         self.possible = len(resting) > 0 and len(movers) > 0  # else no echo is ever occluded
-        self._steps: BlockCache[int, Echoes] = BlockCache(STEPS)
+        self._steps: BlockCache[tuple[int, bytes], OccludedEchoes] = BlockCache(STEPS)
 
-    def at(self, step: int) -> Echoes:
-        """Echoes occluded during a visibility step, with opposite sign: added, they cancel the resting ones."""
-        return self._steps.get(step, lambda: self.computed(step))
+    def at(self, step: int, time: float | None = None) -> OccludedEchoes:
+        """Echoes occluded during a visibility step, with opposite sign: added, they cancel the resting ones.
 
-    def computed(self, step: int) -> Echoes:
+        time: when those bodies are present that occlude [s]; None: the middle of the step.
+        """
+        time = (step + 0.5) * self._interval if time is None else time
+        return self._steps.get((step, self._line_of_sight.presences.state(time)), lambda: self.computed(step, time))
+
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._steps.clear()
+
+    def computed(self, step: int, presence_time: float) -> OccludedEchoes:
         """As `at`, computed anew."""
-        resting, echoes = self._resting, self._resting.echoes
+        resting, echoes, line_of_sight = self._resting, self._resting.echoes, self._line_of_sight.as_of(presence_time)
         time = (step + 0.5) * self._interval
-        behind = self._behind(self._line_of_sight.moving_shadow_sectors(resting.antenna, time))
+        behind = self._behind(line_of_sight.moving_shadow_sectors(resting.antenna, time))
         polar = Polar(*(part[behind] for part in resting.polar))
-        which = behind[self._line_of_sight.shadowed(resting.position[behind], polar, resting.antenna, time)]
-        return Echoes(echoes.range[which], echoes.azimuth[which], -echoes.amplitude[which])
+        which = behind[line_of_sight.shadowed(resting.position[behind], polar, resting.antenna, time)]
+        return OccludedEchoes(
+            echoes.range[which], echoes.azimuth[which], -echoes.amplitude[which], resting.scene_body[which]
+        )
 
     def _behind(self, sectors: ShadowSectors) -> Indices:
         """Indices of the echoes in any of the sectors, rising: a few of all, found by their order."""
@@ -101,4 +120,5 @@ def resting_echoes(scene: Scene, scatterers: ScattererSet, line_of_sight: Occlus
         visible.amplitude * factor * received_amplitude(radar, polar.range) * two_way_phase(distance, radar.wavelength)
     )
     echoes = Echoes(apparent_range(radar, distance), polar.azimuth, amplitude)
-    return RestingEchoes(echoes, position, visible.body, polar, antenna).within(max_apparent_range(radar))
+    scene_body = np.where(echoes.range < distance, SECOND_TIME, scatterers.key[visible.body])
+    return RestingEchoes(echoes, position, visible.body, scene_body, polar, antenna).within(max_apparent_range(radar))

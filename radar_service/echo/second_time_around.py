@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes, BeamWeightedEchoes
 from radar_service.radar.parameters import Radar
 from radar_service.types import Floats
 
@@ -55,4 +55,5 @@ def _of_pulse(echoes: BeamWeightedEchoes, n: int, radar: Radar) -> BeamWeightedE
     """The echoes of the pulse n intervals ago, at their apparent ranges."""
     apparent = echoes.range - n * radar.unambiguous_range
     received = np.flatnonzero((apparent >= 0) & (apparent < min(radar.unambiguous_range, max_apparent_range(radar))))
-    return BeamWeightedEchoes(apparent[received], echoes.range_migration[received], echoes.amplitude[received])
+    body = echoes.body[received] if n == 0 else np.full(len(received), SECOND_TIME)
+    return BeamWeightedEchoes(apparent[received], echoes.range_migration[received], echoes.amplitude[received], body)

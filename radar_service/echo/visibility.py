@@ -9,12 +9,13 @@ from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.frames import wrap_angle
 from radar_service.scattering.model import BodyEchoes, Instant, Sector
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.poses import BodyPoses, map_from_bodies
+from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Floats, Indices
 
 MAX_BEARING_DRIFT = 0.05  # rad that echoes which are not near may leave their bearing of the middle of a step
+PER_PERIOD = 32  # visibility steps in the shortest period of a body's sway
 SNAPSHOTS = 4  # kept: threads may be this many steps apart before one is computed again
 
 
@@ -57,12 +58,21 @@ class Visibility:
         self._poses = BodyPoses(scatterers.bodies)
         self._movers = len(line_of_sight.moving_shadow_sectors(scene.antenna(0.0)[0], 0.0).middle) > 0
         sway = scene.own_ship.sway
-        self.bearing_drift = MAX_BEARING_DRIFT + (0.0 if sway is None else float(sway.amplitude[:2].sum()))
-        self._snapshots: BlockCache[int, VisibilitySnapshot] = BlockCache(SNAPSHOTS)
+        self.bearing_drift = MAX_BEARING_DRIFT + (0.0 if sway is None else sway.max_tilt)
+        self._snapshots: BlockCache[tuple[int, bytes], VisibilitySnapshot] = BlockCache(SNAPSHOTS)
 
-    def snapshot(self, number: int, half: float) -> VisibilitySnapshot:
-        """The snapshot of the visibility step of that number, within `half` [rad] of all boresights meanwhile."""
-        return self._snapshots.get(number, lambda: self._computed(number, half))
+    def snapshot(self, number: int, half: float, time: float | None = None) -> VisibilitySnapshot:
+        """The snapshot of the visibility step of that number, within `half` [rad] of all boresights meanwhile.
+
+        time: when those bodies are present that it shows [s]; None: the middle of the step.
+        """
+        time = self._middle(number) if time is None else time
+        state = self.line_of_sight.presences.state(time)
+        return self._snapshots.get((number, state), lambda: self._computed(number, half, time))
+
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._snapshots.clear()
 
     def all_round(self, number: int) -> BodyEchoes:
         """All visible echoes in the middle of the step of that number, wherever the beam points, those by aspect among them."""
@@ -76,15 +86,19 @@ class Visibility:
     def _middle(self, number: int) -> float:
         return (number + 0.5) * self.interval
 
-    def _computed(self, number: int, half: float) -> VisibilitySnapshot:
+    def _computed(self, number: int, half: float, presence_time: float) -> VisibilitySnapshot:
         antenna, instant = self.observed_at(number)
-        time = instant.time
+        time, line_of_sight = instant.time, self.line_of_sight.as_of(presence_time)
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
-        sector = Sector(antenna, rate * time % (2.0 * np.pi), width, self._step / MAX_BEARING_DRIFT)
-        echoes = self.scatterers.steady.echoes(antenna, replace(instant, sector=sector))
+        boresight = rate * (time - self._scene.radar.origin.time) % (2.0 * np.pi)
+        sector = Sector(antenna, boresight, width, self._step / MAX_BEARING_DRIFT)
+        echoes = self.scatterers.steady.echoes(antenna, replace(instant, sector=sector, line_of_sight=line_of_sight))
+        present = line_of_sight.present(time)[self.scatterers.key]
+        if not present.all():
+            echoes = echoes.chosen(np.flatnonzero(present[echoes.body]))
         poses = self._poses.at(np.array([time]))
-        position = map_from_bodies(echoes.position, echoes.body, poses.position[0], poses.heading[0])
+        position = poses.map_from_bodies(0, echoes.position, echoes.body)
         east, north, _ = (position - antenna).T
         azimuth = np.arctan2(east, north)
         near = np.hypot(east, north) * MAX_BEARING_DRIFT < self._step
@@ -94,14 +108,18 @@ class Visibility:
 
 
 def visibility_interval(scene: Scene, step: float) -> float:
-    """Time [s] in which nothing moves more than `step` [m] relative to the antenna, at most one scan."""
-    others = max((body.motion.top_speed for body in scene.bodies), default=0.0)
+    """Time [s] in which nothing moves more than `step` [m] relative to the antenna, at most one scan, and no body sways by more
+    than a fifth of its amplitude."""
+    others = max((body.top_speed for body in scene.bodies), default=0.0)
     speed = scene.own_ship.top_speed + mast_speed(scene) + others
-    period = scene.radar.rotation_period
+    sways = (body.motion.sway for body in scene.bodies)
+    period = min(
+        [scene.radar.rotation_period, *(float(sway.period.min()) / PER_PERIOD for sway in sways if sway is not None)]
+    )
     return period if speed * period <= step else step / speed
 
 
 def mast_speed(scene: Scene) -> float:
     """The highest speed [m/s] at which sway moves the antenna."""
     sway = scene.own_ship.sway
-    return 0.0 if sway is None else scene.radar.height * float(np.sum((sway.amplitude * 2.0 * np.pi / sway.period)[:2]))
+    return 0.0 if sway is None else scene.radar.height * float(np.sum(sway.max_rates[:2])) + float(sway.max_rates[3])

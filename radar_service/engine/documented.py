@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.fidelity import Fidelity
-from radar_service.frames import body_rotation, direction, effective_earth_radius, polar_from_map, wrap_angle
+from radar_service.frames import direction, effective_earth_radius, polar_from_map, wrap_angle
 from radar_service.propagation.attenuation import printed_atmosphere
 from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.propagation.sea_surface import rms_wave_height
@@ -21,6 +21,7 @@ from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_
 from radar_service.receive.detection import beam_spread, detect
 from radar_service.scene.motion import Motion
 from radar_service.scene.poses import BodyPoses
+from radar_service.scene.presence import Presence, Presences
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.moller_trumbore import TriangleList
@@ -52,10 +53,11 @@ class Solid:
 
 @dataclass(frozen=True)
 class Traced:
-    """Triangles in their own frame, ready for rays, and their motion."""
+    """Triangles in their own frame, ready for rays, their motion and their presence."""
 
     triangles: TriangleScene | TriangleList
     motion: Motion
+    presence: Presence
 
 
 class DocumentedEngine:
@@ -68,12 +70,13 @@ class DocumentedEngine:
         self._scene, self._seed = scene, seed
         # As printed: sample n stands at n c / (2 fs), where all else in the project has the middle of its cell.
         self.range: Floats = np.arange(radar.bins, dtype=np.float64) * radar.range_step
-        meshes = [(body.mesh.vertices, body.mesh.faces, body.motion) for body in scene.bodies if body.mesh is not None]
+        solids = [(body, body.mesh) for body in scene.bodies if body.mesh is not None]
+        self._traced = [Traced(tracer(m.vertices, m.faces), body.motion, body.presence) for body, m in solids]
         if scene.environment.ground_plane:
-            meshes.append((*ground_plane(2.0 * radar.range_max), scene.own_ship))
-        self._traced = [Traced(tracer(vertices, faces), motion) for vertices, faces, motion in meshes]
-        self._poses = BodyPoses(self._traced)
-        self._point_poses = BodyPoses([body for body in scene.bodies if body.mesh is None])
+            self._traced.append(Traced(tracer(*ground_plane(2.0 * radar.range_max)), scene.own_ship, Presence.always))
+        points = [body for body in scene.bodies if body.mesh is None]
+        self._poses, self._point_poses = BodyPoses(self._traced), BodyPoses(points)
+        self._presences, self._point_presences = Presences(self._traced), Presences(points)
         self._transmitted = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
         self._window = window(radar.window, self._transmitted.size)
 
@@ -83,6 +86,9 @@ class DocumentedEngine:
         requested: ignored, for the same reason.
         """
         yield 0, *self.scan(scan)
+
+    def motions_changed(self, own_ship: bool) -> None:
+        """Nothing that depends on motions is kept."""
 
     def scan(self, number: int) -> tuple[Profiles, Singles]:
         """Field (A, N) before detection and power (A, N) after eqs. 18 and 19 of the scan of that number, 0 the first."""
@@ -96,7 +102,7 @@ class DocumentedEngine:
     def azimuth_field(self, scan: int, index: int) -> Profiles:
         """Compressed field (N,) of one azimuth, relative amplitude: eqs. 4 to 15."""
         radar = self._scene.radar
-        time = (scan * radar.azimuths + index) * radar.spoke_period
+        time = radar.time_of_spokes(float(scan * radar.azimuths + index))
         boresight = index * radar.azimuth_step
         if self._scene.blind(np.array([time]), np.array([boresight]))[0]:
             return np.zeros(radar.bins, dtype=np.complex64)
@@ -156,7 +162,7 @@ class DocumentedEngine:
             return []
         radar = self._scene.radar
         poses, triangles = self._poses.each_at(time), [traced.triangles for traced in self._traced]
-        rotations = [body_rotation(pose.heading) for pose in poses]
+        rotations = [pose.matrix for pose in poses]
         position = np.array([pose.position for pose in poses])
         centre = position + np.array([r @ t.centre for r, t in zip(rotations, triangles, strict=True)])
         radius = np.array([t.radius for t in triangles])
@@ -164,7 +170,7 @@ class DocumentedEngine:
         half = np.arcsin(np.minimum(radius / np.maximum(polar.distance, radius), 1.0))
         off = np.abs(wrap_angle(polar.azimuth - boresight))
         inside = (polar.distance <= radius) | (off <= BOX_BEAMWIDTHS * radar.beamwidth + half)
-        chosen = np.flatnonzero(inside & (polar.range - radius < radar.range_max))
+        chosen = np.flatnonzero(inside & (polar.range - radius < radar.range_max) & self._presences.at(time))
         return [Solid(triangles[k], position[k], rotations[k]) for k in chosen]
 
     def _point_hits(self, boresight: float, antenna: Floats, time: float, solids: list[Solid]) -> Hits:
@@ -177,7 +183,7 @@ class DocumentedEngine:
         inside = (np.abs(azimuth) <= BOX_BEAMWIDTHS * radar.beamwidth) & (
             np.abs(elevation) <= BOX_BEAMWIDTHS * radar.beamwidth_el
         )
-        chosen = np.flatnonzero(inside)
+        chosen = np.flatnonzero(inside & self._point_presences.at(time))
         first_hit = nearest(solids, antenna, direction(polar.azimuth[chosen], polar.elevation[chosen]))
         visible = chosen[first_hit >= polar.range[chosen] * (1.0 - ON_SURFACE)]
         return Hits(polar.range[visible], azimuth[visible], elevation[visible], positions[visible, 2])

@@ -7,13 +7,17 @@ moving body shadows, is computed azimuth by azimuth with its exact range, phase 
 Arithmetic runs in tiles that are the same however spokes are grouped afterwards, so bytes do not depend on the grouping.
 """
 
+import dataclasses
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, Echoes, concatenated
+from radar_service.clutter.clutter import ClutterRows
+from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
+from radar_service.echo.resting import OccludedEchoes
 from radar_service.echo.second_time_around import fold_ranges
 from radar_service.engine.preparation import Prepared, column
 from radar_service.frames import wrap_angle
@@ -21,21 +25,42 @@ from radar_service.parallel import in_order
 from radar_service.radar.parameters import Radar
 from radar_service.random import NOISE, generator
 from radar_service.receive.detection import square_law
-from radar_service.types import Flags, Floats, Indices, Profiles, Singles
+from radar_service.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 
 
-def profiles(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles:
-    """Compressed range profiles (K, bins) [sqrt(W)] of the azimuths (K,) of one tile."""
+@dataclass
+class Contributions:
+    """What each stage added to a tile of azimuths (K,), apart from echoes at rest and noise.
+
+    transmitting: (K,) which azimuths are not blind.
+    echoes: of the blocks of the tile: first azimuth, end, and the echoes that are not those of bodies at rest.
+    clutter: of sea and rain, where there is any.
+    interference: profiles (bins,) [sqrt(W)] by row.
+    """
+
+    transmitting: Flags = dataclasses.field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    echoes: list[tuple[int, int, BeamWeightedEchoes]] = dataclasses.field(default_factory=list)
+    clutter: ClutterRows | None = None
+    interference: dict[int, Complexes] = dataclasses.field(default_factory=dict)
+
+
+def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles:
+    """Compressed range profiles (K, bins) [sqrt(W)] of the azimuths (K,) of one tile.
+
+    record: empty; it is filled with what the stages add.
+    """
     blind = prepared.scene.blind(azimuths.time, azimuths.boresight)
-    rows = moving_rows(prepared, azimuths)
+    if record is not None:
+        record.transmitting = ~blind
+    rows = moving_rows(prepared, azimuths, record)
     field = receive(prepared, azimuths, rows, blind)
     add_resting(prepared, field, azimuths, blind)
-    add_clutter(prepared, field, azimuths, blind)
-    add_interference(prepared, field, azimuths)
+    add_clutter(prepared, field, azimuths, blind, record)
+    add_interference(prepared, field, azimuths, record)
     return field
 
 
-def moving_rows(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles | None:
+def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles | None:
     """Moving echoes spread on grid rows (K, size), before compression; None where there are none."""
     rows: Profiles | None = None
     if not len(prepared.moving) and not prepared.shadows.possible:
@@ -45,6 +70,8 @@ def moving_rows(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles | None:
         echoes = moving_echoes(prepared, azimuths.part(first, stop))
         if not len(echoes.range):
             continue
+        if record is not None:
+            record.echoes.append((first, stop, echoes))
         if rows is None:
             rows = np.zeros((len(azimuths.time), compression.size), dtype=np.complex64)
         step = prepared.scene.radar.range_step
@@ -59,12 +86,16 @@ def visibility_steps(prepared: Prepared, azimuths: AzimuthTimes) -> Indices:
 
 
 def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, int]]:
-    """First and end of the blocks of a tile, each within one visibility step, so that no azimuth has the shadows of another."""
+    """First and end of the blocks of a tile, each within one visibility step, so that no azimuth has the shadows of another.
+
+    Neither does a body come or go within a block.
+    """
     steps, size = visibility_steps(prepared, azimuths), prepared.fidelity.azimuths_per_block
-    edges = [0, len(steps)]
+    edges = {0, len(steps)}
     if steps[0] != steps[-1]:
-        edges[1:1] = (np.flatnonzero(np.diff(steps)) + 1).tolist()
-    for start, end in pairwise(edges):
+        edges.update((np.flatnonzero(np.diff(steps)) + 1).tolist())
+    edges.update(first for first, _ in prepared.line_of_sight.presences.spans(azimuths.time))
+    for start, end in pairwise(sorted(edges)):
         for first in range(start, end, size):
             yield first, min(first + size, end)
 
@@ -75,7 +106,7 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes) -> BeamWeightedEch
     if len(prepared.moving):
         parts += fold_ranges(prepared.moving.echoes, azimuths, prepared.scene.radar)
     if prepared.shadows.possible:
-        shadows = prepared.shadows.at(int(azimuths.middle // prepared.moving.visibility.interval))
+        shadows = prepared.shadows.at(int(azimuths.middle // prepared.moving.visibility.interval), azimuths.middle)
         if len(shadows.range):
             parts.append(_beam_weighted(shadows, azimuths.boresight, prepared.scene.radar))
     return concatenated(parts, len(azimuths.time))
@@ -90,7 +121,7 @@ def receive(prepared: Prepared, azimuths: AzimuthTimes, rows: Profiles | None, b
         spectrum = compression.spectrum(rows)
     if prepared.scene.environment.noise:
         scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
-        rng = generator(prepared.seed, NOISE, scan, index // prepared.tile)
+        rng = generator(prepared.seed, NOISE, *prepared.scene.random_key, scan, index // prepared.tile)
         if spectrum is None:
             spectrum = compression.noise.draw(len(azimuths.time), rng)
         else:
@@ -108,16 +139,26 @@ def add_resting(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, bli
         field += np.where(~blind[:, None], resting, 0) if blind.any() else resting
 
 
-def add_clutter(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags) -> None:
+def add_clutter(
+    prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, blind: Flags, record: Contributions | None = None
+) -> None:
     """Adds sea and rain clutter."""
-    if prepared.clutter is not None:
-        prepared.clutter.add(field, azimuths.number, ~blind[:, None])
+    rows = None if prepared.clutter is None else prepared.clutter.rows(azimuths.number, ~blind[:, None])
+    if rows is not None:
+        rows.add_to(field)
+    if record is not None:
+        record.clutter = rows
 
 
-def add_interference(prepared: Prepared, field: Profiles, azimuths: AzimuthTimes) -> None:
+def add_interference(
+    prepared: Prepared, field: Profiles, azimuths: AzimuthTimes, record: Contributions | None = None
+) -> None:
     """Adds the pulses of other radars, which a blind sector does not stop."""
     for other in prepared.interference:
-        other.add(field, azimuths.boresight, azimuths.time)
+        for row, received in other.rows(azimuths.boresight, azimuths.time):
+            field[row] += received
+            if record is not None:
+                record.interference[row] = record.interference.get(row, 0.0) + received
 
 
 def tile_azimuths(prepared: Prepared, scan: int, start: int) -> AzimuthTimes:
@@ -138,18 +179,26 @@ class Engine:
     def tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
         """One scan: index of each tile's first azimuth, field (K, bins) [sqrt(W)] and power (K, bins) [W]; only tiles that
         hold any of the requested azimuths, where there are flags (A,) of these."""
-        azimuths, tile = self.prepared.scene.radar.azimuths, self.prepared.tile
-        starts = [n for n in range(0, azimuths, tile) if requested is None or requested[n : n + tile].any()]
+        starts = self.starts(requested)
         fields = in_order(partial(self._tile, scan), starts, self._threads)
         for start, field in zip(starts, fields, strict=True):
             yield start, field, square_law(field)
+
+    def motions_changed(self, own_ship: bool) -> None:
+        """As `Prepared.motions_changed`."""
+        self.prepared.motions_changed(own_ship)
+
+    def starts(self, requested: Flags | None = None) -> list[int]:
+        """The first azimuths of a scan's tiles; only of those that hold any of the requested azimuths (A,)."""
+        azimuths, tile = self.prepared.scene.radar.azimuths, self.prepared.tile
+        return [n for n in range(0, azimuths, tile) if requested is None or requested[n : n + tile].any()]
 
     def _tile(self, scan: int, start: int) -> Profiles:
         return profiles(self.prepared, tile_azimuths(self.prepared, scan, start))
 
 
-def _beam_weighted(echoes: Echoes, boresight: Floats, radar: Radar) -> BeamWeightedEchoes:
+def _beam_weighted(echoes: OccludedEchoes, boresight: Floats, radar: Radar) -> BeamWeightedEchoes:
     """Resting echoes (E,) at single azimuths, for boresights (K,) [rad]."""
     weight = radar.azimuth_gain(wrap_angle(boresight - echoes.azimuth[:, None]))
     amplitude = (weight * echoes.amplitude[:, None]).astype(np.complex64)
-    return BeamWeightedEchoes(echoes.range, np.zeros(amplitude.shape, dtype=np.float32), amplitude)
+    return BeamWeightedEchoes(echoes.range, np.zeros(amplitude.shape, dtype=np.float32), amplitude, echoes.body)

@@ -62,6 +62,17 @@ class Prepared:
     clutter: Clutter | None
     interference: tuple[Interference, ...]
 
+    def motions_changed(self, own_ship: bool) -> None:
+        """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile.
+
+        own_ship: whether hers is among them.
+        """
+        self.line_of_sight.motions_changed()
+        self.moving.motions_changed()
+        self.shadows.motions_changed()
+        if self.clutter is not None:
+            self.clutter.motions_changed(own_ship)
+
 
 def prepare(
     scene: Scene,
@@ -125,7 +136,7 @@ def _scatterers(
 
 
 def _rests(body: Body, scene: Scene) -> bool:
-    return scene.own_ship.at_rest and body.motion.at_rest and body.swerling == 0
+    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0
 
 
 def _beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
@@ -139,17 +150,27 @@ def _resting_profiles(radar: Radar, fidelity: Fidelity, echoes: Echoes, compress
     """Profiles (A, bins) of resting echoes: spread on the azimuth-range grid, filtered by the beam, compressed."""
     if not len(echoes.range):
         return None
-    beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
-    rows = grid_rows(radar.azimuths, beamwidth)
-    kernel = azimuth_kernel(beamwidth, rows, fidelity.beam_kernel_width)
-    row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
-    where = column(echoes.range, radar.range_step)
-    grid = spread((rows, compression.size), row, where, echoes.amplitude, kernel, compression.kernel)
-    filtered = beam_filter(grid, radar.azimuth_gain, kernel, radar.azimuths)
+    filtered = beam_rows(radar, fidelity, echoes, compression, 0, compression.size)
     finished = np.empty((radar.azimuths, radar.bins), dtype=np.complex64)
     for start in range(0, radar.azimuths, MAX_TILE):
         finished[start : start + MAX_TILE] = compression.profiles(filtered[start : start + MAX_TILE])
     return finished
+
+
+def beam_rows(
+    radar: Radar, fidelity: Fidelity, echoes: Echoes, compression: Compression, first: int, columns: int
+) -> Profiles:
+    """Resting echoes in the beam at each azimuth (A, columns), before compression, from grid column `first` on.
+
+    Grid columns are circular, so all that the echoes' kernels cover must lie within these columns.
+    """
+    beamwidth = radar.pattern.aperture_beamwidth(radar.beamwidth)
+    rows = grid_rows(radar.azimuths, beamwidth)
+    kernel = azimuth_kernel(beamwidth, rows, fidelity.beam_kernel_width)
+    row = echoes.azimuth % (2.0 * np.pi) * (rows / (2.0 * np.pi))
+    where = column(echoes.range, radar.range_step) - first
+    grid = spread((rows, columns), row, where, echoes.amplitude, kernel, compression.kernel)
+    return beam_filter(grid, radar.azimuth_gain, kernel, radar.azimuths)
 
 
 def column(distance: Floats, range_step: float) -> Floats:

@@ -70,4 +70,4 @@ def _counted(body: Body, key: int, statistics: EngineStatistics) -> str:
 
 
 def _rests(body: Body, scene: Scene) -> bool:
-    return scene.own_ship.at_rest and body.motion.at_rest and body.swerling == 0
+    return scene.own_ship.at_rest and body.at_rest and body.swerling == 0

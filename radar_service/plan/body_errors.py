@@ -88,9 +88,9 @@ def passing_shadows_db(scene: Scene) -> float:
 def _passing_shadow_db(body: Body, scene: Scene) -> float:
     """As `passing_shadows_db`, of one body. A shadow moves at most PASSING times as fast as all that casts it."""
     assert body.mesh is not None
-    own, nearest = scene.own_ship.top_speed + body.motion.top_speed, nearest_and_top(body, scene)[0] + 2.0 * body.radius
+    own, nearest = scene.own_ship.top_speed + body.top_speed, nearest_and_top(body, scene)[0] + 2.0 * body.radius
     others = [one for one in scene.bodies if one is not body and one.mesh is not None]
-    speeds = [own + one.motion.top_speed for one in others if nearest_and_top(one, scene)[0] < nearest]
+    speeds = [own + one.top_speed for one in others if nearest_and_top(one, scene)[0] < nearest]
     dwell = scene.radar.rotation_period * scene.radar.beamwidth / (2.0 * np.pi)
     moved = PASSING * max(speeds, default=0.0) * dwell / body.diagonal
     return 20.0 * math.log10(min(1.0, EDGE_FIELD * moved)) if moved > 0.0 else -math.inf
@@ -171,5 +171,5 @@ def _split_paths(body: Body, scene: Scene) -> list[str]:
 def _excess_cells(distance: float, top: float, scene: Scene) -> float:
     """How many range cells longer the way by the sea is, to a height `top` [m] at `distance` [m]."""
     radar = scene.radar
-    cell = radar.range_resolution if radar.modulation == "lfm" else SPEED_OF_LIGHT * radar.pulse / 2.0
+    cell = SPEED_OF_LIGHT * radar.pulse / 2.0 if radar.modulation == "none" else radar.range_resolution
     return float(specular_geometry(max(distance, NEAREST), top, radar.height).excess) / cell

@@ -7,6 +7,7 @@ import numpy as np
 
 from radar_service.scene.body import Body
 from radar_service.scene.motion import Motion
+from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.world import Scene
 from radar_service.types import Floats
 
@@ -22,11 +23,15 @@ def legs_of(motion: Motion) -> tuple[Floats, Floats, float]:
     bulge = 0.0
     if motion.arcs is not None and len(motion.time) > 1:
         bulge = float((motion.arcs[:-1, 1] * np.diff(motion.time)).max())  # an arc leaves its chord by less than its length
+    if motion.arcs is not None and motion.final_turn:
+        last, bulge = position[-1], max(bulge, 2.0 * float(motion.arcs[-1, 1]) / abs(motion.final_turn))  # a circle
     return position, np.concatenate([position[1:], last[None]]), bulge
 
 
 def closest_approach(one: Motion, other: Motion) -> float:
-    """A lower bound of the distance on the map between two motions [m]."""
+    """A lower bound of the distance on the map between two motions [m]: 0 where commands may bring one anywhere."""
+    if isinstance(one, SteeredMotion) or isinstance(other, SteeredMotion):
+        return 0.0
     (a, b, bulge), (c, d, other_bulge) = legs_of(one), legs_of(other)
     if len(a) * len(c) > MAX_PAIRS:
         low, high = np.minimum(a, b).min(axis=0), np.maximum(a, b).max(axis=0)
@@ -65,6 +70,8 @@ def nearest_and_top(body: Body, scene: Scene) -> tuple[float, float]:
     if body.mesh is not None:
         used = body.mesh.vertices[np.unique(body.mesh.faces)]
         radius, top = float(np.hypot(used[:, 0], used[:, 1]).max()), float(used[:, 2].max())
+        if body.motion.sway is not None and body.motion.sway.tilts:
+            radius, top = body.arm, top + body.arm * float(np.sin(body.motion.sway.max_tilt))
     lean = 0.0 if scene.own_ship.sway is None else scene.radar.height  # the mast sways about the water line
     gap = closest_approach(scene.own_ship, body.motion) - radius - lean
     return max(0.0, gap), top + max_height(body.motion)
@@ -72,4 +79,5 @@ def nearest_and_top(body: Body, scene: Scene) -> tuple[float, float]:
 
 def max_height(motion: Motion) -> float:
     """The maximum height [m] of a motion at any time; inf where it climbs without end."""
-    return float("inf") if motion.final_velocity[2] > 0.0 else float(motion.position[:, 2].max())
+    heave = 0.0 if motion.sway is None else motion.sway.max_heave
+    return float("inf") if motion.final_velocity[2] > 0.0 else float(motion.position[:, 2].max()) + heave

@@ -11,6 +11,7 @@ from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.radar.parameters import Radar
+from radar_service.receive.compression import receiver_noise_power
 from radar_service.scene.checks.validity import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.trace.ray_sampling import missed_area_range
@@ -31,12 +32,22 @@ def _documented_effects(scene: Scene) -> list[PlanItem]:
     return [
         PlanItem("signal chain", True, chain),
         PlanItem("beam", True, "printed pattern within 1.5 beamwidths, then the Gaussian spread of eq. 19"),
-        *([PlanItem("plain pulse", False, "the specification has only chirps")] if radar.modulation == "none" else []),
+        *_undocumented_waveform(radar),
         PlanItem("earth", False, "flat: the specification has no refraction and no curvature"),
         PlanItem("multipath", environment.multipath, "|F|^2 of eq. 12" if environment.multipath else NOT_REQUESTED),
         *_sway(scene, "the mast and the heading sway; the specification does not tilt the beam"),
         PlanItem("noise", False, "not in the specification"),
         *_documented_clutter(scene),
+    ]
+
+
+def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
+    """What a radar transmits or filters beyond linear chirps and matched filters."""
+    names = {"lfm": [], "nlfm": ["nonlinear chirp"], "none": ["plain pulse"]}[radar.modulation]
+    inverse = ["inverse filter"] if radar.compression == "inverse" else []
+    inverse += ["nearer pulses"] if radar.near_pulses else []
+    return [
+        PlanItem(name, False, "the specification has one linear chirp and its matched filter") for name in names + inverse
     ]
 
 
@@ -46,6 +57,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
     noise = "thermal, k T0 F" if environment.noise else NOT_REQUESTED
     return [
         *_waveform(scene.radar, fidelity, None if environment.noise else receiver),
+        *_near_pulses(scene.radar),
         _beam(scene, fidelity),
         *_motion(scene, fidelity, None if costs is None else costs.looks),
         _earth(scene),
@@ -61,6 +73,8 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
 
 def _waveform(radar: Radar, fidelity: Fidelity, microseconds: float | None) -> list[PlanItem]:
     pulse = f"exact delays, Kaiser-Bessel grid of {fidelity.kernel_width} bins, closed-form spectrum"
+    if radar.compression == "inverse":
+        pulse += "; the inverse filter leaves the sidelobes of the window alone"
     if radar.modulation == "none":
         pulse = "plain pulse behind a Gaussian receiver, gridded in closed form at exact delays"
     error = kernel_db(radar, fidelity.kernel_width)
@@ -74,6 +88,16 @@ def _waveform(radar: Radar, fidelity: Fidelity, microseconds: float | None) -> l
         how = folds if radar.second_time_around else f"{NOT_REQUESTED}: echoes beyond the unambiguous range are dropped"
         choices.append(PlanItem("second-time echoes", radar.second_time_around, how))
     return choices
+
+
+def _near_pulses(radar: Radar) -> list[PlanItem]:
+    """The pulses that serve nearer ranges, each with the loss of signal to noise against the last one."""
+    pulses = []
+    for near in radar.of_each_pulse[:-1]:
+        lost_db = 10.0 * math.log10(receiver_noise_power(near) / receiver_noise_power(radar))
+        pulses.append(f"{near.pulse * 1e6:g} us to {near.range_max:g} m, where signal to noise is {lost_db:.1f} dB lower")
+    how = f"{'; '.join(pulses)}; each costs as much as a radar with that pulse alone"
+    return [PlanItem("nearer pulses", True, how)] if pulses else []
 
 
 def _beam(scene: Scene, fidelity: Fidelity) -> PlanItem:
@@ -90,7 +114,7 @@ def _beam(scene: Scene, fidelity: Fidelity) -> PlanItem:
 
 def _motion(scene: Scene, fidelity: Fidelity, microseconds: float | None) -> list[PlanItem]:
     """How echoes that move relative to the antenna are computed; no item where all bodies and own ship rest."""
-    if scene.own_ship.at_rest and all(body.motion.at_rest for body in scene.bodies):
+    if scene.own_ship.at_rest and all(body.at_rest for body in scene.bodies):
         return []
     blocks = f"in blocks of {fidelity.azimuths_per_block}" if fidelity.azimuths_per_block > 1 else "one by one"
     how = f"range, phase and beam weight of every azimuth, {blocks}; visibility updated every {fidelity.visibility_step:g} m"
@@ -132,9 +156,10 @@ def _air(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:
 def _doppler(scene: Scene) -> list[PlanItem]:
     """Doppler shift within a chirp, which is not modelled; no item where nothing moves."""
     speed = scene.own_ship.top_speed + max((body.motion.top_speed for body in scene.bodies), default=0.0)
-    if speed == 0.0 or scene.radar.modulation != "lfm":
+    if speed == 0.0 or scene.radar.modulation == "none":
         return []
-    cells = pulse_doppler_shift(speed, scene.radar.pulse, scene.radar.wavelength)
+    radar = scene.radar
+    cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength, radar.chirp.doppler_coupling)
     how = f"from spoke to spoke it is exact; within a pulse it would move echoes by up to {cells:.2g} range cells"
     error = min(0.0, 20.0 * math.log10(BAND * cells))
     return [PlanItem("Doppler within the pulse", False, how, field_db=error)]
@@ -158,8 +183,9 @@ def _documented_clutter(scene: Scene) -> list[PlanItem]:
 
 
 def _sway(scene: Scene, how: str) -> list[PlanItem]:
-    """How roll, pitch and yaw are modelled, where own ship has them."""
-    return [] if scene.own_ship.sway is None else [PlanItem("roll, pitch, yaw", True, how)]
+    """How roll, pitch, yaw and heave are modelled, where own ship has them."""
+    sway = scene.own_ship.sway
+    return [] if sway is None else [PlanItem("roll, pitch, yaw" + (", heave" if sway.max_heave else ""), True, how)]
 
 
 def _clutter(scene: Scene, microseconds: float | None) -> list[PlanItem]:

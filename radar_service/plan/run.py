@@ -14,6 +14,7 @@ from radar_service.echo.beam_passage import NEAREST
 from radar_service.echo.visibility import mast_speed
 from radar_service.scene.body import Body
 from radar_service.scene.motion import Motion
+from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.world import Scene
 from radar_service.types import Floats
 
@@ -58,10 +59,13 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
     aside = np.abs(velocity[:, 0] * unit[:, 1] - velocity[:, 1] * unit[:, 0]) + sway
     aside += radial * np.minimum(1.0, body.radius / np.maximum(distance, NEAREST))  # of its ends, where it is long
     turn = np.abs(np.angle(np.exp(1j * (_heading(body, time + LEVER) - heading)))) / LEVER + aside / part
+    if body.motion.sway is not None:
+        roll, pitch, yaw, heave = body.motion.sway.max_rates.tolist()
+        turn, radial = turn + roll + pitch + yaw + heave / part, radial + heave
     closest = int(np.argmin(distance))
     received = part <= max(scene.radar.range_max, float(part.min()))
     lean = 0.0 if scene.own_ship.sway is None else scene.radar.height  # the mast sways about the water line
-    return BodyRun(
+    run = BodyRun(
         nearest=max(0.0, float(distance[closest]) - body.radius - lean),
         approach=float(distance[closest]),
         time=float(time[closest]),
@@ -69,6 +73,25 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
         radial=float(radial[received].max()),
         sea_turn=float((2.0 * scene.radar.height * radial / part**2)[received].max()),
         start=float(distance[0]),
+    )
+    return _within_limits(run, body, scene) if is_steered(body, scene) else run
+
+
+def is_steered(body: Body, scene: Scene) -> bool:
+    """Whether commands may change how a body passes: it is steerable, or own ship is."""
+    return isinstance(body.motion, SteeredMotion) or isinstance(scene.own_ship, SteeredMotion)
+
+
+def _within_limits(run: BodyRun, body: Body, scene: Scene) -> BodyRun:
+    """The bounds of all runs that commands may make of one: anywhere, on any course, at the limits of speed and turn."""
+    speed = body.motion.top_speed + scene.own_ship.top_speed + mast_speed(scene)
+    rate = body.motion.limits.max_turn_rate if isinstance(body.motion, SteeredMotion) else 0.0
+    return run._replace(
+        nearest=0.0,
+        approach=0.0,
+        turn=max(run.turn, rate + 2.0 * speed / NEAREST),  # of the nearest part, and of the ends of a long body
+        radial=max(run.radial, speed),
+        sea_turn=max(run.sea_turn, 2.0 * scene.radar.height * speed / NEAREST**2),
     )
 
 
@@ -112,6 +135,7 @@ def _about_approach(start: Floats, length: Floats, place: Floats, step: Floats) 
 def _end(one: Motion, other: Motion) -> tuple[float, bool]:
     """The last time [s] at which a course changes, and whether loops end the run there."""
     periods = {motion.period for motion in (one, other) if motion.period is not None}
+    periods |= {2.0 * np.pi / abs(motion.final_turn) for motion in (one, other) if motion.final_turn}
     last = max(0.0, float(one.time[-1]), float(other.time[-1]))
     if not periods:
         return last, False
@@ -124,6 +148,8 @@ def _knots(motion: Motion, end: float | None) -> Floats:
     knots = motion.time
     if motion.arcs is not None or motion.turning:
         knots = np.concatenate([np.linspace(a, b, PER_ARC, endpoint=False) for a, b in pairwise(knots)] + [knots[-1:]])
+    if motion.final_turn and end is not None:
+        knots = np.append(knots, np.arange(knots[-1], end, 2.0 * np.pi / abs(motion.final_turn) / PER_ARC))
     if motion.period is None or end is None:
         return knots
     return np.asarray((knots + motion.period * np.arange(int(end / motion.period) + 1)[:, None]).ravel())

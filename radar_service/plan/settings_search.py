@@ -66,7 +66,7 @@ def kernel_db(radar: Radar, width: int) -> float:
     kernel = range_kernel(radar, width)
     if isinstance(kernel, PulseKernel):
         return -math.inf
-    if radar.modulation == "lfm":
+    if radar.modulation != "none":
         return chirp_error_db(radar, width)
     transmitted, filtered = waveform_spectra(radar)
     return sampling_error_db(lambda f: transmitted(f) * filtered(f), kernel.transform, radar.sample_rate)
@@ -186,4 +186,4 @@ def relative_cost(radar: Radar, fidelity: Fidelity) -> float:
 
 def all_rests(scene: Scene) -> bool:
     """Whether all echoes are gridded once: nothing moves relative to the antenna, and nothing fluctuates."""
-    return scene.own_ship.at_rest and all(body.motion.at_rest and body.swerling == 0 for body in scene.bodies)
+    return scene.own_ship.at_rest and all(body.at_rest and body.swerling == 0 for body in scene.bodies)

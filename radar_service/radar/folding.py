@@ -14,7 +14,7 @@ import scipy.fft
 
 from radar_service.kaiser_bessel import kernel_transform, shape_parameter
 from radar_service.radar.parameters import Radar
-from radar_service.radar.waveform import compressed_spectrum
+from radar_service.radar.waveform import Chirp
 from radar_service.types import Complexes, Floats
 
 FREQUENCIES = 1024  # in the sampled band, at which spectra are compared
@@ -41,7 +41,8 @@ def sampling_error_db(spectrum: Callable[[Floats], Complexes], transform: Callab
 
 def chirp_error_db(radar: Radar, width: int) -> float:
     """Relative field error [dB] of a radar's chirps at random delays, spread by a kernel of `width` samples."""
-    return _chirp_error_db(radar.bandwidth * radar.pulse, radar.sample_rate / radar.bandwidth, radar.window, width)
+    chirp = replace(radar.chirp, bandwidth=1.0, pulse=radar.bandwidth * radar.pulse)
+    return _chirp_error_db(chirp, radar.sample_rate / radar.bandwidth, width)
 
 
 def least_chirp_error_db(radar: Radar) -> float:
@@ -50,11 +51,10 @@ def least_chirp_error_db(radar: Radar) -> float:
 
 
 @lru_cache(maxsize=256)
-def _chirp_error_db(product: float, ratio: float, window: str, width: int) -> float:
-    """The same for bandwidth x pulse and sample rate / bandwidth, on which alone it depends."""
-    spectrum = partial(compressed_spectrum, bandwidth=1.0, pulse=product, window=window)
+def _chirp_error_db(chirp: Chirp, ratio: float, width: int) -> float:
+    """The same for a chirp of unit bandwidth and for sample rate / bandwidth, on which alone it depends."""
     transform = partial(kernel_transform, width=width, beta=shape_parameter(width, ratio))
-    return sampling_error_db(spectrum, transform, ratio)
+    return sampling_error_db(chirp.compressed, transform, ratio)
 
 
 def remedies(radar: Radar, error_db: Callable[[Radar], float], limit_db: float) -> str:

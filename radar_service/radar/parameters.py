@@ -1,15 +1,43 @@
 """The parameters of a radar in SI and radians, and quantities derived from them: ranges, angles, the schedule of spokes."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, interpolated_gain
+from radar_service.radar.waveform import Chirp
 from radar_service.types import Flags, Floats, Indices
 
+FIRST_ID = "0"  # of a radar that its scene gives no id
 FULL_CIRCLE = 2.0 * np.pi
+Value = TypeVar("Value", float, Floats)
 EDGE = 1e-9  # rad; so that rounded degrees do not exclude the ends of a blind sector
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where an epoch begins: the boresight points north at `time` [s], and the scan of number `scan` begins."""
+
+    time: float = 0.0
+    scan: int = 0
+
+
+START = Origin()  # of the first epoch
+
+
+@dataclass(frozen=True)
+class NearPulse:
+    """A pulse that serves the ranges from the end of the one before to its own; fields as of Radar."""
+
+    modulation: str
+    bandwidth: float
+    pulse: float
+    window: str
+    compression: str
+    bins: int
+    range_max: float
 
 
 @dataclass(frozen=True)
@@ -17,11 +45,12 @@ class Radar:
     """The radar of a scene; RadarModel has the allowed ranges.
 
     frequency: of the carrier [Hz].
-    modulation: "lfm", a chirp, or "none", a plain pulse.
+    modulation: "lfm", a linear chirp, "nlfm", a nonlinear one, or "none", a plain pulse.
     bandwidth: of the chirp, or of the receiver of a plain pulse [Hz].
     pulse: its length [s].
     sample_rate: of complex samples [Hz].
-    window: on the reference of the matched filter.
+    window: on the reference of a linear chirp, or the power spectrum of a nonlinear one.
+    compression: of a chirp, "matched" or "inverse".
     prf: pulses per second [Hz]; None where it has no effect.
     second_time_around: whether echoes beyond the unambiguous range fold.
     azimuths: spokes per scan.
@@ -43,6 +72,8 @@ class Radar:
     eclipsing: whether one antenna serves to transmit and to receive.
     rays: per azimuth, for sampling by rays.
     blind_sectors: start and end clockwise from the bow [rad].
+    near_pulses: other pulses, which serve the nearer ranges, by rising range.
+    origin: of its rotation; a change of its rate gives another one.
     """
 
     frequency: float
@@ -51,6 +82,7 @@ class Radar:
     pulse: float
     sample_rate: float
     window: str
+    compression: str
     prf: float | None
     second_time_around: bool
     azimuths: int
@@ -72,11 +104,24 @@ class Radar:
     eclipsing: bool
     rays: int
     blind_sectors: tuple[tuple[float, float], ...]
+    near_pulses: tuple[NearPulse, ...] = ()
+    origin: Origin = START
+
+    @property
+    def of_each_pulse(self) -> tuple["Radar", ...]:
+        """A radar for each pulse by rising range, as if it had that one alone out to the end of its ranges."""
+        last = replace(self, near_pulses=())
+        return (*(replace(last, **asdict(pulse)) for pulse in self.near_pulses), last)
 
     @property
     def wavelength(self) -> float:
         """Free-space wavelength [m] (docs/specification.md eq. 1)."""
         return SPEED_OF_LIGHT / self.frequency
+
+    @property
+    def chirp(self) -> Chirp:
+        """The chirp and its filter; of no meaning for a plain pulse."""
+        return Chirp(self.bandwidth, self.pulse, self.window, self.modulation, self.compression)
 
     @property
     def range_step(self) -> float:
@@ -115,7 +160,23 @@ class Radar:
     def schedule(self, number: Indices) -> tuple[Floats, Floats]:
         """Boresight [rad from north, 0 to 2 pi] and time [s] of spokes (K,) numbered from the start of the simulation."""
         index = np.asarray(number % self.azimuths, dtype=np.float64)
-        return index * self.azimuth_step, np.asarray(number, dtype=np.float64) * self.spoke_period
+        return index * self.azimuth_step, self.time_of_spokes(np.asarray(number, dtype=np.float64))
+
+    def time_of_spokes(self, number: Value) -> Value:
+        """Time [s] of spokes numbered from the start of the simulation, also between spokes."""
+        return self.origin.time + (number - self.origin.scan * self.azimuths) * self.spoke_period
+
+    def spokes_at(self, time: Value) -> Value:
+        """Numbers of spokes at times [s], also between spokes."""
+        return (time - self.origin.time) / self.spoke_period + self.origin.scan * self.azimuths
+
+    def time_of_turns(self, turns: Value) -> Value:
+        """Time [s] at which the boresight has turned so many times since the start of the simulation."""
+        return self.origin.time + (turns - self.origin.scan) * self.rotation_period
+
+    def turns_at(self, time: Value) -> Value:
+        """How many times the boresight has turned at times [s]."""
+        return (time - self.origin.time) / self.rotation_period + self.origin.scan
 
     def is_blind(self, from_bow: Floats) -> Flags:
         """Which boresights (K,) [rad clockwise from the bow] lie in a blind sector."""

@@ -3,10 +3,14 @@
 Convention (docs/conventions.md): chirp on t in [-T/2, T/2], window on the reference, unit echo compresses to a unit peak.
 """
 
+from dataclasses import dataclass
+from functools import lru_cache
+
 import numpy as np
 from scipy.special import fresnel
 
 from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
+from radar_service.radar.nonlinear_chirp import nonlinear_chirp_spectrum, range_doppler_coupling
 from radar_service.types import Complexes, Floats
 
 COSINE_SUMS = {
@@ -80,11 +84,71 @@ def matched_filter(frequency: Floats, bandwidth: float, pulse: float, window: st
     return filtered
 
 
-def compressed_spectrum(frequency: Floats, bandwidth: float, pulse: float, window: str) -> Complexes:
-    """Fourier transform [s] of the compressed pulse of a unit echo at delay 0."""
-    transmitted = chirp_spectrum(frequency, bandwidth, pulse)
-    compressed: Complexes = transmitted * matched_filter(frequency, bandwidth, pulse, window)
-    return compressed
+def tapered_spectrum(frequency: Floats, bandwidth: float, window: str) -> Complexes:
+    """Fourier transform [s] of a pulse of unit peak that has the window as its spectrum: sum a_m cos(2 pi m f / B) / (a_0 B) for
+    |f| <= B/2 [Hz], and nothing beyond."""
+    a, share = window_coefficients(window), np.asarray(frequency) / bandwidth
+    total = np.zeros(share.shape, dtype=np.complex128)
+    for m, coefficient in enumerate(a):
+        total += coefficient * np.cos(2.0 * np.pi * m * share)
+    return np.asarray(np.where(np.abs(share) <= 0.5, total, 0.0) / (a[0] * bandwidth))
+
+
+@dataclass(frozen=True)
+class Chirp:
+    """A chirp and the filter that compresses it.
+
+    bandwidth: [Hz].
+    pulse: its length [s].
+    window: on the reference of a linear chirp; the power spectrum of a nonlinear one; the spectrum that "inverse" leaves.
+    modulation: "lfm", a linear chirp, or "nlfm", a nonlinear one.
+    compression: "matched", or "inverse": the filter W(f) / S(f) within the band, for a pulse of spectrum S and a window W.
+    """
+
+    bandwidth: float
+    pulse: float
+    window: str
+    modulation: str = "lfm"
+    compression: str = "matched"
+
+    def transmitted(self, frequency: Floats) -> Complexes:
+        """Fourier transform [s] of the transmitted pulse at `frequency` [Hz] of any shape."""
+        if self.modulation == "lfm":
+            return chirp_spectrum(frequency, self.bandwidth, self.pulse)
+        return nonlinear_chirp_spectrum(frequency, self.bandwidth, self.pulse, window_coefficients(self.window))
+
+    def filter(self, frequency: Floats) -> Complexes:
+        """Transfer function [1] of the compression filter at `frequency` [Hz], scaled so that a unit echo has a unit peak."""
+        if self.compression == "inverse":
+            return np.asarray(tapered_spectrum(frequency, self.bandwidth, self.window) / self.transmitted(frequency))
+        if self.modulation == "lfm":
+            return matched_filter(frequency, self.bandwidth, self.pulse, self.window)
+        return np.asarray(np.conj(self.transmitted(frequency)) / self.pulse)
+
+    def compressed(self, frequency: Floats) -> Complexes:
+        """Fourier transform [s] of the compressed pulse of a unit echo at delay 0, at `frequency` [Hz] of any shape."""
+        if self.compression == "inverse":
+            return tapered_spectrum(frequency, self.bandwidth, self.window)
+        return np.asarray(self.transmitted(frequency) * self.filter(frequency))
+
+    @property
+    def doppler_coupling(self) -> float:
+        """Shift of an echo in cells c / 2B for a Doppler shift of one cycle over the pulse."""
+        return 1.0 if self.modulation == "lfm" else range_doppler_coupling(window_coefficients(self.window))
+
+    def noise_power(self, noise_factor: float) -> float:
+        """Power [W] of compressed white receiver noise in a sample: k T0 F times the integral of |filter|^2."""
+        if self.compression == "inverse":
+            return BOLTZMANN * REFERENCE_TEMPERATURE * noise_factor * _noise_bandwidth(self)
+        return noise_power(self.pulse, self.window if self.modulation == "lfm" else "none", noise_factor)
+
+
+@lru_cache(maxsize=64)
+def _noise_bandwidth(chirp: Chirp) -> float:
+    """Integral [Hz] of |filter|^2 over the band, by midpoints: 16 and more to a ripple of the pulse's spectrum."""
+    count = max(4096, int(np.ceil(16.0 * chirp.bandwidth * chirp.pulse)))
+    frequency = ((np.arange(count) + 0.5) / count - 0.5) * chirp.bandwidth
+    return float(np.mean(np.abs(chirp.filter(frequency)) ** 2) * chirp.bandwidth)
 
 
 def noise_power(pulse: float, window: str, noise_factor: float) -> float:

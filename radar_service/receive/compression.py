@@ -8,7 +8,6 @@ import numpy as np
 import scipy.fft
 
 from radar_service.radar.parameters import Radar
-from radar_service.radar.waveform import chirp_spectrum, matched_filter, noise_power
 from radar_service.receive.eclipsing import Eclipsing, eclipsing_for
 from radar_service.receive.gridding import Kernel, Tables, spread_moving
 from radar_service.receive.noise import GaussianSpectrum
@@ -23,6 +22,7 @@ from radar_service.receive.plain_pulse import (
 from radar_service.types import Complexes, Floats, Profiles, Singles
 
 Spectrum = Callable[[Floats], Complexes]  # of the frequency [Hz]
+FILTER_REACH = {"matched": 1, "inverse": 2}  # pulse lengths: beyond, an inverse filter adds less than -57 dB of an echo
 MAX_PULSE_KERNEL = 64  # samples of a plain pulse that is its own kernel; longer pulses fill little of the band
 
 
@@ -51,6 +51,15 @@ class Compression:
     def row_bytes(self) -> int:
         """Size of one row of the grid in memory."""
         return self.size * np.dtype(np.complex64).itemsize
+
+    @property
+    def peak_gain(self) -> float:
+        """The maximum magnitude of a sample of a profile over the root of the energy of its row, by Cauchy and Schwarz.
+
+        What eclipsing takes away is the profile of a part of the row.
+        """
+        gain = float(np.sqrt(np.mean(np.abs(self.echo_filter) ** 2)))
+        return gain if self.eclipsing_filter is None else 2.0 * gain
 
     def profiles(self, gridded: Profiles) -> Profiles:
         """Compressed profiles (K, bins) of echoes spread on rows (K, size)."""
@@ -97,7 +106,7 @@ def receiver_noise_power(radar: Radar) -> float:
     """Power [W] of receiver noise in a sample of the profile, where an echo of unit amplitude peaks at 1."""
     if radar.modulation == "none":
         return plain_noise_power(radar.pulse, radar.bandwidth, radar.noise_factor)
-    return noise_power(radar.pulse, radar.window, radar.noise_factor)
+    return radar.chirp.noise_power(radar.noise_factor)
 
 
 def compression_for(radar: Radar, kernel_width: int) -> Compression:
@@ -114,13 +123,13 @@ def compression_for(radar: Radar, kernel_width: int) -> Compression:
     echo = pulse / kernel.transform(frequency / fs)
     eclipsing_filter = None
     if radar.eclipsing and not own_kernel:
-        eclipsing_filter = eclipsing_for(radar.pulse, fs, kernel, transmitted, filtered)
+        eclipsing_filter = eclipsing_for(radar.pulse, fs, kernel, transmitted, filtered, FILTER_REACH[radar.compression])
     return Compression(radar.bins, size, kernel, kernel.tables(), echo.astype(np.complex64), noise, eclipsing_filter)
 
 
 def range_kernel(radar: Radar, width: int) -> Kernel:
     """The kernel with which echoes are spread along range; a short plain pulse is its own kernel."""
-    if radar.modulation == "lfm":
+    if radar.modulation != "none":
         return Kernel(width, radar.sample_rate / radar.bandwidth)
     own_kernel = pulse_kernel(radar)
     if own_kernel.width <= MAX_PULSE_KERNEL:
@@ -131,16 +140,15 @@ def range_kernel(radar: Radar, width: int) -> Kernel:
 
 def waveform_spectra(radar: Radar) -> tuple[Spectrum, Spectrum]:
     """The spectrum of the transmitted pulse [s] and the filter that compresses it to a unit peak, functions of frequency [Hz]."""
-    pulse, bandwidth, window = radar.pulse, radar.bandwidth, radar.window
     if radar.modulation == "none":
-        return partial(plain_spectrum, pulse=pulse), partial(plain_filter, pulse=pulse, bandwidth=bandwidth)
-    transmitted = partial(chirp_spectrum, bandwidth=bandwidth, pulse=pulse)
-    return transmitted, partial(matched_filter, bandwidth=bandwidth, pulse=pulse, window=window)
+        filtered = partial(plain_filter, pulse=radar.pulse, bandwidth=radar.bandwidth)
+        return partial(plain_spectrum, pulse=radar.pulse), filtered
+    return radar.chirp.transmitted, radar.chirp.filter
 
 
 def noise_spectrum(radar: Radar, frequency: Floats) -> Floats:
     """Power spectrum of the sampled noise, any scale. Noise of a plain pulse is sampled behind the filter, so it folds."""
-    if radar.modulation == "lfm":
-        return np.asarray(np.abs(matched_filter(frequency, radar.bandwidth, radar.pulse, radar.window)) ** 2)
+    if radar.modulation != "none":
+        return np.asarray(np.abs(radar.chirp.filter(frequency)) ** 2)
     folds = radar.sample_rate * np.arange(-4, 5)
     return np.asarray(plain_filter_power(frequency[:, None] + folds, radar.bandwidth).sum(axis=1))

@@ -64,16 +64,17 @@ def eclipsing_for(
     kernel: Kernel,
     transmitted: Callable[[Floats], Complexes],
     filtered: Callable[[Floats], Complexes],
+    reach: int = 1,
 ) -> Eclipsing:
     """The eclipsing filter of a radar.
 
     pulse: its length [s]; fs: sample rate [Hz]; kernel: with which echoes are spread along range; transmitted: spectrum of the
     pulse [s]; filtered: transfer function of the receiver. Both are functions of frequency [Hz]; their product is the spectrum
-    of the compressed pulse.
+    of the compressed pulse. reach: pulse lengths after which the filter's response is over.
     """
     margin = kernel.width
     length = int(np.ceil(pulse * fs))
-    size = int(scipy.fft.next_fast_len(2 * length + 4 * margin))
+    size = int(scipy.fft.next_fast_len(2 * reach * length + 4 * margin))
     cut = OVERSAMPLING * (length + margin)
     begin = pulse / 2.0 - cut / (OVERSAMPLING * fs)  # time of the first sample, from the middle of the transmitted pulse
     frequency = scipy.fft.fftfreq(size, 1.0 / fs)
@@ -82,5 +83,11 @@ def eclipsing_for(
     received = OVERSAMPLING * fs * gridded * np.exp(2j * np.pi * frequency * (begin + position))
     compressed = filtered(frequency) / OVERSAMPLING * np.exp(2j * np.pi * frequency * (0.5 / fs - begin))
     return Eclipsing(
-        margin, length + 2 * margin, size, cut, length, received.astype(np.complex64), compressed.astype(np.complex64)
+        margin,
+        length + 2 * margin,
+        size,
+        cut,
+        reach * length,
+        received.astype(np.complex64),
+        compressed.astype(np.complex64),
     )

@@ -4,6 +4,7 @@ They travel directly from antenna to antenna, at their own repetition frequency.
 the filter of a long chirp widens a short pulse by half the chirp's length each side.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +53,11 @@ class Interference:
 
     def add(self, profiles: Profiles, boresight: Floats, time: Floats) -> None:
         """Adds the received pulses to profiles (K, bins) [sqrt(W)] at boresights [rad] and times [s] (K,)."""
+        for row, received in self.rows(boresight, time):
+            profiles[row] += received
+
+    def rows(self, boresight: Floats, time: Floats) -> Iterator[tuple[int, Complexes]]:
+        """The received pulses of each azimuth that has any: its row and the profile (bins,) [sqrt(W)]; arguments as `add`."""
         arrivals = self.arrivals(boresight, time)
         for row in np.unique(arrivals.row):
             in_row = arrivals.row == row
@@ -59,7 +65,7 @@ class Interference:
             spectrum = np.zeros(self._size, dtype=np.complex128)
             for delay, amplitude in zip(lag, arrivals.amplitude[in_row], strict=True):
                 spectrum += amplitude * np.sum(np.exp(-2j * np.pi * delay * self._frequency) * self._spectrum, axis=0)
-            profiles[row] += scipy.fft.ifft(spectrum)[: profiles.shape[1]]
+            yield int(row), scipy.fft.ifft(spectrum)[: self.scene.radar.bins]
 
     def arrivals(self, boresight: Floats, time: Floats) -> Arrivals:
         """All received pulses at boresights [rad] and times [s] (K,) of own pulses."""

@@ -13,7 +13,6 @@ import numpy as np
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.frames import distances_from_map, wrap_angle
 from radar_service.radar.parameters import Radar
-from radar_service.radar.waveform import compressed_spectrum
 from radar_service.scattering.model import ScatteringContext
 from radar_service.types import Complexes, Floats
 
@@ -50,8 +49,8 @@ class CellEchoes(NamedTuple):
 def cell_spacing(radar: Radar) -> CellSpacing:
     """The least spacing at which echoes of this radar hardly overlap."""
     frequency = np.linspace(-3.0, 3.0, 2**14 + 1) * radar.bandwidth
-    if radar.modulation == "lfm":
-        power = np.abs(compressed_spectrum(frequency, radar.bandwidth, radar.pulse, radar.window)) ** 2
+    if radar.modulation != "none":
+        power = np.abs(radar.chirp.compressed(frequency)) ** 2
         cell = radar.range_resolution
     else:  # a rectangular pulse behind a Gaussian filter (receive.plain_pulse)
         power = np.sinc(frequency * radar.pulse) ** 2 * np.exp(-4.0 * np.log(2.0) * (frequency / radar.bandwidth) ** 2)

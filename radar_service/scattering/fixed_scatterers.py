@@ -11,7 +11,6 @@ from typing import Self
 import numpy as np
 
 from radar_service.fidelity import Fidelity
-from radar_service.frames import body_rotation, map_from_body
 from radar_service.radar.parameters import Radar
 from radar_service.random import SCATTER, generator, name_key
 from radar_service.scattering.declared_cells import cell_echoes, cell_spacing
@@ -30,7 +29,6 @@ from radar_service.scene.body import Body
 from radar_service.scene.poses import (
     BodyPoses,
     PoseArrays,
-    map_from_bodies,
     map_from_ordered_bodies,
     pose_at,
     rotated_from_bodies,
@@ -124,7 +122,7 @@ class FixedScatterers(ABC):
         if sector is not None:
             middle, radius = self._plan_circles
             every = np.arange(len(self.bodies))
-            near = sector.contains(map_from_bodies(middle, every, poses.position[0], poses.heading[0]), radius)
+            near = sector.contains(poses.map_from_bodies(0, middle, every), radius)
         which = np.flatnonzero(near[self._body])
         position = self._positions(poses, which)
         if sector is None:
@@ -142,14 +140,14 @@ class FixedScatterers(ABC):
             return self._at_start[0]
         position = self._at_start[0].take(which, axis=0)
         for b, part in moving:
-            position[part] = map_from_body(self._position[which[part]], poses.position[0, b], poses.heading[0, b])
+            position[part] = poses.of_body(0, b).map_from_frame(self._position[which[part]])
         return position
 
     def _normals(self, poses: PoseArrays, which: Indices) -> Floats:
         """Normals (A, 3) on the map of scatterers `which`."""
         normal = self._at_start[1].take(which, axis=0)
         for b, part in self._moving_parts(which):
-            normal[part] = self._normal[which[part]] @ body_rotation(poses.heading[0, b]).T
+            normal[part] = self._normal[which[part]] @ poses.of_body(0, b).matrix.T
         return normal
 
     def _moving_parts(self, which: Indices) -> Iterator[tuple[int, slice]]:
@@ -186,8 +184,11 @@ class DiffuseScattering(FixedScatterers):
         gamma = np.array([body.material.gamma for body in self.bodies], dtype=np.float64)
         amplitude = np.sqrt(gamma[body] * projected[facing]) * self._phasor[which]
         middle, span = self._heights(which, position)
-        place = self._position.take(which, axis=0)
-        place[:, 2] += middle - position[:, 2]
+        place, lift = self._position.take(which, axis=0), middle - position[:, 2]
+        place[:, 2] += lift
+        for b, rotation in self._poses.at(np.array([time])).rotation.items():
+            its = np.flatnonzero(body == b)
+            place[its] = self._position[which[its]] + lift[its, None] * rotation[0, 2]  # up on the map
         return BodyEchoes(place, amplitude, body, np.full(len(body), ALL_PATHS, dtype=np.int64), span)
 
     @staticmethod
@@ -235,7 +236,7 @@ class DeclaredScattering(FixedScatterers):
         parts = [self._echoes(position[alone], np.ones(len(alone)), body[alone], span[alone], time)]
         for b in np.unique(body[(self.scatterers[body] > 1) & (projected > 0.0)]).tolist():
             part, pose = slice(*np.searchsorted(body, [b, b + 1])), pose_at(self.bodies[b], time)
-            middle = map_from_body(self.bodies[b].middle, pose.position, pose.heading)
+            middle = pose.map_from_frame(self.bodies[b].middle)
             cells = cell_echoes(
                 position[part], projected[part], span[part], middle, antenna, self.context, cell_spacing(self.context.radar)
             )
@@ -251,6 +252,9 @@ class DeclaredScattering(FixedScatterers):
         east, north, up = (position - poses.position[0][body]).T
         c, s = np.cos(poses.heading[0][body]), np.sin(poses.heading[0][body])
         own = np.stack([c * east - s * north, s * east + c * north, up], axis=-1)
+        for b, rotation in poses.rotation.items():
+            its = np.flatnonzero(body == b)
+            own[its] = (position[its] - poses.position[0, b]) @ rotation[0]
         rcs = np.array([b.rcs for b in self.bodies], dtype=np.float64)[body]
         return BodyEchoes(own, np.sqrt(rcs) * amplitude.astype(np.complex128), body, np.full(len(body), ALL_PATHS), span)
 
@@ -278,10 +282,11 @@ def _sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Sca
     assert body.mesh is not None
     pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity
     centroid, _, _ = triangle_frames(body.mesh)
-    middle = map_from_body(centroid, pose.position, pose.heading)
+    middle = pose.map_from_frame(centroid)
     distance = np.hypot(middle[:, 0] - context.antenna[0], middle[:, 1] - context.antenna[1])
     density = cell_density(distance, radar.range_step, radar.beamwidth, fidelity.scatterers_per_cell)
-    rng, sea = generator(context.seed, SCATTER, name_key(context.scene_name, body.name)), -float(pose.position[2])
+    rng = generator(context.seed, SCATTER, name_key(context.scene_name, body.name))
+    sea = -float(pose.position[2]) if body.motion.sway is None else -np.inf  # what is above it differs by instant
     return sample_surface(body.mesh, density, rng, fidelity.min_scatterers, max_scatterers=max_scatterers, sea=sea)
 
 

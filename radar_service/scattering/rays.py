@@ -23,7 +23,7 @@ from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.ray_sampling import full_circle_rays, missed_area_range
 from radar_service.trace.ray_target import RayTarget, sea_range
-from radar_service.types import Complexes, Floats, Indices
+from radar_service.types import Complexes, Flags, Floats, Indices
 
 SAMPLER_NAMES = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
 
@@ -74,7 +74,7 @@ class RayCaster:
         self.sampler, self.seed = sampler, seed
         self._count = rays or RayCount()
         self.gamma: Floats = np.array([body.material.gamma for body in bodies], dtype=np.float64)
-        resting = [key for key, body in enumerate(bodies) if body.mesh is not None and body.motion.at_rest]
+        resting = [key for key, body in enumerate(bodies) if body.mesh is not None and body.at_rest]
         self._resting = np.array(resting, dtype=np.int64)
         self._last_face = np.cumsum([_triangles(bodies[key]) for key in resting])
         merged = merged_mesh([bodies[key] for key in resting])
@@ -82,13 +82,16 @@ class RayCaster:
         self._movers = {
             key: RayTarget(body.mesh, earth_radius)
             for key, body in enumerate(bodies)
-            if body.mesh is not None and not body.motion.at_rest
+            if body.mesh is not None and not body.at_rest
         }
 
-    def hits(self, antenna: Floats, time: float, max_range: float, movers: bool = True) -> RayHits:
+    def hits(
+        self, antenna: Floats, time: float, max_range: float, movers: bool = True, present: Flags | None = None
+    ) -> RayHits:
         """Hits of a full circle of rays from the antenna (3,) at `time` [s] within `max_range` [m].
 
-        movers: whether bodies that move are present. Each instant has rays and phases of its own, the same for the same seed.
+        movers: whether bodies that move are present; present: which of all bodies (B,) are, None: all. Each instant has rays
+        and phases of its own, the same for the same seed.
         """
         radar = self.radar
         random = generator(self.seed, CAST, int(np.float64(time).view(np.int64)))
@@ -102,6 +105,8 @@ class RayCaster:
             body[which] = self._resting[np.searchsorted(self._last_face, triangle, side="right")]
             position[which] = self._resting_target.point(MAP_POSE, antenna, directions[which], nearest[which])
         for key, target in self._movers.items() if movers else ():
+            if present is not None and not present[key]:
+                continue
             pose = pose_at(self.bodies[key], time)
             which, _ = _closer_hits(target, pose, antenna, directions, nearest)
             body[which] = key
@@ -138,7 +143,8 @@ class RaySampledSurfaces:
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
-        hits = self._caster.hits(antenna, instant.time, instant.max_range, instant.movers)
+        present = instant.line_of_sight.present(instant.time)
+        hits = self._caster.hits(antenna, instant.time, instant.max_range, instant.movers, present)
         own = np.flatnonzero(self._index[hits.body] >= 0)
         body, amplitude = self._index[hits.body[own]], hit_amplitude(hits, self._caster.gamma)[own]
         order = np.argsort(body, kind="stable")

@@ -1,6 +1,6 @@
 """Records of bodies: the material, the triangle mesh and the body itself."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from radar_service.frames import map_from_body, turned
 from radar_service.scene.motion import Motion
+from radar_service.scene.presence import Presence
 
 Floats = NDArray[np.float64]
 Scattering = Literal["rcs", "diffuse", "optics"]  # names of the models in radar_service.scattering.models
@@ -47,6 +48,7 @@ class Body:
     mmsi: identity for AIS, or None.
     length, beam: horizontal extents in its own frame [m], 0 for a point.
     is_vessel: whether its reference point is the middle of its waterline: hulls, and meshes of what vessels are built of.
+    presence: when it is in the scene at all.
     """
 
     name: str
@@ -60,6 +62,12 @@ class Body:
     length: float
     beam: float
     is_vessel: bool = False
+    presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.scene_hash
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it neither moves nor comes nor goes."""
+        return self.motion.at_rest and self.presence.constant and bool(self.presence.present[0])
 
     @property
     def middle(self) -> Floats:
@@ -68,13 +76,22 @@ class Body:
 
     @property
     def radius(self) -> float:
-        """Radius [m] of the circle about `middle` that encloses the plan view; 0 for a point."""
+        """Radius [m] of the circle about `middle` that encloses the plan view, however it rolls; 0 for a point."""
         return self._plan[1]
 
     @property
     def arm(self) -> float:
         """Maximum horizontal distance [m] of the mesh from the origin of the body frame, about which the body turns."""
         return self._plan[2]
+
+    @property
+    def top_speed(self) -> float:
+        """The highest speed [m/s] of any part by motion and sway; turns of the heading not counted."""
+        sway = self.motion.sway
+        if sway is None:
+            return self.motion.top_speed
+        roll, pitch, yaw, heave = sway.max_rates.tolist()
+        return float(self.motion.top_speed + heave + self.arm * (roll + pitch + yaw))
 
     @cached_property
     def diagonal(self) -> float:
@@ -94,11 +111,15 @@ class Body:
     def middle_at(self, time: float) -> Floats:
         """Returns the map position (3,) [m] of `middle` at `time` [s]."""
         pose = self.motion.pose(time)
+        if pose.rotation is not None:
+            return np.asarray(pose.position[0] + pose.rotation[0] @ self.middle)
         return map_from_body(self.middle, pose.position[0], float(pose.heading[0]))
 
     def middles_at(self, time: Floats) -> Floats:
         """Returns the map positions (K, 3) [m] of `middle` at times (K,) [s]."""
         pose = self.motion.pose(time)
+        if pose.rotation is not None:
+            return np.asarray(pose.position + pose.rotation @ self.middle)
         return np.asarray(pose.position + turned(self.middle, np.cos(pose.heading), np.sin(pose.heading)))
 
     @cached_property
@@ -110,6 +131,10 @@ class Body:
         used[self.mesh.faces] = True
         east, north = self.mesh.vertices[used, :2].T
         middle = np.array([east.min() + east.max(), north.min() + north.max(), 0.0]) / 2.0
+        if self.motion.sway is not None and self.motion.sway.tilts:  # whatever it leans to
+            vertices = self.mesh.vertices[used]
+            radius, arm = (float(np.linalg.norm(vertices - about, axis=1).max()) for about in (middle, np.zeros(3)))
+            return middle, radius, arm
         radius = np.hypot(east - middle[0], north - middle[1]).max()
         return middle, float(radius), float(np.hypot(east, north).max())
 

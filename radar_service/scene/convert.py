@@ -1,21 +1,31 @@
-"""Converts the radar and the environment of the scene model to SI units and radians."""
+"""Converts the radar, the environment and the presence of bodies of the scene model to SI units and radians."""
 
 import math
 from dataclasses import replace
 
-from radar_service.radar.parameters import Radar
+import numpy as np
+
+from radar_service.radar.parameters import START, NearPulse, Origin, Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
 from radar_service.scene.environment import Environment, Interferer
 from radar_service.scene.error import SceneError
 from radar_service.scene.interference_model import InterferenceModel
-from radar_service.scene.model import EnvironmentModel
+from radar_service.scene.model import BodyModel, EnvironmentModel
+from radar_service.scene.presence import Fading, Presence
 from radar_service.scene.radar_model import RadarModel, antenna_pattern, max_rpm
 from radar_service.scene.world import Scene
 
 
 def radar_from_model(model: RadarModel) -> Radar:
     """Returns the radar in SI units: angles in radians, gains and losses as power ratios."""
+    *near, last = [_single_pulse(each) for each in model.of_each_pulse()]
+    fields = [{name: getattr(radar, name) for name in NearPulse.__dataclass_fields__} for radar in near]
+    return replace(last, near_pulses=tuple(NearPulse(**pulse) for pulse in fields))
+
+
+def _single_pulse(model: RadarModel) -> Radar:
+    """Returns the radar of a model with a single pulse."""
     pattern = antenna_pattern(model.pattern, model)
     default_el = pattern if not isinstance(model.pattern, tuple) else PATTERNS["sinc2"]
     return Radar(
@@ -24,7 +34,8 @@ def radar_from_model(model: RadarModel) -> Radar:
         bandwidth=model.band_hz,
         pulse=model.pulse_s,
         sample_rate=model.sampling_hz,
-        window=model.window if model.modulation == "lfm" else "none",
+        window="none" if model.modulation == "none" else model.window,
+        compression=model.compression,
         prf=model.prf_hz,
         second_time_around=model.second_time_around,
         azimuths=model.azimuths,
@@ -49,16 +60,18 @@ def radar_from_model(model: RadarModel) -> Radar:
     )
 
 
-def scene_at_rpm(scene: Scene, rpm: float) -> Scene:
-    """Returns the scene with another rotation rate of its radar. Raises SceneError if a spoke then has no pulse of its own,
-    the only rule of the loader that depends on the rate."""
+def scene_at_rpm(scene: Scene, rpm: float, origin: Origin = START) -> Scene:
+    """Returns the scene with another rotation rate of its radar, from an origin on.
+
+    Raises SceneError if a spoke then has no pulse of its own, the only rule of the loader that depends on the rate.
+    """
     radar = scene.radar
     if radar.prf is not None and rpm > max_rpm(radar.prf, radar.azimuths):
         raise SceneError(
             f"rpm: {rpm:g} gives {radar.azimuths * rpm / 60.0:g} spokes a second, more than the {radar.prf:g} pulses of the "
             f"scene's prf_hz; give at most {60.0 * radar.prf / radar.azimuths:g}, or use a scene with a higher prf_hz"
         )
-    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm))
+    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm, origin=origin))
 
 
 def interferer_from_model(model: InterferenceModel) -> Interferer:
@@ -90,3 +103,18 @@ def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment
         wind_from=math.radians(model.wind_from_deg),
         ground_plane=model.ground_plane,
     )
+
+
+def presence_from_model(model: BodyModel, rotation_period: float) -> Presence:
+    """Returns when a body is present; a unit of its fading is by default a scan of `rotation_period` [s]."""
+    fading = None
+    if model.fading is not None:
+        unit = rotation_period if model.fading.unit_s is None else model.fading.unit_s
+        fading = Fading(np.array(model.fading.pattern(), dtype=np.bool_), unit, model.fading.offset_s)
+    changes = [(0.0, model.start_s <= 0.0)]
+    changes += [(model.start_s, True)] if model.start_s > 0.0 else []
+    changes += [(model.end_s, False)] if model.end_s is not None else []
+    if len(changes) == 1 and fading is None:
+        return Presence.always
+    time, present = zip(*changes, strict=True)
+    return Presence(np.array(time), np.array(present, dtype=np.bool_), fading)

@@ -13,6 +13,9 @@ from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.model import SceneModel
 from radar_service.scene.motion import Motion
+from radar_service.scene.platform import Platform
+from radar_service.scene.presence import Presence
+from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.world import Scene
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
@@ -26,9 +29,15 @@ def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     remarks: further lines about bodies, by their names.
     """
     lines = [f"scene       {scene.name}"]
+    if len(scene.radar_ids) > 1:
+        lines += [f"radars      {its.id} {_platform_text(its.platform)}" for its in scene.radars]
+        lines.append(f"  all that follows is as {scene.radar_id} has it")
     if scene.origin is not None:
         lines.append(f"origin      latitude {scene.origin[0]:.6f}, longitude {scene.origin[1]:.6f} degrees")
-    lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"own ship    {_motion_text(scene.own_ship)}"]
+    carrier = "own ship    " if len(scene.radar_ids) == 1 else "platform    "
+    lines += [*_radar_lines(scene.radar), *_environment_lines(scene), f"{carrier}{_motion_text(scene.own_ship)}"]
+    if scene.errors is not None:
+        lines.append(f"errors      on purpose, of {', '.join(name for name, its in vars(scene.errors).items() if its)}")
     triangles = sum(len(body.mesh.faces) for body in scene.bodies if body.mesh is not None)
     lines.append(f"bodies      {len(scene.bodies)} with {triangles} triangles in all")
     for body in scene.bodies:
@@ -86,6 +95,7 @@ def _radar_lines(radar: Radar) -> list[str]:
         f"  pulse     {_pulse_text(radar)}",
         f"  range     to {radar.range_max:g} m in {radar.bins} bins of {radar.range_step:.4f} m",
         f"  resolves  {_resolution_text(radar)}",
+        *(f"  nearer    to {near.range_max:g} m: {_pulse_text(near)}" for near in radar.of_each_pulse[:-1]),
         f"  scan      {radar.azimuths} spokes, {step:.4g} degrees, {rpm:g} rpm, {rate:.1f} spokes/s",
         f"  beam      {width:g} x {height:g} degrees one-way{beam} ({pattern}){_straddling(radar)}",
         f"  far field begins at {far_field(radar):.3g} m; near-field effects are not modelled",
@@ -93,11 +103,17 @@ def _radar_lines(radar: Radar) -> list[str]:
 
 
 def _pulse_text(radar: Radar) -> str:
-    kind = f"product {radar.pulse * radar.bandwidth:.0f}" if radar.modulation == "lfm" else "not modulated"
+    kind = "not modulated" if radar.modulation == "none" else _chirp_text(radar)
     rate = "" if radar.prf is None else f", {radar.prf:g} a second: unambiguous to {radar.unambiguous_range:.0f} m"
     folded = ", second-time-around echoes fold" if radar.second_time_around else ""
     eclipsed = f", eclipsed to {radar.blind_range:.0f} m" if radar.eclipsing else ""
     return f"{radar.pulse * 1e6:g} us, {radar.bandwidth / 1e6:g} MHz, {kind}{rate}{folded}{eclipsed}"
+
+
+def _chirp_text(radar: Radar) -> str:
+    nonlinear = "nonlinear chirp, " if radar.modulation == "nlfm" else ""
+    inverse = ", compressed by the inverse filter" if radar.compression == "inverse" else ""
+    return f"{nonlinear}product {radar.pulse * radar.bandwidth:.0f}{inverse}"
 
 
 def _resolution_text(radar: Radar) -> str:
@@ -130,9 +146,10 @@ def _body_lines(body: Body, scene: Scene) -> list[str]:
     hidden = _visibility_text(float(polar.range[0]), float(polar.distance[0]), float(start[0, 2]), body, scene)
     fluctuation = f", Swerling {body.swerling}" if body.swerling else ""
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
+    route = _motion_text(body.motion) + _presence_text(body.presence)
     return [
         f"  {body.name}: {shape}",
-        f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {_motion_text(body.motion)}",
+        f"    {polar.distance[0]:.1f} m off, bearing {bearing}{hidden}; {route}",
         f"    {body.material.name}, scattering {body.scattering}{section}" + (f", MMSI {body.mmsi}" if body.mmsi else ""),
     ]
 
@@ -154,8 +171,23 @@ def _visibility_text(distance_now: float, ground: float, up: float, body: Body, 
 def _sway_text(motion: Motion) -> str:
     if motion.sway is None:
         return ""
-    swings = zip(("rolling", "pitching", "yawing"), motion.sway.amplitude, motion.sway.period, strict=True)
-    return "".join(f", {verb} {math.degrees(a):g} degrees in {p:g} s" for verb, a, p in swings if a)
+    sizes = [*(f"{math.degrees(angle):g} degrees" for angle in motion.sway.amplitude[:3]), f"{motion.sway.max_heave:g} m"]
+    swings = zip(("rolling", "pitching", "yawing", "heaving"), sizes, motion.sway.amplitude, motion.sway.period, strict=True)
+    return "".join(f", {verb} {size} in {period:g} s" for verb, size, amplitude, period in swings if amplitude)
+
+
+def _platform_text(platform: Platform) -> str:
+    east, north, _ = platform.motion.pose(0.0).position[0]
+    return f"at east {east:.1f}, north {north:.1f} m" if platform.body is None else f"on {platform.body}"
+
+
+def _presence_text(presence: Presence) -> str:
+    changes = zip(presence.time[1:], presence.present[1:], strict=True)
+    text = "".join(f", {'appears' if present else 'goes'} after {time:g} s" for time, present in changes)
+    if presence.fading is None:
+        return text
+    pattern = presence.fading.pattern
+    return f"{text}, there in {np.count_nonzero(pattern)} of {len(pattern)} times {presence.fading.unit:g} s"
 
 
 def _motion_text(motion: Motion) -> str:
@@ -165,8 +197,16 @@ def _motion_text(motion: Motion) -> str:
     if motion.at_rest:
         return f"{position}, {heading}, at rest"
     course = f"course {_bearing(pose.course[0])}, {pose.speed[0] / KNOT:.1f} kn"
-    arcs = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:, 2]))
+    arcs = 0 if motion.arcs is None else int(np.count_nonzero(motion.arcs[:-1, 2]))
     legs = f", {len(motion.time) - 1 - arcs} legs" if len(motion.time) > 1 else ""
     legs += f" and {arcs} arcs" if arcs else ""
     loop = f", repeats every {motion.period:.0f} s" if motion.period is not None else ""
-    return f"{position}, {heading}, {course}{legs}{loop}"
+    turn = f", at last turning at {math.degrees(motion.final_turn):g} degrees/s" if motion.final_turn else ""
+    return f"{position}, {heading}, {course}{legs}{turn}{loop}{_steering_text(motion)}"
+
+
+def _steering_text(motion: Motion) -> str:
+    if not isinstance(motion, SteeredMotion):
+        return ""
+    speed, rate = motion.limits.max_speed / KNOT, math.degrees(motion.limits.max_turn_rate)
+    return f", steerable up to {speed:g} kn and {rate:g} degrees/s"

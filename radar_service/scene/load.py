@@ -3,20 +3,21 @@
 Every problem raises a SceneError with the key, the value, the allowed range and the remedy; no other error is raised.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.constants import EARTH_RADIUS
-from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body, Mesh, Scattering
 from radar_service.scene.checks.mesh_findings import Findings, mesh_notes, mesh_warnings
 from radar_service.scene.checks.placement import placement_warnings
-from radar_service.scene.checks.validity import check_echo_power, validity_warnings
-from radar_service.scene.convert import environment_from_model, interferer_from_model, radar_from_model
+from radar_service.scene.checks.validity import check_antenna, check_echo_power, validity_warnings
+from radar_service.scene.convert import environment_from_model, interferer_from_model, presence_from_model, radar_from_model
 from radar_service.scene.error import SceneError
+from radar_service.scene.error_settings import settings_from_model
 from radar_service.scene.files.heightmap import Coverage, Terrain
 from radar_service.scene.files.mesh import MAX_FILE_BYTES, LoadedMesh
 from radar_service.scene.files.mesh_reader import IN_PROCESS, MeshReader
@@ -25,18 +26,20 @@ from radar_service.scene.files.scene_file import Source, model_and_folder
 from radar_service.scene.files.scene_folder import SceneFolder
 from radar_service.scene.files.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene.geo import Origin, map_from_geographic
+from radar_service.scene.installations import at_location, distance_warnings, located, reach
 from radar_service.scene.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.scene.model import SHAPE_SIZES, BodyModel, SceneModel
 from radar_service.scene.motion import Motion
-from radar_service.scene.platform import Platform
-from radar_service.scene.routes import motion_from_model
+from radar_service.scene.platform import Installation, Platform
+from radar_service.scene.platform_model import PlatformModel, radar_entries
+from radar_service.scene.routes import constant_motion, motion_from_model
 from radar_service.scene.shapes import shape_mesh
 from radar_service.scene.validation_messages import error_from_problems
 from radar_service.scene.world import Scene, World
 
 Floats = NDArray[np.float64]
-
-MAX_ORIGIN_DISTANCE = 200_000.0  # m; there the map is stretched by 0.02 %: 44 m in 200 km, below radar accuracy
+Made = TypeVar("Made")
+Key = TypeVar("Key", bound=Hashable)
 
 
 def load_scene(source: Source, *, folder: Path | None = None, mesh_reader: MeshReader = IN_PROCESS) -> Scene:
@@ -60,18 +63,23 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
     bodies = [body for k in range(len(model.body)) if (body := loader.load_body(k)) is not None]
     if loader.problems:
         raise error_from_problems(loader.problems)
-    assert loader.own_ship is not None and loader.environment is not None
-    world = World(model.name, loader.origin, loader.environment, tuple(bodies))
-    platform = Platform(loader.own_ship)
-    check_echo_power(loader.radar, bodies)
+    first, *_ = radars = loader.installations()
+    world = World(model.name, loader.origin, first.environment, tuple(bodies))
     loader.warnings.extend(mesh_warnings(loader.findings))
-    loader.warn_of_distance()
-    loader.warnings.extend(validity_warnings(world, loader.radar, platform))
+    if loader.origin is not None:
+        loader.warnings.extend(distance_warnings(loader.entries, [its.platform for its in radars]))
     terrain = [k for k, body in enumerate(model.body) if body.heightmap is not None]
-    loader.warnings.extend(placement_warnings(world, loader.radar, platform, terrain))
+    for entry, its in zip(loader.entries, radars, strict=True):
+        with at_location(entry.location):
+            check_echo_power(its.radar, bodies)
+            check_antenna(its.radar, its.platform.motion)
+        remarks = validity_warnings(world, its.radar, its.platform)
+        loader.warnings.extend(located(remark, entry.location) for remark in remarks)
+        loader.warnings.extend(placement_warnings(world, its.radar, its.platform, terrain))
     interference = tuple(interferer_from_model(other) for other in model.interference)
-    notes = tuple(mesh_notes(loader.findings))
-    return Scene(world, loader.radar, platform, tuple(loader.warnings), interference, notes)
+    warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.findings))
+    errors = settings_from_model(model.errors)
+    return Scene(world, first.radar, first.platform, warnings, interference, notes, errors, first.id, tuple(radars))
 
 
 class _Loader:
@@ -79,7 +87,7 @@ class _Loader:
 
     def __init__(self, model: SceneModel, folder: SceneFolder, mesh_reader: MeshReader) -> None:
         self.model, self.folder, self.mesh_reader = model, folder, mesh_reader
-        self.problems: list[str] = []
+        self.problems: dict[str, None] = {}  # in order, each once
         self.warnings: list[str] = []
         self.findings: list[Findings] = []
         self.triangles = 0
@@ -87,39 +95,54 @@ class _Loader:
         self.origin: Origin | None = None
         if model.origin is not None:
             self.origin = (model.origin.latitude_deg, model.origin.longitude_deg)
-        self.radar: Radar = radar_from_model(model.radar)
-        self.own_ship: Motion | None = None
-        self.environment = None
-        try:
-            self.environment = environment_from_model(model.environment, self.radar)
-        except SceneError as error:
-            self.problems.extend(error.problems)
-        try:
-            start = np.array([*model.own_ship.position_m, 0.0])
-            self.own_ship = motion_from_model(model.own_ship, start, "own_ship", self._read_track)
-        except SceneError as error:
-            self.problems.extend(error.problems)
+        self.motions: dict[int, Motion | SceneError] = {}  # by number of the body
+        self.entries = radar_entries(model.radar)
+        self.radars = [radar_from_model(entry.model) for entry in self.entries]
+        self.environments = [self._collected(partial(environment_from_model, model.environment, r)) for r in self.radars]
+        own_ship = self._collected(self._own_ship)
+        self.platforms = [own_ship if entry.platform is None else self._platform(entry.platform) for entry in self.entries]
 
-    def warn_of_distance(self) -> None:
-        """Adds a warning with the distortion of the map if own ship is far from the origin."""
-        assert self.own_ship is not None
-        distance = float(np.hypot(self.own_ship.position[:, 0], self.own_ship.position[:, 1]).max())
-        if self.origin is not None and distance > MAX_ORIGIN_DISTANCE:
-            arc = distance / EARTH_RADIUS
-            self.warnings.append(
-                f"own_ship: at {distance / 1000:.0f} km from the origin the map is stretched by {arc / np.sin(arc) - 1:.2%} "
-                "across the line from the origin and its north is not true north: move [origin] nearer"
-            )
+    def installations(self) -> list[Installation]:
+        """Returns the radars of a scene without problems."""
+        parts = zip(self.entries, self.radars, self.platforms, self.environments, strict=True)
+        return [Installation(e.id, radar, carrier, around) for e, radar, carrier, around in parts if carrier and around]
 
     def load_body(self, k: int) -> Body | None:
         """Returns body k, or None after collecting its problems."""
+        return self._collected(partial(self._body, k))
+
+    def _collected(self, make: Callable[[], Made]) -> Made | None:
+        """Returns what `make` makes, or None after collecting its problems."""
         try:
-            return self._body(self.model.body[k], f"body[{k}]")
+            return make()
         except SceneError as error:
-            self.problems.extend(error.problems)
+            self.problems.update(dict.fromkeys(error.problems))
             return None
 
-    def _body(self, body: BodyModel, location: str) -> Body:
+    def _own_ship(self) -> Platform:
+        own_ship = self.model.own_ship
+        if own_ship.body is not None:
+            return self._carrier(own_ship.body)
+        start = np.array([*own_ship.position_m, 0.0])
+        return Platform(motion_from_model(own_ship, start, "own_ship", self._read_track))
+
+    def _platform(self, platform: PlatformModel) -> Platform | None:
+        if platform.body is not None:
+            return self._collected(partial(self._carrier, platform.body))
+        start = self._position(platform.latitude_deg, platform.longitude_deg, 0.0, platform.position_m)
+        return Platform(constant_motion(start, platform.heading_deg, None, 0.0))
+
+    def _carrier(self, name: str) -> Platform:
+        """Returns the body of that name as a platform."""
+        return Platform(self._motion([body.name for body in self.model.body].index(name)), name)
+
+    def _motion(self, k: int) -> Motion:
+        """Returns the motion of body k, which is no height map; an error is kept too."""
+        body = self.model.body[k]
+        return _cached(self.motions, k, lambda: motion_from_model(body, self._start(body), f"body[{k}]", self._read_track))
+
+    def _body(self, k: int) -> Body:
+        body, location = self.model.body[k], f"body[{k}]"
         material = material_from_name(body.material, f"{location}.material")
         scattering: Scattering = "rcs" if body.rcs_dbsm is not None else body.scattering or material.scattering
         start = self._start(body)
@@ -129,20 +152,29 @@ class _Loader:
             start = terrain.position
             self._note_findings(f"{location}.heightmap", body.heightmap, terrain.loaded)
         else:
-            mesh = self._mesh(body, location, self.radar.wavelength if scattering == "optics" else None)
+            wavelength = min(radar.wavelength for radar in self.radars)
+            mesh = self._mesh(body, location, wavelength if scattering == "optics" else None)
         self._count(mesh, location)
-        motion = motion_from_model(body, start, location, self._read_track)
+        motion = self._motion(k) if body.heightmap is None else constant_motion(start, 0.0, 0.0, 0.0)
         rcs = None if body.rcs_dbsm is None else 10.0 ** (body.rcs_dbsm / 10.0)
         beam, length = (0.0, 0.0) if mesh is None else np.ptp(mesh.vertices[:, :2], axis=0).tolist()
         is_vessel = body.shape == "hull" or (body.mesh is not None and material.name in VESSEL_MATERIALS)
-        return Body(body.name, mesh, motion, material, scattering, rcs, body.swerling, body.mmsi, length, beam, is_vessel)
+        presence = presence_from_model(body, self.radars[0].rotation_period)
+        return Body(
+            body.name, mesh, motion, material, scattering, rcs, body.swerling, body.mmsi, length, beam, is_vessel, presence
+        )  # fmt: skip
 
     def _start(self, body: BodyModel) -> Floats:
         """Returns the position (3,) [m] of the body in the scene file; by default the origin."""
-        if body.latitude_deg is not None and body.longitude_deg is not None and self.origin is not None:
-            east, north = map_from_geographic(body.latitude_deg, body.longitude_deg, self.origin)
-            return np.array([east, north, body.up_m or 0.0])
-        return np.array(body.position_m or (0.0, 0.0, 0.0))
+        return self._position(body.latitude_deg, body.longitude_deg, body.up_m or 0.0, body.position_m)
+
+    def _position(
+        self, latitude_deg: float | None, longitude_deg: float | None, up: float, position: tuple[float, ...] | None
+    ) -> Floats:
+        """Returns a position (3,) [m] that is given in degrees and a height, or on the map; by default the origin."""
+        if latitude_deg is not None and longitude_deg is not None and self.origin is not None:
+            return np.array([*map_from_geographic(latitude_deg, longitude_deg, self.origin), up])
+        return np.array([*(position or ()), 0.0, 0.0, 0.0][:3])
 
     def _note_findings(self, location: str, name: str, loaded: LoadedMesh) -> None:
         self.findings.append((location, name, loaded.findings))
@@ -150,15 +182,9 @@ class _Loader:
     def _terrain(self, body: BodyModel, start: Floats, location: str) -> Terrain:
         name = str(body.heightmap)
         content = self.folder.read(name, f"{location}.heightmap", MAX_RASTER_BYTES)
-        return self.mesh_reader.terrain(content, name, body, start, self.origin, self._coverage(), location)
-
-    def _coverage(self) -> Coverage:
-        """Returns the area that the radar can reach from all positions of own ship; unlimited if she never stops."""
-        knots = np.zeros((1, 3)) if self.own_ship is None else self.own_ship.position
-        endless = self.own_ship is not None and bool(self.own_ship.final_velocity.any())
-        travel = np.inf if endless else float(np.hypot(*(knots - knots[0])[:, :2].T).max())
-        max_range = np.inf if self.radar.second_time_around else self.radar.range_max
-        return Coverage(float(knots[0, 0]), float(knots[0, 1]), max_range + travel)
+        return self.mesh_reader.terrain(
+            content, name, body, start, self.origin, Coverage(*reach(self.radars, self.platforms)), location
+        )
 
     def _mesh(self, body: BodyModel, location: str, wavelength: float | None) -> Mesh | None:
         if body.mesh is not None:
@@ -169,7 +195,7 @@ class _Loader:
             return None
         sizes = {key: getattr(body, key) for key in SHAPE_SIZES[body.shape]}
         key = (body.shape, wavelength, *sizes.values())
-        return self._cached(key, lambda: LoadedMesh(shape_mesh(str(body.shape), sizes, wavelength), ())).mesh
+        return _cached(self.meshes, key, lambda: LoadedMesh(shape_mesh(str(body.shape), sizes, wavelength), ())).mesh
 
     def _mesh_file(self, body: BodyModel, location: str) -> LoadedMesh:
         name = str(body.mesh)
@@ -178,19 +204,7 @@ class _Loader:
             content = self.folder.read(name, location, MAX_FILE_BYTES)
             return self.mesh_reader.mesh(content, name, f"{location}: {name}", body.scale, body.up)
 
-        return self._cached((name, body.scale, body.up), load)
-
-    def _cached(self, key: tuple[object, ...], make: Callable[[], LoadedMesh]) -> LoadedMesh:
-        """Returns the result of `make`, called once for each key; an error is cached too."""
-        if key not in self.meshes:
-            try:
-                self.meshes[key] = make()
-            except SceneError as error:
-                self.meshes[key] = error
-        result = self.meshes[key]
-        if isinstance(result, SceneError):
-            raise result
-        return result
+        return _cached(self.meshes, (name, body.scale, body.up), load)
 
     def _count(self, mesh: Mesh | None, location: str) -> None:
         self.triangles += 0 if mesh is None else len(mesh.faces)
@@ -203,3 +217,16 @@ class _Loader:
     def _read_track(self, name: str, location: str, heading_deg: float | None) -> Motion:
         content = self.folder.read(name, location, MAX_TRACK_BYTES)
         return motion_from_track(content, f"{location}: {name}", heading_deg, self.origin)
+
+
+def _cached(made: dict[Key, Made | SceneError], key: Key, make: Callable[[], Made]) -> Made:
+    """Returns the result of `make`, called once for each key; an error is kept too."""
+    if key not in made:
+        try:
+            made[key] = make()
+        except SceneError as error:
+            made[key] = error
+    result = made[key]
+    if isinstance(result, SceneError):
+        raise result
+    return result

@@ -9,6 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from radar_service.scene.body import Scattering
+from radar_service.scene.errors_model import ErrorsModel
 from radar_service.scene.fields import (
     Bearing,
     EastNorth,
@@ -24,7 +25,11 @@ from radar_service.scene.fields import (
     Whole,
 )  # fmt: skip
 from radar_service.scene.interference_model import MAX_INTERFERERS, InterferenceModel
+from radar_service.scene.manoeuvre_model import TurningSection
+from radar_service.scene.platform_model import Radars, check_radars
+from radar_service.scene.presence_model import FadingModel, Instant
 from radar_service.scene.radar_model import RadarModel
+from radar_service.scene.sway_model import SwaySection
 
 MAX_BODIES = 10_000
 
@@ -43,12 +48,15 @@ class WaypointModel(Section):
     speed_kn: Number = Field(gt=0, le=2000)
 
 
-SwayAngle = Annotated[float, Field(strict=True, ge=0, le=45)]  # degrees
-Period = Annotated[float, Field(strict=True, ge=1, le=3600)]  # s; ships roll in 4 to 30
+class SteerableModel(Section):
+    """What commands may order while the radar runs: see docs/commands.md."""
+
+    max_speed_kn: Number = Field(30.0, ge=0, le=2000)
+    max_turn_rate_deg_s: Number = Field(5.0, gt=0, le=90, description="also the rate of turns to a course")
 
 
-class MovingSection(Section):
-    """Motion that own ship and bodies share: a constant course and speed, or waypoints, or a track from a file."""
+class RouteSection(Section):
+    """A constant course and speed, or waypoints, or a track from a file."""
 
     heading_deg: Bearing | None = Field(None, description="default: the course")
     course_deg: Bearing | None = Field(None, description="default: the heading")
@@ -62,6 +70,11 @@ class MovingSection(Section):
         max_length=500,
         description="CSV with time_s and east_m, north_m (or latitude_deg, longitude_deg), optional up_m, heading_deg",
     )
+    steerable: SteerableModel | None = Field(None, description="a table: commands may steer it; {} for the defaults")
+
+
+class MovingSection(SwaySection, TurningSection, RouteSection):
+    """Motion that own ship and bodies share: a route, turns and manoeuvres, and sway."""
 
     @model_validator(mode="after")
     def _check_motion(self) -> Self:
@@ -80,25 +93,23 @@ class MovingSection(Section):
             raise ValueError("loop: only a route of waypoints can repeat; add waypoints or remove loop")
         if self.turn_radius_m is not None and not self.waypoints:
             raise ValueError("turn_radius_m: only corners at waypoints are rounded; add waypoints or remove turn_radius_m")
+        by = "waypoints" if self.waypoints else "track" if self.track is not None else None
+        self.check_turns(self.heading_deg is not None, by, self.turn_radius_m is not None)
         return self
 
 
 class OwnShipModel(MovingSection):
-    """The ship that carries the antenna. Sway angles are amplitude x sin(2 pi t / period)."""
+    """The ship that carries the antenna."""
 
+    body: str | None = Field(
+        None, min_length=1, max_length=200, description="name of the body that is own ship: its motion, and what others see"
+    )
     position_m: EastNorth = (0.0, 0.0)
-    roll_deg: SwayAngle = Field(0.0, description="amplitude; first with the starboard side down")
-    roll_period_s: Period = 10.0
-    pitch_deg: SwayAngle = Field(0.0, description="amplitude; first with the bow up")
-    pitch_period_s: Period = 7.0
-    yaw_deg: SwayAngle = Field(0.0, description="amplitude about the heading; first to starboard")
-    yaw_period_s: Period = 20.0
 
     @model_validator(mode="after")
-    def _check_periods(self) -> Self:
-        for name in ("roll", "pitch", "yaw"):
-            if f"{name}_period_s" in self.model_fields_set and not getattr(self, f"{name}_deg"):
-                raise ValueError(f"{name}_period_s: it needs an amplitude; add {name}_deg or remove {name}_period_s")
+    def _check_body(self) -> Self:
+        if self.body is not None and (others := sorted(self.model_fields_set - {"body"})):
+            raise ValueError(f"{others[0]}: the body already defines how own ship moves; remove {', '.join(others)}")
         return self
 
 
@@ -164,6 +175,18 @@ class BodyModel(MovingSection):
     rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
     swerling: Literal[0, 1, 2, 3, 4] = 0
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999)
+    start_s: Instant = Field(0.0, description="when the body appears; it moves from time 0 on all the same")
+    end_s: Instant | None = Field(None, description="when it disappears for good; default: never")
+    fading: FadingModel | None = Field(None, description="a schedule on which it comes and goes; default: none")
+
+    @model_validator(mode="after")
+    def _check_presence(self) -> Self:
+        if self.end_s is not None and self.end_s <= self.start_s:
+            raise ValueError(f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them")
+        for key in ("start_s", "end_s", "fading"):
+            if self.heightmap is not None and key in self.model_fields_set:
+                raise ValueError(f"{key}: a height map is land and always there; remove {key}")
+        return self
 
     @model_validator(mode="after")
     def _check_body(self) -> Self:
@@ -225,10 +248,15 @@ class BodyModel(MovingSection):
             raise ValueError(f"high_m: {self.high_m:g} is not above low_m {self.low_m:g}; exchange them")
         if self.speed_kn > 0 or self.waypoints or self.track is not None:
             raise ValueError("heightmap: a height map cannot move; remove speed_kn, waypoints and track")
+        if self.steerable is not None:
+            raise ValueError("steerable: a height map cannot move; remove steerable")
         if self.heading_deg is not None or self.course_deg is not None:
             raise ValueError(
                 "heading_deg: a height map has north at its top and cannot turn; remove heading_deg, course_deg"
             )
+        for key in (*TurningSection.model_fields, *SwaySection.model_fields):
+            if key in self.model_fields_set:
+                raise ValueError(f"{key}: a height map cannot move; remove {key}")
         east_north = (self.position_m or (0.0, 0.0))[:2]
         if self.south_west_deg is not None and (self.latitude_deg is not None or any(east_north)):
             raise ValueError(
@@ -241,11 +269,12 @@ class SceneModel(Section):
 
     name: str = Field("scene", min_length=1, max_length=200)
     origin: OriginModel | None = None
-    radar: RadarModel = RadarModel()
+    radar: Radars = RadarModel()
     own_ship: OwnShipModel = OwnShipModel()
     environment: EnvironmentModel = EnvironmentModel()
     body: tuple[BodyModel, ...] = Field((), max_length=MAX_BODIES)
     interference: tuple[InterferenceModel, ...] = Field((), max_length=MAX_INTERFERERS)
+    errors: ErrorsModel | None = None
 
     @model_validator(mode="after")
     def _check_scene(self) -> Self:
@@ -256,4 +285,6 @@ class SceneModel(Section):
             names.add(body.name)
             if self.origin is None and (body.latitude_deg is not None or body.south_west_deg is not None):
                 raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
+        can_carry = {body.name: body.heightmap is None for body in self.body}
+        check_radars(self.radar, self.own_ship.body, can_carry, self.origin is not None)
         return self

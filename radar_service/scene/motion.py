@@ -1,4 +1,4 @@
-"""Records of motion: the pose of a body at given times, the sway of a ship, and a motion through knots."""
+"""Records of motion: the pose of a body at given times, and a motion through knots."""
 
 import math
 from dataclasses import dataclass, field
@@ -9,17 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.frames import wrap_bearing
+from radar_service.scene.sway import Sway
 from radar_service.scene.waypoint_arcs import move_along_arc
 
 Floats = NDArray[np.float64]
 
 
 class Pose(NamedTuple):
-    """State at K times: position (K, 3) [m], velocity (K, 3) [m/s], heading (K,) [rad] in [0, 2 pi)."""
+    """State at K times: position (K, 3) [m], velocity (K, 3) [m/s], heading (K,) [rad] in [0, 2 pi).
+
+    rotation: matrices (K, 3, 3) map_from_body of what rolls or pitches; None: the heading alone turns the body.
+    """
 
     position: Floats
     velocity: Floats
     heading: Floats
+    rotation: Floats | None = None
 
     @property
     def course(self) -> Floats:
@@ -34,26 +39,6 @@ class Pose(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sway:
-    """Roll, pitch and yaw of a ship in a seaway: amplitude x sin(2 pi t / period), about her position on the sea surface.
-
-    amplitude: (3,) [rad] of roll (starboard side down), pitch (bow up) and yaw (to starboard). period: (3,) [s].
-    """
-
-    amplitude: Floats
-    period: Floats
-
-    def angles(self, time: Floats) -> Floats:
-        """Returns roll, pitch and yaw (K, 3) [rad] at each time (K,) [s]."""
-        return np.asarray(self.amplitude * np.sin(2.0 * np.pi / self.period * time[:, None]))
-
-    def yaw_rate(self, time: Floats) -> Floats:
-        """Returns the rate (K,) [rad/s] at which the yaw turns to starboard at each time (K,) [s]."""
-        frequency = 2.0 * np.pi / self.period[2]
-        return np.asarray(self.amplitude[2] * frequency * np.cos(frequency * time))
-
-
-@dataclass(frozen=True)
 class Motion:
     """Motion through knots along straight legs or arcs; the body is at rest before the first knot.
 
@@ -65,7 +50,7 @@ class Motion:
     period: time after which a closed track repeats [s], or None.
     arcs: (M, 3) of the leg that begins at each knot: course [rad], speed [m/s] and turn rate [rad/s, 0: straight]; or None.
     fixed: whether the heading stays constant on arcs.
-    sway: its yaw adds to the heading; `Platform` applies its roll and pitch. None for a body without sway.
+    sway: adds yaw to the heading, heave to the position, and roll and pitch; None for a body without sway.
     """
 
     time: Floats
@@ -84,8 +69,18 @@ class Motion:
     @cached_property
     def at_rest(self) -> bool:
         """Whether position and heading never change."""
-        resting = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any())
+        resting = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any()) and not self.final_turn
         return resting and bool(np.all(self.heading == self.heading[0])) and self.sway is None
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether it goes straight at one heading from its only knot on."""
+        return len(self.time) == 1 and self.sway is None and not self.final_turn
+
+    @property
+    def final_turn(self) -> float:
+        """The rate [rad/s] at which it turns for ever after the last knot."""
+        return 0.0 if self.arcs is None or self.period is not None else float(self.arcs[-1, 2])
 
     @cached_property
     def top_speed(self) -> float:
@@ -97,7 +92,7 @@ class Motion:
     def pose(self, time: Floats | float) -> Pose:
         """Returns the state at each `time` (K,) [s]."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
-        if len(self.time) == 1 and self.sway is None:
+        if self.is_straight:
             return self._straight(t)
         if self.period is not None:
             t = t % self.period
@@ -115,9 +110,8 @@ class Motion:
             course, speed, rate = self.arcs[leg[curved]].T
             displacement[curved], velocity[curved] = move_along_arc(course, speed, rate, elapsed[curved])
             heading = heading if self.fixed else heading + self.arcs[leg, 2] * elapsed
-        if self.sway is not None:
-            heading = heading + self.sway.angles(np.broadcast_to(time, t.shape))[:, 2]
-        return Pose(self.position[leg] + displacement, velocity, wrap_bearing(heading))
+        pose = Pose(self.position[leg] + displacement, velocity, wrap_bearing(heading))
+        return pose if self.sway is None else _swaying(pose, heading, self.sway, np.broadcast_to(time, t.shape))
 
     def turn_rate(self, time: Floats | float) -> Floats:
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
@@ -128,7 +122,7 @@ class Motion:
         if self.arcs is not None and not self.fixed:
             rate = rate + self.arcs[leg, 2]
         rate = np.where(phase < self.time[0], 0.0, rate)
-        return rate if self.sway is None else rate + self.sway.yaw_rate(t)
+        return rate if self.sway is None else rate + self.sway.rate(2, t)
 
     @cached_property
     def _leg_velocity(self) -> Floats:
@@ -149,6 +143,16 @@ class Motion:
         velocity = np.where(t[:, None] >= self.time[0], self.final_velocity, 0.0)
         heading = np.full(len(t), wrap_bearing(self.heading[0]))
         return Pose(self.position[0] + elapsed * self.final_velocity, velocity, heading)
+
+
+def _swaying(pose: Pose, heading: Floats, sway: Sway, time: Floats) -> Pose:
+    """A pose of an upright body (K,) with sway at each time (K,) [s]; heading: not wrapped [rad]."""
+    position, velocity = pose.position, pose.velocity.copy()
+    heading = wrap_bearing(heading + sway.angles(time)[:, 2])
+    if sway.max_heave:
+        position[:, 2] += sway.heave(time)
+        velocity[:, 2] += sway.rate(3, time)
+    return Pose(position, velocity, heading, sway.rotation(heading, time) if sway.tilts else None)
 
 
 def leg_headings(position: Floats, heading_deg: float | None) -> Floats:

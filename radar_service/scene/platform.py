@@ -1,11 +1,13 @@
-"""The platform that carries an antenna: its motion and its sway."""
+"""The platform that carries an antenna: its motion and its sway, and the radar on it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.frames import map_from_deck
+from radar_service.radar.parameters import Radar
+from radar_service.scene.environment import Environment
 from radar_service.scene.motion import Motion
 
 Floats = NDArray[np.float64]
@@ -13,9 +15,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Platform:
-    """The carrier of an antenna, today own ship. motion: of the point on the sea surface below the antenna, with sway."""
+    """The carrier of an antenna: own ship, a body of the scene or a fixed site.
+
+    motion: of the point on the sea surface below the antenna, with sway.
+    body: name of the body that it is, which its own radar does not see; None where it is no body of the scene.
+    """
 
     motion: Motion
+    body: str | None = field(default=None, metadata={"added": 1})  # see truth.scene_hash
 
     def heading(self, time: Floats) -> Floats:
         """Returns the heading (K,) [rad] at each time (K,) [s]."""
@@ -23,14 +30,15 @@ class Platform:
 
     def antenna(self, time: Floats | float, height: float) -> Floats:
         """Returns positions (K, 3) east, north, height above the sea [m] at each time (K,) [s] of an antenna at the top of
-        an upright mast of `height` [m]; sway tilts the mast."""
+        an upright mast of `height` [m]; sway tilts and heaves the mast."""
         pose = self.motion.pose(time)
         position = pose.position
         if self.motion.sway is None:
             position[:, 2] = height
             return position
-        roll, pitch, _ = self.motion.sway.angles(np.atleast_1d(np.asarray(time, dtype=np.float64))).T
-        position[:, 2] = 0.0
+        t = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        roll, pitch, _ = self.motion.sway.angles(t).T
+        position[:, 2] = self.motion.sway.heave(t)
         return position + height * map_from_deck(pose.heading, roll, pitch)[:, :, 2]
 
     def upright_from_map(self, time: Floats) -> Floats | None:
@@ -44,3 +52,19 @@ class Platform:
         heading = self.heading(time)
         level = map_from_deck(heading, np.zeros(len(time)), np.zeros(len(time)))
         return np.asarray(level @ map_from_deck(heading, roll, pitch).transpose(0, 2, 1))
+
+
+@dataclass(frozen=True)
+class Installation:
+    """A radar of a scene file, and where it stands.
+
+    id: unique in the scene.
+    radar: the parameters of the set.
+    platform: the carrier of its antenna.
+    environment: of the scene, with the attenuation at the radar's frequency.
+    """
+
+    id: str
+    radar: Radar
+    platform: Platform
+    environment: Environment

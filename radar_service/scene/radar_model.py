@@ -8,13 +8,16 @@ from pydantic import Field, model_validator
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, grid_rows
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
-from radar_service.scene.fields import Bearing, Flag, Number, Section, Whole
+from radar_service.scene.fields import Bearing, Flag, Number, Whole
+from radar_service.scene.pulse_model import WAVEFORM_KEYS, PulseModel, WaveformModel
 
 MAX_AZIMUTHS = 16_384  # twice the finest marine radar (8192 spokes)
 MAX_BINS = 65_536  # 64 NM at 0.9 m
 MAX_CELLS = 2**26  # azimuths x bins: one scan of complex64 is then 512 MiB
 MAX_GRID = 2**27  # cells of the grid of a scan, 24 bytes each: 3 GB
 MAX_PULSE_SAMPLES = 2**18  # pulse x sample rate
+EDGELESS = ("hann", "blackman", "blackman-harris", "nuttall")  # windows that end at zero, to 6e-5 of their middle
+MAX_NONLINEAR_PRODUCT = 20_000  # bandwidth x pulse: the spectrum then has 1.3 million samples
 MIN_CHIRP_PRODUCT = 4  # bandwidth x pulse: below, the edges of the chirp make its spectrum twice as wide as the band
 RECEIVER_PRODUCTS = (0.25, 20)  # bandwidth x pulse of a plain pulse: at these limits 3 and 13 dB of signal to noise are lost
 
@@ -27,18 +30,13 @@ else:
 PatternTable = tuple[tuple[Number, Number], ...]
 
 
-class RadarModel(Section):
+class RadarModel(WaveformModel):
     """The radar: waveform, scan, antenna, receiver."""
 
     frequency_hz: Number = Field(9.41e9, ge=1e9, le=100e9)
-    modulation: Literal["lfm", "none"] = Field("lfm", description='"none": a plain pulse, as of a magnetron')
-    bandwidth_hz: Number | None = Field(
-        None, ge=1e5, le=2e9, description='default 50e6; with modulation = "none" the receiver\'s, default 1.2 / pulse_s'
-    )
-    pulse_s: Number = Field(10e-6, ge=1e-8, le=1e-3)
     sample_rate_hz: Number | None = Field(None, ge=1e5, le=4e9, description="complex; default 1.5 x bandwidth")
-    window: Literal["none", "hamming", "hann", "blackman", "blackman-harris", "nuttall", "taylor"] = Field(
-        "hamming", description="on the reference of the chirp"
+    pulses: tuple[PulseModel, ...] = Field(
+        (), max_length=4, description="instead of a single pulse: several, the shortest first, each for its own ranges"
     )
     prf_hz: Number | None = Field(None, ge=10, le=1e6, description="pulses per second; default: no limit on range")
     second_time_around: Flag = Field(False, description="echoes from beyond Ru = c / (2 prf_hz) are received at R - n Ru")
@@ -77,13 +75,6 @@ class RadarModel(Section):
     )
 
     @property
-    def band_hz(self) -> float:
-        """The bandwidth [Hz], given or by default; 1.2 / T is usual for the receiver of a plain pulse (Skolnik 2001)."""
-        if self.bandwidth_hz is not None:
-            return self.bandwidth_hz
-        return 50e6 if self.modulation == "lfm" else 1.2 / self.pulse_s
-
-    @property
     def sampling_hz(self) -> float:
         """The complex sampling rate [Hz], given or by default."""
         return self.sample_rate_hz if self.sample_rate_hz is not None else 1.5 * self.band_hz
@@ -99,9 +90,31 @@ class RadarModel(Section):
             table = getattr(self, name)
             if isinstance(table, tuple):
                 _check_table(name, table)
-        for check in (_check_sampling, _check_sizes, _check_waveform, _check_repetition, _check_beam, _check_sectors):
-            check(self)
+        _check_pulses(self)
+        for k, radar in enumerate(self.of_each_pulse()):
+            try:
+                for check in (
+                    _check_sampling,
+                    _check_sizes,
+                    _check_waveform,
+                    _check_repetition,
+                    _check_beam,
+                    _check_sectors,
+                ):
+                    check(radar)
+            except ValueError as error:
+                named = str(error).split(":")[0] in PulseModel.model_fields and self.pulses
+                raise ValueError(f"pulses[{k}].{error}" if named else str(error)) from error
         return self
+
+    def of_each_pulse(self) -> list["RadarModel"]:
+        """A radar for each pulse, as if it had that one alone out to the end of its ranges; all have the same sampling."""
+        if not self.pulses:
+            return [self]
+        rate = self.sample_rate_hz or 1.5 * max(pulse.band_hz for pulse in self.pulses)
+        given = [{key: getattr(pulse, key) for key in pulse.model_fields_set} for pulse in self.pulses]
+        given[-1].setdefault("range_max_m", self.range_max_m)
+        return [self.model_copy(update={**keys, "sample_rate_hz": rate, "pulses": ()}) for keys in given]
 
 
 def antenna_pattern(pattern: PatternName | PatternTable, radar: RadarModel) -> AntennaPattern:
@@ -109,6 +122,24 @@ def antenna_pattern(pattern: PatternName | PatternTable, radar: RadarModel) -> A
     if isinstance(pattern, tuple):
         return Table(tuple((math.radians(offset_deg), 10.0 ** (gain_db / 10.0)) for offset_deg, gain_db in pattern))
     return Taylor(radar.taylor_sidelobe_db, radar.taylor_nbar) if pattern == "taylor" else PATTERNS[pattern]
+
+
+def _check_pulses(radar: RadarModel) -> None:
+    if not radar.pulses:
+        return
+    if own := sorted(radar.model_fields_set.intersection(WAVEFORM_KEYS)):
+        raise ValueError(f"{own[0]}: with pulses, each pulse has its own: move it into pulses, or remove pulses")
+    ends = [pulse.range_max_m for pulse in radar.pulses]
+    if ends[-1] is not None:
+        raise ValueError(f"pulses[{len(ends) - 1}].range_max_m: the last pulse serves all farther ranges: remove it")
+    last = 0.0
+    for k, end in enumerate(ends[:-1]):
+        if end is None or not last < end < radar.range_max_m:
+            raise ValueError(
+                f"pulses[{k}].range_max_m: {'it is missing' if end is None else f'{end:g} m'}; the ends rise strictly, from "
+                f"above {last:g} m to below range_max_m, {radar.range_max_m:g} m: correct it"
+            )
+        last = end
 
 
 def _check_sampling(radar: RadarModel) -> None:
@@ -139,7 +170,17 @@ def _check_sizes(radar: RadarModel) -> None:
 
 def _check_waveform(radar: RadarModel) -> None:
     product = radar.band_hz * radar.pulse_s
-    if radar.modulation == "lfm":
+    if radar.modulation != "none":
+        if radar.compression == "inverse" and radar.window not in EDGELESS:
+            raise ValueError(
+                f'compression: "inverse" with window "{radar.window}" leaves sidelobes along the whole profile, as that jumps '
+                f'at the edges of the band; set window to one of {", ".join(EDGELESS)}, or compression to "matched"'
+            )
+        if radar.modulation == "nlfm" and product > MAX_NONLINEAR_PRODUCT:
+            raise ValueError(
+                f"pulse_s: bandwidth x pulse is {product:.3g}; a nonlinear chirp has at most {MAX_NONLINEAR_PRODUCT}: shorten "
+                'the pulse, narrow bandwidth_hz, or set modulation = "lfm"'
+            )
         if product < MIN_CHIRP_PRODUCT:
             raise ValueError(
                 f"pulse_s: bandwidth x pulse is {product:.3g}; a chirp needs at least {MIN_CHIRP_PRODUCT}: lengthen the pulse, "
@@ -154,6 +195,10 @@ def _check_waveform(radar: RadarModel) -> None:
         )
     if "window" in radar.model_fields_set and radar.window != "none":
         raise ValueError(f'window: "{radar.window}" needs a chirp, and modulation = "none" has none; remove window')
+    if radar.compression != "matched":
+        raise ValueError(
+            f'compression: "{radar.compression}" needs a chirp, and modulation = "none" has none; remove compression'
+        )
 
 
 def _check_repetition(radar: RadarModel) -> None:

@@ -8,8 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.constants import KNOT
-from radar_service.scene.model import MovingSection, OwnShipModel, WaypointModel
-from radar_service.scene.motion import Motion, Sway, leg_headings
+from radar_service.scene.error import SceneError
+from radar_service.scene.manoeuvre_model import ManoeuvreModel
+from radar_service.scene.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
+from radar_service.scene.model import MovingSection, SteerableModel, WaypointModel
+from radar_service.scene.motion import Motion, leg_headings
+from radar_service.scene.steered_motion import SteeredMotion, SteeringLimits
+from radar_service.scene.sway import Sway
+from radar_service.scene.sway_model import AMPLITUDES, SwaySection
 from radar_service.scene.waypoint_arcs import RoundedRoute, round_corners
 
 Floats = NDArray[np.float64]
@@ -23,24 +29,51 @@ def motion_from_model(section: MovingSection, start: Floats, location: str, read
     Raises SceneError if a track or the corners of a route are not usable.
     """
     motion = _motion_without_sway(section, start, location, read_track)
-    return replace(motion, sway=sway_from_model(section)) if isinstance(section, OwnShipModel) else motion
+    motion = replace(motion, sway=sway_from_model(section))
+    return motion if section.steerable is None else SteeredMotion.under(motion, limits_from_model(section.steerable))
 
 
-def sway_from_model(section: OwnShipModel) -> Sway | None:
-    """Returns the sway of own ship, None if all amplitudes are 0."""
-    amplitude = np.deg2rad([section.roll_deg, section.pitch_deg, section.yaw_deg])
-    period = np.array([section.roll_period_s, section.pitch_period_s, section.yaw_period_s])
-    return Sway(amplitude, period) if amplitude.any() else None
+def limits_from_model(steerable: SteerableModel) -> SteeringLimits:
+    """Returns the limits of commands in SI units."""
+    return SteeringLimits(steerable.max_speed_kn * KNOT, math.radians(steerable.max_turn_rate_deg_s))
+
+
+def sway_from_model(section: SwaySection) -> Sway | None:
+    """Returns the sway, None if all amplitudes are 0."""
+    amplitude = np.array([*np.deg2rad([section.roll_deg, section.pitch_deg, section.yaw_deg]), section.heave_m])
+    period, phase = (
+        np.array([getattr(section, f"{name}_{ending}") for name in AMPLITUDES]) for ending in ("period_s", "phase_deg")
+    )
+    return Sway(amplitude, period, np.deg2rad(phase)) if amplitude.any() else None
 
 
 def _motion_without_sway(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:
+    motion = _motion_without_drift(section, start, location, read_track)
+    if not section.drift_deg:
+        return motion
+    if motion.turning:
+        raise SceneError(f"{location}.drift_deg: the track has a heading_deg of its own; remove drift_deg or that column")
+    return replace(motion, heading=motion.heading - math.radians(section.drift_deg))
+
+
+def _motion_without_drift(section: MovingSection, start: Floats, location: str, read_track: TrackReader) -> Motion:
     if section.track is not None:
         return read_track(section.track, f"{location}.track", section.heading_deg)
     if section.waypoints:
+        rate = None if section.turn_rate_deg_s is None else math.radians(section.turn_rate_deg_s)
         return motion_from_waypoints(
-            section.waypoints, start, section.heading_deg, section.loop, section.turn_radius_m, location
+            section.waypoints, start, section.heading_deg, section.loop, section.turn_radius_m, location, rate
         )
+    if section.turn_rate_deg_s or section.manoeuvre:
+        course, rate = math.radians(section.course_deg or 0.0), math.radians(section.turn_rate_deg_s or 0.0)
+        knot = Knot(0.0, start, course, section.speed_kn * KNOT, rate)
+        return motion_with_manoeuvres(knot, [_manoeuvre(each) for each in section.manoeuvre])
     return constant_motion(start, section.heading_deg, section.course_deg, section.speed_kn * KNOT)
+
+
+def _manoeuvre(model: ManoeuvreModel) -> Manoeuvre:
+    course, rate = (None if deg is None else math.radians(deg) for deg in (model.course_deg, model.turn_rate_deg_s))
+    return Manoeuvre(model.time_s, course, None if model.speed_kn is None else model.speed_kn * KNOT, rate)
 
 
 def constant_motion(start: Floats, heading_deg: float | None, course_deg: float | None, speed: float) -> Motion:
@@ -62,12 +95,14 @@ def motion_from_waypoints(
     loop: bool,
     radius: float | None = None,
     location: str = "",
+    turn_rate: float | None = None,
 ) -> Motion:
     """Returns the motion from `start` (3,) [m] through waypoints, each leg at the speed of its end; then the body stops.
 
     With `loop` it returns to the start at the last speed and repeats. A waypoint at the body's position makes no leg. The
     heading follows the leg unless `heading_deg` is given. radius: of the arcs at corners [m], None for sharp corners.
-    location: key path for messages. Raises SceneError if arcs do not fit.
+    location: key path for messages. turn_rate: on the arcs, instead of a radius [rad/s]. Raises SceneError if arcs do not
+    fit.
     """
     stops = [(*waypoint.position_m, start[2]) for waypoint in waypoints]
     speeds = [waypoint.speed_kn * KNOT for waypoint in waypoints]
@@ -81,9 +116,10 @@ def motion_from_waypoints(
             times.append(times[-1] + duration)
             positions.append(position)
             leg_speeds.append(speed)
-    if radius is not None and leg_speeds:
-        route = round_corners(np.array(positions), leg_speeds, radius, loop, location)
-        return _rounded_motion(route, heading_deg, loop)
+    if (radius is not None or turn_rate is not None) and leg_speeds:
+        radii = np.array(leg_speeds) / turn_rate if turn_rate is not None else np.full(len(leg_speeds), radius)
+        key = f"{location}.{'turn_radius_m' if turn_rate is None else 'turn_rate_deg_s'}"
+        return _rounded_motion(round_corners(np.array(positions), leg_speeds, radii, loop, key), heading_deg, loop)
     knots = np.array(positions)
     heading = leg_headings(knots, heading_deg)
     period = times[-1] if loop and times[-1] > 0.0 else None

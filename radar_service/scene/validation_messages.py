@@ -92,6 +92,10 @@ def _walk(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Schema]:
     location: list[str | int] = []
     node = _resolved(_schema())
     for n, step in enumerate(loc):
+        if "oneOf" in node:
+            node = _form(node, is_list=step == "list" or isinstance(step, int))
+            if step in ("list", "table"):
+                continue  # the name of the form
         if "anyOf" in node:
             if isinstance(step, str):
                 continue  # the name of a branch
@@ -102,6 +106,12 @@ def _walk(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Schema]:
             return tuple(location), {}
         node = _resolved(following or {})
     return tuple(location), node
+
+
+def _form(node: Schema, *, is_list: bool) -> Schema:
+    """Returns the list or the table of a node that may be either, and any other node as it is."""
+    forms = (_resolved(option) for option in node.get("oneOf", ()))
+    return next((form for form in forms if (form.get("type") == "array") == is_list), node)
 
 
 def _child(node: Schema, step: str | int) -> Schema | None:
@@ -160,7 +170,7 @@ def _from_validator(location: tuple[str | int, ...], text: str, node: Schema) ->
 
 
 def _unknown_key(location: tuple[str | int, ...]) -> str:
-    node = _walk(location[:-1])[1]
+    node = _form(_walk(location[:-1])[1], is_list=False)
     keys = list(node.get("properties", {}))
     key = str(location[-1])
     similar = difflib.get_close_matches(key, keys, n=1)
@@ -179,7 +189,8 @@ def _allowed(node: Schema) -> str:
         return f"a {'whole' if kind == 'integer' else 'finite'} number{_range(node)}"
     if kind == "string":
         low, high = node.get("minLength", 0), node.get("maxLength")
-        return f"text of {low} to {high} characters" if high else "text"
+        which = f": {node['description']}" if "pattern" in node else ""
+        return f"text of {low} to {high} characters{which}" if high else "text"
     if kind == "boolean":
         return "true or false"
     if kind == "array":

@@ -25,13 +25,13 @@ class RoundedRoute(NamedTuple):
     arcs: Floats
 
 
-def round_corners(stops: Floats, speeds: Sequence[float], radius: float, loop: bool, location: str) -> RoundedRoute:
-    """Returns the route through stops (S, 3) [m] with an arc of `radius` [m] at each corner.
+def round_corners(stops: Floats, speeds: Sequence[float], radius: Floats, loop: bool, location: str) -> RoundedRoute:
+    """Returns the route through stops (S, 3) [m] with an arc at each corner.
 
     stops: neighbours differ. speeds: (S - 1,) of the leg to each stop but the first [m/s]; an arc has the speed of the
-    leg before it. loop: the last stop is the first, and its corner is rounded too; the route begins in the middle of that
-    arc. location: key path for messages. Raises SceneError if a leg is too short for its arcs (with the maximum radius)
-    or a corner is too sharp.
+    leg before it. radius: (S - 1,) of the arc after each leg [m]. loop: the last stop is the first, and its corner is
+    rounded too; the route begins in the middle of that arc. location: key path of the radius or turn rate, for messages.
+    Raises SceneError if a leg is too short for its arcs (with what fits) or a corner is too sharp.
     """
     steps = np.diff(stops, axis=0)
     length, course = np.linalg.norm(steps, axis=1), np.arctan2(steps[:, 0], steps[:, 1])
@@ -39,7 +39,7 @@ def round_corners(stops: Floats, speeds: Sequence[float], radius: float, loop: b
     if not loop:
         corner[-1] = 0.0
     corner[np.abs(corner) < MIN_CORNER] = 0.0
-    _check(corner, length, radius, loop, location)
+    _check(corner, length, radius, location)
     cut = radius * np.tan(np.abs(corner) / 2.0)
     previous_cut = np.roll(cut, 1)
     segments: list[tuple[float, float, float, float]] = []  # duration, course, speed, rate
@@ -47,7 +47,7 @@ def round_corners(stops: Floats, speeds: Sequence[float], radius: float, loop: b
         straight = length[k] - previous_cut[k] - cut[k]
         segments.append((straight / speed, course[k], speed, 0.0))
         if corner[k]:
-            rate = speed / radius * np.sign(corner[k])
+            rate = speed / radius[k] * np.sign(corner[k])
             segments.append((corner[k] / rate, course[k], speed, rate))
     start = stops[0].copy()
     if loop and corner[-1]:
@@ -55,7 +55,7 @@ def round_corners(stops: Floats, speeds: Sequence[float], radius: float, loop: b
         segments.insert(0, (duration / 2.0, first + corner[-1] / 2.0, speed, rate))
         segments.append((duration / 2.0, first, speed, rate))
         inward = first + corner[-1] / 2.0 + np.sign(corner[-1]) * np.pi / 2.0
-        offset = radius * (1.0 / np.cos(corner[-1] / 2.0) - 1.0)
+        offset = radius[-1] * (1.0 / np.cos(corner[-1] / 2.0) - 1.0)
         start[:2] += offset * np.array([np.sin(inward), np.cos(inward)])
     return _knots(start, [segment for segment in segments if segment[0] > 0.0])
 
@@ -82,20 +82,25 @@ def _knots(start: Floats, segments: list[tuple[float, float, float, float]]) -> 
     return RoundedRoute(time, position, arcs)
 
 
-def _check(corner: Floats, length: Floats, radius: float, loop: bool, location: str) -> None:
+def _check(corner: Floats, length: Floats, radius: Floats, location: str) -> None:
     sharp = np.flatnonzero(np.abs(corner) > MAX_CORNER)
     if len(sharp):
         raise SceneError(
-            f"{location}.turn_radius_m: the track reverses its course at waypoints[{sharp[0]}]; a corner of at most "
+            f"{location}: the track reverses its course at waypoints[{sharp[0]}]; a corner of at most "
             f"{np.rad2deg(MAX_CORNER):.0f} degrees can be rounded: add a waypoint beside it"
         )
-    tangent = np.tan(np.abs(corner) / 2.0)
-    needed = tangent + np.roll(tangent, 1)
-    short = np.flatnonzero(radius * needed > length * (1.0 + 1e-12))
+    cut = radius * np.tan(np.abs(corner) / 2.0)
+    needed = cut + np.roll(cut, 1)
+    short = np.flatnonzero(needed > length * (1.0 + 1e-12))
     if len(short):
         k = int(short[np.argmin((length / np.where(needed > 0.0, needed, 1.0))[short])])
+        share = length[k] / needed[k]
+        leg = f"for the leg of {length[k]:.1f} m to waypoints[{k}]"
+        if location.endswith("turn_radius_m"):
+            raise SceneError(
+                f"{location}: {radius[k]:g} m is too large {leg}; at most {radius[k] * share:.1f} m is possible there: lower "
+                "it or move the waypoints apart"
+            )
         raise SceneError(
-            f"{location}.turn_radius_m: {radius:g} m is too large for the leg of {length[k]:.1f} m to waypoints[{k}]; "
-            "at most "
-            f"{length[k] / needed[k]:.1f} m is possible there: lower it or move the waypoints apart"
+            f"{location}: too slow {leg}; {1.0 / share:.3g} times as fast is possible there: raise it or move the waypoints apart"
         )

@@ -1,20 +1,26 @@
-"""The content of a scene in SI units: a world, a radar, and the platform that carries the radar's antenna.
+"""The content of a scene in SI units: a world, one of its radars, and the platform that carries the radar's antenna.
 
 Positions are east, north, up [m] on the map; angles are in radians. `load` builds these records; all are frozen.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.frames import effective_earth_radius
-from radar_service.radar.parameters import Radar, horizon
+from radar_service.radar.parameters import FIRST_ID, Radar, horizon
+from radar_service.random import name_key
 from radar_service.scene.body import Body
+from radar_service.scene.commands import Steerable
 from radar_service.scene.environment import Environment, Interferer
+from radar_service.scene.error import SceneError
+from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.motion import Motion
-from radar_service.scene.platform import Platform
+from radar_service.scene.platform import Installation, Platform
+from radar_service.scene.steered_motion import SteeredMotion
 
 Floats = NDArray[np.float64]
 
@@ -37,14 +43,17 @@ class World:
 
 @dataclass(frozen=True)
 class Scene:
-    """The content of a scene file: a world, a radar and its platform. The other properties are shortcuts to their parts.
+    """The content of a scene file as one of its radars has it. The other properties are shortcuts to their parts.
 
     world: the bodies and their environment.
     radar: the parameters of the set.
-    platform: the carrier of the antenna, today own ship.
+    platform: the carrier of the antenna.
     warnings: sentences about unusual but usable content, in order.
     interference: other radars whose pulses this radar receives.
     notes: sentences about its files that need no action.
+    errors: what sensors, antenna and feed report wrongly; None without any.
+    radar_id: of this radar, "0" where the file has a single one without an id.
+    radars: all radars of the file, in its order; `for_radar` gives the scene as another one has it.
     """
 
     world: World
@@ -53,6 +62,9 @@ class Scene:
     warnings: tuple[str, ...] = ()
     interference: tuple[Interferer, ...] = ()
     notes: tuple[str, ...] = ()
+    errors: ErrorSettings | None = None
+    radar_id: str = FIRST_ID
+    radars: tuple[Installation, ...] = ()
 
     def __repr__(self) -> str:
         radar, triangles = self.radar, sum(len(body.mesh.faces) for body in self.bodies if body.mesh is not None)
@@ -78,20 +90,65 @@ class Scene:
         """The earth, the atmosphere and the sea."""
         return self.world.environment
 
-    @property
+    @cached_property
     def bodies(self) -> tuple[Body, ...]:
-        """The objects that the radar can detect."""
-        return self.world.bodies
+        """The objects that the radar can detect: all of the world but its own platform."""
+        return tuple(body for body in self.world.bodies if body.name != self.platform.body)
 
     @property
     def body_count(self) -> int:
         """Number of bodies."""
-        return len(self.world.bodies)
+        return len(self.bodies)
+
+    @property
+    def steered(self) -> dict[str | None, SteeredMotion]:
+        """The motions that commands may change, by the names of the bodies; None is own ship that is no body."""
+        motions: dict[str | None, Motion] = {body.name: body.motion for body in self.world.bodies}
+        if self.platform.body is None:
+            motions[None] = self.own_ship
+        return {name: motion for name, motion in motions.items() if isinstance(motion, SteeredMotion)}
+
+    @property
+    def steerable(self) -> Steerable:
+        """What commands may steer."""
+        limits = {name: motion.limits for name, motion in self.steered.items()}
+        if self.platform.body in limits:  # own ship is this body
+            limits[None] = limits[self.platform.body]
+        return Steerable(limits, frozenset(body.name for body in self.world.bodies), self.radar)
 
     @property
     def own_ship(self) -> Motion:
         """Motion of the platform."""
         return self.platform.motion
+
+    @property
+    def radar_ids(self) -> tuple[str, ...]:
+        """The ids of all radars of the file."""
+        return tuple(its.id for its in self.radars) or (self.radar_id,)
+
+    @property
+    def own_id(self) -> str:
+        """The id of the radar where the file gives it one of its own; "" for the id "0"."""
+        return "" if self.radar_id == FIRST_ID else self.radar_id
+
+    @property
+    def random_key(self) -> tuple[int, ...]:
+        """What keeps the noise and the speckle of this radar apart from those of others: of its `own_id`, nothing for ""."""
+        return (name_key(self.own_id),) if self.own_id else ()
+
+    def for_radar(self, radar_id: str | None) -> "Scene":
+        """Returns the same world as another radar of the file has it; None stands for this radar.
+
+        Raises SceneError, which is a ValueError, where there is none of that id.
+        """
+        if radar_id in (None, self.radar_id):
+            return self
+        for its in self.radars:
+            if its.id == radar_id:
+                world = replace(self.world, environment=its.environment)
+                return replace(self, world=world, radar=its.radar, platform=its.platform, radar_id=its.id)
+        known = ", ".join(self.radar_ids)
+        raise SceneError(f'radar: "{str(radar_id)[:40]}" is not a radar of this scene; it has {known}: give one of them')
 
     def with_world(self, **changes: Any) -> "Scene":
         """Returns the scene with changes to fields of its world."""
@@ -106,8 +163,12 @@ class Scene:
         return self.platform.upright_from_map(time)
 
     def horizon(self, height: float = 0.0) -> float:
-        """Returns the ground distance [m] of the horizon for a target `height` [m] above the sea; inf on a flat earth."""
-        return float(horizon(height, self.radar.height, effective_earth_radius(self.environment.earth_factor)))
+        """Returns the ground distance [m] of the horizon for a target `height` [m] above the sea; inf on a flat earth.
+
+        The antenna is as high as its heave lifts it.
+        """
+        antenna = self.radar.height + (0.0 if self.own_ship.sway is None else self.own_ship.sway.max_heave)
+        return float(horizon(height, antenna, effective_earth_radius(self.environment.earth_factor)))
 
     def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
         """Returns whether boresights (K,) [rad from north] are in a blind sector at each time (K,) [s]."""

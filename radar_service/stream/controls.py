@@ -118,7 +118,7 @@ CONTROLS = (
         "interference_rejection", "Interference rejection", "removes what only one spoke has, such as pulses of other radars"
     ),
     Control(
-        "rpm", "number", "engine", "Antenna", "rate of rotation; a change restarts the scene when the running scan ends",
+        "rpm", "number", "engine", "Antenna", "rate of rotation; a change opens a new epoch at the end of a scan",
         read=lambda settings, scene: 60.0 / scene.radar.rotation_period,
         rebuild=lambda order, value: replace(order, rpm=value), unit="rev/min", example=24, minimum=0.01, maximum=600,
     ),

@@ -8,6 +8,7 @@ import contextlib
 import gc
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ from radar_service.stream.http.access import Access, checked_token, is_loopback
 from radar_service.stream.processes.fork_server import ForkServer
 
 if TYPE_CHECKING:
+    from radar_service.stream.http.running import MakeStation
     from radar_service.stream.radio.description import MakeEngine
     from radar_service.stream.radio.world import WorldSource
     from radar_service.stream.source import SceneOrder
@@ -36,10 +38,11 @@ class AccessError(StartError):
     """Options that would leave a server unprotected. The text says what to do."""
 
 
-def serve(options: argparse.Namespace, make_engine: "MakeEngine") -> int:
+def serve(options: argparse.Namespace, make_engine: "MakeEngine", make_station: "MakeStation | None" = None) -> int:
     """Serves the scenes of the options until stopped; returns the exit status.
 
-    make_engine: makes the engine of a scene, in the scene's own process. Raises StartError, SceneError, OSError.
+    make_engine: makes the engine of a scene, in the scene's own process; make_station: makes a radar, see `run`.
+    Raises StartError, SceneError, OSError.
     """
     access = access_for(options)
     logs.configure(options.log)
@@ -59,7 +62,7 @@ def serve(options: argparse.Namespace, make_engine: "MakeEngine") -> int:
         from radar_service.stream.http.running import run
 
         try:
-            return run(options, access, lambda: [world.result() for world in worlds], make, fork_server)
+            return run(options, access, lambda: [world.result() for world in worlds], make, fork_server, make_station)
         except EngineFault as error:
             raise StartError(f"scene: {error}") from None
 
@@ -67,19 +70,34 @@ def serve(options: argparse.Namespace, make_engine: "MakeEngine") -> int:
 def _started(
     make: "Callable[[SceneOrder], WorldSource]", orders: "Sequence[SceneOrder]",
     on_end: Callable[[Callable[[], None]], object],
-) -> "list[Future[WorldSource]]":  # fmt: skip
-    """Returns the worlds of all radars, which are prepared side by side. on_end: is called with what ends them."""
+) -> "list[Future[list[WorldSource]]]":  # fmt: skip
+    """Returns the radars of each scene; scenes are prepared side by side. on_end: is called with what ends them."""
     threads = ThreadPoolExecutor(len(orders), thread_name_prefix="start")
-    worlds = [threads.submit(make, order) for order in orders]
+    worlds = [threads.submit(_radars, make, order) for order in orders]
     threads.shutdown(wait=False)
 
     def close() -> None:
         for world in worlds:
             if not world.exception():
-                world.result().close()
+                for radar in world.result():
+                    radar.close()
 
     on_end(close)
     return worlds
+
+
+def _radars(make: "Callable[[SceneOrder], WorldSource]", order: "SceneOrder") -> "list[WorldSource]":
+    """Returns the radars of a scene, each in a process of its own. The first one tells which others there are."""
+    first = make(order)
+    others = [replace(order, radar=radar_id) for radar_id in first.scene.radar_ids[1:]]
+    with ThreadPoolExecutor(max(1, len(others)), thread_name_prefix="start") as threads:
+        made = [threads.submit(make, other) for other in others]
+    with contextlib.ExitStack() as on_failure:
+        for radar in (first, *(each.result() for each in made if not each.exception())):
+            on_failure.callback(radar.close)
+        radars = [first, *(each.result() for each in made)]
+        on_failure.pop_all()
+    return radars
 
 
 def access_for(options: argparse.Namespace) -> Access:

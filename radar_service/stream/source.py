@@ -1,6 +1,6 @@
 """What the stream needs of a running scene, so that tests and recordings can replace one, and how it orders one."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
-from radar_service.radar.parameters import Radar
+from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar
 from radar_service.records import SpokeBlock, Truth
+from radar_service.scene.commands import Command, Steerable
+from radar_service.scene.error import SceneError
+from radar_service.scene.error_settings import ErrorSettings
+from radar_service.stream.command_log import CommandLog
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,8 @@ class SceneOrder:
 
     source: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
-    rpm: rate of rotation instead of the scene's own.
+    rpm: rate of rotation instead of the scene's own; origin: where the rotation at that rate begins.
+    radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this order before; it is not made again.
     folder: kept while this order exists; it owns the files of an upload.
     """
@@ -28,6 +33,8 @@ class SceneOrder:
     source: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
+    origin: Origin = START
+    radar: str | None = None
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
     folder: object = field(default=None, compare=False, repr=False)
 
@@ -35,11 +42,17 @@ class SceneOrder:
         return vars(self) | {"folder": None}  # another process does not own the folder
 
 
+NOT_STEERABLE = Steerable({}, frozenset(), None)
+
+
 @dataclass(frozen=True)
 class SceneOutline:
     """A scene as the serving process knows it: the bodies and their meshes stay with the process that computes.
 
     notes: sentences about its files that need no action; whoever uploads the scene gets them.
+    steerable: what commands may steer.
+    errors: on purpose, which the serving process adds; None without any.
+    radar_id: of the radar; radar_ids: of all radars of its file.
     """
 
     name: str
@@ -48,6 +61,18 @@ class SceneOutline:
     warnings: tuple[str, ...]
     radar: Radar
     notes: tuple[str, ...] = ()
+    steerable: Steerable = NOT_STEERABLE
+    errors: ErrorSettings | None = None
+    radar_id: str = FIRST_ID
+    radar_ids: tuple[str, ...] = (FIRST_ID,)
+
+
+def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError:
+    """Returns the error for a scene with the ids of other radars than its world has here."""
+    return SceneError(
+        f"radar: the scene has {', '.join(given)}, but {', '.join(map(str, here))} runs here; give a scene with the same radars, "
+        "or start the server with this one"
+    )
 
 
 class PlanSummary(Protocol):
@@ -109,11 +134,28 @@ class SpokeSource(Protocol):
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0."""
 
+    @property
+    def commands(self) -> CommandLog:
+        """All commands to its world so far."""
+
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """Commands own ship (None) or a body from a spoke on, which is not taken yet; returns the command.
+
+        Blocks that do not follow it may still come, and then all spokes from that one on come again: `SpokeBlock.commands` says
+        how many commands a block knows. From any thread. Raises CommandError.
+        """
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """Takes all commands of another source of the same scene. Comes before `blocks`."""
+
     def truth(self, t: float) -> Truth:
         """Returns the state of own ship and of every body at time t [s]."""
 
-    def truth_lines(self, scan: int | None) -> "list[TruthLine]":
-        """Returns the truth of the beam crossings of a scan, and of its end; the header for None. Raises EngineFault."""
+    def truth_lines(self, scan: int | None, radiometric: bool = False) -> "list[TruthLine]":
+        """Returns the truth of the beam crossings of a scan, and of its end; the header for None. Raises EngineFault.
+
+        radiometric: whether crossings have the power of each body too.
+        """
 
     def spare(self) -> "SpokeSource | None":
         """Returns another source of the same scene that is ready at once; None where there is none."""

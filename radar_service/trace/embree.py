@@ -102,6 +102,10 @@ class TriangleScene:
         self.__dict__.update(state)
         self._build_large()
 
+    def of_vertices(self, vertices: Floats) -> "TriangleScene":
+        """The same faces over other vertices (V, 3) [m]; rays are counted together."""
+        return TriangleScene(vertices, self._faces, self._count)
+
     def first_hit(self, origin: Floats, direction: Floats) -> NDArray[np.int64]:
         """Index of the first triangle that each ray meets, -1 where none. origin (3,) or (M, 3), direction (M, 3)."""
         if len(direction) == 0:

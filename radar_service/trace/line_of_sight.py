@@ -2,14 +2,16 @@
 all other bodies."""
 
 from collections.abc import Callable, Collection, Sequence
+from copy import copy
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from radar_service.frames import Polar, distances_from_map
 from radar_service.scene.body import Body
 from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh
+from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
@@ -35,7 +37,7 @@ class Shadow(NamedTuple):
 
 
 class OcclusionScene:
-    """All that may occlude: one occluder for all bodies at rest, and one for each mesh that moves."""
+    """All that may occlude: one occluder for all bodies at rest, and one for each mesh that moves. Absent bodies do not."""
 
     def __init__(
         self, bodies: Sequence[Body], earth_radius: float, without: Collection[int] = (), rays: RayCount | None = None
@@ -43,7 +45,7 @@ class OcclusionScene:
         """earth_radius: effective, inf for flat [m]; without: indices of moving bodies that never occlude, not even
         themselves; rays: counts the rays cast, where given."""
         self.earth_radius = earth_radius
-        self._resting: Flags = np.array([body.motion.at_rest for body in bodies], dtype=np.bool_)
+        self._resting: Flags = np.array([body.at_rest for body in bodies], dtype=np.bool_)
         self._occludes: Flags = np.array(
             [b.mesh is not None and i not in without for i, b in enumerate(bodies)], dtype=np.bool_
         )
@@ -53,9 +55,24 @@ class OcclusionScene:
         )
         resting_faces = np.where(self._resting, self._faces, 0)
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
-        merged = merged_mesh([body for body in bodies if body.motion.at_rest])
+        merged = merged_mesh([body for body in bodies if body.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
-        self._moving = MovingOccluders(bodies, earth_radius, without, rays)
+        self.moving = MovingOccluders(bodies, earth_radius, without, rays)
+
+    @property
+    def presences(self) -> Presences:
+        """The presence of all bodies."""
+        return self.moving.presences
+
+    def as_of(self, time: float) -> Self:
+        """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
+        view = copy(self)
+        view.moving = self.moving.as_of(time)
+        return view
+
+    def present(self, time: float) -> Flags:
+        """Which bodies (B,) are present at `time` [s], or at that of `as_of`."""
+        return self.moving.present(time)
 
     def visible(
         self,
@@ -123,21 +140,32 @@ class OcclusionScene:
         """Indices (O,) and radii (O,) [m] in plan of the other bodies that may occlude a body from the antenna (3,),
         by a quick test in plan."""
         plan = self._plan
-        if len(self._moving.keys):
+        if len(self.moving.keys):
             plan = plan.copy()
-            plan[self._moving.keys, :2] = self._moving.middles(antenna, time)
+            plan[self.moving.keys, :2] = self.moving.middles(antenna, time)
         line, radius = plan[body, :2] - antenna[:2], plan[:, 2]
         toward = plan[:, :2] - antenna[:2]
         along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
         miss = np.hypot(*(toward - along[:, None] * line).T)
         near = (miss <= (radius + radius[body]) * 1.001 + 1.0) & self._occludes & (movers | self._resting)
+        near &= self.present(time)
         near[body] = False
         return np.flatnonzero(near), radius[near]
+
+    def following(self, bodies: Sequence[Body]) -> Self:
+        """The same occluders, moving as other `bodies` of the scene do."""
+        other = copy(self)
+        other.moving = self.moving.following(bodies)
+        return other
+
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self.moving.motions_changed()
 
     @property
     def has_movers(self) -> bool:
         """Whether a body that moves may occlude anything."""
-        return len(self._moving.keys) > 0
+        return len(self.moving.keys) > 0
 
     def occluded_by_resting(self, position: Floats, antenna: Floats) -> Flags:
         """Which positions (W, 3) on the map a body at rest occludes from the antenna (3,), or from one each (W, 3)."""
@@ -149,7 +177,7 @@ class OcclusionScene:
         """Which positions (W, 3) on the map a moving body occludes from the antenna (3,) at `time` [s]."""
         occluded = np.zeros(len(position), dtype=np.bool_)
         distance, _ = distances_from_map(position, antenna, self.earth_radius)
-        for _, occluder, pose, behind in self._moving.before(position, distance, antenna, time):
+        for _, occluder, pose, behind in self.moving.before(position, distance, antenna, time):
             left = behind[~occluded[behind]]
             occluded[left] = occluder.occludes(pose, antenna, position[left])
         return occluded
@@ -164,17 +192,18 @@ class OcclusionScene:
         return float(middle[0]), float(half[0]), float(begin[0])
 
     def moving_shadow_sectors(self, antenna: Floats, time: float) -> ShadowSectors:
-        """The sectors that the moving bodies may occlude at `time` [s]."""
-        return self._moving.sectors(antenna, time)
+        """The sectors that the moving bodies may occlude at `time` [s], as if all were present."""
+        return self.moving.sectors(antenna, time)
 
     def moving_shadows(self, numbers: Sequence[int], antenna: Floats, time: float) -> list[Shadow]:
-        """Shadows of moving bodies by their numbers in `moving_shadow_sectors` at `time` [s]."""
+        """Shadows of moving bodies by their numbers in `moving_shadow_sectors` at `time` [s]; absent ones have none."""
         if not numbers:
             return []
-        middle, half, begin = self._moving.sectors(antenna, time)
-        keys = [int(self._moving.keys[number]) for number in numbers]
+        middle, half, begin = self.moving.sectors(antenna, time)
+        number_of = {int(self.moving.keys[number]): number for number in numbers}
         shadows = []
-        for number, (occluder, pose, _) in zip(numbers, self._moving.chosen(keys, antenna, time), strict=True):
+        for occluder, pose, key in self.moving.chosen(list(number_of), antenna, time):
+            number = number_of[key]
             sector = float(middle[number]), float(half[number]), float(begin[number])
             shadows.append(Shadow(sector, partial(occluder.occludes, pose, antenna)))
         return shadows
@@ -185,7 +214,7 @@ class OcclusionScene:
         position: (E, 3), visible past all bodies at rest, by rising azimuth; polar: the same relative to the antenna (3,).
         """
         shadowed = [np.zeros(0, dtype=np.int64)]
-        for _, occluder, pose, behind in self._moving.before(position, polar.distance, antenna, time):
+        for _, occluder, pose, behind in self.moving.before(position, polar.distance, antenna, time):
             shadowed.append(behind[occluder.occludes(pose, antenna, position[behind])])
         return np.unique(np.concatenate(shadowed))
 
@@ -207,11 +236,11 @@ class OcclusionScene:
         if self._resting_occluder is not None and resting:
             result.append((self._resting_occluder, MAP_POSE, None, which))
         if movers and among is not None:
-            result += [(*mover, which) for mover in self._moving.chosen(own.union(among), antenna, time)]
+            result += [(*mover, which) for mover in self.moving.chosen(own.union(among), antenna, time)]
         elif movers:
             position = points.position[which]
             distance, _ = distances_from_map(position, antenna, self.earth_radius)
-            for key, occluder, pose, some in self._moving.before(position, distance, antenna, time):
+            for key, occluder, pose, some in self.moving.before(position, distance, antenna, time):
                 result.append((occluder, pose, key, which[some]))
         return sorted(result, key=lambda occluder: {occluder[2]} != own)
 

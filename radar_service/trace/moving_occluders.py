@@ -1,17 +1,19 @@
 """The occluders of all bodies that move, and which of them may occlude which points at an instant."""
 
 from collections.abc import Collection, Iterator, Sequence
-from typing import NamedTuple
+from copy import copy
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from radar_service.block_cache import BlockCache
 from radar_service.scene.body import Body
-from radar_service.scene.poses import BodyPose, BodyPoses, PoseArrays, map_from_bodies
+from radar_service.scene.poses import BodyPose, BodyPoses, PoseArrays
+from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.occluder import Occluder
 from radar_service.trace.shadow_sectors import ShadowSectors, points_behind, shadow_sectors
-from radar_service.types import Floats, Indices
+from radar_service.types import Flags, Floats, Indices
 
 INSTANTS = 8  # kept: threads may be some visibility steps apart, and the truth is asked for at instants of its own
 
@@ -32,9 +34,10 @@ class PosedOccluder(NamedTuple):
 
 
 class MovingOccluders:
-    """One occluder for each mesh that moves. Safe to call from several threads.
+    """One occluder for each mesh that moves, or comes and goes. Safe to call from several threads.
 
     keys: (N,) indices of their bodies in the scene, rising.
+    presences: of all bodies of the scene.
     """
 
     def __init__(
@@ -44,17 +47,31 @@ class MovingOccluders:
         self._occluders = {
             i: Occluder(body.mesh, earth_radius, rays)
             for i, body in enumerate(bodies)
-            if body.mesh is not None and not body.motion.at_rest and i not in without
+            if body.mesh is not None and not body.at_rest and i not in without
         }
         self.keys: Indices = np.array(list(self._occluders), dtype=np.int64)
         self._number = {key: n for n, key in enumerate(self._occluders)}
         self._poses = BodyPoses([bodies[i] for i in self._occluders])
+        self.presences = Presences(bodies)
+        self.presence_time: float | None = None  # of presence, where it is not that of the poses
         middles = [bodies[i].middle for i in self._occluders]
         self._middle: Floats = np.array(middles).reshape(-1, 3)
         spheres = [occluder.sphere for occluder in self._occluders.values()]
         self._centre: Floats = np.array([centre for centre, _ in spheres]).reshape(-1, 3)
         self._radius: Floats = np.array([radius for _, radius in spheres])
         self._instants: BlockCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = BlockCache(INSTANTS)
+
+    def as_of(self, time: float) -> Self:
+        """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
+        if not len(self.presences.changing):
+            return self
+        view = copy(self)
+        view.presence_time = time
+        return view
+
+    def present(self, time: float) -> Flags:
+        """Which bodies (B,) of the scene are present at `time` [s], or at that of `as_of`."""
+        return self.presences.at(time if self.presence_time is None else self.presence_time)
 
     def before(self, position: Floats, distance: Floats, antenna: Floats, time: float) -> Iterator[PosedOccluder]:
         """Those that may occlude any of the points (E, 3) on the map [m] from the antenna (3,) at `time` [s], and all that
@@ -63,32 +80,42 @@ class MovingOccluders:
             return
         poses, sectors = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
         azimuth = np.arctan2(position[:, 0] - antenna[0], position[:, 1] - antenna[1])
+        present = self.present(time)
         for n, points in points_behind(sectors, azimuth, distance):
             key = int(self.keys[n])
-            yield PosedOccluder(key, self._occluders[key], _pose(poses, n), points)
+            if present[key]:
+                yield PosedOccluder(key, self._occluders[key], poses.of_body(0, n), points)
 
     def chosen(self, keys: Collection[int], antenna: Floats, time: float) -> list[tuple[Occluder, BodyPose, int]]:
-        """Those of the bodies `keys` that move: occluder, pose at `time` [s], and index of the body."""
-        moving = [key for key in keys if key in self._number]
+        """Those of the bodies `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
+        present = self.present(time)
+        moving = [key for key in keys if key in self._number and present[key]]
         if not moving:
             return []
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
-        return [(self._occluders[key], _pose(poses, self._number[key]), key) for key in moving]
+        return [(self._occluders[key], poses.of_body(0, self._number[key]), key) for key in moving]
 
     def sectors(self, antenna: Floats, time: float) -> ShadowSectors:
-        """The sectors (N,) that the bodies may occlude from the antenna (3,) at `time` [s]."""
+        """The sectors (N,) that the bodies may occlude from the antenna (3,) at `time` [s], as if all were present."""
         return self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))[1]
 
     def middles(self, antenna: Floats, time: float) -> Floats:
         """Middles (N, 2) of the plans of all bodies on the map at `time` [s]."""
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
-        return map_from_bodies(self._middle, np.arange(len(self.keys)), poses.position[0], poses.heading[0])[:, :2]
+        return poses.map_from_bodies(0, self._middle, np.arange(len(self.keys)))[:, :2]
+
+    def following(self, bodies: Sequence[Body]) -> Self:
+        """The same occluders, moving as other `bodies` of the scene do."""
+        other = copy(self)
+        other._poses, other.presences = BodyPoses([bodies[i] for i in self._occluders]), Presences(bodies)
+        other._instants = BlockCache(INSTANTS)
+        return other
+
+    def motions_changed(self) -> None:
+        """Drops what has been computed from the motions before."""
+        self._instants.clear()
 
     def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
         poses = self._poses.at(np.array([time]))
-        centre = map_from_bodies(self._centre, np.arange(len(self.keys)), poses.position[0], poses.heading[0])
+        centre = poses.map_from_bodies(0, self._centre, np.arange(len(self.keys)))
         return poses, shadow_sectors(centre, self._radius, antenna)
-
-
-def _pose(poses: PoseArrays, n: int) -> BodyPose:
-    return BodyPose(poses.position[0, n], float(poses.heading[0, n]))

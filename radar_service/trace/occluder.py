@@ -8,7 +8,6 @@ that the sea reflects is two such lines, which meet at the sea.
 
 import numpy as np
 
-from radar_service.frames import map_from_body
 from radar_service.radar.parameters import horizon
 from radar_service.scene.body import Mesh
 from radar_service.scene.poses import BodyPose
@@ -44,7 +43,7 @@ class Occluder:
         low, high = np.array([east.min(), north.min()]), np.array([east.max(), north.max()])
         width = float(np.hypot(*(high - low))) / 2.0
         line = (low + high) / 2.0 - antenna[:2]
-        toward = map_from_body(self._scene.centre, pose.position, pose.heading)[:2] - antenna[:2]
+        toward = pose.map_from_frame(self._scene.centre)[:2] - antenna[:2]
         along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
         return float(np.hypot(*(toward - along * line))) <= width + self._scene.radius * 1.001 + TOLERANCE
 

@@ -11,7 +11,6 @@ along it stay the same. So a unit ray's distance in the body's frame is the slan
 
 import numpy as np
 
-from radar_service.frames import body_rotation
 from radar_service.scene.body import Mesh
 from radar_service.scene.poses import BodyPose
 from radar_service.trace.embree import TriangleScene
@@ -44,15 +43,17 @@ class RayTarget:
         """Points (H, 3) [m] of the body's own frame, not curved, that lie `distance` (H,) [m] along unit rays (H, 3)."""
         origin, local = self._in_body_frame(pose, antenna, ray)
         point = origin + local * distance[:, None]
+        if pose.lean is not None:
+            point = point @ pose.lean.T
         point[:, 2] += (point[:, 0] ** 2 + point[:, 1] ** 2) / (2.0 * self._earth_radius)
-        return point
+        return point if pose.lean is None else point @ pose.lean
 
     def _in_body_frame(self, pose: BodyPose, antenna: Floats, ray: Floats) -> tuple[Floats, Floats]:
         """Origin (3,) and directions (M, 3) of the antenna's rays in the body's curved frame."""
         offset = antenna - pose.position
         local = ray.copy()
         local[:, 2] -= (ray[:, :2] @ offset[:2]) / self._earth_radius
-        return pose.frame_from_map(antenna, self._earth_radius), local @ body_rotation(pose.heading)
+        return pose.frame_from_map(antenna, self._earth_radius), local @ pose.matrix
 
     def _close_to_body(self, origin: Floats, ray: Floats) -> Flags:
         """Which rays pass the target's bounding sphere, ahead of the antenna."""

@@ -23,6 +23,7 @@ from radar_service.tracking.tracker import Tracker
 from radar_service.tracking.verdicts import verdict
 
 SCHEMA = 1
+Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 REFERENCE = ("gnn", "jpda")  # names of the reference tracker's associations
 
 

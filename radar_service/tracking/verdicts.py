@@ -19,8 +19,11 @@ Word = Literal["pass", "fail", "undecided, more seeds", "shown"]
 class Verdict:
     """What the runs of a scenario say about one limit.
 
-    metric, minimum, maximum, source, decides: as in Limit. runs, failures: numbers. value_95: 95th percentile of the metric, or
-    the 5th for a minimum; None where any run has no value. lower, upper: one-sided 95 % bounds of the share that fails. word: the verdict.
+    metric, minimum, maximum, source, decides: as in Limit.
+    runs, failures: numbers.
+    value_95: 95th percentile of the metric, or the 5th for a minimum; None where any run has no value.
+    lower, upper: one-sided 95 % bounds of the share that fails.
+    word: the verdict.
     """
 
     metric: str

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.frames import wrap_angle
+from radar_service.radar.parameters import START, Origin
 from radar_service.types import Flags, Floats, Indices
 
 FULL_CIRCLE = 2.0 * np.pi
@@ -31,10 +32,14 @@ class Crossings(NamedTuple):
 
 
 class CrossingSearch:
-    """Finds crossings. offsets: of the points; count: number of points; period: of the rotation [s]; spokes: in a scan."""
+    """Finds crossings.
 
-    def __init__(self, offsets: Offsets, count: int, period: float, spokes: int) -> None:
-        self._offsets, self._points, self._period, self._spokes = offsets, np.arange(count), period, spokes
+    offsets: of the points; count: number of points; period, origin: of the rotation [s]; spokes: in a scan.
+    """
+
+    def __init__(self, offsets: Offsets, count: int, period: float, spokes: int, origin: Origin = START) -> None:
+        self._offsets, self._points, self._spokes = offsets, np.arange(count), spokes
+        self._period, self._origin = period, origin
 
     def within(self, scan: int) -> Crossings:
         """Returns the crossings of one scan, which begins with the boresight to the north; its end belongs to the next one."""
@@ -50,7 +55,7 @@ class CrossingSearch:
 
     def _tracks(self, points: Indices, scan: int, steps: int) -> Floats:
         """Offsets (P, steps + 1, 2) [m] of points (P,) at the edges of the steps of a scan."""
-        time = (scan + np.arange(steps + 1) / steps) * self._period
+        time = self._time(scan + np.arange(steps + 1) / steps)
         flat = self._offsets(np.repeat(points, len(time)), np.tile(time, len(points)))
         return flat.reshape(len(points), len(time), 2)
 
@@ -68,7 +73,7 @@ class CrossingSearch:
         low, high = begin[which, step], end[which, step]
         turn = FULL_CIRCLE * np.minimum(np.ceil(low / FULL_CIRCLE), np.ceil(high / FULL_CIRCLE))
         root = self._root(points[which], scan, share[step], share[step + 1], low - turn, high - turn)
-        return Crossings(points[which], (scan + root) * self._period)
+        return Crossings(points[which], self._time(scan + root))
 
     def _root(self, points: Indices, scan: int, a: Floats, b: Floats, at_a: Floats, at_b: Floats) -> Floats:
         """The share (E,) of the turn at which the boresight meets points (E,), between a and b (E,); Illinois method.
@@ -94,8 +99,12 @@ class CrossingSearch:
 
     def _ahead(self, points: Indices, scan: int, share: Floats) -> Floats:
         """How far the boresight is ahead of points (E,) after shares (E,) of a turn [rad]."""
-        offset = self._offsets(points, (scan + share) * self._period)
+        offset = self._offsets(points, self._time(scan + share))
         return wrap_angle(FULL_CIRCLE * share - np.arctan2(offset[:, 0], offset[:, 1]))
+
+    def _time(self, turns: Floats) -> Floats:
+        """Times (E,) [s] after turns (E,) since the start of the simulation."""
+        return self._origin.time + (turns - self._origin.scan) * self._period
 
 
 def _are_near(track: Floats) -> Flags:

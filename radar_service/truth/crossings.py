@@ -10,12 +10,12 @@ from radar_service.frames import polar_from_map, turned, wrap_bearing
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
+from radar_service.scene.steered_motion import PastMotion
 from radar_service.truth.crossing_times import CrossingSearch
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.types import Floats, Indices
 
 NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
-RADAR = "0"  # the only one
 
 
 class References(NamedTuple):
@@ -35,27 +35,30 @@ class CrossingTruth:
         self._truth, self._scene = truth, truth.scene
         bodies, radar = self._scene.bodies, self._scene.radar
         self._motions = [body.motion for body in bodies]
+        self._steered = any(isinstance(motion, PastMotion) for motion in (self._scene.own_ship, *self._motions))
         self._reference = np.array([body.reference for body in bodies]).reshape(-1, 3)
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
         every = np.arange(len(bodies))
         self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
-        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths)
+        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths, radar.origin)
 
     def crossings(self, scan: int) -> tuple[Crossing, ...]:
         """Returns the crossings of one scan by time."""
         bodies, time = self._search.within(scan)
-        spokes = np.rint(time / self._scene.radar.spoke_period).astype(np.int64).tolist()
+        spokes = np.rint(self._scene.radar.spokes_at(time)).astype(np.int64).tolist()
         return tuple(
             Crossing(scan=scan, spoke=spoke, own_ship=own_ship, **kinematics)
             for spoke, own_ship, kinematics in zip(spokes, self._own_ship(time), self._kinematics(bodies, time), strict=True)
         )
 
     def snapshot(self, scan: int) -> Snapshot:
-        """Returns all bodies at the end of one scan."""
-        time = (scan + 1) * self._scene.radar.rotation_period
+        """Returns all bodies at the end of one scan, before any command that acts from the next one on."""
+        time = self._scene.radar.time_of_turns(scan + 1.0)
+        instant = math.nextafter(time, 0.0) if self._steered else time
         every = np.arange(len(self._motions))
-        bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), time)))
-        return Snapshot(scan=scan, time=time, radar=RADAR, own_ship=self._own_ship(np.array([time]))[0], bodies=bodies)
+        bodies = tuple(Kinematics(**kinematics) for kinematics in self._kinematics(every, np.full(len(every), instant)))
+        own_ship = self._own_ship(np.array([instant]))[0]
+        return Snapshot(scan=scan, time=time, radar=self._scene.radar_id, own_ship=own_ship, bodies=bodies)
 
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
         """East and north (E, 2) [m] of the reference points of bodies (E,) from the antenna at times (E,) [s]."""
@@ -71,8 +74,13 @@ class CrossingTruth:
         order = rows[np.argsort(bodies[rows], kind="stable")]
         for which in np.split(order, np.flatnonzero(np.diff(bodies[order])) + 1) if len(order) else ():
             body, when = int(bodies[which[0]]), time[which]
-            pose, rate = self._motions[body].pose(when), self._motions[body].turn_rate(when)
+            motion = self._motions[body]
+            pose, rate = motion.pose(when), motion.turn_rate(when)
             position, velocity = _reference_moved(pose, rate, self._reference[body])
+            if motion.sway is not None and pose.rotation is not None:
+                position = pose.position + pose.rotation @ self._reference[body]
+                swung = motion.sway.rotation_rate(pose.heading, rate, when) @ self._reference[body]
+                velocity = pose.velocity + swung
             for column, values in zip(references, (position, velocity, pose.heading, rate), strict=True):
                 column[which] = values
         return references
@@ -109,7 +117,7 @@ class CrossingTruth:
 
     def _identity(self, body: int) -> dict[str, Any]:
         its = self._scene.bodies[body]
-        return {"radar": RADAR, "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
+        return {"radar": self._scene.radar_id, "body": its.name, "mmsi": its.mmsi, "length": its.length, "beam": its.beam}
 
     def _geographic(self, position: Floats) -> list[dict[str, float | None]]:
         """Latitude and longitude of positions (E, 3) [m], None where the scene has no origin."""

@@ -6,11 +6,12 @@ from itertools import pairwise
 import numpy as np
 
 from radar_service.echo.second_time_around import apparent_range
-from radar_service.frames import map_from_body, polar_from_map, wrap_bearing
+from radar_service.frames import polar_from_map, wrap_bearing
 from radar_service.records import BodyTruth, Truth
 from radar_service.scene.body import Body
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
+from radar_service.scene.poses import pose_at
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
@@ -25,7 +26,7 @@ class GroundTruth:
 
     def __init__(self, scene: Scene, line_of_sight: OcclusionScene) -> None:
         self.scene, self.line_of_sight, self.earth_radius = scene, line_of_sight, line_of_sight.earth_radius
-        self._rests = scene.own_ship.at_rest and all(body.motion.at_rest for body in scene.bodies)
+        self._rests = scene.own_ship.at_rest and all(body.at_rest for body in scene.bodies)
         self._surface_samples = [_surface_samples(body) for body in scene.bodies]
 
     def at(self, time: float) -> Truth:
@@ -68,12 +69,20 @@ class GroundTruth:
         visible[lit] = ~self._occluded(point[lit], antenna[lit], when[lit])
         first = np.cumsum([0, *count[:-1]])
         passed = [np.logical_or.reduceat(flags, first) for flags in (near, near & ~over, lit, visible)]
-        return [REASONS[number] for number in np.sum(passed, axis=0).tolist()]
+        reasons = [REASONS[number] for number in np.sum(passed, axis=0).tolist()]
+        here = self._present(bodies, time)
+        return [reason if present else "absent" for reason, present in zip(reasons, here, strict=True)]
+
+    def _present(self, bodies: Indices, time: Floats) -> list[bool]:
+        """Whether each of bodies (E,) is present at its time (E,) [s]."""
+        presences = self.line_of_sight.presences
+        if not len(presences.changing):
+            return [bool(one) for one in presences.at(0.0)[bodies]]
+        return [bool(presences.at(t)[body]) for body, t in zip(bodies.tolist(), time.tolist(), strict=True)]
 
     def _surface(self, body: int, time: float) -> Floats:
         """Points (W, 3) of a body's surface on the map at `time` [s]."""
-        pose = self.scene.bodies[body].motion.pose(time)
-        return map_from_body(self._surface_samples[body], pose.position[0], float(pose.heading[0]))
+        return pose_at(self.scene.bodies[body], time).map_from_frame(self._surface_samples[body])
 
     def _occluded(self, point: Floats, antenna: Floats, time: Floats) -> Flags:
         """Which points (W, 3) any body occludes from antennas (W, 3) at times (W,) [s]."""

@@ -10,9 +10,14 @@ from radar_service.scene.world import Scene
 
 
 def scene_hash(scene: Scene) -> str:
-    """Returns the SHA-256 of a scene's world, radar, platform and interference, as hexadecimal digits."""
+    """Returns the SHA-256 of a scene's world, radar, platform, interference and errors, as hexadecimal digits.
+
+    The key of its random numbers belongs to it. A field of a record that was added later says so in its metadata, as "added";
+    while it has its default it adds nothing, so scenes that do not use it keep their hash.
+    """
     digest = hashlib.sha256()
-    for part in (scene.world, scene.radar, scene.platform, scene.interference):
+    errors = () if scene.errors is None else (scene.errors,)
+    for part in (scene.world, scene.radar, scene.platform, scene.interference, *errors, *scene.random_key):
         _add(digest, part)
     return digest.hexdigest()
 
@@ -24,8 +29,11 @@ def _add(digest: Any, value: Any) -> None:
         digest.update(f"{value.dtype.str}{value.shape}".encode() + np.ascontiguousarray(value).tobytes())
     elif is_dataclass(value):
         for field in fields(value):
+            content = getattr(value, field.name)
+            if "added" in field.metadata and content is field.default:
+                continue
             digest.update(f"{field.name}=".encode())
-            _add(digest, getattr(value, field.name))
+            _add(digest, content)
     elif isinstance(value, tuple | list):
         digest.update(f"{len(value)},".encode())
         for item in value:

@@ -13,7 +13,6 @@ from typing import Any, Self
 
 from radar_service.records import Crossing, Snapshot
 from radar_service.scene.world import Scene
-from radar_service.truth.crossings import RADAR
 from radar_service.truth.scene_hash import scene_hash
 
 SCHEMA = 1  # version of these keys
@@ -26,7 +25,7 @@ def header(scene: Scene, seed: int, fidelity: str) -> dict[str, Any]:
         "type": "header", "schema": SCHEMA, "version": version("radar-service"), "scene": scene.name,
         "scene_hash": scene_hash(scene), "seed": seed, "fidelity": fidelity,
         "radars": [
-            {"id": RADAR, "azimuths": radar.azimuths, "rotation_period": radar.rotation_period, "bins": radar.bins,
+            {"id": scene.radar_id, "azimuths": radar.azimuths, "rotation_period": radar.rotation_period, "bins": radar.bins,
              "range_first": radar.range_step / 2.0, "range_step": radar.range_step, "beamwidth": radar.beamwidth,
              "frequency": radar.frequency},
         ],

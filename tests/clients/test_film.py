@@ -55,3 +55,12 @@ def test_a_film_without_end_is_refused() -> None:
     late["time"] = [1e9 + k for k in range(36)]
     with pytest.raises(FeedError, match="at most 20000"):
         next(film(scans([greeting, fake_feed.spokes(greeting, picture(), 0, 36), late]), fps=10))
+
+
+def test_a_lost_heading_stays_as_it_was_last_reported() -> None:
+    greeting, data = hello(), picture()
+    lost = [fake_feed.spokes(greeting, data, 0, 36, 40.0), fake_feed.spokes(greeting, data, 36, 36, np.nan)]
+    *_, last = film(scans([greeting, *lost]), fps=5)
+    assert last.heading == pytest.approx(np.radians(40.0), abs=4.8e-5)  # half of 1/65536 turn
+    never, *_ = film(scans([greeting, fake_feed.spokes(greeting, data, 0, 72, np.nan)]), fps=5)
+    assert np.isnan(never.heading)

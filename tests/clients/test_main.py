@@ -194,3 +194,9 @@ def test_saved_scans_are_loaded_as_those_of_the_simulator(tmp_path: Path, encodi
     if encoding == "c64":
         np.testing.assert_array_equal(scan.power[:60], scan.field[:60].real ** 2 + scan.field[:60].imag ** 2)
     assert scan._repr_png_() and "72 azimuths" in repr(scan)
+
+
+def test_the_command_says_that_the_heading_is_lost(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with running(Script([GREETING, batch(0, 72, heading_deg=math.nan)])) as feed:
+        assert main([feed.url, "--out", str(tmp_path / "a.png")]) == 0
+    assert "heading lost" in capsys.readouterr().out and (tmp_path / "a.png").is_file()

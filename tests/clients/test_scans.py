@@ -26,6 +26,14 @@ def test_a_scan_begins_anywhere_and_wraps() -> None:
     assert collector.spokes == 72 + 10
 
 
+def test_a_radar_may_lose_its_heading() -> None:
+    (scan,) = collected([GREETING, batch(0, 36, heading_deg=20.0), batch(36, 36, heading_deg=math.nan)]).scans
+    assert np.isnan(scan.heading).nonzero()[0].tolist() == list(range(36, 72))
+    assert math.degrees(scan.newest_heading) == pytest.approx(20.0, abs=0.003)  # half of 1/65536 turn
+    (scan,) = collected([GREETING, batch(0, 72, heading_deg=math.nan)]).scans
+    assert math.isnan(scan.newest_heading)
+
+
 def test_a_scan_with_losses_is_whole_and_counts_missing_azimuths() -> None:
     announced = collected([GREETING, batch(0, 30), gap(GREETING, 30, 20), batch(50, 22)])
     silent = collected([GREETING, batch(0, 30), batch(50, 22)])

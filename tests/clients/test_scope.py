@@ -39,3 +39,8 @@ def test_half_blocks_show_two_pixels_each() -> None:
     assert len(lines) == 3 and lines[0].startswith("\x1b[38;2;0;1;2;48;2;9;10;11m\u2580\x1b[38;2;3;4;5;")
     assert lines[2].endswith("\x1b[38;2;42;43;44;48;2;0;0;0m\u2580\x1b[0m")
     assert half_blocks(np.zeros((2, 9, 3), np.uint8)) == ["\x1b[38;2;0;0;0;48;2;0;0;0m" + "\u2580" * 9 + "\x1b[0m"]
+
+
+def test_a_lost_heading_stays_as_it_was_last_reported() -> None:
+    scope = scope_of(GREETING, batch(0, 36, heading_deg=70.0), batch(36, 36, heading_deg=math.nan), head_up=True)
+    assert "heading 070.0" in scope.caption and scope.image(40).any()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from clients.ppi import FeedError, spokes
+from clients.ppi.spoke import spokes_of
 from tests.clients.fake_feed import DATA, GREETING, Script, batch, running
 
 
@@ -25,3 +26,8 @@ def test_spokes_carry_the_values_of_their_message() -> None:
     assert last.course == pytest.approx(0.5, abs=4.8e-5)
     np.testing.assert_array_equal(last.samples, DATA[71])
     np.testing.assert_allclose(last.range, (np.arange(100) + 0.5) * 20.0, rtol=1e-15)
+
+
+def test_a_lost_heading_is_nan() -> None:
+    first, second = spokes_of(batch(0, 2, heading_deg=math.nan) | {"heading": [None, 16384]})
+    assert math.isnan(first.heading) and second.heading == pytest.approx(math.pi / 2)

@@ -180,3 +180,21 @@ def test_full_resolution_is_tried_again_after_growing_waits(modules: Page) -> No
       }
       shares.push(fine, detail.share);"""
     assert modules.ask(FRAMES.replace("SCRIPT", script)) == [2, 0.7]
+
+
+def test_without_a_heading_the_ship_keeps_that_before(modules: Page) -> None:
+    lost = {
+        "heading": [16384, None],
+        "course": [0, None],
+        "azimuth": [0, 32768],
+        "speed": [1, 2],
+        "position": [[0, 0], [3, 4]],
+    }
+    script = f"""import('./status.js').then(({{shipOf}}) => {{
+      const first = shipOf({json.dumps(lost)}, 0, null);
+      return [first, shipOf({json.dumps(lost)}, 1, first)];
+    }})"""
+    first, second = modules.ask(script)
+    assert (first["heading"], first["isLost"]) == (pytest.approx(np.pi / 2), False)
+    assert (second["heading"], second["course"], second["isLost"]) == (first["heading"], first["course"], True)
+    assert second["azimuth"] == pytest.approx(np.pi) and second["position"] == [3, 4]

@@ -51,3 +51,16 @@ def test_weights_are_the_pattern_within_reach() -> None:
     np.testing.assert_allclose(weight, 1.0 - np.abs(offset), rtol=1e-12)
     _, _, cut = beam_weights(np.deg2rad([0.0, 8.0]), 36, np.ones_like, np.deg2rad(10.0))
     np.testing.assert_array_equal(cut, [[1, 1, 1], [0, 1, 1]])
+
+
+def test_rows_are_made_anew_after_they_are_dropped() -> None:
+    level = [1.0]
+    rows = AzimuthRowCache(8, lambda scan, start, stop: np.full((stop - start, 1), level[0]))
+    assert rows.span(0, 4).tolist() == [[1.0]] * 4
+    level[0] = 2.0
+    assert rows.span(0, 4).tolist() == [[1.0]] * 4
+    rows.clear()
+    assert rows.span(0, 4).tolist() == [[2.0]] * 4
+    static = StaticAzimuthRows(np.ones((4, 1)))
+    static.clear()
+    assert static.span(0, 4).tolist() == [[1.0]] * 4

@@ -110,3 +110,20 @@ def test_earlier_requests_change_nothing() -> None:
     one, whole = levels(own_ship=own)
     other, _ = levels(own_ship=own)
     np.testing.assert_array_equal(np.concatenate([other.rows.span(r, r + 1) for r in range(64, 128)]), whole)
+
+
+def test_the_shadow_on_the_sea_comes_with_its_body_row_by_row() -> None:
+    """A box that appears while the beam passes its shadow: rows before are those without it, rows after those with it."""
+    box = {"name": "b", "shape": "box", "length_m": 20, "width_m": 200, "height_m": 8, "position_m": [0, 150, 0]}
+    rows, settings = 512, {"radar": {"rpm": 60}, "environment": {"sea_state": 3}}
+    appears = 1.0 + 5.5 / rows  # s
+    late, always, never = (
+        SeaCells(made, OcclusionScene(made.bodies, effective_earth_radius(4 / 3)), rows, 400.0).rows.span(rows, rows + 16)
+        for made in (
+            scene([{**box, "speed_kn": 0.1, "start_s": start}] if start is not None else [], **settings)
+            for start in (appears, 0.0, None)
+        )
+    )
+    assert np.count_nonzero(always != never) > 100
+    np.testing.assert_array_equal(late[:6], never[:6])
+    np.testing.assert_array_equal(late[6:], always[6:])

@@ -93,6 +93,15 @@ def test_rows_without_a_spoke_are_grey_and_the_sea_is_dark() -> None:
     assert image[2, 298].tolist() == image[20, 20].tolist() == [0, 0, 0]  # beyond the page's margin, and beyond the rim
 
 
+def test_without_a_heading_there_is_no_heading_line() -> None:
+    empty = np.zeros((360, 100), np.uint8)
+    one, other = (pixels(render_png(empty, 0.5, 1.0, size=300, heading=heading)) for heading in (None, math.nan))
+    np.testing.assert_array_equal(one, other)
+    assert (one != pixels(render_png(empty, 0.5, 1.0, size=300, heading=0.3))).any()
+    with pytest.raises(ValueError, match="head_up: needs a heading"):
+        render_png(empty, 0.5, 1.0, size=300, heading=math.nan, head_up=True)
+
+
 def test_range_max_scales_the_picture() -> None:
     picture = np.zeros((360, 100), dtype=np.uint8)
     picture[:, 40:44] = 255  # a ring about 42 m

@@ -13,8 +13,10 @@ from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
+from radar_service.radar.parameters import Origin
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scene.body import Body
+from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.motion import Motion
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import point, scene
@@ -161,6 +163,28 @@ def test_the_boresight_points_at_the_body_at_its_crossing(scan: int, bearing_deg
     assert {each.crossing(0, crossed + d) for d in (-0.24, -0.1, 0.0, 0.2, 0.24)} == {spoke}
 
 
+def test_crossings_and_nodes_count_from_the_origin_of_the_rotation() -> None:
+    """After a change of rpm in scan 5, at 7.3 s: those of a scene whose ship starts where she is then, five scans on."""
+
+    def ship(after: float) -> rs.Scene:
+        north = 200.0 - after * 60 * 1852 / 3600
+        body = {"name": "s", "shape": "hull", "length_m": 60, "beam_m": 9, "height_m": 6, "scattering": "optics",
+                "position_m": [150, north, 0], "speed_kn": 60, "course_deg": 180, "heading_deg": 180}  # fmt: skip
+        return scene([body], radar=RADAR | {"rpm": 25})
+
+    own, shifted = passages(scene_at_rpm(ship(0.0), 25, Origin(7.3, 5))), passages(ship(7.3))
+    for turns in (0.6, 1.5):
+        crossing = shifted.crossing(0, turns)
+        assert own.crossing(0, 5 + turns) == crossing + 5 * 720
+        nodes = shifted.nodes(0, crossing)
+        assert len(nodes) > 2
+        np.testing.assert_array_equal(own.nodes(0, crossing + 5 * 720), nodes + 5 * 720)
+    np.testing.assert_array_equal(own.first_nodes()[0], shifted.first_nodes()[0] + 5 * 720)
+    time = shifted.crossing(0, 0.6) / 720 * 60 / 25
+    bearing = float(np.arctan2(150.0, 200.0 - (7.3 + time) * 60 * 1852 / 3600))
+    assert own.passing(7.3 + time, bearing, 0.01) == [(0, own.crossing(0, 5.6))]
+
+
 def test_a_passage_due_north_is_one_over_the_boundary_of_scans() -> None:
     """The last spokes of a scan and the first of the next one take the same nodes."""
     made = scene([PLATE | {"speed_kn": 10, "course_deg": 90, "position_m": [-20, 2000, 14.5]}])
@@ -284,7 +308,7 @@ def test_bodies_outside_the_beam_are_not_evaluated(monkeypatch: pytest.MonkeyPat
     prepared = prepare(scene(bodies, radar=RADAR), PRESETS["fast"], 0)
     evaluated = []
     original = BeamPassages.evaluated
-    monkeypatch.setattr(BeamPassages, "evaluated", lambda self, n, spoke: (evaluated.append(n), original(self, n, spoke))[1])
+    monkeypatch.setattr(BeamPassages, "evaluated", lambda self, n, *when: (evaluated.append(n), original(self, n, *when))[1])
     number = 720 + round(720 * 1.5 / (2 * np.pi)) + np.arange(-8, 8)
     prepared.moving.echoes(AzimuthTimes(number, *prepared.scene.radar.schedule(number)))
     assert set(evaluated) == {1}

@@ -9,7 +9,12 @@ from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, Echoes, 
 def weighted(count: int, start: float) -> BeamWeightedEchoes:
     """Echoes over four azimuths."""
     value = start + np.arange(count * 4).reshape(count, 4)
-    return BeamWeightedEchoes(start + np.arange(count), value.astype(np.float32), value.astype(np.complex64))
+    return BeamWeightedEchoes(
+        start + np.arange(count),
+        value.astype(np.float32),
+        value.astype(np.complex64),
+        start + np.arange(count, dtype=np.int64),
+    )
 
 
 def test_a_part_keeps_number_boresight_and_time_together() -> None:
@@ -28,6 +33,9 @@ def test_joined_parts_hold_all_echoes_in_order(counts: tuple[int, ...]) -> None:
     assert whole.range.shape == (sum(counts),) and whole.amplitude.shape == whole.range_migration.shape == (sum(counts), 4)
     assert (whole.range_migration.dtype, whole.amplitude.dtype) == (np.float32, np.complex64)
     expected = [value for part in parts for value in part.range]
+    assert whole.body.tolist() == expected
+    if sum(counts) == 5:
+        assert [column[0].tolist() for column in whole.chosen(np.array([3]))] == [column[3].tolist() for column in whole]
     assert whole.range.tolist() == expected and whole.amplitude[:, 0].real.tolist() == expected[:0] + [
         float(row[0].real) for part in parts for row in part.amplitude
     ]

@@ -69,6 +69,7 @@ def test_shadows_are_the_echoes_that_a_moving_body_occludes(quay: rs.Scene) -> N
         np.testing.assert_array_equal(shadows.range, resting.echoes.range[hidden])
         np.testing.assert_array_equal(shadows.azimuth, resting.echoes.azimuth[hidden])
         np.testing.assert_array_equal(shadows.amplitude, -resting.echoes.amplitude[hidden])
+        np.testing.assert_array_equal(shadows.body, resting.scene_body[hidden])
         counts.append(len(shadows.range))
     assert max(counts) > 15 and min(counts) < max(counts) < len(resting)
 
@@ -97,7 +98,7 @@ def test_shadows_of_a_step_are_computed_once(quay: rs.Scene) -> None:
     shadows = PassingShadows(engine.resting, engine.line_of_sight, 0.5)
     first = shadows.at(4)
     assert shadows.at(4) is first and len(first.range)
-    anew = shadows.computed(4)
+    anew = shadows.computed(4, 2.25)
     assert anew is not first and np.array_equal(anew.range, first.range)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes, BeamWeightedEchoes
 from radar_service.echo.second_time_around import apparent_range, fold_ranges, max_apparent_range, max_echo_range
 from radar_service.engine.preparation import prepare
 from radar_service.fidelity import PRESETS
@@ -26,7 +26,7 @@ def echoes_of(starts: list[float], wavelength: float):  # type: ignore[no-untype
         each = np.array([distance_at(start, azimuths.time) for start in starts]).reshape(len(starts), -1)
         middle = each[:, len(azimuths.time) // 2]
         amplitude = np.exp(-4j * np.pi / wavelength * each).astype(np.complex64)
-        return BeamWeightedEchoes(middle, (each - middle[:, None]).astype(np.float32), amplitude)
+        return BeamWeightedEchoes(middle, (each - middle[:, None]).astype(np.float32), amplitude, np.arange(len(middle)))
 
     return echoes
 
@@ -56,6 +56,7 @@ def test_an_echo_has_the_range_and_phase_of_its_own_pulse(intervals: int) -> Non
     parts = fold_ranges(echoes_of([start], folded.wavelength), azimuths, folded)
     received = [n for n, part in enumerate(parts) if len(part.range)]
     assert received == [intervals]
+    assert parts[intervals].body.tolist() == [SECOND_TIME if intervals else 0]
     own = distance_at(start, time - intervals * 25e-6)
     part = parts[intervals]
     assert part.range[0] == pytest.approx(own[2] - intervals * UNAMBIGUOUS, abs=1e-8)

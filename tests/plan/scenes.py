@@ -50,6 +50,8 @@ SCENES: dict[str, Callable[[], rs.Scene]] = {
     "sea and rain": lambda: made([point("t", 0, 900), SHIP | {"rcs_dbsm": 25} | WAY], WIDE | {"range_max_m": 950},
                                  environment={"noise": True, "sea_state": 3, "rain_mm_h": 4}),
     "plain pulse": lambda: made(scattered(5, 1400, 6, **WAY), {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 2e7}),
+    "nonlinear chirp, inverse filter": lambda: made(
+        scattered(5, 1400, 9, **WAY), {"modulation": "nlfm", "window": "nuttall", "compression": "inverse"}, **NOISY),
     "eclipsed chirp": lambda: made(scattered(5, 1400, 7, **WAY), {"eclipsing": True}, **NOISY),
     "sampled coarsely": lambda: made(scattered(5, 1400, 8), {"sample_rate_hz": 62.5e6}, own_ship=WAY),
     "fluctuating in gas": lambda: made([point("t", 0, 900, swerling=1), point("u", 700, 0)],

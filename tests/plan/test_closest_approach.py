@@ -14,6 +14,8 @@ from tests.scenes import point, scene
     ("own", "other", "apart"),
     [
         ({}, {"position_m": [3000, 4000, 0]}, 5000.0),
+        ({}, {"position_m": [3000, 4000, 0], "steerable": {}}, 0.0),  # commands may bring it anywhere
+        ({"steerable": {}}, {"position_m": [3000, 4000, 0]}, 0.0),
         ({}, {"position_m": [-9000, 2000, 0], "speed_kn": 10, "course_deg": 90}, 2000.0),  # passes abeam
         ({}, {"position_m": [3000, 4000, 0], "speed_kn": 10, "course_deg": 0}, 5000.0),  # goes away
         (

@@ -67,6 +67,34 @@ def test_doppler_within_a_pulse_is_stated_where_a_chirp_meets_motion() -> None:
     assert "Doppler within the pulse" not in items(moving)
 
 
+def test_doppler_moves_echoes_of_nonlinear_chirps_farther() -> None:
+    """The group delay rises faster in the middle of the band: 2.06 times for Nuttall's window."""
+    moving, result = [point("t", 0, 500, speed_kn=20, course_deg=0)], []
+    for modulation in ("lfm", "nlfm"):
+        result.append(
+            items(scene(moving, radar={"modulation": modulation, "window": "nuttall"}))["Doppler within the pulse"]
+        )
+    assert "up to 0.013 range cells" in result[1].how
+    assert 10 ** ((result[1].field_db - result[0].field_db) / 20) == pytest.approx(2.065, abs=1e-3)
+
+
+def test_the_specification_has_neither_nonlinear_chirps_nor_inverse_filters() -> None:
+    radar = {"modulation": "nlfm", "compression": "inverse", "window": "nuttall"}
+    made = scene([point("t", 0, 500)], radar=radar)
+    result = items(made, "documented")
+    assert not result["nonlinear chirp"].modelled and not result["inverse filter"].modelled
+    assert "inverse filter leaves the sidelobes of the window alone" in items(made)["range"].how
+
+
+def test_nearer_pulses_have_an_item_with_their_loss() -> None:
+    """Over k T0 F / T: Hamming's 1.34 dB at 10 us; 1.0645 B T / erf^2 = 1.24 dB at 80 ns, and 20.97 dB for its length."""
+    pulses = [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 1500}, {}]
+    made = scene([point("t", 0, 500)], radar={"pulses": pulses})
+    assert "0.08 us to 1500 m, where signal to noise is 20.9 dB lower" in items(made)["nearer pulses"].how
+    assert not items(made, "documented")["nearer pulses"].modelled
+    assert "nearer pulses" not in items(scene([point("t", 0, 500)]))
+
+
 def test_clutter_below_the_noise_is_missing_by_its_own_power() -> None:
     """Up to 15 dB below the noise: 10 log10(1 + 10^-1.5) = 0.135 dB; exact without noise."""
     assert items(everything())["sea clutter"].power_db == pytest.approx(0.135, abs=5e-4)

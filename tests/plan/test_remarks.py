@@ -18,6 +18,11 @@ def test_the_closest_approach_is_stated_with_rates_where_anything_moves() -> Non
     assert remarks(made([point("t", 300, 500)]), "t") == []
 
 
+def test_what_is_steered_is_judged_beside_the_antenna() -> None:
+    (remark,) = remarks(made([point("t", 300, 500, steerable={"max_speed_kn": 10, "max_turn_rate_deg_s": 2})]), "t")
+    assert remark.startswith("commands may bring it anywhere") and "by up to 39 degrees/s, its range by 5.1 m/s" in remark
+
+
 def test_metal_is_judged_at_the_closest_approach_and_others_by_their_errors() -> None:
     metal = SHIP | {"scattering": "optics", "position_m": [40, 1400, 0], "speed_kn": 20, "course_deg": 180}
     assert any("optics: facets" in remark and "cut to 0." in remark for remark in remarks(made([metal]), "ship"))

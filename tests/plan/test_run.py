@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from radar_service.constants import KNOT
+from radar_service.echo.beam_passage import NEAREST
 from radar_service.plan.run import HORIZON, body_run, ends_at_horizon
+from radar_service.scene.steering import Steering
 from tests.scenes import point, scene
 
 
@@ -81,3 +83,31 @@ def test_loops_that_do_not_repeat_together_end_at_the_horizon() -> None:
     under_way = scene([point("t", 500, 500) | loop], own_ship={"speed_kn": 1, "course_deg": 90})
     assert ends_at_horizon(under_way.bodies[0], under_way)
     assert body_run(under_way.bodies[0], under_way).time <= HORIZON
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_is_steered_stays_within_its_bounds(seed: int) -> None:
+    """Own ship and a box are commanded at random about each other; the bounds hold, whatever they do."""
+    limits = {"max_speed_kn": 25, "max_turn_rate_deg_s": 6}
+    box = {"name": "box", "shape": "box", "length_m": 30, "width_m": 8, "height_m": 6, "position_m": [300, 200, 0]}
+    given = scene([box | {"steerable": limits}], own_ship={"steerable": limits | {"max_speed_kn": 30}})
+    run, random, made = body_run(given.bodies[0], given), np.random.default_rng(seed), Steering(given)
+    for spoke in range(0, 20_000, 300):
+        values = {"speed_kn": random.uniform(0, 25), "turn_rate_deg_s": random.uniform(-6, 6)}
+        made.add(spoke, ("box", None)[random.integers(2)], values, reached=spoke)
+    time = np.arange(0.0, 69.0, 0.01)
+    body, own = made.past.bodies[0], made.past.own_ship
+    offset = (body.middles_at(time) - own.pose(time).position)[:, :2]
+    distance = np.hypot(*offset.T)
+    away = np.maximum(distance - body.radius, NEAREST)
+    aspect = np.unwrap(np.arctan2(*offset.T) - body.motion.pose(time).heading)
+    assert np.abs(np.gradient(distance, time)).max() <= run.radial
+    assert np.abs(np.gradient(aspect, time))[distance > body.radius + NEAREST].max() <= run.turn
+    assert (2.0 * given.radar.height * np.abs(np.gradient(distance, time)) / away**2).max() <= run.sea_turn
+    assert run.nearest == run.approach == 0.0 <= distance.min()
+
+
+def test_own_ship_under_command_bounds_bodies_at_rest_too() -> None:
+    steered = run_of(point("t", 0, 700), {"steerable": {"max_speed_kn": 10}})
+    assert (steered.nearest, steered.start) == (0.0, 700.0)
+    assert steered.radial == pytest.approx(10 * KNOT) and steered.turn == pytest.approx(2 * 10 * KNOT / NEAREST)

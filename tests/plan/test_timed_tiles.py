@@ -63,9 +63,9 @@ def slow_updates(monkeypatch: pytest.MonkeyPatch, prepared: Prepared) -> None:
     """Each visibility update takes 0.1 s of the clock."""
     clock, update = Clock(monkeypatch), prepared.shadows.computed
 
-    def slow(step: int) -> Any:
+    def slow(*step: Any) -> Any:
         clock.now += 0.1
-        return update(step)
+        return update(*step)
 
     monkeypatch.setattr(prepared.shadows, "computed", slow)
 
@@ -127,9 +127,9 @@ def test_physical_optics_has_its_own_cost_and_bodies_without_it_have_none(monkey
     prepared = prepared_from(plate)
     clock, evaluated = Clock(monkeypatch), BeamPassages.evaluated
 
-    def slow(passages: BeamPassages, n: int, spoke: int) -> Any:
+    def slow(passages: BeamPassages, *node: Any) -> Any:
         clock.now += 0.01
-        return evaluated(passages, n, spoke)
+        return evaluated(passages, *node)
 
     monkeypatch.setattr(BeamPassages, "evaluated", slow)
     costs = timed_costs(prepared)

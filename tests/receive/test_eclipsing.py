@@ -4,9 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from radar_service.receive.compression import compression_for
 from tests.reference.compressed_pulse import compressed_pulse
+from tests.reference.nonlinear_pulse import eclipsed_echo
+from tests.reference.point_scene import COSINE_SUMS
 from tests.scenes import radar
 
 HAMMING = (0.54, 0.46)
@@ -61,3 +64,25 @@ def test_the_peak_is_the_windows_tail() -> None:
         position = share * 10e-6 * 400e6 - 0.5
         at_peak = np.interp(position, np.arange(len(computed)), np.abs(computed))
         assert at_peak == pytest.approx(area / 0.54, rel=0.02)  # between samples of 0.125 resolution cells: 2 %
+
+
+@pytest.mark.parametrize(("modulation", "compression"), [("nlfm", "matched"), ("nlfm", "inverse"), ("lfm", "inverse")])
+@pytest.mark.parametrize("window", ["blackman", "nuttall"])
+def test_truncated_nonlinear_and_inversely_filtered_echoes(window: str, modulation: str, compression: str) -> None:
+    """Against the cut samples of the pulse behind its filter, over the energy of the whole echo: the bound of the chirp of
+    75 MSPS above. The response of an inverse filter to a part of the pulse lasts two pulse lengths."""
+    settings = {"range_max_m": 6000, "window": window, "modulation": modulation, "compression": compression}
+    made = radar(eclipsing=True, **settings)
+    compressed, fs = compression_for(made, 6), made.sample_rate
+    for share in (0.1, 0.7, 2.0):
+        late = share * made.pulse
+        row = np.zeros((1, compressed.size), np.complex64)
+        compressed.spread(row, np.array([late * fs - 0.5]), np.zeros((1, 1), np.float32), np.ones((1, 1), np.complex64))
+        delay = (np.arange(made.bins) + 0.5) / fs - late
+        fields = []
+        for received in (share, 2.0):
+            lag, field = eclipsed_echo(made.bandwidth, made.pulse, COSINE_SUMS[window], modulation, compression, received)
+            order = np.argsort(lag)
+            fields.append(CubicSpline(lag[order], field[order])(delay))
+        error = np.sum(np.abs(compressed.profiles(row)[0] - fields[0]) ** 2) / np.sum(np.abs(fields[1]) ** 2)
+        assert 10 * np.log10(error) < -61, share

@@ -6,6 +6,7 @@ Each table stands between `<!-- table: NAME -->` and `<!-- end -->`. What lies b
 import math
 import re
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from radar_service.stream.http.app import create_app
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(<!-- end -->)", flags=re.S)
 UNITS = {  # by the longest ending of a key
+    "_percent": "%", "_per_s": "1/s",
     "_mm_h": "mm/h", "_db_per_km": "dB/km", "_hz": "Hz", "_dbsm": "dBsm", "_dbi": "dBi", "_db": "dB", "_deg": "degrees",
     "_kn": "knots", "_m": "m", "_s": "s", "_w": "W", "rpm": "rev/min",
 }  # fmt: skip
@@ -38,8 +40,9 @@ def unit(key: str) -> str:
 
 def allowed(schema: Schema) -> str:
     """What a property of the scene's JSON Schema may be, in words."""
-    if "anyOf" in schema:
-        return " or ".join(allowed(each) for each in schema["anyOf"] if each.get("type") != "null")
+    if "anyOf" in schema or "oneOf" in schema:
+        forms = schema.get("anyOf", schema.get("oneOf"))
+        return " or ".join(allowed(each) for each in forms if each.get("type") != "null")
     if "$ref" in schema:
         return f"table {schema['$ref'].rsplit('/', 1)[1].removesuffix('Model')}"
     if "enum" in schema or "const" in schema:
@@ -78,21 +81,22 @@ def default(key: str, schema: Schema, required: list[str]) -> str:
     if key in required:
         return "required"
     value = schema.get("default")
-    if value is None or "$ref" in schema:
+    if value is None or isinstance(value, dict):
         return "none" if value is None else "its defaults"
     if isinstance(value, bool | list | tuple):
         return f"`{str(value).lower()}`"
     return f'`"{value}"`' if isinstance(value, str) else f"`{plain(value)}`"
 
 
-def section(name: str) -> str:
-    """The keys of one table of the scene file."""
+def section(name: str, beyond: str = "") -> str:
+    """The keys of one table of the scene file, but for those that the table `beyond` has too."""
     whole = SceneModel.model_json_schema()
     model: Schema = whole if name == "SceneModel" else whole["$defs"][name]
     required = model.get("required", [])
     rows = [
         (f"`{key}`", unit(key), allowed(schema), default(key, schema, required), schema.get("description", ""))
         for key, schema in model["properties"].items()
+        if not beyond or key not in whole["$defs"][beyond]["properties"]
     ]
     return table(("key", "unit", "allowed", "default", "remarks"), rows)
 
@@ -135,11 +139,21 @@ TABLES: dict[str, Callable[[], str]] = {
     "scene": lambda: section("SceneModel"),
     "origin": lambda: section("OriginModel"),
     "radar": lambda: section("RadarModel"),
+    "named-radar": lambda: section("NamedRadarModel", beyond="RadarModel"),
+    "platform": lambda: section("PlatformModel"),
+    "pulse": lambda: section("PulseModel"),
     "own-ship": lambda: section("OwnShipModel"),
     "environment": lambda: section("EnvironmentModel"),
     "body": lambda: section("BodyModel"),
     "waypoint": lambda: section("WaypointModel"),
+    "manoeuvre": lambda: section("ManoeuvreModel"),
+    "fading": lambda: section("FadingModel"),
     "interference": lambda: section("InterferenceModel"),
+    "errors": lambda: section("ErrorsModel"),
+    **{
+        f"errors-{name}": partial(section, f"{name.capitalize()}ErrorsModel")
+        for name in ("gyro", "log", "position", "antenna", "feed")
+    },
     "materials": materials,
     "presets": presets,
     "rest": rest,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 import radar_service as rs
 from tests.reference.compressed_pulse import LIGHT, compressed_pulse, sinc2_beam
+from tests.reference.nonlinear_pulse import correlation, tapered_pulse
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -50,6 +51,23 @@ def chirp_pulse(radar: Any) -> Pulse:
     return pulse
 
 
+def other_chirp(radar: Any) -> Pulse:
+    """The compressed pulse of a nonlinear chirp or of an inverse filter; not of an eclipsing radar."""
+    window = COSINE_SUMS[radar.window]
+    whole = None if radar.compression == "inverse" else correlation(radar.bandwidth, radar.pulse, window)
+
+    def pulse(delay: Floats, late: Floats) -> Complexes:
+        assert not radar.eclipsing
+        if whole is None:
+            return tapered_pulse(delay, radar.bandwidth, window)
+        near = np.abs(delay) < radar.pulse
+        answer = np.zeros(delay.shape, dtype=np.complex128)
+        answer[near] = whole(delay[near])
+        return answer
+
+    return pulse
+
+
 def plain_pulse(radar: Any) -> Pulse:
     """A rectangle behind a Gaussian filter with |H|^2 = 1/2 at +-B/2: its impulse response is a normal density of standard
     deviation sqrt(ln 2) / (pi B), so the answer is a difference of two normal distribution functions."""
@@ -73,7 +91,8 @@ def plain_pulse(radar: Any) -> Pulse:
 def exact_field(made: rs.Scene, scan: rs.Scan, beam: Callable[[Floats, float], Floats] = sinc2_beam) -> Complexes:
     """Field (A, N) of the points of a scene, free space, folded where the radar asks for second-time-around echoes."""
     radar = made.radar
-    pulse = plain_pulse(radar) if radar.modulation == "none" else chirp_pulse(radar)
+    linear = chirp_pulse if (radar.modulation, radar.compression) == ("lfm", "matched") else other_chirp
+    pulse = plain_pulse(radar) if radar.modulation == "none" else linear(radar)
     field = np.zeros((len(scan.time), len(scan.range)), dtype=np.complex128)
     for body in made.bodies:
         late = 0

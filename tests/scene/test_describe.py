@@ -9,7 +9,7 @@ import pytest
 import radar_service as rs
 from radar_service.scene.describe import describe, json_schema, two_way_beamwidth
 from radar_service.scene.load import load_scene
-from tests.scenes import point, scene
+from tests.scenes import TWO_RADARS, point, scene
 
 SCENE = {
     "name": "two ships",
@@ -102,3 +102,50 @@ def test_arcs_and_sway_are_in_the_description() -> None:
     assert "4 legs and 5 arcs, repeats every" in text  # the arc at the start is sailed half at a time
     assert "heading 000.0, rolling 8 degrees in 9 s, course" in text
     assert "roll, pitch, yaw" in str(rs.Simulator(scene(own_ship=own)).plan)
+
+
+def test_nonlinear_chirps_and_inverse_filters_are_in_the_description() -> None:
+    settings = {"modulation": "nlfm", "compression": "inverse", "window": "nuttall"}
+    text = describe(scene([point("t", 0, 500)], radar=settings))
+    assert "10 us, 50 MHz, nonlinear chirp, product 500, compressed by the inverse filter" in text
+    assert "before the window (nuttall) widens it" in text
+
+
+def test_several_radars_are_listed_with_their_platforms() -> None:
+    made = load_scene(TWO_RADARS)
+    text = describe(made.for_radar("pier"))
+    assert (
+        "radars      bow on tug\nradars      pier at east 100.0, north 0.0 m\n  all that follows is as pier has it\n" in text
+    )
+    assert "platform    at east 100.0, north 0.0, up 0.0 m, heading 090.0, at rest" in text and "120 rpm" in text
+    assert "radars" not in describe(scene()) and "own ship    at east" in describe(scene())
+
+
+def test_the_schema_takes_one_radar_or_a_list_of_them() -> None:
+    schema = json_schema()
+    for radar, valid in (
+        (TWO_RADARS["radar"], True), ({"rpm": 24}, True), ([], True), ([{"rpm": 24}], False), ({"id": "bow"}, False),
+        ([{"id": "a/b"}], False),
+    ):  # fmt: skip
+        assert jsonschema.Draft202012Validator(schema).is_valid(TWO_RADARS | {"radar": radar}) is valid
+
+
+def test_nearer_pulses_are_in_the_description() -> None:
+    pulses = [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 1500}, {"bandwidth_hz": 20e6}]
+    text = describe(scene([point("t", 0, 500)], radar={"pulses": pulses, "eclipsing": True}))
+    assert "pulse     10 us, 20 MHz, product 200, eclipsed to 1499 m" in text
+    assert "nearer    to 1500 m: 0.08 us, 15 MHz, not modulated, eclipsed to 12 m" in text
+
+
+def test_errors_on_purpose_are_named() -> None:
+    errors = {"profile": "imo-a823", "feed": {"drop_rate": 0.1}}
+    assert "errors      on purpose, of gyro, log, antenna, feed\n" in describe(load_scene({"errors": errors}))
+    assert "errors" not in describe(load_scene({}))
+
+
+def test_it_says_when_a_body_is_there_how_it_sways_and_how_it_turns_at_last() -> None:
+    fading = {"present": 5, "of": 10, "unit_s": 2.5}
+    keys = {"start_s": 10, "end_s": 90, "fading": fading, "heave_m": 0.5, "roll_deg": 4, "turn_rate_deg_s": 3, "speed_kn": 5}
+    text = describe(load_scene({"body": [{"name": "p", "shape": "point", "rcs_dbsm": 1, **keys}]}))
+    assert "appears after 10 s, goes after 90 s, there in 5 of 10 times 2.5 s" in text
+    assert "rolling 4 degrees in 10 s, heaving 0.5 m in 8 s" in text and "at last turning at 3 degrees/s" in text

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from radar_service.constants import KNOT
-from radar_service.scene.motion import Motion, Pose, Sway
+from radar_service.scene.motion import Motion, Pose
+from radar_service.scene.sway import Sway
 from tests.scenes import point, scene
 
 
@@ -24,7 +25,7 @@ def test_the_course_of_a_body_at_rest_is_its_heading() -> None:
 
 
 def test_yaw_adds_to_the_heading_and_is_no_rest() -> None:
-    sway = Sway(np.array([0.0, 0.0, 0.1]), np.array([1.0, 1.0, 8.0]))
+    sway = Sway(np.array([0.0, 0.0, 0.1, 0.0]), np.array([1.0, 1.0, 8.0, 1.0]))
     motion = Motion(np.zeros(1), np.zeros((1, 3)), np.array([1.0]), sway=sway)
     np.testing.assert_allclose(motion.pose(np.array([0.0, 2.0, 6.0])).heading, [1.0, 1.1, 0.9])
     assert not motion.at_rest and Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1)).at_rest

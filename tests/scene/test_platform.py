@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from radar_service.scene.motion import Motion, Sway
+from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Platform
+from radar_service.scene.sway import Sway
 
-ROLL = Sway(np.array([np.pi / 6, 0.0, 0.0]), np.array([4.0, 1.0, 1.0]))  # 30 degrees to starboard at 1 s
+ROLL = Sway(np.array([np.pi / 6, 0.0, 0.0, 0.0]), np.array([4.0, 1.0, 1.0, 1.0]))  # 30 degrees to starboard at 1 s
 ROUNDING = 1e-12  # of float64 at some 10 m
 
 

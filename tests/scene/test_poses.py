@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.frames import map_from_body
-from radar_service.scene.poses import BodyPoses, map_from_bodies
+from radar_service.scene.poses import BodyPoses, map_from_bodies, pose_at
 from tests.scenes import point, scene
 
 
@@ -33,3 +33,22 @@ def test_points_are_transformed_as_by_the_frame() -> None:
     for b in range(3):
         expected = map_from_body(points[body == b], position[b], float(heading[b]))
         assert transformed[body == b] == pytest.approx(expected, abs=1e-12)
+
+
+def test_poses_of_leaning_bodies_are_those_of_each_motion() -> None:
+    """Of many bodies at once, of one, and back into the frame; what does not lean has no rotation of its own."""
+    keys = {"roll_deg": 20, "pitch_deg": 10, "pitch_phase_deg": 60, "heave_m": 1, "yaw_deg": 5}
+    made = scene([point("a", 1, 2), point("b", 30, 40, course_deg=50, speed_kn=9, **keys), point("c", 5, 6, yaw_deg=5)])
+    time, rng = np.array([0.5, 3.0, 7.7]), np.random.default_rng(2)
+    poses, points, body = BodyPoses(made.bodies).at(time), rng.normal(size=(30, 3)) * 9, rng.integers(0, 3, 30)
+    assert list(poses.rotation) == [1]
+    for k in range(len(time)):
+        placed = poses.map_from_bodies(k, points, body)
+        for b, one in enumerate(made.bodies):
+            pose, own = pose_at(one, float(time[k])), body == b
+            np.testing.assert_allclose(placed[own], pose.map_from_frame(points[own]), atol=1e-12)
+            np.testing.assert_allclose(pose.frame_from_map(placed[own], np.inf), points[own], atol=1e-12)
+            assert (pose.lean is None) == (b != 1) and pose.upright.rotation is None
+            if pose.lean is not None:
+                upright = pose.upright.map_from_frame(points[own] @ pose.lean.T)
+                np.testing.assert_allclose(placed[own], upright, atol=1e-12)

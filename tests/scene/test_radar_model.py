@@ -25,6 +25,12 @@ LIGHT = 299_792_458.0
         ({"modulation": "none"}, None),
         ({"modulation": "none", "bandwidth_hz": 50e6}, "radar.bandwidth_hz: 5e+07 Hz x 1e-05 s is 500; the receiver"),
         ({"modulation": "none", "window": "hamming"}, 'radar.window: "hamming" needs a chirp, and modulation = "none"'),
+        ({"modulation": "none", "compression": "inverse"}, 'radar.compression: "inverse" needs a chirp, and modulation = "none"'),
+        ({"modulation": "nlfm", "window": "hamming"}, None),
+        ({"compression": "inverse", "window": "nuttall"}, None),
+        ({"compression": "inverse"}, 'radar.compression: "inverse" with window "hamming" leaves sidelobes along the'),
+        ({"modulation": "nlfm", "pulse_s": 0.05e-6}, "radar.pulse_s: bandwidth x pulse is 2.5; a chirp needs at least 4"),
+        ({"modulation": "nlfm", "pulse_s": 5e-4}, "radar.pulse_s: bandwidth x pulse is 2.5e+04; a nonlinear chirp has at most"),
         ({"pattern_el": [[0, 0], [0, -3]]}, "radar.pattern_el: the offsets start at 0 and rise strictly"),
         (
             {"beamwidth_deg": 0.1, "coarse_azimuths": True, "range_max_m": 20_000},

@@ -1,13 +1,18 @@
 """Motion from course and speed, and from waypoints."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from radar_service.constants import KNOT
+from radar_service.scene.describe import describe
+from radar_service.scene.error import SceneError
 from radar_service.scene.model import WaypointModel
 from radar_service.scene.routes import constant_motion, motion_from_waypoints
+from radar_service.scene.steered_motion import SteeredMotion, SteeringLimits
+from tests.scenes import point, scene
 
 START = np.array([100.0, -50.0, 2.0])
 
@@ -58,3 +63,34 @@ def test_a_waypoint_at_the_position_makes_no_leg_and_a_given_heading_stays() -> 
     np.testing.assert_allclose(np.rad2deg(motion.pose([0.0, 1.0, 1e4]).heading), 45.0)
     still = motion_from_waypoints(waypoints((100, -50, 10)), START, None, loop=True)
     assert still.at_rest and still.period is None
+
+
+def test_what_is_declared_steerable_has_its_limits_in_si_units() -> None:
+    ship = scene([point("t", 0, 300, speed_kn=5, course_deg=90, steerable={"max_speed_kn": 7, "max_turn_rate_deg_s": 3})])
+    motion = ship.bodies[0].motion
+    assert isinstance(motion, SteeredMotion) and motion.pose(10.0).position[0, 0] == pytest.approx(50 * KNOT)
+    assert motion.limits == SteeringLimits(7 * KNOT, math.radians(3))
+    assert "steerable up to 7 kn and 3 degrees/s" in describe(ship)
+    defaults = scene(own_ship={"steerable": {}}).own_ship
+    assert isinstance(defaults, SteeredMotion) and defaults.limits == SteeringLimits(30 * KNOT, math.radians(5))
+    assert not isinstance(scene(own_ship={}).own_ship, SteeredMotion)
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ({"steerable": {"max_speed_kn": -1}}, "steerable.max_speed_kn"),
+        ({"steerable": {"max_turn_rate_deg_s": 0}}, "steerable.max_turn_rate_deg_s"),
+        ({"steerable": {"max_speed": 1}}, "steerable.max_speed"),
+        ({"steerable": True}, "steerable"),
+    ],
+)
+def test_limits_that_are_refused(body: dict[str, Any], words: str) -> None:
+    with pytest.raises(SceneError) as refused:
+        scene([point("t", 0, 300, **body)])
+    assert words in str(refused.value)
+
+
+def test_terrain_is_not_steerable() -> None:
+    with pytest.raises(SceneError, match="steerable: a height map cannot move; remove steerable"):
+        scene([{"name": "island", "heightmap": "i.png", "extent_m": [100, 100], "steerable": {}}])

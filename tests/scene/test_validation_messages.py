@@ -29,7 +29,8 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"zzz": 1},
-        "zzz: this is not a known key; remove it (allowed: name, origin, radar, own_ship, environment, body, interference)",
+        "zzz: this is not a known key; remove it (allowed: name, origin, radar, own_ship, environment, body, interference, "
+        "errors)",
     ),
     ({"radar": {"azimuths": 10**9}}, "radar.azimuths: 1000000000 is not allowed; a whole number from 4 to 16384; lower it"),
     ({"radar": {"azimuths": 10**400}}, "radar.azimuths: an integer of 1329 bits is not allowed; a whole number from 4"),
@@ -52,7 +53,7 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ({"radar": {"azimuths": 16384, "range_max_m": 100_000}}, "radar.azimuths: 16384 x 50035 range bins are 819773440 cells"),
     ({"radar": {"pulse_s": 1e-3, "sample_rate_hz": 4e9}}, "radar.range_max_m"),
     ({"radar": {"pulse_s": 1e-3, "bandwidth_hz": 2e9, "range_max_m": 1000}}, "radar.pulse_s: 0.001 s at 3e+09 samples/s"),
-    ({"radar": 5}, "radar: 5 is not allowed; a table with the keys frequency_hz"),
+    ({"radar": 5}, "radar: 5 is not allowed; a table with the keys modulation"),
     (
         {"environment": {"earth": -1}},
         'environment.earth: -1 is not allowed; one of "4/3", "flat" or a finite number above 0',

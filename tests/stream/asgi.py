@@ -80,6 +80,11 @@ class Socket:
         """Send something."""
         await self._inbound.put({"type": "websocket.receive"} | message)
 
+    @property
+    def ended(self) -> bool:
+        """Whether the server's side has ended."""
+        return self._task.done()
+
     async def leave(self) -> None:
         """Disconnect, and see the server's side end."""
         await self._inbound.put({"type": "websocket.disconnect", "code": 1001})

@@ -1,7 +1,7 @@
 """A simulator that computes nothing: every cell says which spoke and bin it is."""
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -9,9 +9,11 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.records import BodyTruth, Crossing, OwnShipTruth, Snapshot, SpokeBlock, Truth
+from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
+from radar_service.stream.command_log import CommandLog
 from radar_service.stream.radio.world_process import scene_of, truth_lines
 from radar_service.stream.source import Progress, SceneOrder, TruthLine
 
@@ -27,14 +29,33 @@ KINEMATICS: dict[str, Any] = {
 }  # fmt: skip
 
 
+SAMPLING = 299_792_458.0 / (2.0 * STEP)
+RADAR: dict[str, Any] = {
+    "azimuths": AZIMUTHS, "range_max_m": BINS * STEP, "bandwidth_hz": SAMPLING / 1.5, "sample_rate_hz": SAMPLING,
+    "blind_sectors_deg": [[80, 100]], "coarse_azimuths": True,
+}  # fmt: skip
+
+
 def scene(name: str = "test scene", **radar: Any) -> Scene:
     """A scene without bodies: 24 spokes a scan, 20 bins of 10 m, blind from 080 to 100 degrees off the bow."""
-    sampling = 299_792_458.0 / (2.0 * STEP)
-    settings = {
-        "azimuths": AZIMUTHS, "range_max_m": BINS * STEP, "bandwidth_hz": sampling / 1.5, "sample_rate_hz": sampling,
-        "blind_sectors_deg": [[80, 100]], "coarse_azimuths": True,
-    }  # fmt: skip
-    return load_scene({"name": name, "radar": settings | radar, "own_ship": {"heading_deg": 30}})
+    return load_scene({"name": name, "radar": RADAR | radar, "own_ship": {"heading_deg": 30}})
+
+
+def scene_of_several(*ids: str, name: str = "test scene") -> Scene:
+    """The same with a radar of each id; the first has 24 rpm, each other 12 rpm more than the one before."""
+    radars = [RADAR | {"id": each, "rpm": 24 + 12 * number} for number, each in enumerate(ids)]
+    return load_scene({"name": name, "radar": radars, "own_ship": {"heading_deg": 30}})
+
+
+def steerable_scene(name: str = "steerable") -> Scene:
+    """The test scene with own ship and a buoy that may be steered, and a rock that may not."""
+    of = scene(name)
+    bodies = [
+        {"name": "buoy", "shape": "point", "rcs_dbsm": 0, "position_m": [0, 100, 5], "steerable": {"max_speed_kn": 20}},
+        {"name": "the rock/1", "shape": "point", "rcs_dbsm": 0, "position_m": [0, 150, 5]},
+    ]
+    other = load_scene({"name": name, "own_ship": {"steerable": {}}, "body": bodies})
+    return replace(of, world=other.world, platform=other.platform)
 
 
 class FakePlan:
@@ -59,21 +80,32 @@ class FakeEngine:
         self.range = (np.arange(of.radar.bins) + 0.5) * self.range_step
         self.blocks_made = 0
         self._dies_at, self._turns = dies_at, turns
-        self._first = 0
+        self._first = self._next = of.radar.origin.scan
+        self.commands = CommandLog(of.steerable)
         self._made = threading.Condition()
 
     def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
-        number = self._first * self.scene.radar.azimuths
-        while scans is None or number < scans * self.scene.radar.azimuths:
+        self._next = self._first * self.scene.radar.azimuths
+        while scans is None or self._next < scans * self.scene.radar.azimuths:
             if self._turns:
                 self._turns.acquire()
-            index = number % self.scene.radar.azimuths
-            block = self.block(number, min(5, size, self.scene.radar.azimuths - index))
             with self._made:
+                index = self._next % self.scene.radar.azimuths
+                block = self.block(self._next, min(5, size, self.scene.radar.azimuths - index))
+                self._next += len(block)
                 self.blocks_made += 1
                 self._made.notify_all()
             yield block
-            number += min(5, size, self.scene.radar.azimuths - index)
+
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """Goes back to that spoke, as a source does whose blocks are computed ahead."""
+        with self._made:
+            command = self.commands.add(spoke, body, values)
+            self._next = min(self._next, spoke)
+        return command
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        self.commands = CommandLog(self.scene.steerable, commands)
 
     def wait_for_blocks(self, count: int, timeout: float) -> None:
         """Waits until so many blocks were made. Raises AssertionError after `timeout` [s]."""
@@ -81,7 +113,7 @@ class FakeEngine:
             assert self._made.wait_for(lambda: self.blocks_made >= count, timeout)
 
     def skip_to(self, scan: int) -> None:
-        self._first = scan
+        self._first = max(scan, self.scene.radar.origin.scan)
 
     def block(self, number: int, count: int) -> SpokeBlock:
         if self._dies_at is not None and number + count > self._dies_at:
@@ -90,12 +122,16 @@ class FakeEngine:
         n = number + np.arange(count)
         index = number % radar.azimuths
         power = power_of(n, self.range.size)
-        own = self.scene.own_ship.pose(n * radar.spoke_period)
+        time = radar.time_of_spokes(n.astype(np.float64))
+        own = self.scene.own_ship.pose(time)
         return SpokeBlock(
-            number, number // radar.azimuths, index, n * radar.spoke_period, (index + np.arange(count)) * radar.azimuth_step,
+            number, number // radar.azimuths, index, time, (index + np.arange(count)) * radar.azimuth_step,
             own.heading, own.position[:, :2], own.course, own.speed, self.range, self.range_step,
-            (np.sqrt(power) * 1j).astype(np.complex64), power,
+            (np.sqrt(power) * 1j).astype(np.complex64), power, len(self.commands),
         )  # fmt: skip
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        assert tables is None, "the serving process adds errors"
 
     def truth(self, t: float) -> Truth:
         own = BodyTruth(
@@ -103,11 +139,12 @@ class FakeEngine:
         )  # fmt: skip
         return Truth(t, own, (replace(own, name="buoy"),))
 
-    def crossings(self, scan: int | None = None) -> tuple[Crossing, ...]:
-        """Two in each scan: between the spokes 8 and 9, and 16 and 17."""
+    def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
+        """Two in each scan: between the spokes 8 and 9, and 16 and 17; with an SNR of 20 dB where that is asked for."""
         period = self.scene.radar.rotation_period
         return tuple(
             Crossing(scan=scan or 0, spoke=round((scan or 0) * AZIMUTHS + AZIMUTHS * share), own_ship=OWN_SHIP,
+                     snr_db=20.0 if radiometric else None,
                      **KINEMATICS | {"time": ((scan or 0) + share) * period})
             for share in (8.5 / AZIMUTHS, 16.5 / AZIMUTHS)
         )  # fmt: skip
@@ -119,8 +156,8 @@ class FakeEngine:
     def truth_header(self) -> dict[str, Any]:
         return {"type": "header", "scene": self.scene.name}
 
-    def truth_lines(self, scan: int | None) -> list[TruthLine]:
-        return truth_lines(self, scan)
+    def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
+        return truth_lines(self, scan, radiometric)
 
     def spare(self) -> None:
         return None
@@ -148,7 +185,8 @@ def scene_in(order: SceneOrder) -> Scene:
     """The scene of an order; orders of fake engines hold it."""
     if not isinstance(order.source, Scene):
         return scene_of(order)
-    return order.source if order.rpm is None else scene_at_rpm(order.source, order.rpm)
+    of = order.source.for_radar(order.radar)
+    return of if order.rpm is None else scene_at_rpm(of, order.rpm, order.origin)
 
 
 def made_by(make: Callable[[Scene], FakeEngine]) -> Callable[[SceneOrder, Progress], FakeEngine]:

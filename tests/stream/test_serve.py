@@ -12,11 +12,15 @@ from typing import Any
 import pytest
 from fastapi import FastAPI
 
-from radar_service.__main__ import main, parser
+from radar_service.__main__ import main
+from radar_service.command_line import parser
+from radar_service.scene.error import SceneError
+from radar_service.scene.world import Scene
 from radar_service.stream.http.access import Access
 from radar_service.stream.http.server import MAX_PER_ADDRESS, Server
 from radar_service.stream.radio.station import Station
-from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED, access_for, serve
+from radar_service.stream.radio.world import WorldSource
+from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED, StartError, access_for, serve
 from tests.stream.fake import FakeEngine
 
 TOKEN = "0123456789abcdef"
@@ -73,17 +77,17 @@ def options(*arguments: str) -> argparse.Namespace:
     return chosen
 
 
-@pytest.mark.parametrize("gave_up", [False, True])
-def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The server runs its start and stops at once; what it was given is looked at on the way."""
-    seen: dict[str, Any] = {}
+@pytest.fixture
+def seen(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What the server is given, as it runs its start and stops at once. "gives up": whether radars fail meanwhile."""
+    seen: dict[str, Any] = {"gives up": False}
 
     async def at_once(self: Server, sockets: list[socket.socket]) -> None:
         self.started = True
         for listener in sockets:
             listener.close()
         seen["limits"] = self.config.http.keywords  # type: ignore[union-attr]
-        if gave_up:
+        if seen["gives up"]:
             for station in seen["stations"]:
                 station.failed()
 
@@ -96,6 +100,12 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
     monkeypatch.setattr("signal.signal", lambda *_: None)
     monkeypatch.setattr("gc.freeze", lambda: None)
     monkeypatch.setattr("radar_service.stream.logs.configure", lambda style: None)
+    return seen
+
+
+@pytest.mark.parametrize("gave_up", [False, True])
+def test_options_reach_radars_and_server(scene: Path, gave_up: bool, seen: dict[str, Any]) -> None:
+    seen["gives up"] = gave_up
     chosen = options(str(scene), str(scene), "--pace", "max", "--truth", "--port", "0", "--connections", "7",
                      "--exit-when-failed", *(["--sandbox-all"] if gave_up else []))  # fmt: skip
     assert serve(chosen, FakeEngine) == int(gave_up)
@@ -103,6 +113,31 @@ def test_options_reach_radars_and_server(scene: Path, gave_up: bool, monkeypatch
     assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
     assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
     assert seen["access"] == access_for(chosen) and seen["sandbox_all"] is gave_up
+
+
+def several(tmp_path: Path, *ids: str) -> str:
+    path = tmp_path / f"{'-'.join(ids)}.json"
+    path.write_text(json.dumps(SCENE | {"radar": [{"id": each, **SCENE["radar"]} for each in ids]}))  # type: ignore[dict-item]
+    return str(path)
+
+
+def test_each_radar_of_a_scene_is_on_the_air(scene: Path, tmp_path: Path, seen: dict[str, Any]) -> None:
+    """Radars of one scene share a world under their ids; that of a scene without ids has the number of its scene."""
+    chosen = options(several(tmp_path, "bow", "0"), str(scene), several(tmp_path, "mast"), "--port", "0")
+    assert serve(chosen, FakeEngine) == 0
+    stations = seen["stations"]
+    assert [station.identity for station in stations] == ["bow", "0", "1", "mast"]
+    assert [station.name for station in stations] == ["radar bow", "radar 0", "radar 1", "radar mast"]
+    assert [station.engine.scene.radar_id for station in stations] == ["bow", "0", "0", "mast"]
+    assert stations[0].world is stations[1].world and len({station.world for station in stations}) == 3
+    assert stations[0].transmitter.pacer.world is stations[1].transmitter.pacer.world
+    assert len({station.engine.process for station in stations}) == 4
+
+
+def test_two_radars_with_one_id_are_refused(tmp_path: Path, seen: dict[str, Any]) -> None:
+    chosen = options(several(tmp_path, "bow", "aft"), several(tmp_path, "mast", "aft"), "--port", "0")
+    with pytest.raises(SceneError, match='radar.id: "aft" is the id of two radars; ids are unique on a server'):
+        serve(chosen, FakeEngine)
 
 
 NOT_AT_A_START = {"PIL", "matplotlib", "pyproj", "scipy.interpolate", "scipy.ndimage", "scipy.stats",
@@ -127,3 +162,26 @@ def test_what_some_scenes_need_is_imported_when_there_is_nothing_to_do() -> None
     code = f"import sys, {', '.join(OTHERS_NEED)}; print(*sys.modules)"
     imported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert {"pyproj", "scipy.interpolate", "trimesh", "PIL"} <= set(imported)
+
+
+def failing(of: Scene) -> FakeEngine:
+    """An engine that the radar "mast" cannot have; another process finds it by its name."""
+    if of.radar_id == "mast":
+        raise RuntimeError("the mast is down")
+    return FakeEngine(of)
+
+
+def test_where_one_radar_of_a_scene_fails_at_the_start_all_are_ended(
+    tmp_path: Path, seen: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended: list[str] = []
+    close = WorldSource.close
+
+    def noted(self: WorldSource) -> None:
+        ended.append(self.scene.radar_id)
+        close(self)
+
+    monkeypatch.setattr(WorldSource, "close", noted)
+    with pytest.raises(StartError, match="the mast is down"):
+        serve(options(several(tmp_path, "bow", "mast", "aft"), "--port", "0"), failing)
+    assert sorted(ended) == ["aft", "bow"]

@@ -1,9 +1,11 @@
 """Which moving bodies come before which points, and where they are meanwhile."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 
+from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.trace.moving_occluders import MovingOccluders
 from tests.scenes import scene
 
@@ -23,6 +25,21 @@ def moving(*given: tuple[float, float, float], without: tuple[int, ...] = ()) ->
 def before(made: MovingOccluders, points: np.ndarray, time: float) -> dict[int, list[int]]:
     distance = np.hypot(points[:, 0], points[:, 1])
     return {mover.key: mover.points.tolist() for mover in made.before(points, distance, ANTENNA, time)}
+
+
+def test_the_same_occluders_follow_other_bodies_and_changed_motions() -> None:
+    given = scene([{**BOX, "name": "b", "position_m": [0, 400, 0], "speed_kn": 0, "steerable": {}}]).bodies
+    made = MovingOccluders(given, FLAT)
+    assert before(made, POINTS, 0.0) == {0: [0]}
+    motion = given[0].motion
+    assert isinstance(motion, SteeredMotion)
+    motion.steer(motion.leg_at(0.0)._replace(position=np.array([400.0, 0.0, 0.0])))
+    motion.follow()
+    assert before(made, POINTS, 0.0) == {0: [0]}  # is cached
+    made.motions_changed()
+    assert before(made, POINTS, 0.0) == {0: [1]}
+    other = made.following([replace(given[0], motion=replace(motion))])
+    assert before(other, POINTS, 0.0) == {0: [0]} and before(made, POINTS, 0.0) == {0: [1]}
 
 
 POINTS = np.array([[0.0, 900, 5], [900, 0, 5], [0, 300, 5], [0, -900, 5]])

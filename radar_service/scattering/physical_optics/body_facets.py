@@ -62,6 +62,11 @@ class BodyFacets:
         samples = CornerSamples.joined([part.samples for part in parts])
         return cls(surface, fine, np.concatenate([part.points for part in parts]), _starts(counts), samples)
 
+    def rotated(self, rotation: Floats) -> "BodyFacets":
+        """The facets of the same body rotated by a matrix (3, 3)."""
+        surface = replace(self.surface, corners=self.surface.corners @ rotation.T)
+        return replace(self, surface=surface, points=self.points @ rotation.T, samples=self.samples.rotated(rotation))
+
     def cut(self, surface: Surface) -> FineFacets:
         """The fine facets of triangles of the body."""
         whole, parts = np.flatnonzero(surface.facet >= 0), np.flatnonzero(surface.facet < 0)

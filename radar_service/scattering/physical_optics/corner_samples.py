@@ -46,6 +46,10 @@ class CornerSamples(NamedTuple):
         point, triangle = (np.concatenate(column) for column in zip(*((p.point, p.triangle) for p in parts), strict=True))
         return cls(point, triangle, np.concatenate(corner, axis=1))
 
+    def rotated(self, rotation: Floats) -> "CornerSamples":
+        """The samples of the same body rotated by a matrix (3, 3)."""
+        return self._replace(point=self.point @ rotation.T)
+
     def flags(self, facet: Indices, corners: Floats, triangle: Indices, visible: Visible) -> Flags:
         """Which corners and which centroid (N, 4) of facets (N,) are visible.
 

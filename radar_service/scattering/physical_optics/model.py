@@ -20,7 +20,7 @@ from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.shared_bodies import optical_bodies
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body
-from radar_service.scene.poses import BodyPose, map_from_bodies, pose_at
+from radar_service.scene.poses import BodyPose, pose_at
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.types import Flags, Floats, Indices
@@ -63,30 +63,32 @@ class PhysicalOptics:
         """The bodies that have a part in the sector of an instant."""
         if instant.sector is None:
             return list(range(len(self.bodies)))
-        poses = [pose_at(body, instant.time) for body in self.bodies]
-        position = np.array([pose.position for pose in poses]).reshape(-1, 3)
-        heading = np.array([pose.heading for pose in poses])
-        middle = np.array([body.middle for body in self.bodies]).reshape(-1, 3)
-        centre = map_from_bodies(middle, np.arange(len(poses)), position, heading)
+        centre = np.array([body.middle_at(instant.time) for body in self.bodies]).reshape(-1, 3)
         near = instant.sector.contains(centre, np.array([body.radius for body in self.bodies]))
         return [int(b) for b in np.flatnonzero(near)]
 
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of body b alone, as it is at the instant."""
-        pose = pose_at(self.bodies[b], instant.time)
+        posed = pose_at(self.bodies[b], instant.time)
+        pose, lean = posed.upright, posed.lean
+        optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0
         others = instant.line_of_sight.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         ways = (False, True) if over_sea else (False,)
-        legs = tuple(self._leg(b, by_sea, pose, antenna, instant, others) for by_sea in ways)
-        centres = self._optical[b].echoes(legs, water=-float(pose.position[2]))
+        legs = tuple(self._leg(b, optical, by_sea, pose, antenna, instant, others) for by_sea in ways)
+        centres = optical.echoes(legs, water=-float(pose.position[2]))
+        if lean is not None:
+            centres = [path._replace(position=path.position @ lean) for path in centres]
         return BodyEchoes.joined([_body_echoes(b, path, over_sea) for path in centres])
 
     def _leg(
-        self, b: int, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant, others: tuple[Indices, Floats]
-    ) -> BodyLeg:
+        self, b: int, optical: OpticalBody, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant,
+        others: tuple[Indices, Floats],
+    ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
-        others: bodies that may occlude it and their radii [m], as from `OcclusionScene.other_occluders`.
+        optical, pose: of body b in the frame in which the sea is level. others: bodies that may occlude it and their radii
+        [m], as from `OcclusionScene.other_occluders`.
         """
         scene, key, (among, radius) = instant.line_of_sight, int(self.key[b]), others
 
@@ -99,27 +101,20 @@ class PhysicalOptics:
             return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
 
         thin = bool((radius < THIN).any())
-        crowded = thin or (len(among) > 0 and self._is_shaded(b, pose, partial(visible, bodies=among.tolist())))
+        crowded = thin or (len(among) > 0 and _is_shaded(optical, pose, partial(visible, bodies=among.tolist())))
         seen = partial(visible, bodies=among.tolist() if crowded else [])
-        strength = self._strength(b, pose, antenna) if by_sea else 1.0
+        strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, crowded, thin, strength)
 
-    def _strength(self, b: int, pose: BodyPose, antenna: Floats) -> float:
+    def _strength(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> float:
         """The most that the field by the sea has of the direct one on body b: at the ends and the middle of its range and
         height."""
         body = self.bodies[b]
-        assert body.mesh is not None
         middle = map_from_body(body.middle, pose.position, pose.heading) - antenna
-        top = max(float(pose.position[2]) + float(body.mesh.vertices[:, 2].max()), 0.0)
+        top = max(float(pose.position[2]) + float(optical.mesh.vertices[:, 2].max()), 0.0)
         distance = np.maximum(np.hypot(middle[0], middle[1]) + body.radius * np.array([-1.0, 0.0, 1.0]), 1.0)
         distances, heights = np.meshgrid(distance, top * np.array([0.0, 0.5, 1.0]))
         return float(np.abs(radar_two_rays(self._radar, self._environment, distances, heights, antenna[2]).ratio).max())
-
-    def _is_shaded(self, b: int, pose: BodyPose, visible: Visible) -> bool:
-        """Whether other bodies cast shadows on some of the probes of body b above the water."""
-        probes = self._optical[b].probes
-        probes = probes[probes[:, 2] + pose.position[2] > 0.0]
-        return not visible(probes, np.full(len(probes), -1)).all()
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
@@ -144,6 +139,13 @@ class PhysicalOptics:
         """Measured against closed forms: plates, and corners where parts of the mesh face each other."""
         assert body.mesh is not None
         return REBOUNCES_DB if concave_sides(body.mesh).any() else FACETS_DB
+
+
+def _is_shaded(optical: OpticalBody, pose: BodyPose, visible: Visible) -> bool:
+    """Whether other bodies cast shadows on some of the probes of a body above the water."""
+    probes = optical.probes
+    probes = probes[probes[:, 2] + pose.position[2] > 0.0]
+    return not visible(probes, np.full(len(probes), -1)).all()
 
 
 def _body_echoes(b: int, centres: PathCentres, over_sea: bool) -> BodyEchoes:

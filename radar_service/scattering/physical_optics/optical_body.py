@@ -66,7 +66,8 @@ class OpticalBody:
     patch: (F,) size of the flat patch of each triangle [m].
     rank: (F,) of triangles by the size of their patches.
     outside: (F,) as from `outward_side`.
-    facets: by block, cell and longest edge; those of a few half octaves are kept.
+    facets: by block, cell and longest edge, of the upright body; those of a few half octaves are kept.
+    lean: (3, 3) by which all else is rotated from the frame of the upright body; None: it is upright.
     """
 
     mesh: Mesh
@@ -81,6 +82,13 @@ class OpticalBody:
     rank: Indices
     outside: NDArray[np.int8]
     facets: BlockCache[tuple[int, float, float], BodyFacets]
+    lean: Floats | None = None
+
+    def leaning(self, lean: Floats) -> "OpticalBody":
+        """The same body rotated by a matrix (3, 3), so that the sea is level in its frame."""
+        mesh = Mesh(self.mesh.vertices @ lean.T, self.mesh.faces)
+        scene = self.scene.of_vertices(mesh.vertices)
+        return replace(self, mesh=mesh, planes=Planes.of(mesh), scene=scene, lean=lean)
 
     def echoes(self, legs: tuple[BodyLeg, ...], water: float = -np.inf) -> list[PathCentres]:
         """The centres of each path of one leg, or of two: the direct one and the one by the sea.
@@ -182,9 +190,10 @@ class OpticalBody:
         return max(self.limits.at(nearest))
 
     def facets_near(self, antenna: Floats) -> BodyFacets:
-        """The facets for an antenna (3,) in the body's frame [m], each block as its own distance asks."""
+        """The facets for an antenna (3,) in the body's frame [m], each block as its own distance asks, upright or not."""
         keys = [(number, *self.limits.at(block.distance(antenna))) for number, block in enumerate(self.blocks)]
-        return BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
+        facets = BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
+        return facets if self.lean is None else facets.rotated(self.lean)
 
     def _cut(self, number: int, cell: float, edge: float) -> BodyFacets:
         """A block cut to this longest edge [m]."""

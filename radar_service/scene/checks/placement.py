@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import map_from_body
 from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.platform import Platform
+from radar_service.scene.poses import pose_at
 from radar_service.scene.world import World
 
 Floats = NDArray[np.float64]
@@ -26,7 +26,8 @@ def placement_warnings(world: World, radar: Radar, platform: Platform, terrain: 
     return tuple(
         warning
         for i, body in enumerate(world.bodies)
-        if (warning := _placement_warning(body, f"body[{i}]", antenna, radar.range_min, () if i in terrain else ground))
+        if body.name != platform.body
+        and (warning := _placement_warning(body, f"body[{i}]", antenna, radar.range_min, () if i in terrain else ground))
     )
 
 
@@ -54,9 +55,9 @@ class Ground:
 
 def _corners_on_map(body: Body) -> Floats:
     """Returns the vertices (V, 3) [m] of a body at the start of the simulation, or the position (1, 3) of a point."""
-    pose = body.motion.pose(max(float(body.motion.time[0]), 0.0))
+    pose = pose_at(body, max(float(body.motion.time[0]), 0.0))
     points = np.zeros((1, 3)) if body.mesh is None else body.mesh.vertices
-    return map_from_body(points, pose.position[0], float(pose.heading[0]))
+    return pose.map_from_frame(points)
 
 
 def _placement_warning(body: Body, location: str, antenna: Floats, range_min: float, grounds: Sequence[Ground]) -> str:

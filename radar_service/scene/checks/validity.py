@@ -12,6 +12,7 @@ from radar_service.radar.folding import least_chirp_error_db, remedies
 from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.error import SceneError
+from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Platform
 from radar_service.scene.world import World
 
@@ -21,18 +22,19 @@ MAX_DOPPLER_SHIFT = 0.5  # range cells c / 2B: the shift within the pulse is not
 MAX_POWER = 1e34  # W: transforms in single precision overflow at 3.4e38
 
 
-def pulse_doppler_shift(speed: float, pulse: float, wavelength: float) -> float:
+def pulse_doppler_shift(speed: float, pulse: float, wavelength: float, coupling: float = 1.0) -> float:
     """Returns the range-Doppler shift of a chirp's echo in range cells c / 2B: f_d T = 2 v T / lambda (Skolnik 2001).
 
-    speed: closing speed [m/s]. pulse: length [s]. wavelength [m].
+    speed: closing speed [m/s]. pulse: length [s]. wavelength [m]. coupling: `Chirp.doppler_coupling`.
     """
-    return 2.0 * speed * pulse / wavelength
+    return coupling * 2.0 * speed * pulse / wavelength
 
 
 def validity_warnings(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
     """Yields a warning for each setting with which echoes may be inaccurate."""
-    yield from _folding(radar)
-    yield from _doppler(world, radar, platform)
+    for each in radar.of_each_pulse:
+        yield from _folding(each)
+        yield from _doppler(world, each, platform)
     yield from _static_extent(world.bodies)
 
 
@@ -49,9 +51,22 @@ def check_echo_power(radar: Radar, bodies: Sequence[Body]) -> None:
         )
 
 
+def check_antenna(radar: Radar, own_ship: Motion) -> None:
+    """Raises SceneError if sway dips the antenna into the sea."""
+    sway = own_ship.sway
+    if sway is None:
+        return
+    lowest = radar.height * float(np.prod(np.cos(sway.amplitude[:2])))
+    if sway.max_heave >= lowest:
+        raise SceneError(
+            f"own_ship.heave_m: {sway.max_heave:g} m dips the antenna into the sea; roll and pitch leave it {lowest:.1f} m up: "
+            f"give less than {lowest:.1f} m, or raise radar.height_m"
+        )
+
+
 def _folding(radar: Radar) -> Iterator[str]:
     """Warns where a chirp's spectrum exceeds the sampled band so far that the field errs."""
-    if radar.modulation != "lfm" or (error := least_chirp_error_db(radar)) <= MAX_CHIRP_ERROR_DB:
+    if radar.modulation == "none" or (error := least_chirp_error_db(radar)) <= MAX_CHIRP_ERROR_DB:
         return
     product, ratio = radar.bandwidth * radar.pulse, radar.sample_rate / radar.bandwidth
     helpful = remedies(radar, least_chirp_error_db, MAX_CHIRP_ERROR_DB) or "raise sample_rate_hz and lengthen pulse_s"
@@ -63,10 +78,10 @@ def _folding(radar: Radar) -> Iterator[str]:
 
 
 def _doppler(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
-    if radar.modulation != "lfm":
+    if radar.modulation == "none":
         return
     speed = platform.motion.top_speed + max((body.motion.top_speed for body in world.bodies), default=0.0)
-    cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength)
+    cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength, radar.chirp.doppler_coupling)
     if cells > MAX_DOPPLER_SHIFT:
         yield (
             f"radar.pulse_s: at {speed / KNOT:.0f} kn Doppler within a pulse of {radar.pulse:g} s moves echoes by "

@@ -10,6 +10,7 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
+from radar_service.scene.commands import CommandError, NotSteerableError, UnknownBodyError
 from radar_service.scene.error import SceneError
 from radar_service.stream.controls import ControlError
 from radar_service.stream.http import schemas
@@ -17,6 +18,7 @@ from radar_service.stream.http.scene_store import Conflict
 from radar_service.stream.http.schemas import problem_lines
 from radar_service.stream.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJob
 from radar_service.stream.processes.call import ProcessFault
+from radar_service.stream.radio.command_queue import NoRadarError, TooManyCommandsError
 from radar_service.stream.radio.prefetch import EngineFault
 
 Answers = dict[int | str, dict[str, Any]]
@@ -39,6 +41,9 @@ PROTECTED: Answers = {
 }
 
 
+COMMAND_STATUS: dict[type, int] = {UnknownBodyError: 404, NotSteerableError: 409}  # other commands: 422
+
+
 def add_exception_handlers(app: FastAPI) -> None:
     """Makes the application answer refusals with a list of lines under `detail`."""
 
@@ -53,6 +58,10 @@ def add_exception_handlers(app: FastAPI) -> None:
     async def control_error(_: Request, error: ControlError) -> JSONResponse:
         return refuse(422, [str(error)])
 
+    @app.exception_handler(CommandError)
+    async def command_error(_: Request, error: CommandError) -> JSONResponse:
+        return refuse(COMMAND_STATUS.get(type(error), 422), [str(error)])
+
     @app.exception_handler(EngineFault)
     async def engine_fault(_: Request, error: EngineFault) -> JSONResponse:
         return refuse(422, [f"scene: {error}"])
@@ -63,14 +72,16 @@ def add_exception_handlers(app: FastAPI) -> None:
             raise error
         return refuse(507, ["body: the server's disk is full; try again later"])
 
+    @app.exception_handler(NoRadarError)
     @app.exception_handler(Conflict)
     @app.exception_handler(Cancelled)
     @app.exception_handler(DuplicateJob)
     async def conflict(_: Request, error: Exception) -> JSONResponse:
         return refuse(409, [str(error)])
 
+    @app.exception_handler(TooManyCommandsError)
     @app.exception_handler(Busy)
-    async def busy(_: Request, error: Busy) -> JSONResponse:
+    async def busy(_: Request, error: Exception) -> JSONResponse:
         return JSONResponse({"detail": [str(error)]}, 503, {"Retry-After": str(RETRY_SECONDS)})
 
     @app.exception_handler(ProcessFault)

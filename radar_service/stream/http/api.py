@@ -8,6 +8,7 @@ from radar_service.stream.http import schemas
 from radar_service.stream.http.access import TICKET_SECONDS, Tickets
 from radar_service.stream.http.answers import PROTECTED
 from radar_service.stream.http.bodies import BodyReader
+from radar_service.stream.http.command_routes import command_routes
 from radar_service.stream.http.health_routes import health_routes
 from radar_service.stream.http.job_routes import job_routes
 from radar_service.stream.http.pictures import Pictures
@@ -33,6 +34,7 @@ def api(
     router = APIRouter(prefix="/api", responses=PROTECTED)
     router.include_router(scene_routes(stations, store, reader))
     router.include_router(radar_routes(stations, store, reader, pictures))
+    router.include_router(command_routes(stations))
     router.include_router(job_routes(jobs))
     router.include_router(health_routes(stations, vitals))
 

@@ -20,6 +20,7 @@ from radar_service.stream.http.body_limits import BodyLimitMiddleware
 from radar_service.stream.http.docs import add_docs
 from radar_service.stream.http.feed import feed_routes
 from radar_service.stream.http.pictures import Pictures
+from radar_service.stream.http.pose_feed import pose_routes
 from radar_service.stream.http.scene_store import SceneStore
 from radar_service.stream.http.security import SecurityMiddleware
 from radar_service.stream.http.truth_feed import truth_routes
@@ -77,6 +78,7 @@ def create_app(
     app.include_router(api(by_identity, store, tickets, preparations.jobs, reader, pictures, vitals))
     app.include_router(feed_routes(by_identity, access, refused))
     app.include_router(truth_routes(by_identity, refused))
+    app.include_router(pose_routes(by_identity, refused))
 
     @app.get("/metrics", include_in_schema=False)
     async def get_metrics() -> Response:

@@ -13,6 +13,7 @@ from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.http.access import Access, is_loopback
+from radar_service.stream.http.connection_errors import ConnectionErrors
 from radar_service.stream.http.security import ROLE
 from radar_service.stream.http.websocket import frame_writer
 from radar_service.stream.radio.station import Station
@@ -58,7 +59,7 @@ async def serve(
         refused(REFUSALS[UNAVAILABLE])
         return await _refuse(socket, codec, UNAVAILABLE, str(error))
     try:
-        await _converse(socket, client)
+        await _converse(socket, client, ConnectionErrors(lambda: station.errors.errors))
     finally:
         station.leave(client)
 
@@ -95,17 +96,22 @@ async def _refuse(socket: WebSocket, codec: Codec, code: int, reason: str) -> No
         await socket.close(code, close_reason(reason))
 
 
-async def _converse(socket: WebSocket, client: ClientQueue) -> None:
-    await until_first_ends(_send(socket, client), until_gone(socket), _cut_after_end(client))
+async def _converse(socket: WebSocket, client: ClientQueue, errors: ConnectionErrors) -> None:
+    await until_first_ends(_send(socket, client, errors), until_gone(socket), _cut_after_end(client))
     if client.closed:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
             await asyncio.wait_for(socket.close(client.code), GRACE)
 
 
-async def _send(socket: WebSocket, client: ClientQueue) -> None:
-    client.write = write = frame_writer(socket.scope)
+async def _send(socket: WebSocket, client: ClientQueue, errors: ConnectionErrors) -> None:
+    """Returns when the socket has closed, after the last message, and where the connection is cut on purpose."""
+    write = frame_writer(socket.scope)
+    client.write = errors.guarded(write)
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; until_gone returns too
         while (item := await client.get()) is not None:
+            await errors.carry(len(item.data))
+            if errors.is_cut:
+                return
             if item.data and not (write and write(item.frame)):
                 await socket.send_bytes(item.data)  # which waits for room and raises where the socket closes
 

@@ -1,6 +1,7 @@
 """REST: the radars, their controls, scenes, truth and pictures."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Annotated, Any
 
 from fastapi import APIRouter, HTTPException, Query, Request, Response
@@ -11,6 +12,7 @@ from radar_service.stream.controls import control_definitions
 from radar_service.stream.http import schemas
 from radar_service.stream.http.answers import BUSY, CONFLICT, FORBIDDEN, REFUSED, STORED, UNKNOWN, UNREADABLE
 from radar_service.stream.http.bodies import SCENE, BodyReader
+from radar_service.stream.http.error_routes import error_routes
 from radar_service.stream.http.pictures import Pictures
 from radar_service.stream.http.scene_routes import JobName, not_found
 from radar_service.stream.http.scene_store import SceneStore, without_folder
@@ -30,6 +32,7 @@ def radar_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
     _add_read_routes(router, stations)
     _add_picture(router, stations, pictures)
     _add_changing(router, stations, store, reader)
+    router.include_router(error_routes(partial(_station, stations)))
     return router
 
 

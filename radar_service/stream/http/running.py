@@ -6,24 +6,30 @@ import gc
 import signal
 from collections.abc import Callable, Iterable, Sequence
 
+from radar_service.radar.parameters import FIRST_ID
+from radar_service.scene.error import SceneError
 from radar_service.stream.http.access import Access
 from radar_service.stream.http.app import create_app
 from radar_service.stream.http.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
 from radar_service.stream.logs import Refusals
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio.station import Station
+from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import MakeSource, SpokeSource
 
+MakeStation = Callable[..., Station]
+
 
 def run(
-    options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[SpokeSource]], make: MakeSource,
-    fork_server: ForkServer,
+    options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[Sequence[SpokeSource]]], make: MakeSource,
+    fork_server: ForkServer, make_station: MakeStation | None = None,
 ) -> int:  # fmt: skip
-    """Serves one radar for each world until stopped; returns the exit status. Raises OSError where it cannot listen.
+    """Serves the radars of all worlds until stopped; returns the exit status. Raises OSError where it cannot listen, and
+    SceneError where two radars have the same id.
 
-    options: of the command `serve`; worlds: waits for the worlds, which prepare while the application is put together;
-    make, fork_server: start further worlds and other processes.
+    options: of the command `serve`; worlds: waits for the radars of each world, which prepare while the application is put
+    together; make, fork_server: start further worlds and other processes; make_station: makes a radar, by default Station.
     """
     refused, stations = Refusals(), list[Station]()
     app = create_app(
@@ -36,11 +42,31 @@ def run(
     )  # fmt: skip
     server = Server(config, stations, lambda: None)
     settings = Settings(pace=Pace("run", options.pace))
-    for number, world in enumerate(worlds()):
-        stations.append(
-            Station(str(number), world, make, settings=settings, allow_truth=options.truth, wait_for=options.wait_for)
-        )
+    for number, radars in enumerate(worlds()):
+        world = StationWorld()
+        stations.extend(
+            (make_station or Station)(
+                _identity(radar, number), radar, make, settings=settings, allow_truth=options.truth, world=world,
+                wait_for=options.wait_for,
+            )
+            for radar in radars
+        )  # fmt: skip
+    _check_identities([station.identity for station in stations])
     return _run(server, stations, options)
+
+
+def _identity(radar: SpokeSource, number: int) -> str:
+    """Returns the id of a radar in addresses: its own, and for the only one of a scene without an id the scene's number."""
+    return str(number) if radar.scene.radar_ids == (FIRST_ID,) else radar.scene.radar_id
+
+
+def _check_identities(identities: Sequence[str]) -> None:
+    for identity in identities:
+        if identities.count(identity) > 1:
+            raise SceneError(
+                f'radar.id: "{identity}" is the id of two radars; ids are unique on a server: change one, or serve the scenes '
+                "apart"
+            )
 
 
 def _run(server: Server, stations: Iterable[Station], options: argparse.Namespace) -> int:

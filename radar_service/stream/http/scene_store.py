@@ -162,18 +162,19 @@ def _without_folder(problems: Iterable[str], folder: Path) -> list[str]:
 
 
 def _of_outline(scene: SceneOutline) -> dict[str, str]:
-    return {
-        "title": scene.name,
-        "summary": _text(scene.body_count, scene.radar.range_max, 60.0 / scene.radar.rotation_period),
-    }
+    rpm = 60.0 / scene.radar.rotation_period
+    return {"title": scene.name, "summary": _text(scene.body_count, scene.radar.range_max, rpm, len(scene.radar_ids))}
 
 
 def _of_file(order: SceneOrder) -> dict[str, str]:
     from radar_service.scene.load import model_from  # here, as above
+    from radar_service.scene.platform_model import radar_entries
 
     model = model_from(order.source)
-    return {"title": model.name, "summary": _text(len(model.body), model.radar.range_max_m, model.radar.rpm)}
+    first, *others = (entry.model for entry in radar_entries(model.radar))
+    return {"title": model.name, "summary": _text(len(model.body), first.range_max_m, first.rpm, 1 + len(others))}
 
 
-def _text(bodies: int, range_max: float, rpm: float) -> str:
-    return f"{bodies} bodies, {range_max:g} m, {rpm:g} rpm"
+def _text(bodies: int, range_max: float, rpm: float, radars: int) -> str:
+    several = f"{radars} radars, the first: " if radars > 1 else ""
+    return f"{several}{bodies} bodies, {range_max:g} m, {rpm:g} rpm"

@@ -8,6 +8,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
+from radar_service.scene.errors_model import (
+    AntennaErrorsModel,
+    FeedErrorsModel,
+    GyroErrorsModel,
+    LogErrorsModel,
+    PositionErrorsModel,
+)
 from radar_service.stream.controls import CONTROLS, Control
 
 
@@ -93,6 +100,16 @@ class ControlDefinition(BaseModel):
     description: str
 
 
+class ErrorsState(BaseModel):
+    """The errors on purpose in force, as `[errors]` of a scene file; null where a part has none."""
+
+    gyro: GyroErrorsModel | None
+    log: LogErrorsModel | None
+    position: PositionErrorsModel | None
+    antenna: AntennaErrorsModel | None
+    feed: FeedErrorsModel | None
+
+
 class SceneChoice(Body):
     """The scene that a radar is to run: the name of a listed scene, or a whole scene (without files)."""
 
@@ -170,7 +187,9 @@ class RadarState(BaseModel):
     beamwidth_deg: float
     beamwidth_el_deg: float
     frequency_hz: float
-    modulation: Literal["lfm", "none"] = Field(description="lfm: a chirp; none: a plain pulse")
+    modulation: Literal["lfm", "nlfm", "none"] = Field(
+        description="lfm, nlfm: a linear, a nonlinear chirp; none: a plain pulse"
+    )
     bandwidth_hz: float = Field(description="of the chirp, or of the receiver of a plain pulse")
     pulse_s: float
     prf_hz: float | None = Field(description="pulses per second; null where it has no effect")

@@ -20,6 +20,7 @@ SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 PROTECTED = ("/api/", "/metrics")  # the page itself contains no secret
 OPEN = ("/api/health/alive", "/api/health/ready")  # for programs that restart the process
 TICKETS = "/api/tickets"
+POSES = "/poses"  # the end of the path of the websocket that commands
 BODY_SECONDS = 20.0  # between two pieces of a body
 ROLE = "radar.role"  # key of the ASGI scope that holds the client's role
 
@@ -61,7 +62,8 @@ class SecurityMiddleware:
         path = scope["path"]
         if not is_websocket and (not path.startswith(PROTECTED) or path in OPEN):
             return None
-        needed: Role = "command" if is_command and path != TICKETS else "read"
+        commands = path.endswith(POSES) if is_websocket else is_command and path != TICKETS
+        needed: Role = "command" if commands else "read"
         if self._access.may(role, needed):
             return None
         return 401, f"token: needed to {needed}; send the header Authorization: Bearer TOKEN"

@@ -10,6 +10,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.http.feed import (
+    BAD_REQUEST,
     FORBIDDEN,
     GRACE,
     NOT_FOUND,
@@ -37,8 +38,15 @@ def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]
             return await _refuse(socket, NOT_FOUND, f'radar: there is no "{radar[:40]}"; see /api/radars', refused)
         if not station.allow_truth:
             return await _refuse(socket, FORBIDDEN, "truth: this server does not send it; start it with --truth", refused)
+        radiometric = socket.query_params.get("radiometric", "0")
+        if radiometric not in ("0", "1"):
+            reason = f'radiometric: "{radiometric[:40]}" is not 0 or 1; leave it out for 0'
+            return await _refuse(socket, BAD_REQUEST, reason, refused)
+        if radiometric == "1" and station.engine.fidelity.engine == "documented":
+            reason = "radiometric: the fidelity documented has none; leave it out, or start the server with another one"
+            return await _refuse(socket, BAD_REQUEST, reason, refused)
         try:
-            follower = station.follow_truth()
+            follower = station.follow_truth(radiometric == "1")
         except FeedRefused as error:
             return await _refuse(socket, UNAVAILABLE, str(error), refused)
         await _serve(socket, station.truth_stream, follower)

@@ -12,6 +12,7 @@ from radar_service.stream.fanout.frames import Write
 from radar_service.stream.token_bucket import TokenBucket
 
 EXTENSION = "radar.frames"  # of the ASGI scope: where the server can write frames, a function that does
+BUDGET = "radar.budget"  # of the ASGI scope: a function that allows a client to send more
 OPEN = 1  # websockets.protocol.State
 BYTES_PER_SECOND, BYTES_AT_ONCE = 4096, 16384  # the feed ignores messages; pongs have a few bytes each 20 s
 FRAMES_PER_SECOND, FRAMES_AT_ONCE = 10, 100  # 100 take 2 ms to parse
@@ -62,6 +63,7 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
         """Runs the application; its scope holds the function that writes frames."""
         extensions: dict[Any, Any] = self.scope.setdefault("extensions", {})
         extensions[EXTENSION] = self.write_frame
+        extensions[BUDGET] = self.widen
         await super().run_asgi()
 
     async def send(self, message: Any) -> None:
@@ -69,6 +71,15 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
         await super().send(message)
         if message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
             self.handshake_complete = True  # otherwise the server logs an error for each refused client
+
+    def widen(self, frames_per_second: float, frames_at_once: float, bytes_per_frame: int) -> None:
+        """Allows the client so many frames, beside those of every client."""
+        frames, at_once = FRAMES_PER_SECOND + frames_per_second, FRAMES_AT_ONCE + frames_at_once
+        self._frame_budget = TokenBucket(frames, at_once, self.loop.time)
+        self._byte_budget = TokenBucket(
+            BYTES_PER_SECOND + frames_per_second * bytes_per_frame, BYTES_AT_ONCE + frames_at_once * bytes_per_frame,
+            self.loop.time,
+        )  # fmt: skip
 
     def write_frame(self, ready: bytes) -> bool:
         """Writes a frame at once; returns False, and writes nothing, where there is no room or the websocket has closed."""
@@ -80,7 +91,7 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
     def _end(self) -> None:
         """Closes the connection because its client has sent too much, and cuts it where that client does not read."""
         if self.conn.state == OPEN:
-            self.conn.send_close(TOO_MUCH, "this client sends too much; the feed needs nothing from it")
+            self.conn.send_close(TOO_MUCH, "this client sends too much")
             self.handle_parser_exception()  # writes what is to be sent, tells the application, and closes
         else:
             self.transport.close()
@@ -88,6 +99,13 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
 
     def _cut_later(self) -> None:
         self.loop.call_later(CUT_SECONDS, self.transport.abort)
+
+
+def widen_budget(scope: Any, frames_per_second: float, frames_at_once: float, bytes_per_frame: int) -> None:
+    """Allows the client of an ASGI scope to send more, where the server bounds it: see FramedWebSocket.widen."""
+    widen = scope.get("extensions", {}).get(BUDGET)
+    if widen:
+        widen(frames_per_second, frames_at_once, bytes_per_frame)
 
 
 def frame_writer(scope: Any) -> Write | None:

@@ -1,6 +1,6 @@
 """What a world process needs of an engine, and what it tells the serving process about it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.records import Crossing, Snapshot, SpokeBlock, Truth
+from radar_service.scene.commands import Command
 from radar_service.scene.world import Scene
 from radar_service.stream.source import PlanSummary, SceneOutline
 
@@ -37,11 +38,20 @@ class SceneEngine(Protocol):
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one."""
 
+    def command(self, body: str | None = None, *, spoke: int | None = None, **values: Any) -> Command:
+        """Commands own ship or a body from a spoke on."""
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """Replaces all commands."""
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        """Changes errors on purpose."""
+
     def truth(self, t: float) -> Truth:
         """Returns the truth at time t [s]."""
 
-    def crossings(self, scan: int | None = None) -> tuple[Crossing, ...]:
-        """Returns the beam crossings of a scan."""
+    def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
+        """Returns the beam crossings of a scan; radiometric: with the power of each body."""
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """Returns the truth at the end of a scan."""

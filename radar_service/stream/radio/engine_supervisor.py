@@ -117,10 +117,14 @@ class EngineSupervisor:
 
     def _another(self, spare: SpokeSource | None, scan: int) -> EngineWorker:
         """Returns a worker of the same scene: of the failed engine's spare where that delivers, otherwise of a new engine."""
+        failed = self.worker.engine
         if spare:
             with contextlib.suppress(EngineFault):
+                spare.replay(failed.commands)
                 return prepared(spare, scan, SPARE_TIMEOUT)
-        return prepared(self._remade(self.worker.engine), scan)
+        engine = self._remade(failed)
+        engine.replay(failed.commands)
+        return prepared(engine, scan)
 
     def _remade(self, failed: SpokeSource) -> SpokeSource:
         """Returns another engine of the same scene, with its plan. Raises EngineFault where its file has another radar now."""

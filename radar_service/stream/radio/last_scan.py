@@ -54,7 +54,8 @@ class LastScan:
         block, azimuths = batch.block, batch.epoch.engine.scene.radar.azimuths
         with self._lock:
             self._engine = batch.epoch.engine
-            self._next, self._heading = block.first + len(block), float(block.heading[-1])
+            self._next = block.first + len(block)
+            self._heading = self._heading if np.isnan(block.heading[-1]) else float(block.heading[-1])
             self._rows.append((np.arange(block.index, block.index + len(block)), block.power))
             kept = sum(len(rows) for rows, _ in self._rows)
             while kept - len(self._rows[0][0]) >= azimuths:

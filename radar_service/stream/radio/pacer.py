@@ -1,110 +1,172 @@
 """The orders to a transmitter, and the wait until spokes are due."""
 
-import threading
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from radar_service.records import SpokeBlock
 from radar_service.stream.radio.pacing import Schedule
-from radar_service.stream.settings import Settings
+from radar_service.stream.radio.world_clock import WorldClock
+from radar_service.stream.settings import Pace, Settings
 
 MAX_WAIT = 3600.0  # s before the schedule is read again: a pace of 1e-300 is due in more seconds than a thread can wait
 
 
 @dataclass(frozen=True)
 class Orders:
-    """The present orders. version: changes with every order; steps: spokes still to send while paused."""
+    """The present orders.
+
+    version: changes with every order; steps: spokes still to send while paused; until: while paused without steps, the time
+    up to which other radars of the world have sent [s].
+    """
 
     version: int
     settings: Settings
     steps: int
+    until: float = math.inf
+
+    def spokes(self, block: SpokeBlock, at: int, most: int) -> int:
+        """Returns how many spokes of a block from `at` on to send together: 1 at least, `most` at most."""
+        within = int(np.searchsorted(block.time[at:], self.until, side="right"))
+        return max(1, min(most, self.steps or most, within))
 
 
 class Pacer:
-    """Settings, steps and schedule of one transmitter. Orders come from any thread; the transmitter's thread waits.
+    """Settings and steps of one transmitter on the clock of its world. Orders come from any thread; its own thread waits.
 
-    `_changed` guards everything here. `settings` is immutable and replaced whole, so it may be read without the lock.
-    held: whether nothing is due, whatever the settings say, until `release`.
+    The clock's `changed` guards everything here. `settings` is immutable and replaced whole, so it may be read without it.
+    holds: whether nothing is due, whatever the settings say, until `release`; next, is_active: as the clock has them.
     """
 
     def __init__(
-        self, settings: Settings, clock: Callable[[], float], schedule: Schedule | None = None, held: bool = False
+        self, settings: Settings, clock: Callable[[], float], world: WorldClock | None = None, held: bool = False
     ) -> None:
-        self.settings, self.held = settings, held
-        self.schedule = schedule or Schedule()
+        self.settings, self.holds = settings, held
+        self.world = world or WorldClock()
         self.stopping = False
+        self.next, self.is_active = 0.0, True
+        self._generation = self.world.generation
         self._steps = 0
-        self._version = 0
         self._clock = clock
-        self._changed = threading.Condition()
+        self._changed = self.world.changed
+        self.world.join(self)
+
+    @property
+    def schedule(self) -> Schedule:
+        """The schedule of the world."""
+        return self.world.schedule
+
+    @property
+    def held(self) -> bool:
+        """Whether this radar, or another one of its world, holds all of them."""
+        return self.world.held
 
     @property
     def idle(self) -> bool:
-        """Whether the radar is held, or paused without steps to make."""
-        return self.held or (self.settings.pace.state == "pause" and not self._steps)
+        """Whether the radar is held, or paused without spokes to send."""
+        paused = self.settings.pace.state == "pause" and not self._steps and self.next > self.world.front
+        return self.held or paused
+
+    @property
+    def is_outdated(self) -> bool:
+        """Whether the world runs another scene, which this radar has not begun."""
+        return self._generation != self.world.generation
 
     def set(self, settings: Settings) -> None:
-        """Replaces the settings."""
+        """Replaces the settings; the pace is that of all radars of the world."""
         with self._changed:
             if settings.pace != self.settings.pace:
-                self._steps = 0
-                self.schedule.restart()
+                self.world.set_pace(settings.pace)
             self.settings = settings
-            self._notify()
+            self.world.notify()
+
+    def adopt(self, pace: Pace) -> None:
+        """Takes over the pace of the world, and forgets steps."""
+        self.settings, self._steps = replace(self.settings, pace=pace), 0
 
     def step(self, spokes: int) -> None:
         """Orders that many spokes more, and then a pause."""
         with self._changed:
-            self.settings = replace(self.settings, pace=replace(self.settings.pace, state="pause"))
-            self.schedule.restart()
+            self.world.set_pace(replace(self.settings.pace, state="pause"))
             self._steps = spokes
-            self._notify()
+            self.world.notify()
 
     def release(self) -> None:
         """Lets spokes become due."""
         with self._changed:
-            self.held = False
-            self._notify()
+            self.holds = False
+            self.world.notify()
 
     def interrupt(self) -> None:
         """Ends the present wait, because something else has changed."""
         with self._changed:
-            self._notify()
+            self.world.notify()
 
     def stop(self) -> None:
         """Ends every wait, now and later."""
         with self._changed:
             self.stopping = True
-            self._notify()
+            self.world.notify()
+
+    def fail(self) -> None:
+        """Leaves the world's clock, until `begin`: the other radars do not wait for this one."""
+        with self._changed:
+            self.is_active = False
+            self.world.notify()
+
+    def begin(self, time: float = 0.0) -> None:
+        """Begins a scene, or goes on with it, at a time [s of simulation]: its first spoke is due at once."""
+        with self._changed:
+            if not self.is_outdated and time == 0.0:
+                self.world.front = -math.inf
+            self._generation, self.is_active, self.next = self.world.generation, True, time
+            self.world.schedule.restart()
 
     def restart_schedule(self) -> None:
         """Makes the next spoke due at once."""
         with self._changed:
-            self.schedule.restart()
+            self.world.schedule.restart()
 
     def orders(self) -> Orders:
         """Returns the orders as they are now."""
         with self._changed:
-            return Orders(self._version, self.settings, self._steps)
+            follows = self.settings.pace.state == "pause" and not self._steps
+            return Orders(self.world.version, self.settings, self._steps, self.world.front if follows else math.inf)
+
+    def is_due(self, part: SpokeBlock, orders: Orders) -> bool:
+        """Returns whether these spokes are due now."""
+        with self._changed:
+            if self.held or (orders.settings.pace.state == "pause" and not self._steps):
+                return False
+            return self._steps > 0 or self.schedule.is_due(self._clock(), float(part.time[-1]), orders.settings.pace.factor)
 
     def wait_until_due(self, part: SpokeBlock, orders: Orders) -> bool:
         """Waits until these spokes are due; returns False as soon as the orders have changed."""
+        first, last = float(part.time[0]), float(part.time[-1])
         with self._changed:
-            while orders.version == self._version and not self.stopping:
-                if self.held:
-                    self._changed.wait()
-                    continue
-                if self._steps:
+            if not self.is_outdated and first != self.next:
+                self.next = first
+                self._changed.notify_all()
+            while orders.version == self.world.version and not self.stopping and not self.is_outdated:
+                if not self.held and self._steps:
                     self._steps -= len(part)  # before they are sent: a client that has received them may order more at once
                     return True
-                if orders.settings.pace.state == "pause":
-                    self._changed.wait()
-                    continue
-                delay = self.schedule.delay(self._clock(), float(part.time[-1]), orders.settings.pace.factor)
+                delay = self.delay(first, last)
                 if delay <= 0:
                     return True
                 self._changed.wait(min(delay, MAX_WAIT))
         return False
+
+    def delay(self, first: float, last: float) -> float:
+        """Returns the seconds until spokes from `first` to `last` [s of simulation] are due; with `changed` held."""
+        pace = self.settings.pace
+        if not self.held and pace.state == "pause" and last <= self.world.front:
+            return 0.0
+        if self.held or pace.state == "pause" or not self.world.may_begin(first, self):
+            return math.inf
+        return self.world.schedule.delay(self._clock(), last, pace.factor)
 
     def wait_for(self, condition: Callable[[], bool]) -> None:
         """Waits until `condition` holds or the radar stops."""
@@ -114,13 +176,11 @@ class Pacer:
     def sent(self, time: float) -> None:
         """Counts the spoke of this simulated time [s] as sent."""
         with self._changed:
-            self.schedule.sent(self._clock(), time)
+            if not self.is_outdated:
+                self.next = math.nextafter(time, math.inf)
+                self.world.sent(self._clock(), time)
 
     def reached(self) -> float | None:
         """Returns simulated seconds per second, measured; None before there is enough to measure."""
         with self._changed:
-            return self.schedule.reached(self._clock())
-
-    def _notify(self) -> None:
-        self._version += 1
-        self._changed.notify_all()
+            return self.world.schedule.reached(self._clock())

@@ -2,8 +2,11 @@
 
 import threading
 from collections import deque
+from collections.abc import Mapping
+from typing import Any
 
 from radar_service.records import SpokeBlock
+from radar_service.scene.commands import Command
 from radar_service.stream.source import SpokeSource
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: covers a slow block, and a new scene is not late
@@ -65,6 +68,14 @@ class EngineWorker:
             self._changed.notify_all()
         return block
 
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """Commands the engine from a spoke on; blocks that do not know the command are dropped. Raises CommandError."""
+        with self._changed:
+            command = self.engine.command(spoke, body, values)
+            self._blocks.clear()
+            self._changed.notify_all()
+        return command
+
     def _run(self) -> None:
         try:
             for block in self.engine.blocks(size=BLOCK):
@@ -79,6 +90,8 @@ class EngineWorker:
     def _queue_block(self, block: SpokeBlock) -> bool:
         """Queues a block and waits for room; returns whether to go on."""
         with self._changed:
+            if block.commands < len(self.engine.commands):
+                return not self._stopping  # it comes again
             self._blocks.append(block)
             self._changed.notify_all()
             self._changed.wait_for(lambda: self._stopping or sum(map(len, self._blocks)) < self._azimuths)

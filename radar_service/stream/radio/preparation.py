@@ -2,11 +2,14 @@
 
 import asyncio
 import contextlib
+from collections.abc import Callable, Mapping
+from functools import partial
 
 from radar_service.stream.jobs import Job, JobQueue
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
-from radar_service.stream.source import MakeSource, Progress, SceneOrder, SpokeSource
+from radar_service.stream.source import MakeSource, Progress, SceneOrder, SceneOutline, SpokeSource
 
+Check = Callable[[SceneOutline], None]
 KEPT_SECONDS = 60.0  # that an uploaded scene stays prepared for a radar to run it
 
 
@@ -22,22 +25,30 @@ class Preparations:
         """Returns a prepared scene. job: its name in the queue. Raises what JobQueue.run and `make` raise."""
         return await self.jobs.run("upload", lambda progress: make(order, progress), job)
 
-    async def worker(self, make: MakeSource, order: SceneOrder, job: str | None = None) -> EngineWorker:
-        """Returns a scene that has computed its first spokes. Raises as `source`, and EngineFault."""
-        kept = self._taken(order)
+    async def workers(
+        self, make: MakeSource, orders: Mapping[str, SceneOrder], job: str | None = None, check: Check = lambda scene: None
+    ) -> dict[str, EngineWorker]:
+        """Returns the radars of a scene, by their ids, which have computed their first spokes.
 
-        def prepare(progress: Job) -> EngineWorker:
-            if kept:
-                progress.ends_with(kept.close)
-                with contextlib.suppress(EngineFault):  # it has died meanwhile
-                    return _first_spokes(kept, progress)
-            return _first_spokes(make(order, progress), progress)
+        check: refuses scenes, before their first spokes. Raises as `source` and `check`, and EngineFault.
+        """
+        kept = {name: source for name, order in orders.items() if (source := self._taken(order))}
+
+        def prepare(progress: Job) -> dict[str, EngineWorker]:
+            workers: dict[str, EngineWorker] = {}
+            with contextlib.ExitStack() as on_failure:
+                for name, order in orders.items():
+                    workers[name] = _worker(kept.get(name), partial(make, order), check, progress)
+                    on_failure.callback(workers[name].stop)
+                progress.ends_with(partial(_stop, workers))  # a cancelled job returns none of them
+                on_failure.pop_all()
+            return workers
 
         try:
             return await self.jobs.run("scene", prepare, job)
         except BaseException:
-            if kept:
-                kept.close()
+            for source in kept.values():
+                source.close()
             raise
 
     def keep(self, source: SpokeSource) -> None:
@@ -69,6 +80,29 @@ class Preparations:
         self._kept = None
         if self._timer:
             self._timer.cancel()
+
+
+def _worker(
+    kept: SpokeSource | None, make: Callable[[Progress], SpokeSource], check: Check, progress: Progress
+) -> EngineWorker:
+    """Returns a scene that has computed its first spokes: the one that was kept, or where that has died meanwhile another."""
+    if kept:
+        progress.ends_with(kept.close)
+        check(kept.scene)
+        with contextlib.suppress(EngineFault):
+            return _first_spokes(kept, progress)
+    source = make(progress)
+    try:
+        check(source.scene)
+    except BaseException:
+        source.close()
+        raise
+    return _first_spokes(source, progress)
+
+
+def _stop(workers: Mapping[str, EngineWorker]) -> None:
+    for worker in workers.values():
+        worker.stop()
 
 
 def _first_spokes(source: SpokeSource, progress: Progress) -> EngineWorker:

@@ -2,38 +2,47 @@
 
 import asyncio
 import logging
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
+from radar_service.radar.parameters import START
 from radar_service.records import Truth
+from radar_service.scene.commands import Command, NotSteerableError
 from radar_service.stream.controls import changed_order, changed_settings, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
 from radar_service.stream.fanout.feed_output import FeedOutput
 from radar_service.stream.fanout.hub import FeedRefused, Hub
 from radar_service.stream.logs import log_event
+from radar_service.stream.radio.command_queue import TooManyCommandsError, Values
 from radar_service.stream.radio.engine_supervisor import RESTARTS
+from radar_service.stream.radio.error_stage import ErrorStage
 from radar_service.stream.radio.last_scan import LastScan
-from radar_service.stream.radio.pacing import Schedule
 from radar_service.stream.radio.preparation import Preparations
+from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
-from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink, new_epoch_name
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink
 
 LEAVE_TIMEOUT = 2.0  # s for clients to take their bye
+COMMAND_TIMEOUT = 10.0  # s until a command is given up; it takes the time of a batch of spokes
 STOP_TIMEOUT = 3.0  # s to wait for each thread
 
 
 class Station:
     """One radar. All methods are for the event loop.
 
+    world: the radars that share its clock and its scene.
     hub: its clients.
     feed: encodes for them.
     last_scan: for pictures.
+    errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
     stopping: whether new clients are refused.
@@ -45,27 +54,30 @@ class Station:
         self, identity: str, engine: SpokeSource, make_engine: MakeSource, *, name: str | None = None,
         settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
         restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
-        schedule: Schedule | None = None, wait_for: int = 0,
+        world: StationWorld | None = None, wait_for: int = 0,
     ) -> None:  # fmt: skip
-        """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed; wait_for: clients
-        that must listen before the first spoke is sent."""
+        """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed; world: that
+        it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
         self.failed = failed
         self.stopping = False
+        self.world = world or StationWorld()
         self.hub = Hub(clock)
-        self.feed = FeedEncoder(output := FeedOutput(self.hub), self._radar_info, clock)
+        self.feed = FeedEncoder(output := FeedOutput(self.hub), self.radar_info, clock)
         self.last_scan = LastScan(engine)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
-        self.truth_stream = TruthStream(engine, self._truths)
-        sinks = (self.feed, self.last_scan, self.truth_stream, *sinks)
+        self.errors = ErrorStage(engine, (self.feed, self.last_scan, *sinks))
+        self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
+        sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
-            engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts, schedule=schedule,
+            engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts, world=self.world.clock,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
         )  # fmt: skip
         self.preparations = Preparations()
         self._output, self._make_engine = output, make_engine
-        self._wait_for = wait_for
-        self._swaps = self._last_swap = 0  # requests for another scene, and the number of the last one that was met
+        self._wait_for, self._clock = wait_for, clock
+        self.world.join(identity, self.transmitter)
+        self._preparing = 0.0  # s that the last change of an engine control took
 
     @property
     def engine(self) -> SpokeSource:
@@ -106,11 +118,11 @@ class Station:
         encoding = client.view.encoding
         log_event("client joined", radar=self.identity, client=client.number, encoding=encoding, mode=client.mode)
 
-    def follow_truth(self) -> Follower:
-        """Returns a client of the truth. Raises FeedRefused with the reason."""
+    def follow_truth(self, radiometric: bool = False) -> Follower:
+        """Returns a client of the truth, also of the power of each body. Raises FeedRefused with the reason."""
         if self.stopping:
             raise FeedRefused("the server is stopping")
-        return self.truth_stream.join()
+        return self.truth_stream.join(radiometric)
 
     def leave(self, client: ClientQueue) -> None:
         """Removes a client from the feed."""
@@ -118,19 +130,20 @@ class Station:
         log_event("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
 
     async def swap(self, order: SceneOrder, job: str | None = None) -> tuple[str, SpokeSource]:
-        """Prepares another scene beside the running one and lets it take over; returns its epoch and engine.
+        """Prepares another scene beside the running one and lets it take over, for all radars of this world; returns the epoch
+        and the engine of this one.
 
-        Of several requests the last one wins. job: name of the preparation. Raises what Preparations.worker raises, and the
+        Of several requests the last one wins. job: name of the preparation. Raises what Preparations.workers raises, and the
         running scene goes on.
         """
-        self._swaps += 1
-        number = self._swaps
-        worker = await self.preparations.worker(self._make_engine, order, job)
-        if number < self._last_swap or self.stopping:
-            worker.stop()  # a later request was met sooner: as if this one had been met before it
-            return new_epoch_name(), worker.engine
-        self._last_swap = number
-        return self.transmitter.switch_to(worker), worker.engine
+        return await self._run(self.world.orders(order), job)
+
+    async def _run(self, orders: Mapping[str, SceneOrder], job: str | None = None) -> tuple[str, SpokeSource]:
+        """Prepares the orders of all radars of this world and lets them take over, as `swap`."""
+        request = self.world.request()
+        workers = await self.preparations.workers(self._make_engine, orders, job, self.world.check)
+        epochs = self.world.switch_to(request, workers, stopping=self.stopping)
+        return epochs[self.identity], workers[self.identity].engine
 
     async def prepare(self, order: SceneOrder, job: str | None = None) -> SpokeSource:
         """Returns a scene as this radar would run it. Raises what Preparations.source raises."""
@@ -139,17 +152,49 @@ class Station:
     async def change(self, requested: Mapping[str, Any]) -> None:
         """Changes the requested controls; a value that is refused changes nothing.
 
-        A change of an engine control runs the changed scene from simulated time 0, so that its spokes are those of a
-        scene file with that value. Raises ControlError, and SceneError where such a scene is not valid.
+        A change of an engine control prepares the scene anew; it goes on from the end of a scan, with simulated time and the
+        numbers of scans. Raises ControlError, and SceneError where such a scene is not valid.
         """
         changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
         order = changed_order(self.settings, self.transmitter.engines.pending_engine, requested)
         if order is not None:
-            await self.swap(order)
+            await self._go_on(order)
         self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
         pace = requested.get("pace", {})
         if pace.get("state") == "step":
             self.transmitter.pacer.step(pace["steps"])
+
+    async def command(self, body: str | None, values: Values, supersedes: bool = False) -> Command:
+        """Commands own ship (None) or a body from the first spoke that is not sent yet; returns the command.
+
+        values, supersedes: as in `WaitingCommand`. Raises CommandError, NoRadarError and TooManyCommandsError.
+        """
+        if self.world.size > 1:
+            raise NotSteerableError(
+                f"commands: this world has {self.world.size} radars, and only a world with one is steered; serve a scene with a "
+                "single radar"
+            )
+        waiting = self.transmitter.commands.put(body, values, supersedes)
+        try:
+            async with asyncio.timeout(COMMAND_TIMEOUT):
+                return await asyncio.wrap_future(waiting)
+        except TimeoutError:
+            raise TooManyCommandsError(
+                f"the radar has sent no spoke for {COMMAND_TIMEOUT:g} s, and takes no command meanwhile"
+            ) from None
+
+    async def _go_on(self, order: SceneOrder) -> None:
+        """Lets another order of the running scene go on from the end of a scan, when it will be prepared as far as is known."""
+        if self.transmitter.engines.has_pending and self.transmitter.handover.at is None:  # another scene comes first
+            await self._run(self.world.changed_orders(self.identity, replace(order, origin=START)))
+            return
+        factor, began = self.settings.pace.factor, self._clock()
+        origin = self.transmitter.agree(self._preparing * factor if math.isfinite(factor) else 0.0)
+        try:
+            await self._run({self.identity: replace(order, origin=origin)})
+        finally:
+            self.transmitter.settle()
+        self._preparing = self._clock() - began
 
     async def truth(self, at: float | None = None) -> Truth:
         """Returns the state of everything at `at` [s of simulation], by default now. Raises EngineFault."""
@@ -160,7 +205,8 @@ class Station:
         """Returns the state of all controls, as REST and the feed give it."""
         return controls_state(self.settings, self.engine.scene, self.transmitter.engines.pending_engine.scene)
 
-    def _radar_info(self, epoch: Epoch) -> RadarInfo:
+    def radar_info(self, epoch: Epoch) -> RadarInfo:
+        """Returns the description of this radar in an epoch."""
         controls = self.controls()
         return RadarInfo(self.identity, self.name, epoch, self.transmitter.simulated, controls, self.allow_truth)
 

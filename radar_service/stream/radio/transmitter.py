@@ -2,7 +2,12 @@
 
 When an order acts:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
-- range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed.
+- range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed,
+  and where the world has several radars, which all begin it together.
+- commands: from the next spoke on; the blocks that the engine has computed beyond it are dropped. Those that come while the
+  next spokes are computed wait until these are sent, so that many commands do not stop the feed.
+- rpm: a new epoch at the end of a scan that was agreed before its engine was prepared (`handover`); until then nothing is
+  sent beyond that scan.
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
   happens too often the radar fails and the sinks are closed; the next scene restarts it.
 """
@@ -10,12 +15,17 @@ When an order acts:
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
+from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
+from radar_service.stream.radio.command_queue import CommandQueue
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
+from radar_service.stream.radio.handover import Handover
 from radar_service.stream.radio.pacer import Pacer
-from radar_service.stream.radio.pacing import Schedule, batch_spokes
+from radar_service.stream.radio.pacing import batch_spokes
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
+from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, SpokeSource
 from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink, new_epoch_name
@@ -37,24 +47,29 @@ class Transmitter:
     fault: why the radar has failed, None while it runs.
     sent: spokes since the start.
     simulated: time of the next spoke [s].
+    commands: those that wait to be carried out.
     engines: the running engine and its replacements.
     """
 
     def __init__(
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
-        make_engine: MakeSource, *, restarts: int = RESTARTS, schedule: Schedule | None = None,
+        make_engine: MakeSource, *, restarts: int = RESTARTS, world: WorldClock | None = None,
         on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore, held: bool = False,
     ) -> None:  # fmt: skip
         """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
 
-        on_restart, on_failure: called with the reason, from the transmitter's thread; held: until `pacer.release`.
+        world: its clock, which other radars may share; on_restart, on_failure: called with the reason, from the transmitter's
+        thread; held: until `pacer.release`.
         """
-        self.pacer = Pacer(settings, clock, schedule, held)
+        self.pacer = Pacer(settings, clock, world, held)
         self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock))
         self.epoch = Epoch(new_epoch_name(), engine, settings.range)
         self.fault: str | None = None
         self.sent = 0
         self.simulated = 0.0
+        self.commands = CommandQueue(self.pacer.interrupt)
+        self._may_command = True  # whether a spoke was sent since the last commands, which would otherwise stop the feed
+        self.handover = Handover()
         self._sinks = tuple(sinks)
         self._on_restart, self._on_failure = on_restart, on_failure
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
@@ -71,10 +86,23 @@ class Transmitter:
     def stop(self, timeout: float) -> None:
         """Ends both threads and waits for each at most `timeout` [s]."""
         self.pacer.stop()
+        self.commands.close("the server is stopping")
         self.engines.stop()
         if self._thread.ident is not None:
             self._thread.join(timeout)
         self.engines.stop(timeout)
+
+    def agree(self, lead: float) -> Origin:
+        """Returns where an engine of the running scene begins that is ready in some `lead` [s of simulation]; then `settle`."""
+        idle = self.pacer.idle or self.fault is not None
+        origin = self.handover.agree(self.epoch.engine.scene.radar, self._spokes_done, idle, lead)
+        self.pacer.interrupt()
+        return origin
+
+    def settle(self) -> None:
+        """Ends a request that has agreed, after `switch_to` or without."""
+        self.handover.settle()
+        self.pacer.interrupt()
 
     def switch_to(self, worker: EngineWorker) -> str:
         """Lets a prepared engine take over; returns the name of its epoch. Of several calls the last one wins."""
@@ -97,9 +125,12 @@ class Transmitter:
             self._apply_pending()
             block = self.engines.worker.take(BLOCK_TIMEOUT)
             if block is None:
+                if self._may_command:
+                    self._obey()
                 continue
             self._send_block(block)
-            if self.engines.has_pending and block.index + len(block) == self.epoch.engine.scene.radar.azimuths:
+            ends_scan = block.index + len(block) == self.epoch.engine.scene.radar.azimuths
+            if self.engines.has_pending and ends_scan and self.handover.at is None:
                 self._take_over()
 
     def _send_block(self, block: SpokeBlock) -> None:
@@ -109,10 +140,22 @@ class Transmitter:
                 return
             orders = self.pacer.orders()
             size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
-            part = block.part(at, min(len(block), at + min(size, orders.steps or size)))
-            if self.pacer.wait_until_due(part, orders):
+            part = block.part(at, at + orders.spokes(block, at, min(size, len(block) - at)))
+            if (self._may_command or not self.pacer.is_due(part, orders)) and self._obey():
+                return
+            end = part.first + len(part)
+            if self.pacer.wait_until_due(part, orders) and self.handover.claim(part.first, end):
                 self._send(part, orders.settings)
                 at += len(part)
+
+    def _obey(self) -> bool:
+        """Carries out the commands that wait, from the next spoke on; returns whether any was accepted."""
+        spoke, worker = self._spokes_done, self.engines.worker
+        time = self.epoch.engine.scene.radar.time_of_spokes(float(spoke))
+        command = partial(worker.command, spoke)
+        accepted = [waiting.carry_out(time, command) for waiting in self.commands.take()]
+        self._may_command &= not any(accepted)
+        return any(accepted)
 
     def _send(self, part: SpokeBlock, settings: Settings) -> None:
         if settings.transmit:
@@ -122,6 +165,7 @@ class Transmitter:
             self._number += len(part)
             self.sent += len(part)
         self._spokes_done = part.first + len(part)
+        self._may_command = True
         self._last = self._spokes_done - 1, part.power[-1].copy()
         self.pacer.sent(float(part.time[-1]))
         self.simulated = float(part.time[-1]) + self.epoch.engine.scene.radar.spoke_period
@@ -132,7 +176,13 @@ class Transmitter:
 
     def _apply_pending(self) -> bool:
         """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""
-        if self.engines.has_pending and self.pacer.idle:
+        if self.handover.is_due(self._spokes_done):
+            self.pacer.wait_for(lambda: not self.handover.is_open)
+            self.handover.end(self._spokes_done)
+            if self.engines.has_pending:
+                self._take_over()
+                return True
+        if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
             self._take_over()
             return True
         if self.pacer.settings.range != self.epoch.range:
@@ -141,10 +191,13 @@ class Transmitter:
 
     def _take_over(self) -> None:
         name, engine = self.engines.take_over()
-        self.pacer.restart_schedule()
-        self.simulated, self._spokes_done = 0.0, 0
+        radar, self._last = engine.scene.radar, None
+        self.pacer.begin(radar.origin.time)
+        self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
+        self.handover.end(self._spokes_done)
         self._open(Epoch(name, engine, self.pacer.settings.range))
         self.fault = None
+        self.commands.close(None)
 
     def _open(self, epoch: Epoch) -> None:
         self.epoch, self._number = epoch, 0
@@ -169,6 +222,8 @@ class Transmitter:
 
     def _fail(self, reason: str) -> None:
         self.fault = reason
+        self.pacer.fail()
+        self.commands.close(f"the radar has stopped: {reason}; give it another scene")
         self.engines.worker.stop()
         for sink in self._sinks:
             sink.close(reason)

@@ -2,8 +2,9 @@
 
 import asyncio
 import contextlib
+import math
 from collections import deque
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Executor
 from typing import NamedTuple
 
@@ -19,19 +20,27 @@ MAX_KEPT = 4  # scans whose lines are kept, so that several followers ask for th
 
 
 class Sent(NamedTuple):
-    """Spokes of a scan that were sent: times of the first and the last one [s]. ends: whether they end the scan."""
+    """Spokes of a scan that were sent: times of the first and the last one [s]. ends: whether they end the scan.
+
+    commands: that they follow.
+    """
 
     engine: SpokeSource
     scan: int
     first: float
     last: float
     ends: bool
+    commands: int = 0
 
 
 class Follower:
-    """A client of the stream. reason, code: why it was ended, and the websocket's close code; "" while it is not."""
+    """A client of the stream. reason, code: why it was ended, and the websocket's close code; "" while it is not.
 
-    def __init__(self) -> None:
+    radiometric: whether its crossings have the power of each body too.
+    """
+
+    def __init__(self, radiometric: bool = False) -> None:
+        self.radiometric = radiometric
         self.reason, self.code = "", GOING_AWAY
         self._sent: asyncio.Queue[Sent | None] = asyncio.Queue()
 
@@ -59,13 +68,16 @@ class Follower:
 class TruthStream:
     """A sink of spokes with followers. Belongs to the event loop, but for the methods of SpokeSink.
 
-    pool: where engines are asked; `start` comes first.
+    pool: where engines are asked; completed: adds to a line of an engine's truth what was reported; `start` comes first.
     """
 
-    def __init__(self, engine: SpokeSource, pool: Executor) -> None:
-        self._engine, self._pool = engine, pool
+    def __init__(
+        self, engine: SpokeSource, pool: Executor,
+        completed: Callable[[SpokeSource, TruthLine], str] = lambda engine, line: line.text,
+    ) -> None:  # fmt: skip
+        self._engine, self._pool, self._completed = engine, pool, completed
         self._followers: set[Follower] = set()
-        self._kept: dict[tuple[SpokeSource, int | None], asyncio.Future[list[TruthLine]]] = {}
+        self._kept: dict[tuple[SpokeSource, int | None, int, bool], asyncio.Future[list[TruthLine]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def start(self) -> None:
@@ -81,7 +93,7 @@ class TruthStream:
         if self._followers and self._loop:
             engine, block = batch.epoch.engine, batch.block
             ends = block.index + len(block) == engine.scene.radar.azimuths
-            sent = Sent(engine, block.scan, float(block.time[0]), float(block.time[-1]), ends)
+            sent = Sent(engine, block.scan, float(block.time[0]), float(block.time[-1]), ends, block.commands)
             self._loop.call_soon_threadsafe(self._put, sent)
 
     def skip(self, epoch: str, count: int, reason: str) -> None:
@@ -97,11 +109,11 @@ class TruthStream:
         for follower in self._followers:
             follower.end(reason)
 
-    def join(self) -> Follower:
+    def join(self, radiometric: bool = False) -> Follower:
         """Returns a new follower, which `leave` takes back. Raises FeedRefused where there are too many."""
         if len(self._followers) >= MAX_FOLLOWERS:
             raise FeedRefused(f"the truth has its {MAX_FOLLOWERS} clients; try again later")
-        follower = Follower()
+        follower = Follower(radiometric)
         self._followers.add(follower)
         return follower
 
@@ -112,31 +124,40 @@ class TruthStream:
     async def lines(self, follower: Follower) -> AsyncIterator[str]:
         """Yields the lines for a follower: a header for each scene, then what happens from now on."""
         header, waiting = "", deque[TruthLine]()
-        position: tuple[SpokeSource, int] | None = None
+        position: tuple[SpokeSource, int, int] | None = None
+        before = 0.0
         sent: Sent | None = Sent(self._engine, -1, 0.0, 0.0, False)
         while sent is not None:
-            if (sent.engine, sent.scan) != position:
+            if (sent.engine, sent.scan, sent.commands) != position:
                 first = await self._asked(sent.engine, None)
                 if first and first[0].text != header:
                     header = first[0].text
                     yield header
-                scan = await self._asked(sent.engine, sent.scan) if sent.scan >= 0 else []
-                waiting = deque(line for line in scan if line.time >= sent.first)
-                position = sent.engine, sent.scan
+                scan = []
+                if sent.scan >= 0:
+                    scan = await self._asked(sent.engine, sent.scan, sent.commands, follower.radiometric)
+                goes_on = position is not None and position[:2] == (sent.engine, sent.scan)
+                since = before if goes_on else sent.first  # where commands have changed the rest of the scan
+                waiting = deque(line for line in scan if line.time >= since)
+                position = sent.engine, sent.scan, sent.commands
             while waiting and (sent.ends or waiting[0].time <= sent.last):
-                yield waiting.popleft().text
+                yield self._completed(sent.engine, waiting.popleft())
+            before = math.nextafter(sent.last, math.inf)  # all lines until `last` are sent
             sent = await follower.next()
 
     def _put(self, sent: Sent) -> None:
         for follower in self._followers:
             follower.put(sent)
 
-    async def _asked(self, engine: SpokeSource, scan: int | None) -> list[TruthLine]:
-        """The lines of a scan, or the header; none where the engine fails, which another one replaces."""
-        key = engine, scan
+    async def _asked(
+        self, engine: SpokeSource, scan: int | None, commands: int = 0, radiometric: bool = False
+    ) -> list[TruthLine]:
+        """The lines of a scan after so many commands, or the header; none where the engine fails, which another one
+        replaces."""
+        key = engine, scan, commands, radiometric
         if key not in self._kept:
             loop = asyncio.get_running_loop()
-            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, engine.truth_lines, scan))
+            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, engine.truth_lines, scan, radiometric))
             while len(self._kept) > MAX_KEPT:
                 del self._kept[next(iter(self._kept))]
         with contextlib.suppress(EngineFault):

@@ -2,7 +2,7 @@
 
 import contextlib
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Any
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from radar_service.fidelity import Fidelity
 from radar_service.records import SpokeBlock, Truth
+from radar_service.scene.commands import Command
+from radar_service.stream.command_log import CommandLog
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import Child, ForkServer
 from radar_service.stream.processes.limits import default_memory
@@ -53,6 +55,8 @@ class WorldSource:
         self._scan = 0
         self._asking, self._changing = threading.Lock(), threading.Lock()
         self._closed = self._is_answer_due = False
+        self.commands = CommandLog(self.scene.steerable)
+        self._commanding, self._started = threading.Lock(), False
 
     @property
     def process(self) -> int:
@@ -84,7 +88,9 @@ class WorldSource:
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
         """Yields blocks, as SpokeSource.blocks; once. Raises EngineFault where the process fails."""
         try:
-            self._child.data.send((self._scan, size))
+            with self._commanding:
+                self._child.data.send((self._scan, size, tuple(self.commands)))
+                self._started = True
             while not isinstance(message := self._child.data.receive(), str):
                 if isinstance(message, NewSpare):
                     self.replace_spare(Child(message.process, *self._child.data.receive_ends(2)))
@@ -95,14 +101,27 @@ class WorldSource:
             raise EngineFault(ENDED) from None
         raise EngineFault(message)
 
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """Sends a command to the process, as SpokeSource.command. Raises CommandError."""
+        with self._commanding:
+            command = self.commands.add(spoke, body, values)
+            if self._started:
+                with contextlib.suppress(OSError):  # the process has ended: the next one gets all commands
+                    self._child.data.send(command)
+        return command
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """Takes all commands of another source, as SpokeSource.replay."""
+        self.commands = CommandLog(self.scene.steerable, commands)
+
     def truth(self, t: float) -> Truth:
         """Returns the state of everything at time t [s]. Raises EngineFault where the process fails."""
         answer: Truth = self._answer("truth", t)
         return answer
 
-    def truth_lines(self, scan: int | None) -> list[TruthLine]:
+    def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
         """Returns the truth of a scan, as SpokeSource.truth_lines. Raises EngineFault where the process fails."""
-        answer: list[TruthLine] = self._answer("truth_lines", scan)
+        answer: list[TruthLine] = self._answer("radiometric_lines" if radiometric else "truth_lines", scan)
         return answer
 
     def _answer(self, question: str, argument: object) -> Any:

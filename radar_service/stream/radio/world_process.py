@@ -2,8 +2,9 @@
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), then its
 spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
-order to run, as (scan, size), arrives on `data`; from then on it sends (fields of a block, number of trees) there, a NewSpare
-where its spare has died, and at last the text of a fault. The socket holds it back while nobody reads.
+order to run, as (scan, size, commands), arrives on `data`, and further commands after it; from then on it sends (fields of
+a block, number of trees) there, a NewSpare where its spare has died, and at last the text of a fault. The socket holds it back
+while nobody reads.
 """
 
 import contextlib
@@ -19,6 +20,7 @@ from typing import Any, NoReturn
 
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.records import Crossing, Snapshot
+from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.mesh_reader import IN_PROCESS
@@ -29,7 +31,7 @@ from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
 from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
 from radar_service.stream.radio.spare import Spares, TakeOver
-from radar_service.stream.source import SceneOrder, SceneOutline, TruthLine
+from radar_service.stream.source import SceneOrder, SceneOutline, TruthLine, other_radars
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 
@@ -42,12 +44,18 @@ def scene_of(order: SceneOrder) -> Scene:
     finally:
         if sandbox:
             sandbox.close()
-    return scene if order.rpm is None else scene_at_rpm(scene, order.rpm)
+    if order.radar not in (None, *scene.radar_ids):
+        raise other_radars(scene.radar_ids, [order.radar])
+    scene = scene.for_radar(order.radar)
+    return scene if order.rpm is None else scene_at_rpm(scene, order.rpm, order.origin)
 
 
 def outline_of(scene: Scene) -> SceneOutline:
     """Returns what the serving process keeps of a scene."""
-    return SceneOutline(scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes)
+    return SceneOutline(
+        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
+        scene.radar_id, scene.radar_ids,
+    )  # fmt: skip
 
 
 def describe(engine: SceneEngine, plan: Mapping[str, Any] | None = None) -> Description:
@@ -94,6 +102,7 @@ def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> t
     scene = scene_of(order)
     control.send(("stage", "preparing and planning"))
     engine = make_engine(scene)
+    engine.set_errors(None)  # they may change until a spoke is sent, so the serving process adds them
     description = describe(engine, order.plan)
     gc.collect()
     gc.freeze()  # the scene is not searched again and again
@@ -117,16 +126,19 @@ def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> 
     answering: held while a question is answered.
     """
     data = spares.ends[1]
-    scan, size = data.receive()
+    scan, size, commands = data.receive()
     trees, counted = 0, -math.inf
+    commanding = threading.Lock()
     try:
         engine.skip_to(scan)
+        engine.replay(commands)
+        threading.Thread(target=_obey, args=(data, engine, commanding), name="commands", daemon=True).start()
         for block in engine.blocks(size=size):
             if monotonic() > counted + TREES_SECONDS:
                 trees, counted = engine.trees, monotonic()
             data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
             if block.index + len(block) == engine.scene.radar.azimuths:  # threads that compute the scan have ended
-                spares.renew(answering)
+                _renew(spares, answering, commanding)
         data.send("the engine ended its stream of spokes")
     except (OSError, EOFError):
         return
@@ -137,21 +149,40 @@ def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> 
     threading.Event().wait()  # questions are answered until the service closes the channel
 
 
+def _renew(spares: Spares, answering: threading.Lock, commanding: threading.Lock) -> None:
+    """Forks another spare where that is needed, as `Spares.renew`, unless a thread carries out a command now."""
+    if commanding.acquire(blocking=False):
+        try:
+            spares.renew(answering)
+        finally:
+            commanding.release()
+
+
+def _obey(data: Channel, engine: SceneEngine, commanding: threading.Lock) -> None:
+    """Carries out the commands that arrive. commanding: held meanwhile."""
+    with contextlib.suppress(OSError, EOFError):  # the service is gone: the thread that computes finds out, too
+        while True:
+            command: Command = data.receive()
+            with commanding:
+                engine.command(command.body, spoke=command.spoke, **command.values)
+
+
 def _answer_on(control: Channel, engines: Sequence[SceneEngine], answering: threading.Lock) -> None:
     threading.Thread(target=_answer, args=(control, engines, answering), name="truth", daemon=True).start()
 
 
-def truth_lines(engine: SceneEngine, scan: int | None) -> list[TruthLine]:
+def truth_lines(engine: SceneEngine, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
     """Returns the truth of a scan, as SpokeSource.truth_lines."""
     if scan is None:
         return [TruthLine(0.0, _line(engine.truth_header()))]
-    records: list[Crossing | Snapshot] = [*engine.crossings(scan), engine.snapshot(scan)]
+    records: list[Crossing | Snapshot] = [*engine.crossings(scan, radiometric), engine.snapshot(scan)]
     return [TruthLine(record.time, _line(record.as_dict())) for record in records]
 
 
 ANSWERS: dict[str, Callable[[SceneEngine, Any], Any]] = {
     "truth": lambda engine, time: engine.truth(time),
     "truth_lines": truth_lines,
+    "radiometric_lines": lambda engine, scan: truth_lines(engine, scan, radiometric=True),
 }
 
 

@@ -40,8 +40,8 @@ class NearestBin(Kernel):
 
 
 def methods(radar: Radar) -> list[Method]:
-    """Returns every method at every setting for a radar; chirp sums only if it transmits chirps."""
-    sums = chirp_sums(radar) if radar.modulation == "lfm" else []
+    """Returns every method at every setting for a radar; chirp sums only for linear chirps behind a matched filter."""
+    sums = chirp_sums(radar) if (radar.modulation, radar.compression) == ("lfm", "matched") else []
     return [*sums, *_grids(radar), *_rates(radar), *_moving(radar)]
 
 

@@ -53,3 +53,11 @@ def test_echoes_beyond_single_precision_are_refused() -> None:
         scene([point("p", 0, 500, rcs_dbsm=100)], radar=loud)
     scene([point("p", 0, 500, rcs_dbsm=100)], radar={**loud, "range_min_m": 1})
     scene([point("p", 0, 500, rcs_dbsm=10)], radar={"range_min_m": 1e-3})
+
+
+def test_a_heave_that_dips_the_antenna_is_refused() -> None:
+    scene(own_ship={"heave_m": 14.9}, radar={"height_m": 15})
+    with pytest.raises(rs.SceneError, match="own_ship.heave_m: 15 m dips the antenna .* less than 15.0 m"):
+        scene(own_ship={"heave_m": 15}, radar={"height_m": 15})
+    with pytest.raises(rs.SceneError, match="leave it 10.6 m up"):
+        scene(own_ship={"heave_m": 11, "roll_deg": 45}, radar={"height_m": 15})

@@ -70,7 +70,7 @@ def test_a_browser_shows_every_operation_without_breaking_the_policy(token: str,
     try:
         with served(app, [only]) as (host, port):
             page = browser.open(f"http://{host}:{port}/docs", first=f'window.prompt = () => "{token}";')
-            page.wait("document.querySelectorAll('.opblock').length === 17")
+            page.wait("document.querySelectorAll('.opblock').length === 24")
             text = page.ask("document.body.innerText")
             assert "/api/radars/{radar}/controls" in text and "Change Controls" in text
             assert [fault for fault in page.faults() if "401" not in fault] == []

@@ -189,17 +189,25 @@ def test_another_range_is_another_epoch_at_once() -> None:
     play(test, station())
 
 
-def test_another_rpm_is_the_scene_with_that_rpm_from_the_start() -> None:
+def test_another_rpm_goes_on_with_the_next_scan() -> None:
+    """Simulated time, the numbers of scans and the bearing go on; sequence numbers start anew."""
+
     async def test(server: Server) -> None:
         feed = await server.feed("?mode=lossless")
         await feed.until("hello")
         answer = await server.http.patch(CONTROLS, json={"rpm": 48, "gain": 70})
         assert (answer.json()["rpm"], answer.json()["gain"]) == (pytest.approx(48.0), 70.0)
-        hello = await feed.until("hello")
-        assert hello["radar"]["rpm"] == pytest.approx(48.0)
+        message, last = await feed.receive(), {}
+        while message["type"] != "hello":
+            message, last = await feed.receive(), message
+        assert (
+            message["radar"]["rpm"] == pytest.approx(48.0) and message["clocks"]["simulated_s"] == (last["scan"] + 1) * 2.5
+        )
         spokes = await feed.spokes(10)
+        first = spokes[0]
+        assert (first["first"], first["index"], first["scan"]) == (0, 0, last["scan"] + 1)
         time = [t for m in spokes for t in m["time"]][:10]
-        np.testing.assert_allclose(time, np.arange(10) * 1.25 / AZIMUTHS, rtol=1e-12)
+        np.testing.assert_allclose(time, last["time"][-1] + 2.5 / AZIMUTHS + np.arange(10) * 1.25 / AZIMUTHS, rtol=1e-12)
 
     play(test, station(FLAT_OUT))
 

@@ -1,7 +1,9 @@
 """A whole service, with the processes of its radars: uploads, swaps, kills, and an end without remains."""
 
+import asyncio
 import contextlib
 import json
+import math
 import os
 import signal
 import subprocess
@@ -14,6 +16,8 @@ from typing import Any
 import httpx
 import pytest
 
+from clients.ppi.client import FeedClient
+from tests.scenes import TWO_RADARS
 from tests.stream.processes.test_fork_server import is_gone, until
 
 ROOT = Path(__file__).parents[3]
@@ -68,6 +72,46 @@ def test_uploads_swaps_and_kills_and_an_end_without_remains(service: tuple[subpr
     process.terminate()
     assert process.wait(20) == 0
     until(lambda: all(is_gone(child) for child in remains))
+
+
+def test_two_radars_of_one_world(tmp_path: Path) -> None:
+    """They are listed by id, keep one time, and are given another scene together."""
+    (tmp_path / "two.json").write_text(json.dumps(TWO_RADARS))
+    command = [sys.executable, "-m", "radar_service", "serve", str(tmp_path / "two.json"), "--port", "0", "--truth"]
+    process = subprocess.Popen([*command, "--pace", "max"], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        url = process.stdout.readline().split()[-1]
+        with httpx.Client(base_url=url, timeout=30) as http:
+            listed = http.get("api/radars").json()
+            assert [(radar["id"], radar["name"], radar["feed"]) for radar in listed] == [
+                ("bow", "radar bow", "/api/radars/bow/feed"), ("pier", "radar pier", "/api/radars/pier/feed"),
+            ]  # fmt: skip
+            hello, spoke = asyncio.run(first_spoke(f"{url}api/radars/pier"))
+            assert hello["radar"]["id"] == "pier" and spoke.heading == pytest.approx(math.pi / 2, abs=1e-3)
+            bodies = [http.get(f"api/radars/{radar}/truth?t=3").json()["bodies"] for radar in ("bow", "pier")]
+            assert [[body["name"] for body in each] for each in bodies] == [["p"], ["tug", "p"]]
+            assert http.patch("api/radars/pier/controls", json={"pace": {"state": "pause"}}).status_code == 200
+            assert http.get("api/radars/bow/controls").json()["pace"]["state"] == "pause"
+            other = TWO_RADARS | {"name": "again"}
+            answer = http.put("api/radars/bow/scene", json={"scene": SCENE})
+            assert answer.status_code == 422 and answer.json()["detail"] == [
+                "radar: the scene has 0, but bow runs here; give a scene with the same radars, or start the server with this one"
+            ]
+            assert http.put("api/radars/pier/scene", json={"scene": other}).json()["name"] == "again"
+            until(lambda: {radar["scene"]["name"] for radar in http.get("api/radars").json()} == {"again"})
+            assert [radar["simulated_s"] for radar in http.get("api/health").json()["radars"]] == [0.0, 0.0]
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)
+
+
+async def first_spoke(address: str) -> tuple[Any, Any]:
+    """The hello of a feed, and a spoke of it."""
+    async with FeedClient(address.replace("http://", "ws://")) as client:
+        async for spoke in client.spokes():
+            return client.hello, spoke
+    raise AssertionError
 
 
 def wait_for_spokes(url: str) -> None:

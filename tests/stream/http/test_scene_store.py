@@ -1,11 +1,13 @@
 """The store of scenes: bounded, and gone with the server."""
 
+import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from radar_service.stream.http import scene_store
+from tests.scenes import TWO_RADARS
 from tests.stream.asgi import Server
 from tests.stream.http.playing import play
 
@@ -36,3 +38,16 @@ def test_uploads_go_with_the_server() -> None:
         patch.setattr(scene_store.SceneStore, "__init__", noting)
         play(test)
     assert kept and not kept[0].exists()
+
+
+def test_a_scene_of_several_radars_is_summed_up_by_its_first(tmp_path: Path) -> None:
+    (tmp_path / "two.json").write_text(json.dumps(TWO_RADARS))
+
+    async def test(server: Server) -> None:
+        await server.http.post("/api/scenes", json={"name": "mine", "scene": TWO_RADARS})
+        listed = {scene["name"]: scene["summary"] for scene in (await server.http.get("/api/scenes")).json()}
+        assert listed["two"] == "2 radars, the first: 2 bodies, 600 m, 60 rpm"
+        assert listed["mine"] == "2 radars, the first: 1 bodies, 600 m, 60 rpm"  # of those that it sees
+        assert listed["harbour"].count("radar") == 0
+
+    play(test, scene_folders=[tmp_path])

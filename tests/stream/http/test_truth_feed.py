@@ -5,9 +5,12 @@ from typing import Any
 
 import pytest
 
+from radar_service.fidelity import PRESETS
 from radar_service.stream.radio import truth_stream
+from radar_service.stream.radio.station import Station
+from radar_service.stream.settings import Pace, Settings
 from tests.stream.asgi import Closed, Server, Socket
-from tests.stream.fake import AZIMUTHS
+from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
 from tests.stream.http.playing import play, station
 
 PATH = "/api/radars/0/truth/stream"
@@ -49,6 +52,34 @@ def test_refusals_say_why(path: str, code: int, reason: str) -> None:
         assert closed.value.code == code
 
     play(test)
+
+
+def test_the_power_of_bodies_is_asked_for_by_the_address() -> None:
+    async def test(server: Server) -> None:
+        truth, feed = await server.open(f"{PATH}?radiometric=1"), await server.feed()
+        assert (await line(truth))["type"] == "header"
+        await step(server, AZIMUTHS)
+        await feed.spokes(AZIMUTHS)
+        assert (await line(truth))["snr_db"] == 20.0
+        wrong = await server.open(f"{PATH}?radiometric=yes")
+        assert (await line(wrong))["reason"] == 'radiometric: "yes" is not 0 or 1; leave it out for 0'
+        with pytest.raises(Closed) as closed:
+            await wrong.text()
+        assert closed.value.code == 4400
+
+    play(test, station(allow_truth=True))
+
+
+def test_the_specification_as_printed_has_no_power_to_tell() -> None:
+    engine = FakeEngine(scene())
+    engine.fidelity = PRESETS["documented"]
+
+    async def test(server: Server) -> None:
+        reason = (await line(await server.open(f"{PATH}?radiometric=1")))["reason"]
+        assert reason.startswith("radiometric: the fidelity documented has none")
+        assert (await line(await server.open(PATH)))["type"] == "header"
+
+    play(test, Station("0", engine, factory(), settings=Settings(pace=Pace("pause")), allow_truth=True))
 
 
 def test_too_many_clients_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,7 @@
 """Websocket frames through a real socket, well formed and malformed."""
 
 import asyncio
+import json
 import socket
 import threading
 
@@ -10,11 +11,12 @@ from websockets.asyncio.client import connect
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.http import websocket
 from radar_service.stream.http.app import create_app
+from radar_service.stream.http.pose_feed import POSES_AT_ONCE
 from radar_service.stream.http.server import INBOUND_LIMIT
 from radar_service.stream.http.websocket import BYTES_AT_ONCE, FRAMES_AT_ONCE, TOO_MUCH, FramedWebSocket
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
-from tests.stream.fake import FakeEngine, factory, power_of, scene
+from tests.stream.fake import FakeEngine, factory, power_of, scene, steerable_scene
 from tests.stream.http.loopback import UPGRADE, Address, radar
 from tests.stream.serving import Turns, answer, dialled, served
 
@@ -172,3 +174,19 @@ def test_refused_websockets_leave_no_error_in_the_log(caplog: pytest.LogCaptureF
         connection.sendall(UPGRADE.replace(b"upgrade\r\n", b"upgrade\r\norigin: http://elsewhere\r\n", 1))
         assert b" 403 " in answer(connection)
     assert not [record for record in caplog.records if record.name.startswith("uvicorn")]
+
+
+def test_a_client_that_sends_poses_may_send_more() -> None:
+    """More frames at once than other clients may send, within those of poses."""
+    only = Station("0", FakeEngine(steerable_scene()), factory(), settings=Settings(pace=Pace("pause")))
+    pose = '{"body": "buoy", "position_m": [1, 2], "course_deg": 90, "speed_kn": 5}'
+
+    async def send(url: str) -> list[str]:
+        async with connect(url, proxy=None) as socket:
+            for _ in range(FRAMES_AT_ONCE + 50):
+                await socket.send(pose)
+            return [json.loads(await socket.recv())["type"] for _ in range(FRAMES_AT_ONCE + 50)]
+
+    with served(create_app([only]), [only]) as (host, port):
+        answers = asyncio.run(asyncio.wait_for(send(f"ws://{host}:{port}/api/radars/0/poses"), 20))
+    assert answers.count("pose") >= POSES_AT_ONCE and set(answers) <= {"pose", "refused"}

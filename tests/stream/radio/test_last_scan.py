@@ -1,6 +1,7 @@
 """The memory of the last scan: one revolution, of one engine."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -41,3 +42,12 @@ def test_another_range_keeps_the_rows_and_another_engine_drops_them() -> None:
     memory.open_epoch(Epoch("g", other, None))
     kept = memory.read()
     assert (kept.engine, kept.rows, kept.next) == (other, [], 0)
+
+
+def test_a_lost_heading_stays_as_it_was_last_reported() -> None:
+    epoch = Epoch("e", FakeEngine(scene()), None)
+    memory = LastScan(epoch.engine)
+    send(memory, epoch, 0, 4)
+    lost = replace(epoch.engine.block(4, 4), heading=np.full(4, math.nan))  # type: ignore[attr-defined]
+    memory.send(SpokeBatch(epoch, 4, lost, Controls()))
+    assert memory.read().heading == pytest.approx(math.radians(30)) and memory.read().next == 8

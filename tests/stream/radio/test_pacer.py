@@ -26,6 +26,21 @@ def test_steps_go_at_once_and_are_counted_down() -> None:
     assert pacer.wait_until_due(PART, pacer.orders()) and pacer.orders().steps == 2
 
 
+def test_it_says_what_is_due_without_waiting() -> None:
+    now = [0.0]
+    pacer = Pacer(Settings(), lambda: now[0])
+    later = FakeEngine(scene()).block(4, 3)
+    assert pacer.is_due(PART, pacer.orders()) and pacer.wait_until_due(PART, pacer.orders())
+    assert not pacer.is_due(later, pacer.orders())
+    now[0] = float(later.time[-1] - PART.time[-1])
+    assert pacer.is_due(later, pacer.orders())
+    pacer.set(replace(pacer.settings, pace=Pace("pause")))
+    assert not pacer.is_due(PART, pacer.orders())
+    pacer.step(1)
+    assert pacer.is_due(PART, pacer.orders())
+    assert not Pacer(Settings(pace=Pace("run", math.inf)), lambda: 0.0, held=True).is_due(PART, pacer.orders())
+
+
 def test_as_fast_as_possible_waits_for_nothing() -> None:
     pacer = Pacer(Settings(pace=Pace("run", math.inf)), lambda: 0.0)
     assert pacer.wait_until_due(PART, pacer.orders())

@@ -4,8 +4,9 @@ import threading
 
 import pytest
 
+from radar_service.scene.commands import CommandError
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
-from tests.stream.fake import FakeEngine, scene
+from tests.stream.fake import FakeEngine, scene, steerable_scene
 
 SOON = 10.0  # s, for what should take milliseconds
 
@@ -52,6 +53,20 @@ def test_what_a_dying_engine_had_computed_is_still_given() -> None:
     assert block is not None and len(block) == 5
     with pytest.raises(EngineFault, match="RuntimeError: the wheel came off"):
         worker.take(SOON)
+
+
+def test_blocks_that_do_not_know_a_command_are_dropped() -> None:
+    worker = started(FakeEngine(steerable_scene()))
+    first = worker.take(SOON)
+    assert first is not None and (first.first, first.commands) == (0, 0)
+    assert worker.command(3, "buoy", {"speed_kn": 5}).spoke == 3
+    again = [worker.take(SOON) for _ in range(3)]
+    assert [(block.first, block.commands) for block in again if block] == [(3, 1), (8, 1), (13, 1)]
+    with pytest.raises(CommandError):
+        worker.command(8, "buoy", {"speed_kn": 50})
+    block = worker.take(SOON)
+    assert block is not None and (block.first, block.commands) == (18, 1)
+    worker.stop(SOON)
 
 
 def test_an_engine_that_ends_is_a_fault_too() -> None:

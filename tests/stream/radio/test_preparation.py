@@ -5,9 +5,11 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
+from radar_service.stream.jobs import Cancelled
 from radar_service.stream.radio import preparation
+from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.preparation import Preparations
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.source import Progress, SceneOrder, SceneOutline
 from tests.stream.fake import FakeEngine, factory, scene
 
 FIRST, SECOND = SceneOrder({"name": "first"}), SceneOrder({"name": "second"})
@@ -33,12 +35,17 @@ def play(test: Callable[[Preparations], Awaitable[None]]) -> None:
     asyncio.run(asyncio.wait_for(body(), 20))
 
 
+async def only(preparations: Preparations, order: SceneOrder) -> EngineWorker:
+    """The worker of a scene with one radar."""
+    return (await preparations.workers(make, {"0": order}))["0"]
+
+
 def test_an_upload_that_is_run_next_is_prepared_once() -> None:
     async def test(preparations: Preparations) -> None:
         preparations.keep(await preparations.source(make, FIRST))
-        worker = await preparations.worker(make, FIRST)
+        worker = await only(preparations, FIRST)
         assert len(made) == 1 and worker.engine is made[0] and not made[0].closed
-        again = await preparations.worker(make, FIRST)  # it is no longer kept
+        again = await only(preparations, FIRST)  # it is no longer kept
         assert len(made) == 2 and again.engine is made[1]
         for one in (worker, again):
             one.stop()
@@ -75,8 +82,55 @@ def test_a_kept_scene_that_has_died_is_made_anew() -> None:
         dead = FakeEngine(scene(), dies_at=0)
         dead.order = FIRST
         preparations.keep(dead)
-        worker = await preparations.worker(make, FIRST)
+        worker = await only(preparations, FIRST)
         assert dead.closed and worker.engine is made[0]
         worker.stop()
+
+    play(test)
+
+
+def refusing(scene: SceneOutline) -> None:
+    raise ValueError(f"not {scene.name}")
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_a_scene_that_is_refused_is_ended_before_its_first_spokes(kept: bool) -> None:
+    async def test(preparations: Preparations) -> None:
+        if kept:
+            preparations.keep(await preparations.source(make, FIRST))
+        with pytest.raises(ValueError, match="not first"):
+            await preparations.workers(make, {"0": FIRST}, check=refusing)
+        assert [engine.blocks_made for engine in made] == [0] and made[0].closed
+
+    play(test)
+
+
+def test_where_one_radar_of_a_scene_fails_the_others_are_ended() -> None:
+    def second_fails(order: SceneOrder, progress: Progress) -> FakeEngine:
+        if order is SECOND:
+            raise EngineFault("no memory")
+        return make(order, progress)
+
+    async def test(preparations: Preparations) -> None:
+        with pytest.raises(EngineFault, match="no memory"):
+            await preparations.workers(second_fails, {"a": FIRST, "b": SECOND})
+        assert len(made) == 1 and made[0].closed
+
+    play(test)
+
+
+def test_a_cancelled_preparation_ends_all_radars() -> None:
+    """The second radar's preparation cancels the job, and ends well all the same."""
+
+    async def test(preparations: Preparations) -> None:
+        def cancels(order: SceneOrder, progress: Progress) -> FakeEngine:
+            engine = make(order, progress)
+            if order is SECOND:
+                preparations.jobs.job("mine").cancel()
+            return engine
+
+        with pytest.raises(Cancelled):
+            await preparations.workers(cancels, {"a": FIRST, "b": SECOND}, "mine")
+        assert [engine.closed for engine in made] == [True, True]
 
     play(test)

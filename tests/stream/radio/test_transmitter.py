@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 
 from radar_service.display.video import Controls
+from radar_service.scene.commands import CommandError
+from radar_service.stream.radio.command_queue import NoRadarError
 from radar_service.stream.radio.prefetch import prepared
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.settings import Pace, Settings
-from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene
+from radar_service.stream.source import SceneOrder
+from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene, steerable_scene
 from tests.stream.radio.recording import SOON, RecordingSink
 
 PAUSED = Settings(pace=Pace("pause", math.inf))
@@ -163,6 +166,71 @@ def test_a_radar_that_fails_too_often_closes_its_sinks_until_the_next_scene() ->
         transmitter.switch_to(prepared(FakeEngine(scene("second"))))
         sink.wait_for(lambda: len(sink.epochs) == 2 and sink.calls[-1][0] == "send")
         assert transmitter.fault is None
+
+
+def test_a_command_acts_from_the_next_spoke_and_no_spoke_is_lost_or_sent_twice() -> None:
+    with transmitting(engine=FakeEngine(steerable_scene())) as (transmitter, sink):
+        stepped(transmitter, sink, 7)
+        command = transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON)
+        assert (command.spoke, command.time) == (7, 7 * transmitter.epoch.engine.scene.radar.spoke_period)
+        stepped(transmitter, sink, 6)
+        assert transmitter.commands.put(None, lambda time: {"course_deg": time}).result(SOON).spoke == 13
+        stepped(transmitter, sink, AZIMUTHS)
+    assert sink.numbers == list(range(13 + AZIMUTHS))
+    known = [batch.block.commands for batch in sink.batches for _ in range(len(batch))]
+    assert known == [0] * 7 + [1] * 6 + [2] * AZIMUTHS
+
+
+def test_a_flood_of_commands_does_not_stop_the_feed() -> None:
+    """Each command orders the next one, so that one always waits: it waits until spokes of the one before are sent."""
+    with transmitting(FLAT_OUT, engine=FakeEngine(steerable_scene())) as (transmitter, sink):
+
+        def again(time: float) -> dict[str, float]:
+            with contextlib.suppress(NoRadarError):
+                transmitter.commands.put("buoy", again)
+            return {"speed_kn": 5}
+
+        transmitter.commands.put("buoy", again)
+        sink.wait_for(lambda: sink.batches and sink.batches[-1].block.commands > 20)
+        numbers = sink.numbers
+    assert numbers == list(range(len(numbers)))
+
+
+def test_a_refused_command_drops_nothing() -> None:
+    with transmitting(engine=FakeEngine(steerable_scene())) as (transmitter, sink):
+        stepped(transmitter, sink, 7)
+        with pytest.raises(CommandError, match="speed_kn: 50"):
+            transmitter.commands.put("buoy", lambda time: {"speed_kn": 50}).result(SOON)
+        stepped(transmitter, sink, 7)
+    assert sink.numbers == list(range(14))
+
+
+@pytest.mark.parametrize("failing", [40, 20])
+def test_the_next_engine_knows_the_commands_of_the_one_that_failed(failing: int) -> None:
+    """With 20 it fails while the radar is paused before the command, with 40 after it."""
+    of = steerable_scene()
+    with transmitting(engine=FakeEngine(of, dies_at=failing), make_engine=factory()) as (transmitter, sink):
+        transmitter.engines.worker.engine.order = SceneOrder(of)  # type: ignore[misc]
+        stepped(transmitter, sink, 7)
+        command = transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON)
+        failed = transmitter.epoch.engine
+        transmitter.pacer.step(3 * AZIMUTHS)
+        sink.wait_for(lambda: sink.numbers[-1] > 2 * AZIMUTHS)
+        engine = transmitter.epoch.engine
+        assert engine is not failed and list(engine.commands) == [command]
+        assert sink.batches[-1].block.commands == 1
+
+
+def test_a_stopped_or_failed_radar_refuses_commands() -> None:
+    with transmitting(FLAT_OUT, engine=FakeEngine(steerable_scene(), dies_at=7), restarts=0) as (transmitter, sink):
+        sink.wait_for(lambda: "close" in sink.names())
+        with pytest.raises(NoRadarError, match="the wheel came off; give it another scene"):
+            transmitter.commands.put("buoy", lambda time: {"speed_kn": 5})
+        transmitter.switch_to(prepared(FakeEngine(steerable_scene("second"))))
+        sink.wait_for(lambda: len(sink.epochs) == 2)
+        assert transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON).spoke > 0
+    with pytest.raises(NoRadarError, match="stopping"):
+        transmitter.commands.put("buoy", lambda time: {"speed_kn": 5})
 
 
 def test_stopping_ends_both_threads() -> None:

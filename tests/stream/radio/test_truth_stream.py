@@ -16,7 +16,7 @@ from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 from radar_service.stream.source import TruthLine
 from radar_service.stream.spokes import Epoch, SpokeBatch
-from tests.stream.fake import AZIMUTHS, FakeEngine, scene
+from tests.stream.fake import AZIMUTHS, FakeEngine, scene, steerable_scene
 
 PERIOD = scene().radar.rotation_period
 
@@ -29,8 +29,8 @@ class Played:
         self.stream.start()
         self.tasks: list[asyncio.Task[None]] = []
 
-    def follow(self) -> tuple[Follower, list[dict[str, Any]]]:
-        follower, lines = self.stream.join(), list[dict[str, Any]]()
+    def follow(self, radiometric: bool = False) -> tuple[Follower, list[dict[str, Any]]]:
+        follower, lines = self.stream.join(radiometric), list[dict[str, Any]]()
 
         async def collect() -> None:
             async for line in self.stream.lines(follower):
@@ -110,13 +110,42 @@ def test_another_scene_has_a_header_and_another_engine_of_the_same_has_none() ->
     play(test)
 
 
+def test_commands_change_the_lines_that_are_still_to_come() -> None:
+    class Delayed(FakeEngine):
+        """Each command brings the second crossing a spoke nearer."""
+
+        def truth_lines(self, scan: int | None) -> list[TruthLine]:
+            first, *others = super().truth_lines(scan)
+            if scan is None:
+                return [first]
+            time = others[0].time - len(self.commands) * PERIOD / AZIMUTHS
+            return [first, TruthLine(time, json.dumps(json.loads(others[0].text) | {"time": time})), *others[1:]]
+
+    async def test(played: Played) -> None:
+        engine = Delayed(steerable_scene())
+        played.stream.open_epoch(Epoch("f", engine, None))
+        _, lines = played.follow()
+        played.send(0, 10, engine)
+        await played.until(lambda: len(lines) >= 2)
+        engine.command(10, "buoy", {"speed_kn": 1})
+        played.send(10, 7, engine)
+        await played.until(lambda: len(lines) >= 3)
+        engine.command(17, "buoy", {"speed_kn": 2})
+        played.send(17, AZIMUTHS - 17, engine)
+        await asyncio.sleep(0)
+        await played.over()
+        assert kinds(lines) == [("header", 0), ("crossing", 8.5), ("crossing", 15.5), ("snapshot", 24)]
+
+    play(test)
+
+
 def test_an_engine_is_asked_once_for_all_followers() -> None:
     asked: list[int | None] = []
 
     class Counting(FakeEngine):
-        def truth_lines(self, scan: int | None) -> list[TruthLine]:
+        def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
             asked.append(scan)
-            return super().truth_lines(scan)
+            return super().truth_lines(scan, radiometric)
 
     async def test(played: Played) -> None:
         all_lines = [played.follow()[1] for _ in range(3)]
@@ -129,12 +158,24 @@ def test_an_engine_is_asked_once_for_all_followers() -> None:
     play(test, Counting(scene()))
 
 
+def test_power_comes_to_those_alone_who_ask_for_it() -> None:
+    async def test(played: Played) -> None:
+        plain, measured = played.follow()[1], played.follow(radiometric=True)[1]
+        played.send(0, AZIMUTHS)
+        await asyncio.sleep(0)
+        await played.over()
+        assert [line.get("snr_db") for line in plain] == [None, None, None, None]
+        assert [line.get("snr_db") for line in measured] == [None, 20.0, 20.0, None]
+
+    play(test)
+
+
 def test_an_engine_that_fails_leaves_a_hole_and_no_more() -> None:
     class Failing(FakeEngine):
-        def truth_lines(self, scan: int | None) -> list[TruthLine]:
+        def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
             if scan == 0:
                 raise EngineFault("gone")
-            return super().truth_lines(scan)
+            return super().truth_lines(scan, radiometric)
 
     async def test(played: Played) -> None:
         _, lines = played.follow()

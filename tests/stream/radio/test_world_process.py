@@ -5,6 +5,8 @@ import os
 
 import pytest
 
+from radar_service.constants import KNOT
+from radar_service.scene.commands import Command
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.sandbox import Sandbox
 from radar_service.simulator import Simulator
@@ -15,6 +17,7 @@ from radar_service.stream.radio.world_process import describe, outline_of, scene
 from radar_service.stream.source import SceneOrder
 from tests.stream.fake import scene
 
+STEERABLE = {"radar": {"azimuths": 60, "beamwidth_deg": 8}, "own_ship": {"steerable": {}}}
 SOON = 20.0  # s, for what should take a second
 
 
@@ -44,9 +47,7 @@ def test_only_orders_that_say_so_are_sandboxed_and_the_sandbox_ends(monkeypatch:
 
 
 def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> None:
-    child = fork_server.child(
-        world_process.run_world, SceneOrder({"radar": {"azimuths": 60, "beamwidth_deg": 8}}), Simulator, 2**31, True
-    )
+    child = fork_server.child(world_process.run_world, SceneOrder(STEERABLE), Simulator, 2**31, True)
     stages = []
     while (message := child.control.receive(SOON))[0] == "stage":
         stages.append(message[1])
@@ -54,9 +55,14 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     spare_process = child.control.receive(SOON)
     spare_control, spare_data = child.control.receive_ends(2)
     assert spare_process not in (os.getpid(), child.process)
-    child.data.send((2, 16))
+    child.data.send((2, 16, (Command(5, 5 / 24, None, speed_kn=10.0),)))
     block, trees = child.data.receive(SOON)
     assert trees >= 0 and block["first"] == 120 and block["range"] is None and len(block["time"]) == 16
+    assert block["commands"] == 1 and block["speed"][0] == pytest.approx(10 * KNOT)
+    child.data.send(Command(130, 130 / 24, None, speed_kn=0.0))
+    while block["commands"] < 2:
+        block, _ = child.data.receive(SOON)
+    assert (block["first"], block["speed"].max()) == (130, 0.0)
     child.control.send(("truth", 3.0))
     succeeded, truth = child.control.receive(SOON)
     assert succeeded and truth.time == 3.0
@@ -66,6 +72,8 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     child.control.send(("truth_lines", 4))
     _, [snapshot] = child.control.receive(SOON)
     assert json.loads(snapshot.text)["scan"] == 4 and snapshot.time == json.loads(snapshot.text)["time"]
+    child.control.send(("radiometric_lines", 4))
+    assert child.control.receive(SOON) == (True, [snapshot])  # no body is crossed
     for question in (("truth", "no time"), ("what", 1)):
         child.control.send(question)
         succeeded, reason = child.control.receive(SOON)

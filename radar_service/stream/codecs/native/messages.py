@@ -99,7 +99,8 @@ def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
         "encoding": view.encoding,
         "data": data.tobytes(),
     }
-    is_blind = engine.scene.radar.is_blind(block.azimuth - block.heading)
+    azimuth, heading = (block.azimuth, block.heading) if block.true is None else block.true[:2]
+    is_blind = engine.scene.radar.is_blind(azimuth - heading)
     return message | {"blind": is_blind.tolist()} if is_blind.any() else message
 
 

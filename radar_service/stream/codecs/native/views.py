@@ -70,8 +70,14 @@ def _described(message: dict[str, Any], start: Rows, count: Rows) -> dict[str, A
     last, middle = start + count - 1, start + (count - 1) // 2
     rows: dict[str, Any] = {key: [message[key][k] for k in middle] for key in EACH_ROW if key in message}
     time = [(message["time"][a] + message["time"][b]) / 2 for a, b in zip(start, last, strict=True)]
-    azimuth = [(message["azimuth"][a] + message["azimuth"][b]) // 2 for a, b in zip(start, last, strict=True)]
+    azimuth = [_between(message["azimuth"][a], message["azimuth"][b]) for a, b in zip(start, last, strict=True)]
     return rows | {"time": time, "azimuth": azimuth, "row_first": start.tolist(), "row_count": count.tolist()}
+
+
+def _between(first: int, last: int) -> int:
+    """Returns the azimuth midway between two, the short way [wire units]."""
+    half = wire.TURN // 2
+    return int((first + ((last - first + half) % wire.TURN - half) // 2) % wire.TURN)
 
 
 def _peaks(samples: NDArray[Any], start: Rows, count: Rows) -> NDArray[Any]:

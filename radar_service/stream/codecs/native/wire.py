@@ -11,7 +11,8 @@ hello   first message, and again whenever the epoch changes:
         offset_db}, view {sector_deg, spokes, compression}, controls {...}, clocks {simulated_s, utc, pace}, mode,
         truth (whether this server sends it)
 spokes  first (sequence number of the first one), count, scan, index (of the first one within the scan),
-        time [s of simulation, one each], azimuth [one each], heading [one each], position [[east, north] m, one each],
+        time [s of simulation, one each], azimuth [one each], heading [one each; nil while the radar has lost it: azimuth
+        then counts from the bow, and course is nil too], position [[east, north] m, one each],
         course [one each], speed [m/s, one each], bins, range_step_m, range_first_m (where sample 0 stands), range (far
         edge of the last cell, m), encoding, data (spokes x bins, row-major, little-endian), blind (bool each; absent: none).
         Where a view leaves out or merges spokes: row_first, row_count (a row stands for row_count spokes from
@@ -43,14 +44,17 @@ COMPRESSIONS = ("zstd", "deflate")
 MAX_MESSAGE = 64 * 2**20  # bytes a decoder accepts
 
 
-def turn_from_radians(angle: NDArray[np.float64]) -> list[int]:
-    """Returns angles [rad] as whole 1/65536 turns in [0, 65536)."""
-    counts: list[int] = (np.rint(angle * (TURN / (2.0 * np.pi))).astype(np.int64) % TURN).tolist()
-    return counts
+def turn_from_radians(angle: NDArray[np.float64]) -> list[int | None]:
+    """Returns angles [rad] as whole 1/65536 turns in [0, 65536), None for NaN."""
+    known = ~np.isnan(angle)
+    counts: list[int | None] = (
+        np.rint(np.where(known, angle, 0.0) * (TURN / (2.0 * np.pi))).astype(np.int64) % TURN
+    ).tolist()
+    return counts if known.all() else [count if is_known else None for count, is_known in zip(counts, known, strict=True)]
 
 
-def radians_from_turn(counts: NDArray[np.integer[Any]] | list[int]) -> NDArray[np.float64]:
-    """Returns angles [rad, 0 to 2 pi) from whole 1/65536 turns."""
+def radians_from_turn(counts: NDArray[np.integer[Any]] | list[int | None]) -> NDArray[np.float64]:
+    """Returns angles [rad, 0 to 2 pi) from whole 1/65536 turns, NaN for None."""
     return np.asarray(counts, dtype=np.float64) * (2.0 * np.pi / TURN)
 
 
@@ -60,14 +64,19 @@ def pack(message: dict[str, Any]) -> bytes:
     return packed
 
 
-def unpack(data: bytes) -> dict[str, Any]:
-    """Returns the message in `data`. Raises ValueError where it is not a map with a `type`."""
+def unpack_any(data: bytes) -> Any:
+    """Returns the object in `data`. Raises ValueError where it is not msgpack."""
     if len(data) > MAX_MESSAGE:
         raise ValueError(f"a message of {len(data)} bytes; at most {MAX_MESSAGE} are allowed")
     try:
-        message = msgpack.unpackb(data, raw=False)  # msgpack refuses lengths beyond the end of `data`
+        return msgpack.unpackb(data, raw=False)  # msgpack refuses lengths beyond the end of `data`
     except Exception as error:
         raise ValueError(f"not a msgpack message: {error}") from error
+
+
+def unpack(data: bytes) -> dict[str, Any]:
+    """Returns the message in `data`. Raises ValueError where it is not a map with a `type`."""
+    message = unpack_any(data)
     if not isinstance(message, dict) or not isinstance(message.get("type"), str):
         raise ValueError("a message is a msgpack map with a string under `type`")
     return message

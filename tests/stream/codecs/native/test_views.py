@@ -102,6 +102,15 @@ def test_a_row_stands_at_the_middle_of_its_spokes() -> None:
     assert [spoke.number for spoke in spokes_of(got)] == [0, 4] and got["heading"] == [9, 13]
 
 
+def test_the_middle_of_azimuths_lies_the_short_way_across_north() -> None:
+    """Reported azimuths, with errors on purpose, cross north within a row."""
+    reported = message(0, 0, 4) | {"azimuth": [wire.TURN - 300, wire.TURN - 100, 100, 300]}
+    assert apply_view(reported, View("f32", BINS, spokes=4))["azimuth"] == [0]
+    reported = message(0, 0, 2) | {"azimuth": [wire.TURN - 100, 300], "heading": [None, 5]}
+    merged = apply_view(reported, View("f32", BINS, spokes=2))
+    assert merged["azimuth"] == [100] and merged["heading"] == [None]
+
+
 def test_a_sector_may_cross_north_and_may_be_the_whole_circle() -> None:
     whole = message(0, 0, 32) | {"azimuth": [k * wire.TURN // 32 for k in range(32)]}
     assert apply_view(whole, View("f32", BINS, (350, 12)))["row_first"] == [0, 1]

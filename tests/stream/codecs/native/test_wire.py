@@ -22,6 +22,8 @@ def test_angles_are_whole_parts_of_a_turn() -> None:
         49152,
         0,
     ]
+    assert wire.turn_from_radians(np.array([math.nan, math.pi])) == [None, 32768]
+    assert np.isnan(wire.radians_from_turn([None, 32768])).tolist() == [True, False]
     back = wire.radians_from_turn([16384, 65535])
     np.testing.assert_allclose(back, [math.pi / 2, 2 * math.pi * 65535 / 65536], rtol=1e-15)  # rounding
 

@@ -1,0 +1,98 @@
+"""Several pulses by range: each pulse has an engine of its own, and profiles are stitched where one pulse hands over to the next.
+
+Up to a pulse's end a profile is that of a radar with this pulse alone, times a constant: receiver noise has the level of the last
+pulse everywhere, as sets normalize it. So an echo is fainter in the part of a pulse of less energy, by as much as it has less
+signal to noise.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from radar_service.clutter.azimuth_rows import AzimuthRowCache
+from radar_service.clutter.resolution_cell import pulse_power
+from radar_service.clutter.texture import SpeckleRows
+from radar_service.engine.pipeline import Engine
+from radar_service.engine.preparation import Prepared
+from radar_service.radar.parameters import Radar
+from radar_service.random import NEAR_PULSE, generator
+from radar_service.receive.compression import receiver_noise_power
+from radar_service.receive.detection import square_law
+from radar_service.scene.world import Scene
+from radar_service.types import Flags, Floats, Profiles, Singles
+
+Tiles = Iterator[tuple[int, Profiles, Singles]]
+
+
+def pulse_scenes(scene: Scene) -> list[Scene]:
+    """The scene as a radar with each of its near pulses alone has it, out to the end of the ranges of that pulse."""
+    return [replace(scene, radar=radar) for radar in scene.radar.of_each_pulse[:-1]]
+
+
+def pulse_gain(near: Radar, last: Radar) -> float:
+    """Factor of the amplitudes of a near pulse, so that its receiver noise has the level of the last pulse."""
+    return float(np.sqrt(receiver_noise_power(last) / receiver_noise_power(near)))
+
+
+class StitchedEngine:
+    """Computes scans of a radar with several pulses, from an engine for each."""
+
+    def __init__(self, scene: Scene, prepare: Callable[[Scene], Prepared], last: Prepared, threads: int = 1) -> None:
+        """prepare: prepares the scene of a near pulse; last: the scene prepared for the last pulse; threads: as of Engine."""
+        near = [own_noise(prepare(each), k) for k, each in enumerate(pulse_scenes(scene))]
+        self._engines = [Engine(prepared, threads) for prepared in near]
+        self._gains = [pulse_gain(prepared.scene.radar, scene.radar) for prepared in near]
+        self._last, self._tile = Engine(last, threads), last.tile
+        self._azimuths = scene.radar.azimuths
+        self.range: Floats = self._last.range
+
+    def tiles(self, scan: int, requested: Flags | None = None) -> Tiles:
+        """As `Engine.tiles`, in the tiles of the last pulse."""
+        needed = None if requested is None else self._whole_tiles(requested)
+        ends = [0, *(len(engine.range) for engine in self._engines)]
+        near = [
+            _Rows(engine.tiles(scan, needed), self._azimuths, slice(first, stop), gain)
+            for engine, gain, first, stop in zip(self._engines, self._gains, ends[:-1], ends[1:], strict=True)
+        ]
+        for start, field, _ in self._last.tiles(scan, requested):
+            for rows in near:
+                field[:, rows.columns] = rows.up_to(start + len(field))[start : start + len(field)]
+            yield start, field, square_law(field)
+
+    def motions_changed(self, own_ship: bool) -> None:
+        """As `Engine.motions_changed`."""
+        for engine in (*self._engines, self._last):
+            engine.motions_changed(own_ship)
+
+    def _whole_tiles(self, requested: Flags) -> Flags:
+        """Flags (A,) of all azimuths in a tile of the last pulse that holds a requested one."""
+        starts = np.arange(0, len(requested), self._tile)
+        whole = np.add.reduceat(requested, starts, dtype=np.int64) > 0
+        return np.repeat(whole, self._tile)[: len(requested)]
+
+
+class _Rows:
+    """The part of a scan that a near pulse serves, computed as far as it is asked for."""
+
+    def __init__(self, tiles: Tiles, azimuths: int, columns: slice, gain: float) -> None:
+        self.columns, self._tiles, self._gain, self._done = columns, tiles, np.float32(gain), 0
+        self._field = np.zeros((azimuths, columns.stop - columns.start), dtype=np.complex64)
+
+    def up_to(self, stop: int) -> Profiles:
+        """Rows (A, columns), of which those of requested azimuths below `stop` are computed."""
+        while self._done < stop:
+            start, field, _ = next(self._tiles)
+            self._done = start + len(field)
+            self._field[start : self._done] = self._gain * field[:, self.columns]
+        return self._field
+
+
+def own_noise(prepared: Prepared, index: int) -> Prepared:
+    """Gives near pulse `index` receiver noise and speckle of its own. Scatterers, texture of the sea and other radars stay."""
+    seed = int(generator(prepared.seed, NEAR_PULSE, index).integers(2**63))
+    clutter = prepared.clutter
+    if clutter is not None:
+        speckle = SpeckleRows(pulse_power(prepared.compression), clutter.columns, seed, prepared.scene.random_key)
+        clutter = replace(clutter, speckle=AzimuthRowCache(clutter.speckle.rows_per_scan, speckle.make))
+    return replace(prepared, seed=seed, clutter=clutter)

@@ -1,0 +1,111 @@
+"""Applies errors on purpose to the spokes of one radar, and says in the truth what was done."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from radar_service.errors.feed import FeedArranger, FeedLaw
+from radar_service.errors.sensors import Earlier, SensorLaws
+from radar_service.errors.timeline import ErrorTimeline
+from radar_service.frames import wrap_angle, wrap_bearing
+from radar_service.radar.parameters import Radar
+from radar_service.random import name_key
+from radar_service.records import OwnShipTruth, SpokeBlock
+from radar_service.reports import FeedErrorCounts, ReportedOwnShip
+from radar_service.scene.error_settings import ErrorSettings
+
+ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no key
+
+
+class ErrorReporter:
+    """The errors of one radar's run, which `set` changes from one of its spokes on.
+
+    radar_id: of the radar, whose antenna and feed have random numbers of their own; first: number of the first spoke of the run.
+    """
+
+    def __init__(
+        self, radar: Radar, seed: int, errors: ErrorSettings | None, radar_id: str = ONLY_RADAR, first: int = 0
+    ) -> None:  # fmt: skip
+        self._radar, self._seed, self._radar_id, self._first = radar, seed, radar_id, first
+        self._key = key = 0 if radar_id == ONLY_RADAR else name_key(radar_id)
+        self._timeline, self._arranger = ErrorTimeline(errors), FeedArranger(radar)
+        self._sensor_laws = lru_cache(4)(lambda its: SensorLaws(its, radar, seed, key))
+
+    @property
+    def errors(self) -> ErrorSettings | None:
+        """The errors of the spokes to come."""
+        return self._timeline.latest
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether there are errors at any spoke."""
+        return self._timeline.has_errors
+
+    def set(self, errors: ErrorSettings | None, number: int) -> None:
+        """Puts errors into force from the spoke of this number on."""
+        self._timeline.set(errors, number)
+
+    def restarted(self, first: int) -> "ErrorReporter":
+        """Returns a reporter with the errors now in force, for a run that begins with spoke `first`."""
+        return ErrorReporter(self._radar, self._seed, self.errors, self._radar_id, first)
+
+    def reported(self, block: SpokeBlock, earlier: Earlier) -> SpokeBlock:
+        """Returns a true block as sensors and antenna report it. earlier: gives true readings of earlier spokes."""
+        errors = self._timeline.at(block.first)
+        if errors is None:
+            return block
+        number = block.first + np.arange(len(block))
+        made = self._sensor_laws(errors).reported(number, block.time, block.readings, earlier)
+        return replace(block, **made._asdict(), true=block.readings)
+
+    def sent(self, block: SpokeBlock) -> list[SpokeBlock]:
+        """Returns what the feed sends when the spokes of a block are due: blocks of consecutive spokes, in order."""
+        return self._arranger.arranged(block, self._feed_law(block.first))
+
+    def own_ship(self, own: OwnShipTruth, spoke: int, earlier: Earlier) -> ReportedOwnShip | None:
+        """Returns own ship with the errors that a spoke reports; None where no errors are in force."""
+        errors = self._timeline.at(spoke)
+        if errors is None:
+            return None
+        number = np.array([spoke])
+        true = earlier(number)
+        made = self._sensor_laws(errors).reported(number, self._radar.schedule(number)[1], true, earlier)
+        offset = np.append(made.position[0] - true.position[0], 0.0)
+        heading, course = (
+            None if np.isnan(value[0]) else float(wrap_bearing(its + wrap_angle(value - was)[0]))
+            for its, value, was in ((own.heading, made.heading, true.heading), (own.course, made.course, true.course))
+        )
+        expected = true.azimuth - true.heading if heading is None else true.azimuth
+        east, north, up = (np.asarray(own.position) + offset).tolist()
+        return ReportedOwnShip(
+            position=(east, north, up), heading=heading, course=course, speed=own.speed + float((made.speed - true.speed)[0]),
+            azimuth_error=float(wrap_angle(made.azimuth - expected)[0]),
+        )  # fmt: skip
+
+    def counts(self, scan: int) -> FeedErrorCounts | None:
+        """Returns what happens to the spokes of a scan; None where no errors of the feed are in force."""
+        first, end = scan * self._radar.azimuths, (scan + 1) * self._radar.azimuths
+        total: FeedErrorCounts | None = None
+        edges = [first, *self._timeline.changes(first, end), end]
+        for start, stop in zip(edges, edges[1:], strict=False):
+            law = self._feed_law(start)
+            if law:
+                total = law.counts(start, stop - start, self._stuck_from(start)).plus(total)
+        return total
+
+    def last_spoke(self, scan: int) -> int:
+        """Number of the last spoke of a scan."""
+        return (scan + 1) * self._radar.azimuths - 1
+
+    def _feed_law(self, number: int) -> FeedLaw | None:
+        errors = self._timeline.at(number)
+        if errors is None or errors.feed is None:
+            return None
+        return FeedLaw(errors.feed, self._radar, self._seed, self._key)
+
+    def _stuck_from(self, number: int) -> int:
+        """Number of the first spoke from which on the stuck sector that is in force at a spoke has not changed."""
+        return max(
+            self._first, self._timeline.since(number, lambda errors: errors and errors.feed and errors.feed.stuck_sector)
+        )

@@ -1,0 +1,105 @@
+"""What own ship's sensors and the antenna report: a function of the true readings, the seed, and the numbers of spokes.
+
+The radar measures the angle from the bow. Its azimuth from true north is that angle plus the reported heading, so an error of
+the gyro turns the whole picture. While the heading is lost, azimuths count from the bow. Course is that of gyro and log: the
+true drift is added to the reported heading.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from radar_service.errors.antenna import AntennaLaw
+from radar_service.errors.noise import SensorNoise
+from radar_service.frames import wrap_angle, wrap_bearing
+from radar_service.radar.parameters import Radar
+from radar_service.reports import Readings
+from radar_service.scene.error_settings import ErrorSettings
+from radar_service.types import Flags, Floats, Indices
+
+GYRO, LOG, EAST, NORTH, ANTENNA = 1, 2, 3, 4, 5  # sensors, the key after the purpose
+
+Earlier = Callable[[Indices], Readings]  # the true readings (K,) of spokes of these numbers (K,)
+
+
+class SensorLaws:
+    """The laws of the sensors in force.
+
+    seed: of the noise. radar_key: of the antenna's noise, one for each radar; all radars of a ship share her sensors.
+    """
+
+    def __init__(self, errors: ErrorSettings, radar: Radar, seed: int, radar_key: int = 0) -> None:
+        self._errors, self._period = errors, radar.spoke_period
+        gyro, log, position, antenna = errors.gyro, errors.log, errors.position, errors.antenna
+        self._gyro = None if gyro is None else SensorNoise(gyro.noise_time, seed, GYRO)
+        self._log = None if log is None else SensorNoise(log.noise_time, seed, LOG)
+        self._position_noise = [] if position is None else [SensorNoise(position.noise_time, seed, a) for a in (EAST, NORTH)]
+        self._antenna = None if antenna is None else AntennaLaw(antenna, seed, ANTENNA, radar_key)
+
+    def reported(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Readings:
+        """Returns what is reported with spokes of these numbers (K,) and times (K,) [s].
+
+        true: their true readings; earlier: gives those of earlier spokes, for sensors with latency.
+        """
+        turn, course_turn = self._heading_errors(number, time, true, earlier)
+        from_bow = wrap_angle(true.azimuth - true.heading)
+        error = np.zeros(len(number)) if self._antenna is None else self._antenna.error(number, time, from_bow)
+        lost = self._lost(time)
+        return Readings(
+            np.where(lost, wrap_bearing(from_bow + error), _turned(true.azimuth, turn + error)),
+            np.where(lost, np.nan, _turned(true.heading, turn)),
+            self._position(number, time, true, earlier),
+            np.where(lost, np.nan, _turned(true.course, course_turn)),
+            self._speed(number, time, true, earlier),
+        )
+
+    def _heading_errors(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> tuple[Floats, Floats]:
+        """The errors (K,) [rad] of heading and course."""
+        its = self._errors.gyro
+        if its is None or self._gyro is None:
+            return np.zeros(len(number)), np.zeros(len(number))
+        sensed = self._delayed(number, its.latency, true, earlier)
+        error = its.bias + its.calibration * np.sin(sensed.heading - its.calibration_phase)
+        error = error + its.noise * self._gyro.at(number, time) if its.noise else error
+        return (
+            wrap_angle(sensed.heading - true.heading) + error if its.latency else error,
+            wrap_angle(sensed.course - true.course) + error if its.latency else error,
+        )
+
+    def _speed(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Floats:
+        its = self._errors.log
+        if its is None or self._log is None:
+            return np.asarray(true.speed)
+        speed = self._delayed(number, its.latency, true, earlier).speed * (1.0 + its.scale) + its.bias
+        return np.asarray(speed + its.noise * self._log.at(number, time) if its.noise else speed)
+
+    def _position(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Floats:
+        its = self._errors.position
+        if its is None:
+            return np.asarray(true.position)
+        position = self._delayed(number, its.latency, true, earlier).position + np.asarray(its.bias)
+        if its.noise:
+            position = position + its.noise * np.stack([noise.at(number, time) for noise in self._position_noise], axis=1)
+        return np.asarray(position)
+
+    def _delayed(self, number: Indices, latency: float, true: Readings, earlier: Earlier) -> Readings:
+        """The readings of the spokes that are `latency` [s] older, in whole spokes; spoke 0 has no older ones."""
+        spokes = round(latency / self._period)
+        return earlier(np.maximum(number - spokes, 0)) if spokes else true
+
+    def _lost(self, time: Floats) -> Flags:
+        feed = self._errors.feed
+        return is_lost(time, feed.heading_lost if feed else ())
+
+
+def _turned(angle: Floats, error: Floats) -> Floats:
+    """Bearings (K,) [rad] with errors; those without an error stay the same to the bit."""
+    return np.where(error == 0.0, angle, wrap_bearing(angle + error))
+
+
+def is_lost(time: Floats, periods: tuple[tuple[float, float], ...]) -> Flags:
+    """Whether times (K,) [s] lie in one of the periods; each includes its beginning and not its end."""
+    lost = np.zeros(len(time), dtype=np.bool_)
+    for start, end in periods:
+        lost |= (time >= start) & (time < end)
+    return lost

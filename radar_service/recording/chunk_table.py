@@ -1,0 +1,118 @@
+"""Where the chunks of an MCAP file are. A file that was cut short has those that are whole.
+
+The table comes from the records' heads alone, not from the index at the end, which such a file lacks; this takes two reads a
+chunk. The package `mcap` takes chunks apart and checks their sums.
+"""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+from radar_service.recording.error import RecordingError
+from radar_service.recording.mcap_library import (
+    MCAP0_MAGIC,
+    Channel,
+    Chunk,
+    Header,
+    Message,
+    Opcode,
+    ReadDataStream,
+    breakup_chunk,
+)
+from radar_service.recording.recording_file import NANOSECONDS, PROFILE
+
+HEAD = struct.Struct("<BQ")  # of a record: opcode, length
+TIMES = struct.Struct("<QQQ")  # of a chunk: first and last log time [ns], size [bytes] before compression
+INDEXED = struct.Struct("<H")  # the channel of a message index
+MAX_CHUNK = 2**30  # bytes before compression; a recording's are of 1 MiB
+
+
+@dataclass(frozen=True)
+class ChunkPlace:
+    """A whole chunk: where its record's content begins and its length [bytes], and log times of its first and last message [s].
+
+    channels: numbers of those that it has messages of; empty where their index was cut off.
+    """
+
+    offset: int
+    length: int
+    start: float
+    end: float
+    channels: set[int] = field(default_factory=set)
+
+
+class ChunkTable:
+    """The chunks of a recording in their order, and the numbers of its channels by topic.
+
+    Raises RecordingError where the file is no recording, or no chunk is whole, and OSError.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self.chunks = path, list[ChunkPlace]()
+        with path.open("rb") as file:
+            if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                raise RecordingError(f"{path}: this is no MCAP file; give one that `radar-service record` wrote")
+            if not self._fill(file) and self.chunks:
+                self.chunks[-1].channels.clear()  # its index may not be whole
+        if not self.chunks:
+            raise RecordingError(f"{path}: the file ends before its first chunk, so nothing of it can be read; record again")
+        self.channels = {record.topic: record.id for record in self.records(self.chunks[0]) if isinstance(record, Channel)}
+
+    def records(self, place: ChunkPlace) -> list[Channel | Message]:
+        """Returns the channels and messages of a chunk. Raises RecordingError where it is damaged."""
+        with self._path.open("rb") as file:
+            file.seek(place.offset)
+            content = file.read(place.length)
+        try:
+            records = breakup_chunk(Chunk.read(ReadDataStream(BytesIO(content))), validate_crc=True)
+        except Exception as error:  # the package raises what its parts raise
+            raise RecordingError(
+                f"{self._path}: the chunk at byte {place.offset} is damaged ({error}); copy the file again"
+            ) from None
+        return [record for record in records if isinstance(record, Channel | Message)]
+
+    def messages(self, channel: int, chunks: range | None = None, start: float = 0.0) -> Iterator[Message]:
+        """Yields the messages of a channel in their order.
+
+        chunks: by their indices, by default all; start: chunks that end before it are left out [s].
+        """
+        for k in range(len(self.chunks)) if chunks is None else chunks:
+            place = self.chunks[k]
+            if place.end >= start and (channel in place.channels or not place.channels):
+                yield from (one for one in self.records(place) if isinstance(one, Message) and one.channel_id == channel)
+
+    def _fill(self, file: BinaryIO) -> bool:
+        """Reads the heads of the records up to the end, or to the first that is not whole; returns whether it is the end."""
+        size, position = file.seek(0, 2), len(MCAP0_MAGIC)
+        while position + HEAD.size <= size:
+            file.seek(position)
+            opcode, length = HEAD.unpack(file.read(HEAD.size))
+            position += HEAD.size
+            if position + length > size or opcode in (0, Opcode.DATA_END):
+                return bool(opcode == Opcode.DATA_END)
+            if opcode == Opcode.HEADER:
+                self._check_profile(file.read(length))
+            elif opcode == Opcode.CHUNK and length >= TIMES.size:
+                start, end, unpacked = TIMES.unpack(file.read(TIMES.size))
+                if unpacked > MAX_CHUNK:
+                    raise RecordingError(
+                        f"{self._path}: the chunk at byte {position} has {unpacked} bytes; at most {MAX_CHUNK} are allowed"
+                    )
+                self.chunks.append(ChunkPlace(position, length, start / NANOSECONDS, end / NANOSECONDS))
+            elif opcode == Opcode.MESSAGE_INDEX and self.chunks and length >= INDEXED.size:
+                self.chunks[-1].channels.update(INDEXED.unpack(file.read(INDEXED.size)))
+            position += length
+        return False
+
+    def _check_profile(self, content: bytes) -> None:
+        try:
+            profile = Header.read(ReadDataStream(BytesIO(content))).profile
+        except Exception as error:  # as above
+            raise RecordingError(f"{self._path}: the head of the file is damaged ({error}); copy the file again") from None
+        if profile != PROFILE:
+            raise RecordingError(
+                f'{self._path}: an MCAP file of profile "{profile[:40]}", not "{PROFILE}"; give a recording of a radar'
+            )

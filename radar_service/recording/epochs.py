@@ -1,0 +1,47 @@
+"""The epochs of one radar in a recording."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from radar_service.recording.chunk_table import ChunkTable
+from radar_service.recording.error import RecordingError
+
+FORMAT = 1  # of the scene's messages that this version reads
+
+
+@dataclass(frozen=True)
+class RecordedEpoch:
+    """An epoch: what is computed, as `radar_recording.scene_record` says, and the indices of its chunks."""
+
+    record: Mapping[str, Any]
+    chunks: range
+
+    @property
+    def name(self) -> str:
+        """Its name in the feed's messages."""
+        return str(self.record["epoch"])
+
+
+def recorded_radars(table: ChunkTable) -> list[str]:
+    """Returns the radars of a recording."""
+    return [topic.split("/")[2] for topic in table.channels if topic.startswith("/radar/") and topic.endswith("/feed")]
+
+
+def epochs_of(table: ChunkTable, radar: str) -> list[RecordedEpoch]:
+    """Returns the epochs of a radar. Raises RecordingError for a radar that the recording lacks, and for another format."""
+    if radar not in recorded_radars(table):
+        raise RecordingError(
+            f'radar: the recording has no "{radar[:40]}"; it has {", ".join(recorded_radars(table)) or "none"}'
+        )
+    channel, scenes = table.channels[f"/radar/{radar}/scene"], list[tuple[int, dict[str, Any]]]()
+    for k in range(len(table.chunks)):
+        scenes += [(k, json.loads(message.data)) for message in table.messages(channel, range(k, k + 1))]
+    for _, record in scenes:
+        if record.get("format") != FORMAT:
+            raise RecordingError(
+                f"format: {record.get('format')} is not {FORMAT}; read it with the version that recorded it"
+            )
+    ends = [k + 1 for k, _ in scenes[1:]] + [len(table.chunks)]
+    return [RecordedEpoch(record, range(k, end)) for (k, record), end in zip(scenes, ends, strict=True)]

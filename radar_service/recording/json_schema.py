@@ -1,0 +1,82 @@
+"""JSON Schemas of the channels of a recording, which viewers need to plot their fields."""
+
+import types
+from dataclasses import fields, is_dataclass
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+from radar_service.records import Crossing, Snapshot
+
+NAMES: dict[type, str] = {float: "number", int: "integer", str: "string", bool: "boolean", type(None): "null"}
+
+
+def schema_of(kind: Any) -> dict[str, Any]:
+    """Returns the schema of a type that records have: a number, a text, an optional one, a tuple, or a record."""
+    if is_dataclass(kind):
+        hints = get_type_hints(kind)
+        properties = {field.name: schema_of(hints[field.name]) for field in fields(kind)}
+        return {"type": "object", "properties": properties}
+    if get_origin(kind) in (Union, types.UnionType):
+        return {"anyOf": [schema_of(one) for one in get_args(kind)]}
+    if get_origin(kind) is tuple:
+        return {"type": "array", "items": schema_of(get_args(kind)[0])}
+    return {"type": NAMES[kind]}
+
+
+def truth_schema() -> dict[str, Any]:
+    """Returns the schema of the truth's lines; a header has other fields."""
+    either = {**schema_of(Snapshot)["properties"], **schema_of(Crossing)["properties"]}
+    properties = {"type": {"enum": ["header", "crossing", "snapshot"]}, **either}
+    return {"title": "radar_service.Truth", "type": "object", "properties": properties, "required": ["type"]}
+
+
+SCENE: dict[str, Any] = {
+    "title": "radar_service.Scene",
+    "type": "object",
+    "properties": {
+        "format": {"type": "integer"},
+        "epoch": {"type": "string"},
+        "log_offset": {"type": "number", "description": "log time of the epoch less its simulated time [s]"},
+        "seed": {"type": "integer"},
+        "noise_power": {"type": "number", "description": "of a range cell [W]"},
+        **{
+            name: {"type": "object"}
+            for name in ("outline", "radar", "cells", "fidelity", "plan", "document", "files", "truth_header", "controls")
+        },
+    },
+    "required": ["format", "epoch"],
+}
+
+COMMAND: dict[str, Any] = {
+    "title": "radar_service.Command",
+    "type": "object",
+    "properties": {
+        "spoke": {"type": "integer", "description": "the first one that follows it"},
+        "time": {"type": "number"},
+        "body": {"type": ["string", "null"], "description": "null is own ship"},
+        **{name: {"type": "number"} for name in ("course_deg", "speed_kn", "turn_rate_deg_s", "heading_deg")},
+        "position_m": {"type": "array", "items": {"type": "number"}},
+        "present": {"type": "boolean"},
+        "at_once": {"type": "boolean"},
+    },
+    "required": ["spoke", "time"],
+}
+
+# Names and meaning of the fields: https://docs.foxglove.dev/docs/sdk/schemas/compressed-image
+COMPRESSED_IMAGE: dict[str, Any] = {
+    "title": "foxglove.CompressedImage",
+    "type": "object",
+    "properties": {
+        "timestamp": {
+            "title": "time",
+            "type": "object",
+            "properties": {
+                "sec": {"type": "integer", "minimum": 0},
+                "nsec": {"type": "integer", "minimum": 0, "maximum": 999_999_999},
+            },
+        },
+        "frame_id": {"type": "string"},
+        "data": {"type": "string", "contentEncoding": "base64"},
+        "format": {"type": "string"},
+    },
+    "required": ["timestamp", "frame_id", "data", "format"],
+}

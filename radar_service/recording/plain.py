@@ -1,0 +1,55 @@
+"""Frozen records of a radar and a fidelity as plain data for JSON, and back, exact to the bit.
+
+A record becomes a mapping with its class under `type`; a number that JSON does not have becomes its text. Lists come back
+as tuples, as these records have no lists.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from importlib import import_module
+from typing import Any
+
+from radar_service.recording.error import RecordingError
+
+HOMES = ("radar_service.radar.", "radar_service.fidelity.")  # of the classes that are made again
+
+
+def plain(value: Any) -> Any:
+    """Returns a record, or what its fields hold, as plain data."""
+    if is_dataclass(value) and not isinstance(value, type):
+        kind = type(value)
+        content = {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+        return {"type": f"{kind.__module__}.{kind.__qualname__}", **content}
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return {"type": "float", "value": repr(value)}
+    return value
+
+
+def restored(value: Any) -> Any:
+    """Returns what `plain` was given. Raises RecordingError for a class that is no record of a radar or a fidelity."""
+    if isinstance(value, list):
+        return tuple(restored(item) for item in value)
+    if not isinstance(value, Mapping):
+        return value
+    content = {key: restored(item) for key, item in value.items() if key != "type"}
+    if value.get("type") == "float":
+        return float(content["value"])
+    try:
+        return _record_class(str(value.get("type")))(**content)
+    except TypeError as error:  # another version has other fields
+        raise RecordingError(f"{value.get('type')}: {error}; read it with the version that recorded it") from None
+
+
+def _record_class(name: str) -> type[Any]:
+    module, _, last = name.rpartition(".")
+    if name.startswith(HOMES):
+        try:
+            kind = getattr(import_module(module), last)
+        except (ImportError, AttributeError):
+            kind = None
+        if isinstance(kind, type) and is_dataclass(kind):
+            return kind
+    raise RecordingError(f"type: {name[:80]} is no record of a radar; read it with the version that recorded it")

@@ -1,0 +1,149 @@
+"""The channels of one radar in a recording, each under /radar/ID.
+
+feed: the messages of the native feed with every cell, `encoding=c64`. A `spokes` message has three keys more, as the wire
+rounds angles: azimuth_rad, heading_rad and course_rad. Where the power is not the square of the field it is there too.
+scene: at the start of each epoch what is computed, and how; see `scene_record`.
+truth: the lines of a truth file, once a scan.
+commands: those that the spokes of the epoch follow, as JSON, each before the first spokes that know it.
+ppi: a picture at the end of each scan.
+"""
+
+import base64
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from radar_service.display.video import Controls, peaks, strongest
+from radar_service.receive.detection import square_law
+from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, SCENE, truth_schema
+from radar_service.recording.plain import plain
+from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
+from radar_service.recording.scene_document import scene_document
+from radar_service.stream.codecs.native import messages, wire
+from radar_service.stream.codecs.native.codec import NativeCodec
+from radar_service.stream.feed_request import View
+from radar_service.stream.radio.last_scan import LastScan, draw
+from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.source import TruthLine
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
+
+FORMAT = 1  # version of these channels
+VIEW = View("c64")
+CODEC = NativeCodec()
+PICTURE_SIZE = 600  # pixels
+OUTLINE = ("name", "origin", "body_count", "warnings", "notes")  # fields of a SceneOutline besides the radar
+
+
+class RadarRecording:
+    """Writes what a radar sends. with_truth: whether the truth too. All methods raise OSError."""
+
+    def __init__(self, file: RecordingFile, identity: str, with_truth: bool) -> None:
+        self._file, self._with_truth = file, with_truth
+        self._feed = file.channel(f"/radar/{identity}/feed", "msgpack")
+        self._scene = file.channel(f"/radar/{identity}/scene", "json", SCENE)
+        self._truth = file.channel(f"/radar/{identity}/truth", "json", truth_schema())
+        self._commands = file.channel(f"/radar/{identity}/commands", "json", COMMAND)
+        self._ppi = file.channel(f"/radar/{identity}/ppi", "json", COMPRESSED_IMAGE)
+        self._offset = self._logged = 0.0
+        self._next = self._known = 0  # number of the next spoke; commands of the epoch that are written
+        self._last_scan: LastScan | None = None
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """Begins an epoch. Log times go on where simulated time starts again."""
+        epoch, time = radar.epoch, radar.simulated
+        self._offset += max(0.0, self._logged - (self._offset + time))
+        self._next = self._known = 0
+        self._last_scan = self._last_scan or LastScan(epoch.engine)
+        self._last_scan.open_epoch(epoch)
+        header = self._truth_lines(epoch, None)
+        record = {
+            **scene_record(radar), "log_offset": self._offset, "truth_header": json.loads(header[0].text) if header else None,
+        }  # fmt: skip
+        self._write(self._scene, time, json.dumps(record, allow_nan=False).encode())
+        for line in header:
+            self._write(self._truth, time, line.text.encode())
+        self._write(self._feed, time, CODEC.hello(radar, VIEW, "lossless"))
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Writes spokes, and at the end of a scan its truth and its picture."""
+        block = batch.block
+        self._write_commands(batch.epoch, float(block.time[0]))
+        self._write(self._feed, float(block.time[-1]), wire.pack(spokes_message(batch)))
+        self._next = batch.first + len(batch)
+        assert self._last_scan is not None, "open_epoch comes first"
+        self._last_scan.send(batch)
+        if block.index + len(block) == batch.epoch.engine.scene.radar.azimuths:
+            self._end_scan(batch)
+
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        """Writes that spokes never come."""
+        self._feed(self._logged, self._logged - self._offset, CODEC.gap(epoch, self._next, count, reason))
+        self._next += count
+
+    def _write_commands(self, epoch: Epoch, time: float) -> None:
+        """Writes the commands that came since the last spokes, before those of this time [s]."""
+        for command in list(epoch.engine.commands)[self._known :]:
+            self._write(self._commands, time, json.dumps(command.as_dict()).encode())
+            self._known += 1
+
+    def _end_scan(self, batch: SpokeBatch) -> None:
+        for line in self._truth_lines(batch.epoch, batch.block.scan):
+            self._write(self._truth, line.time, line.text.encode())
+        time = float(batch.block.time[-1])
+        self._write(self._ppi, time, json.dumps(self._picture(batch.epoch, batch.video, self._offset + time)).encode())
+        self._file.flush()
+
+    def _truth_lines(self, epoch: Epoch, scan: int | None) -> list[TruthLine]:
+        """The truth of a scan, or the header; none where it is not recorded, or the engine fails, which another one replaces."""
+        try:
+            return epoch.engine.truth_lines(scan) if self._with_truth else []
+        except EngineFault:
+            return []
+
+    def _picture(self, epoch: Epoch, video: Controls, log_time: float) -> dict[str, Any]:
+        assert self._last_scan is not None, "open_epoch comes first"
+        engine, revolution = epoch.engine, self._last_scan.read()
+        image = draw(
+            revolution.rows, engine.scene.radar.azimuths, epoch.layout(None), video, engine.noise_power, engine.scene.name,
+            PICTURE_SIZE, epoch.range, revolution.heading,
+        )  # fmt: skip
+        seconds, nanoseconds = divmod(round(log_time * NANOSECONDS), round(NANOSECONDS))
+        return {
+            "timestamp": {"sec": seconds, "nsec": nanoseconds}, "frame_id": "radar",
+            "data": base64.b64encode(image).decode(), "format": "png",
+        }  # fmt: skip
+
+    def _write(self, channel: Any, time: float, content: bytes) -> None:
+        channel(self._offset + time, time, content)
+        self._logged = max(self._logged, self._offset + time)
+
+
+def spokes_message(batch: SpokeBatch) -> dict[str, Any]:
+    """Returns a batch as the feed channel has it."""
+    block, to = batch.block, batch.epoch.layout(None)
+    power, field = peaks(block.power, to), strongest(block.field, to)
+    exact: dict[str, Any] = {
+        "azimuth_rad": block.azimuth.tolist(), "heading_rad": block.heading.tolist(), "course_rad": block.course.tolist(),
+    }  # fmt: skip
+    if not np.array_equal(square_law(field), power):
+        exact["power"] = power.astype("<f4").tobytes()
+    return messages.spokes(batch, VIEW) | exact
+
+
+def scene_record(radar: RadarInfo) -> Mapping[str, Any]:
+    """Returns what is computed in an epoch, and how.
+
+    outline: of the scene; radar: its parameters; cells: number, range of the first one and step [m]; document, files: see
+    `scene_document`; fidelity: as resolved; plan, seed; noise_power: of a cell [W]; controls: as REST gives them.
+    """
+    epoch, engine = radar.epoch, radar.epoch.engine
+    to, scene, (document, files) = epoch.layout(None), engine.scene, scene_document(engine.order)
+    outline = {name: getattr(scene, name) for name in OUTLINE}
+    return {
+        "format": FORMAT, "epoch": epoch.name, "id": radar.identity, "name": radar.name, "outline": outline,
+        "radar": plain(scene.radar), "cells": {"bins": to.bins, "first": to.first, "step": to.step},
+        "document": document, "files": files, "fidelity": plain(engine.fidelity), "plan": engine.plan.as_dict(),
+        "seed": engine.seed, "noise_power": engine.noise_power, "controls": dict(radar.controls),
+    }  # fmt: skip

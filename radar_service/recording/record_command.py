@@ -1,0 +1,51 @@
+"""The command `record`: computes scans of a scene into a recording."""
+
+import argparse
+import errno
+import math
+from collections.abc import Callable
+
+from tqdm import tqdm
+
+from radar_service.recording.radar_recording import RadarRecording
+from radar_service.recording.recording_file import RecordingFile
+from radar_service.recording.simulated_source import SimulatedSource
+from radar_service.scene.load import load_scene
+from radar_service.scene.world import Scene
+from radar_service.simulator import Simulator
+from radar_service.stream.controls import controls_state
+from radar_service.stream.settings import Pace, Settings
+from radar_service.stream.source import SceneOrder
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch, new_epoch_name
+from radar_service.types import Singles
+
+RADAR = "0"
+BLOCK = 32  # spokes; a message of the feed holds no more
+
+
+def record(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
+    """Records scans, with a progress bar on a terminal; returns the exit status. Raises SceneError and OSError."""
+    if not options.out.parent.is_dir():  # refused now, not after the scene was prepared
+        raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(options.out.parent))
+    simulator = make(load_scene(options.scene))
+    with RecordingFile(options.out) as file:
+        recording = RadarRecording(file, RADAR, options.truth)
+        record_scans(recording, SimulatedSource(simulator, SceneOrder(options.scene)), options.scans, options.truth)
+    azimuths = simulator.scene.radar.azimuths
+    print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")
+    return 0
+
+
+def record_scans(recording: RadarRecording, source: SimulatedSource, scans: int, with_truth: bool) -> None:
+    """Records the next scans of a source as one epoch. Raises OSError."""
+    scene, settings = source.scene, Settings(pace=Pace("run", math.inf))
+    epoch = Epoch(new_epoch_name(), source, None)
+    controls = controls_state(settings, scene, scene)
+    recording.open_epoch(RadarInfo(RADAR, f"radar {RADAR}", epoch, 0.0, controls, with_truth))
+    number = 0
+    before: Singles | None = None
+    with tqdm(total=scans * scene.radar.azimuths, unit="spokes", disable=None) as bar:
+        for block in source.simulator.blocks(scans=scans, size=BLOCK):
+            recording.send(SpokeBatch(epoch, number, block, settings.video, before))
+            number, before = number + len(block), block.power[-1]
+            bar.update(len(block))

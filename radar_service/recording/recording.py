@@ -1,0 +1,189 @@
+"""A recording, read in process: an epoch of one radar, which yields spokes as a Simulator does."""
+
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radar_service.fidelity import Fidelity
+from radar_service.receive.detection import square_law
+from radar_service.recording.chunk_table import ChunkTable
+from radar_service.recording.epochs import epochs_of
+from radar_service.recording.error import RecordingError
+from radar_service.recording.plain import restored
+from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
+from radar_service.scan import Scan, scan_of
+from radar_service.scene.commands import Command, CommandError, command_from
+from radar_service.stream.codecs.native import wire
+from radar_service.stream.command_log import CommandLog
+from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.source import NOT_STEERABLE, SceneOrder, SceneOutline, TruthLine
+from radar_service.types import Floats
+
+NO_TRUTH = (
+    "a recording has the truth of beam crossings and of the ends of scans, not of every instant; read the truth's stream"
+)
+
+PLAYS = "this radar replays a recording"
+
+
+class RecordedPlan:
+    """The plan of what was recorded."""
+
+    def __init__(self, data: dict[str, Any]) -> None:
+        self._data = data
+
+    def as_dict(self) -> dict[str, Any]:
+        """The plan as plain data."""
+        return self._data
+
+
+class Recording:
+    """One epoch of one radar, a stream.source.SpokeSource. Attributes and methods are those of a Simulator.
+
+    record: what the recording says of the scene, see radar_recording.scene_record; epochs: how many the radar has.
+    """
+
+    def __init__(self, path: str | Path, radar: str = "0", epoch: int = 0, start: float = 0.0) -> None:
+        """radar: its id; epoch: number of the epoch, from 0; start: simulated time [s] of the first spoke, or before it.
+
+        A file that was cut short is read up to its last whole chunk. Raises RecordingError and OSError.
+        """
+        self._table = table = ChunkTable(Path(path))
+        epochs = epochs_of(table, radar)
+        if not 0 <= epoch < len(epochs):
+            raise RecordingError(
+                f"epoch: {epoch} is not in {path}, which has {len(epochs)} of radar {radar}, counted from 0"
+            )
+        self.epochs, self._epoch, self._radar, self._start = len(epochs), epochs[epoch], radar, start
+        self.record: Mapping[str, Any] = self._epoch.record
+        outline, cells = self.record["outline"], self.record["cells"]
+        self.scene = SceneOutline(
+            outline["name"], outline["origin"] and tuple(outline["origin"]), outline["body_count"], tuple(outline["warnings"]),
+            restored(self.record["radar"]), tuple(outline["notes"]),
+        )  # fmt: skip
+        self.order = SceneOrder(self.record["document"] or {})
+        self.seed: int = self.record["seed"]
+        self.fidelity: Fidelity = restored(self.record["fidelity"])
+        self.plan, self.trees = RecordedPlan(self.record["plan"]), 0
+        self.noise_power: float = self.record["noise_power"]
+        self.range, self.range_step = _ranges(**cells), float(cells["step"])
+        commands = (json.loads(message) for message in self._messages("commands", 0.0))
+        self.commands = CommandLog(NOT_STEERABLE, (replace(command_from(each), time=each["time"]) for each in commands))
+        self._next_scan = 0
+
+    def __repr__(self) -> str:
+        return (
+            f"<Recording of {self.scene.name!r}: radar {self._radar}, {self.epochs} epochs, fidelity {self.fidelity.name}>"
+        )
+
+    def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
+        """Yields the spokes in blocks of at most `size`, which never span two scans or spokes that the recording lacks."""
+        for _, run in groupby(self._stored(), _run_number()):
+            yield from regrouped(run, size)
+
+    def spokes(self) -> Iterator[Spoke]:
+        """Yields the spokes one by one."""
+        for block in self.blocks():
+            yield from block.spokes()
+
+    def scans(self) -> Iterator[Scan]:
+        """Yields the scans. Azimuths that the recording lacks are NaN."""
+        for _, scan in groupby(self._stored(), lambda block: block.scan):
+            yield scan_of(scan, self.scene.radar.azimuths)
+
+    def skip_to(self, scan: int) -> None:
+        """Leaves out earlier scans."""
+        self._next_scan = scan
+
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """Raises CommandError."""
+        raise CommandError(f"{PLAYS}; nothing is steered")
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """Does nothing: the recorded spokes follow the commands that were given then."""
+
+    def truth(self, t: float) -> Truth:
+        """Raises EngineFault: it has not been recorded."""
+        raise EngineFault(NO_TRUTH)
+
+    def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
+        """As SpokeSource.truth_lines, as the truth was recorded; none where it was not."""
+        if scan is None:
+            header = self.record["truth_header"]
+            return [TruthLine(0.0, json.dumps(header))] if header else []
+        time = self.scene.radar.schedule(np.array([scan * self.scene.radar.azimuths]))[1][0]
+        lines = []
+        for message in self._messages("truth", float(time)):
+            content = json.loads(message)
+            if content.get("scan", scan) > scan:
+                break
+            if content.get("scan") == scan:
+                lines.append(TruthLine(content["time"], message.decode()))
+        return lines
+
+    def crossings(self) -> Iterator[dict[str, Any]]:
+        """Yields the recorded truth in its order: crossings and snapshots, as the lines of a truth file."""
+        lines = (json.loads(message) for message in self._messages("truth", 0.0))
+        return (line for line in lines if line["type"] != "header")
+
+    def spare(self) -> None:
+        """Returns None: a recording that cannot be read has no spare."""
+
+    def close(self) -> None:
+        """Does nothing: no file stays open."""
+
+    def _stored(self) -> Iterator[SpokeBlock]:
+        """The recorded blocks of this epoch, from the start that was requested."""
+        first = self._next_scan * self.scene.radar.azimuths
+        for content in self._messages("feed", self._start):
+            message = wire.unpack(content)
+            if message["type"] != "spokes" or message["epoch"] != self._epoch.name:
+                continue
+            block = self._block(message)
+            keep = max(first - block.first, int(np.searchsorted(block.time, self._start)))
+            if keep < len(block):
+                yield block.part(max(0, keep), len(block))
+
+    def _messages(self, channel: str, start: float) -> Iterator[bytes]:
+        """The messages of a channel in this epoch's chunks that end at a simulated time [s] or later."""
+        number = self._table.channels[f"/radar/{self._radar}/{channel}"]
+        offset = float(self.record["log_offset"])
+        return (message.data for message in self._table.messages(number, self._epoch.chunks, offset + start))
+
+    def _block(self, message: Mapping[str, Any]) -> SpokeBlock:
+        field = wire.samples(dict(message))
+        power = square_law(field)
+        if "power" in message:
+            power = np.frombuffer(message["power"], dtype="<f4").reshape(field.shape)
+        azimuths, each = self.scene.radar.azimuths, {key: np.array(message[key]) for key in ("time", "position", "speed")}
+        angles = {key: np.array(message[f"{key}_rad"]) for key in ("azimuth", "heading", "course")}
+        values: dict[str, Any] = each | angles
+        return SpokeBlock(
+            first=message["scan"] * azimuths + message["index"], scan=message["scan"], index=message["index"],
+            range=self.range, range_step=self.range_step, field=field, power=power, **values,
+        )  # fmt: skip
+
+
+def _ranges(bins: int, first: float, step: float) -> Floats:
+    """Ranges of the samples (bins,) [m], with the rounding of the engine that made them."""
+    number = np.arange(bins, dtype=np.float64)
+    return (number + 0.5) * step if first == 0.5 * step else first + number * step
+
+
+def _run_number() -> Callable[[SpokeBlock], int]:
+    """Returns a function of consecutive blocks whose value changes with the scan and where spokes are missing."""
+    last, number = -1, 0
+
+    def run(block: SpokeBlock) -> int:
+        nonlocal last, number
+        if block.first != last or block.index == 0:
+            number += 1
+        last = block.first + len(block)
+        return number
+
+    return run

@@ -1,0 +1,97 @@
+"""A Simulator of this process as a source of spokes for the stream."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from radar_service.fidelity import Fidelity
+from radar_service.records import SpokeBlock, Truth
+from radar_service.scene.commands import Command
+from radar_service.simulator import Simulator
+from radar_service.stream.command_log import CommandLog
+from radar_service.stream.radio.world_process import outline_of, truth_lines
+from radar_service.stream.source import PlanSummary, SceneOrder, SceneOutline, TruthLine
+from radar_service.types import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedSource:
+    """A stream.source.SpokeSource: the simulator of the scene that `order` names."""
+
+    simulator: Simulator
+    order: SceneOrder
+
+    @property
+    def scene(self) -> SceneOutline:
+        """As SpokeSource.scene."""
+        return outline_of(self.simulator.scene)
+
+    @property
+    def plan(self) -> PlanSummary:
+        """As SpokeSource.plan."""
+        return self.simulator.plan
+
+    @property
+    def seed(self) -> int:
+        """As SpokeSource.seed."""
+        return self.simulator.seed
+
+    @property
+    def fidelity(self) -> Fidelity:
+        """As SpokeSource.fidelity."""
+        return self.simulator.fidelity
+
+    @property
+    def noise_power(self) -> float:
+        """As SpokeSource.noise_power."""
+        return self.simulator.noise_power
+
+    @property
+    def range(self) -> Floats:
+        """As SpokeSource.range."""
+        return self.simulator.range
+
+    @property
+    def range_step(self) -> float:
+        """As SpokeSource.range_step."""
+        return self.simulator.range_step
+
+    @property
+    def trees(self) -> int:
+        """As SpokeSource.trees."""
+        return self.simulator.trees
+
+    def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
+        """As SpokeSource.blocks."""
+        return self.simulator.blocks(size=size)
+
+    def skip_to(self, scan: int) -> None:
+        """As SpokeSource.skip_to."""
+        self.simulator.skip_to(scan)
+
+    @property
+    def commands(self) -> CommandLog:
+        """As SpokeSource.commands."""
+        return CommandLog(self.simulator.scene.steerable, self.simulator.commands)
+
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """As SpokeSource.command. Raises CommandError."""
+        return self.simulator.command(body, spoke=spoke, **values)
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """As SpokeSource.replay. Raises CommandError."""
+        self.simulator.replay(commands)
+
+    def truth(self, t: float) -> Truth:
+        """As SpokeSource.truth."""
+        return self.simulator.truth(t)
+
+    def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
+        """As SpokeSource.truth_lines."""
+        return truth_lines(self.simulator, scan, radiometric)
+
+    def spare(self) -> None:
+        """Returns None."""
+
+    def close(self) -> None:
+        """Does nothing: the simulator computes only when a block is taken."""

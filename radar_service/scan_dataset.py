@@ -1,0 +1,131 @@
+"""Scans as xarray datasets, and as files of Zarr and netCDF: arrays with coordinates, units and attributes (CF-1.11).
+
+Dimensions are azimuth and range, and of several scans scan before them. NetCDF has no complex numbers: there `field` is
+`field_real` and `field_imag`. Times are seconds of simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from radar_service.extras import MissingExtra
+from radar_service.scan import Scan
+
+if TYPE_CHECKING:
+    import xarray
+
+Export = Callable[[Path, Sequence[Scan], Mapping[str, Any]], None]
+RAY, CELL = ("azimuth",), ("azimuth", "range")
+DESCRIBED: dict[str, tuple[tuple[str, ...], str, str]] = {  # dimensions, units, long_name
+    "azimuth": (RAY, "rad", "boresight, clockwise from true north"),
+    "range": (("range",), "m", "one-way slant range of the sample"),
+    "time": (RAY, "s", "time of simulation"),
+    "heading": (RAY, "rad", "heading of own ship, clockwise from true north"),
+    "east": (RAY, "m", "position of own ship, east"),
+    "north": (RAY, "m", "position of own ship, north"),
+    "course": (RAY, "rad", "course over ground of own ship, clockwise from true north"),
+    "speed": (RAY, "m s-1", "speed over ground of own ship"),
+    "field": (CELL, "W0.5", "compressed field before detection"),
+    "power": (CELL, "W", "received power"),
+}
+OF_ALL = ("azimuth", "range")  # equal in all scans of a radar
+DATA = ("field", "power")
+
+
+def scans_to_xarray(scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> xarray.Dataset:
+    """Returns scans of one radar as a dataset with the dimensions scan, azimuth and range.
+
+    about: attributes beside those of the scans, as `name`, `seed` and `fidelity`. Raises ValueError for no scan, or for scans
+    of several radars; MissingExtra where xarray is not installed.
+    """
+    if not scans:
+        raise ValueError("scans: there are none; give at least one scan")
+    for name in OF_ALL:
+        if any(not np.array_equal(getattr(scan, name), getattr(scans[0], name)) for scan in scans):
+            raise ValueError(f"scans: their {name} differs; give scans of one radar")
+    each = [scan_to_xarray(scan, about) for scan in scans]
+    whole: xarray.Dataset = _library().concat(
+        each, "scan", data_vars="all", coords="different", compat="equals", join="exact"
+    )
+    return whole.assign_coords(scan=("scan", [scan.number for scan in scans], {"long_name": "number of the scan"}))
+
+
+def scan_to_xarray(scan: Scan, about: Mapping[str, Any] | None = None) -> xarray.Dataset:
+    """Returns a scan as a dataset with the dimensions azimuth and range. about: more attributes. Raises MissingExtra."""
+    library = _library()
+    values = {name: getattr(scan, name, None) for name in DESCRIBED}
+    values |= {"east": scan.position[:, 0], "north": scan.position[:, 1]}
+    variables = {
+        name: library.Variable(dims, values[name], {"units": units, "long_name": text})
+        for name, (dims, units, text) in DESCRIBED.items()
+    }
+    attributes = {
+        "Conventions": "CF-1.11", "title": "scan of a simulated marine radar", "range_step_m": scan.range_step,
+        "source": f"radar-service {version('radar-service')}",
+    }  # fmt: skip
+    coordinates = {name: variables[name] for name in variables if name not in DATA} | {"scan": scan.number}
+    dataset: xarray.Dataset = library.Dataset(
+        {name: variables[name] for name in DATA}, coordinates, attributes | dict(about or {})
+    )
+    return dataset
+
+
+def scans_from_xarray(dataset: xarray.Dataset) -> list[Scan]:
+    """Returns the scans of a dataset that the functions above made, also after a file."""
+    each = dataset if "scan" in dataset.dims else dataset.expand_dims("scan")
+    return [_scan(each.isel(scan=k)) for k in range(each.sizes["scan"])]
+
+
+def exporter(path: Path) -> Export:
+    """Returns what writes scans to a path that ends in .zarr (a folder) or .nc (netCDF 3): a function of path, scans, attributes.
+
+    Raises ValueError for another ending, and MissingExtra where a package is not installed: now, not after the scans. The
+    function raises OSError.
+    """
+    _library()
+    if path.suffix.lower() not in EXPORTS:
+        raise ValueError(f"{path}: scans are exported to {' or '.join(EXPORTS)}; give it one of these endings")
+    return EXPORTS[path.suffix.lower()]
+
+
+def _to_zarr(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
+    scans_to_xarray(scans, about).to_zarr(path, mode="w", consolidated=False)
+
+
+def _to_netcdf(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
+    _split(scans_to_xarray(scans, about)).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
+
+
+EXPORTS: dict[str, Export] = {".zarr": _to_zarr, ".nc": _to_netcdf}
+
+
+def _library() -> Any:
+    try:
+        import xarray
+        import zarr  # noqa: F401  # the extra brings both
+    except ModuleNotFoundError as error:
+        raise MissingExtra("datasets", "xarray", error) from None
+    return xarray
+
+
+def _split(dataset: xarray.Dataset) -> xarray.Dataset:
+    """The dataset with the parts of the field in its place."""
+    field = dataset["field"]
+    parts = {f"field_{name}": (field.dims, getattr(field.values, name), field.attrs) for name in ("real", "imag")}
+    return dataset.drop_vars("field").assign(parts)
+
+
+def _scan(one: xarray.Dataset) -> Scan:
+    if "field" in one:
+        field = one["field"].values
+    else:
+        field = (one["field_real"].values + np.complex64(1j) * one["field_imag"].values).astype(np.complex64)
+    single = {name: one[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")}
+    position = np.stack([one["east"].values, one["north"].values], axis=-1)
+    step, power = float(one.attrs["range_step_m"]), np.asarray(one["power"].values, dtype=np.float32)
+    return Scan(number=int(one["scan"]), position=position, range_step=step, field=field, power=power, **single)

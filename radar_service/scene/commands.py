@@ -1,0 +1,210 @@
+"""Commands to own ship and to bodies: what they may order, and the leg that each one begins."""
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from radar_service.constants import KNOT
+from radar_service.radar.parameters import Radar
+from radar_service.scene.fields import MAX_COORDINATE
+from radar_service.scene.steered_motion import Leg, SteeringLimits
+
+MAX_SPOKE = 2**53  # beyond it a time has no exact number
+MAX_BEARING = 360.0  # degrees either way, as in scenes
+ROUNDING = 1e-9  # of a limit, which comes back from SI units
+
+
+class CommandError(ValueError):
+    """A command that is not possible. The text names the key, the value, the allowed range and the remedy."""
+
+
+class UnknownBodyError(CommandError):
+    """No body of the scene has this name."""
+
+
+class NotSteerableError(CommandError):
+    """The scene does not let commands steer this body."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command that acts from a spoke on. A value of None changes nothing.
+
+    spoke: number of the first spoke that shows it, from the start.
+    time: of that spoke [s].
+    body: its name; None for own ship.
+    course_deg: over the ground, clockwise from true north; reached by the shorter way at the highest turn rate allowed, or at
+        turn_rate_deg_s, then straight on.
+    speed_kn: over the ground, at once.
+    turn_rate_deg_s: of the course, positive to starboard; without course_deg it goes on.
+    heading_deg: of the bow, at once; from then on the angle between heading and course stays.
+    position_m: east, north, at once; the height stays.
+    present: whether a body is there at all; own ship always is.
+    at_once: the course jumps to course_deg, and turn_rate_deg_s goes on from there.
+    """
+
+    spoke: int
+    time: float
+    body: str | None
+    course_deg: float | None = None
+    speed_kn: float | None = None
+    turn_rate_deg_s: float | None = None
+    heading_deg: float | None = None
+    position_m: tuple[float, float] | None = None
+    present: bool | None = None
+    at_once: bool | None = None
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The values that it gives, by key."""
+        return {key: value for key in KEYS if (value := getattr(self, key)) is not None}
+
+    @property
+    def moves(self) -> bool:
+        """Whether it begins another leg."""
+        return bool(self.values.keys() - {"present", "at_once"})
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data, as JSON has it: spoke, time, body, and the values that it gives."""
+        return {"spoke": self.spoke, "time": self.time, "body": self.body, **self.values}
+
+    def leg(self, before: Leg, limits: SteeringLimits) -> Leg:
+        """Returns the leg that begins with it. before: what is left of the leg until then."""
+        leg = before
+        if self.position_m is not None:
+            leg = leg._replace(position=np.array([*self.position_m, before.position[2]]))
+        if self.speed_kn is not None:
+            leg = leg._replace(speed=self.speed_kn * KNOT)
+        if self.turn_rate_deg_s is not None:
+            leg = leg._replace(turn_rate=math.radians(self.turn_rate_deg_s), turn_time=math.inf)
+        if self.course_deg is not None:
+            leg = self._on_course(leg, math.radians(self.course_deg), limits)
+        if self.heading_deg is not None:
+            leg = leg._replace(drift=math.remainder(math.radians(self.heading_deg) - leg.course, 2.0 * math.pi))
+        return leg
+
+    def _on_course(self, leg: Leg, course: float, limits: SteeringLimits) -> Leg:
+        turn = math.remainder(course - leg.course, 2.0 * math.pi)
+        if self.at_once:
+            rate = 0.0 if self.turn_rate_deg_s is None else leg.turn_rate
+            return leg._replace(course=course, turn_rate=rate, turn_time=math.inf)
+        if turn == 0.0:
+            return leg._replace(turn_rate=0.0, turn_time=math.inf)
+        if self.turn_rate_deg_s is None:
+            return leg._replace(
+                turn_rate=math.copysign(limits.max_turn_rate, turn), turn_time=abs(turn) / limits.max_turn_rate
+            )
+        way = turn % math.copysign(2.0 * math.pi, leg.turn_rate)  # round by the side to which it turns
+        return leg._replace(turn_time=way / leg.turn_rate)
+
+
+@dataclass(frozen=True)
+class Steerable:
+    """What commands may steer in a world.
+
+    limits: of the commands, by the name of what is steerable; None is own ship.
+    names: of all bodies.
+    radar: whose spokes the commands act from.
+    """
+
+    limits: Mapping[str | None, SteeringLimits]
+    names: Collection[str]
+    radar: Radar | None
+
+    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+        """Returns the command that acts from a spoke on. Raises CommandError."""
+        if isinstance(spoke, bool) or not isinstance(spoke, int) or not 0 <= spoke <= MAX_SPOKE:
+            raise CommandError(f"spoke: {str(spoke)[:100]} is not allowed; a whole number from 0 to {MAX_SPOKE}")
+        checked = self.checked(body, values)
+        assert self.radar  # else nothing is steerable
+        return Command(spoke, self.radar.time_of_spokes(float(spoke)), body, **checked)
+
+    def checked(self, body: str | None, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the values of a command to `body` as `Command` has them. Raises CommandError."""
+        limits = self.limits_of(body)
+        given = {key: value for key, value in values.items() if value is not None}
+        unknown = [key for key in given if key not in KEYS]
+        if unknown:
+            raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
+        if not given.keys() - {"at_once"}:
+            raise CommandError(f"a command without a value: give at least one of {', '.join(KEYS[:-1])}")
+        if body is None and "present" in given:
+            raise CommandError("present: own ship is always present; leave it out")
+        result = {key: CHECKS[key](key, value, limits) for key, value in given.items()}
+        if result.get("turn_rate_deg_s") == 0.0 and "course_deg" in result and not result.get("at_once"):
+            raise CommandError(
+                f"turn_rate_deg_s: 0 never reaches course_deg {result['course_deg']:g}; give another rate, or leave it out"
+            )
+        return result
+
+    def limits_of(self, body: str | None) -> SteeringLimits:
+        """Returns the limits of commands to `body`. Raises UnknownBodyError and NotSteerableError."""
+        if body is not None and body not in self.names:
+            known = ", ".join(sorted(f'"{name}"' for name in self.limits if name is not None)[:5]) or "none"
+            raise UnknownBodyError(f'body: the scene has no "{str(body)[:200]}"; bodies that may be steered: {known}')
+        if body not in self.limits:
+            who = "own ship" if body is None else f'body "{body}"'
+            raise NotSteerableError(f"{who} is not steerable in this scene; add steerable = {{}} to its table in the scene")
+        return self.limits[body]
+
+
+KEYS = tuple(name for name in Command.__dataclass_fields__ if name not in ("spoke", "time", "body"))
+
+
+def command_from(data: Mapping[str, Any]) -> Command:
+    """Returns the command of plain data, whose values are still to be checked. Raises CommandError for an unknown key."""
+    values = dict(data)
+    spoke, _, body = values.pop("spoke", None), values.pop("time", None), values.pop("body", None)  # time follows from spoke
+    unknown = [str(key) for key in values if key not in KEYS]
+    if unknown:
+        raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
+    return Command(spoke, math.nan, body, **values)  # a spoke of any kind is checked later
+
+
+def _number(key: str, value: Any, low: float, high: float) -> float:
+    """Returns a number within limits."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise CommandError(f"{key}: {str(value)[:100]} is not a number; give one from {low:g} to {high:g}")
+    if not low - ROUNDING * abs(low) <= value <= high + ROUNDING * abs(high):
+        raise CommandError(f"{key}: {value:g} is not allowed; {low:g} to {high:g}: give another value")
+    return float(value)
+
+
+def _bearing(key: str, value: Any, limits: SteeringLimits) -> float:
+    return _number(key, value, -MAX_BEARING, MAX_BEARING)
+
+
+def _speed(key: str, value: Any, limits: SteeringLimits) -> float:
+    return _number(key, value, 0.0, limits.max_speed / KNOT)
+
+
+def _turn_rate(key: str, value: Any, limits: SteeringLimits) -> float:
+    highest = math.degrees(limits.max_turn_rate)
+    return _number(key, value, -highest, highest)
+
+
+def _position(key: str, value: Any, limits: SteeringLimits) -> tuple[float, float]:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise CommandError(f"{key}: {str(value)[:100]} is not a position; give [east, north] in metres")
+    east, north = (_number(f"{key}[{i}]", each, -MAX_COORDINATE, MAX_COORDINATE) for i, each in enumerate(value))
+    return east, north
+
+
+def _flag(key: str, value: Any, limits: SteeringLimits) -> bool:
+    if not isinstance(value, bool):
+        raise CommandError(f"{key}: {str(value)[:100]} is not allowed; true or false")
+    return value
+
+
+CHECKS: dict[str, Callable[[str, Any, SteeringLimits], Any]] = {
+    "course_deg": _bearing,
+    "speed_kn": _speed,
+    "turn_rate_deg_s": _turn_rate,
+    "heading_deg": _bearing,
+    "position_m": _position,
+    "present": _flag,
+    "at_once": _flag,
+}

@@ -1,0 +1,110 @@
+"""When bodies are in the scene: changes at given times, and fading that repeats."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Protocol
+
+import numpy as np
+
+from radar_service.types import Flags, Floats, Indices
+
+ROUNDING = 1e-9  # s: a spoke counts as at an instant that it misses by rounding; spokes are some 1e-4 s apart
+
+
+@dataclass(frozen=True)
+class Fading:
+    """A schedule that repeats for ever, before `start` too.
+
+    pattern: (P,) whether the body is present in each unit of the schedule.
+    unit: length of a unit [s].
+    start: of the first unit [s].
+    """
+
+    pattern: Flags
+    unit: float
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        assert self.pattern.ndim == 1 and self.pattern.size > 0 and self.unit > 0.0
+
+    def at(self, time: Floats) -> Flags:
+        """Returns whether the body is present at each time (K,) [s]."""
+        unit = np.floor((time - self.start + ROUNDING) / self.unit).astype(np.int64)
+        return np.asarray(self.pattern[unit % len(self.pattern)])
+
+
+@dataclass(frozen=True)
+class Presence:
+    """When a body is present: from time[n] on as present[n] says, before time[0] as present[0], and only if `fading` agrees.
+
+    An absent body neither echoes nor occludes.
+
+    time: (N,) of the changes [s], rising, at least one.
+    present: (N,) from each of them on.
+    fading: a schedule besides, or None.
+    """
+
+    time: Floats
+    present: Flags
+    fading: Fading | None = None
+    always: ClassVar["Presence"]
+
+    def __post_init__(self) -> None:
+        assert self.time.ndim == 1 and self.time.size > 0 and self.time.shape == self.present.shape
+
+    @property
+    def constant(self) -> bool:
+        """Whether it never changes."""
+        fades = self.fading is not None and bool(self.fading.pattern.any() and not self.fading.pattern.all())
+        return not fades and bool((self.present == self.present[0]).all())
+
+    def at(self, time: Floats) -> Flags:
+        """Returns whether the body is present at each time (K,) [s]."""
+        latest = np.searchsorted(self.time, time + ROUNDING, side="right") - 1
+        present = self.present[np.maximum(latest, 0)]
+        return np.asarray(present if self.fading is None else present & self.fading.at(time))
+
+    def changed(self, time: float, present: bool) -> "Presence":
+        """Returns the same until `time` [s], and `present` from then on; fading goes on."""
+        kept = self.time < time
+        before = self.present[kept] if kept.any() else self.present[:1]
+        since = self.time[kept] if kept.any() else np.array([time - 1.0])
+        return replace(self, time=np.append(since, time), present=np.append(before, present))
+
+
+Presence.always = Presence(np.zeros(1), np.ones(1, dtype=np.bool_))
+
+
+class HasPresence(Protocol):
+    """Anything that may come and go."""
+
+    @property
+    def presence(self) -> Presence: ...
+
+
+class Presences:
+    """The presence of bodies (B,). changing: (C,) indices of those whose presence changes."""
+
+    def __init__(self, bodies: Sequence[HasPresence]) -> None:
+        self._each = [body.presence for body in bodies]
+        self.changing: Indices = np.array([b for b, one in enumerate(self._each) if not one.constant], dtype=np.int64)
+        self._present_first = np.array([bool(one.at(np.zeros(1))[0]) for one in self._each], dtype=np.bool_)
+
+    def at(self, time: float) -> Flags:
+        """Returns which bodies (B,) are present at `time` [s]."""
+        if not len(self.changing):
+            return self._present_first
+        present = self._present_first.copy()
+        for b in self.changing.tolist():
+            present[b] = self._each[b].at(np.array([time]))[0]
+        return present
+
+    def state(self, time: float) -> bytes:
+        """Returns a key of which bodies are present at `time` [s]; the same for all times where no presence changes."""
+        return self.at(time)[self.changing].tobytes() if len(self.changing) else b""
+
+    def spans(self, time: Floats) -> Iterator[tuple[int, int]]:
+        """First and end of the runs of times (K,) [s] over which no presence changes."""
+        states = np.array([self._each[b].at(time) for b in self.changing.tolist()], dtype=np.bool_)
+        edges = np.flatnonzero((states[:, 1:] != states[:, :-1]).any(axis=0)) + 1 if len(states) else np.zeros(0, np.int64)
+        yield from zip([0, *edges.tolist()], [*edges.tolist(), len(time)], strict=True)

@@ -1,0 +1,142 @@
+"""The commands to one world: what may be steered, all commands by the spokes from which they act, and the motions they make."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from threading import Lock
+from types import MappingProxyType
+from typing import Any
+
+from radar_service.scene.commands import Command, CommandError
+from radar_service.scene.motion import Motion
+from radar_service.scene.presence import Presence
+from radar_service.scene.steered_motion import SteeredMotion
+from radar_service.scene.steered_presence import SteeredPresence
+from radar_service.scene.world import Scene
+
+MAX_COMMANDS = 1_000_000  # to one world: five hours of poses at 50 Hz, or a day of 11 a second
+
+
+def with_motions(
+    scene: Scene, motions: Mapping[str | None, Motion], presences: Mapping[str, Presence] = MappingProxyType({})
+) -> Scene:
+    """Returns a scene with other motions of some bodies, and other presences of the same ones, by name; None is own ship."""
+    if not motions:
+        return scene
+    bodies = tuple(
+        replace(body, motion=motions[body.name], presence=presences.get(body.name, body.presence))
+        if body.name in motions
+        else body
+        for body in scene.world.bodies
+    )
+    own_ship = replace(scene.platform, motion=motions.get(scene.platform.body, scene.own_ship))
+    return replace(scene.with_world(bodies=bodies), platform=own_ship)
+
+
+class Steering:
+    """All commands to a world. They are sorted by spoke; of the same spoke, the later one acts after the earlier one.
+
+    Two commanders may steer one body: the command that came last holds. `go_to` is called by the thread that computes while
+    it computes nothing; all else may be called from any thread.
+
+    steerable: what may be steered.
+    scene: the given one, with motions of its own, which `go_to` changes. past: the same, as it was at each time.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._motions = {name: replace(motion) for name, motion in scene.steered.items()}
+        presences = {
+            body.name: SteeredPresence.under(body.presence) for body in scene.world.bodies if body.name in self._motions
+        }
+        self.scene = with_motions(scene, self._motions, presences)
+        past = {name: motion.past for name, motion in self._motions.items()}
+        self.past = with_motions(scene, past, {name: presence.past for name, presence in presences.items()})
+        self._presences: dict[str | None, SteeredPresence] = {name: presence for name, presence in presences.items()}
+        self.steerable = scene.steerable
+        self._commands: list[Command] = []  # by spoke
+        self._taken = 0  # how many of them the motions have taken
+        self._followed = 0  # how many of them the spokes that are computed now follow
+        self._changed: set[str | None] = set()  # whose commands were taken or forgotten since `go_to`
+        self._lock = Lock()
+
+    @property
+    def count(self) -> int:
+        """Number of all commands."""
+        return len(self._commands)
+
+    @property
+    def commands(self) -> tuple[Command, ...]:
+        """All commands, those that act later among them."""
+        with self._lock:
+            return tuple(self._commands)
+
+    @property
+    def due(self) -> float:
+        """The first spoke that the motions which `go_to` has chosen do not hold for; inf where they always do."""
+        with self._lock:
+            return self._commands[self._followed].spoke if self._followed < len(self._commands) else math.inf
+
+    def add(self, spoke: int, body: str | None, values: Mapping[str, Any], reached: int = -1) -> Command:
+        """Adds a command that acts from a spoke on. reached: the next spoke; `past` takes all commands up to it at once.
+
+        Raises CommandError.
+        """
+        command = self.steerable.command(spoke, self.scene.platform.body if body is None else body, values)
+        with self._lock:
+            self._check_count(len(self._commands) + 1)
+            at = bisect_right(self._commands, spoke, key=_spoke)
+            self._commands.insert(at, command)
+            self._followed = min(self._followed, at)
+            if at < self._taken:
+                self._take(at)
+            self._take(max(self._taken, bisect_right(self._commands, reached, key=_spoke)))
+        return command
+
+    def replay(self, commands: Iterable[Command]) -> None:
+        """Replaces all commands by those of another run. Raises CommandError, and then nothing changes."""
+        own = self.scene.platform.body
+        checked = [self.steerable.command(each.spoke, each.body or own, each.values) for each in commands]
+        with self._lock:
+            self._check_count(len(checked))
+            self._commands = sorted(checked, key=_spoke)
+            self._taken, self._followed, self._changed = 0, 0, set(self._motions)
+            for each in self._steered():
+                each.forget()
+
+    def go_to(self, spoke: int) -> frozenset[str | None]:
+        """Lets the motions of `scene` follow all commands up to this spoke, and no later one; returns whose changed."""
+        with self._lock:
+            count = bisect_right(self._commands, spoke, key=_spoke)
+            self._take(count)
+            changed, self._changed, self._followed = frozenset(self._changed), set(), count
+            for each in self._steered() if changed else ():
+                each.follow()
+            return changed
+
+    def _check_count(self, count: int) -> None:
+        if count > MAX_COMMANDS:
+            raise CommandError(f"a world takes {MAX_COMMANDS} commands, and has had as many; start the scene anew")
+
+    def _take(self, count: int) -> None:
+        """Lets the motions take the first `count` commands, and no other ones."""
+        if count < self._taken:
+            self._taken = 0
+            self._changed |= set(self._motions)
+            for each in self._steered():
+                each.forget()
+        for command in self._commands[self._taken : count]:
+            motion = self._motions[command.body]
+            self._changed.add(command.body)
+            if command.moves:
+                motion.steer(command.leg(motion.leg_at(command.time), motion.limits))
+            if command.present is not None:
+                self._presences[command.body].steer(command.time, command.present)
+        self._taken = count
+
+    def _steered(self) -> list[SteeredMotion | SteeredPresence]:
+        return [*self._motions.values(), *self._presences.values()]
+
+
+def _spoke(command: Command) -> int:
+    return command.spoke

@@ -1,0 +1,90 @@
+"""Sets up what computes the scans of a simulator, for a scene, a fidelity and a seed."""
+
+from collections.abc import Iterator
+from typing import NamedTuple, Protocol
+
+from radar_service.engine.documented import DocumentedEngine
+from radar_service.engine.labels import LabellingEngine
+from radar_service.engine.pipeline import Engine
+from radar_service.engine.preparation import prepare
+from radar_service.engine.stitched import StitchedEngine
+from radar_service.fidelity import Fidelity, fidelity_from_name
+from radar_service.frames import effective_earth_radius
+from radar_service.plan.budget import ErrorBudget
+from radar_service.plan.cost_model import SetUp, first_visibility_update
+from radar_service.plan.culling import Culling, cull
+from radar_service.plan.settings_search import fidelity_for
+from radar_service.scene.world import Scene
+from radar_service.trace.embree import RayCount
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.types import Flags, Floats, Profiles, Singles
+
+
+class AzimuthEngine(Protocol):
+    """What computes the scans of a simulator: the pipeline, or the specification as printed."""
+
+    range: Floats  # (N,) m, where the samples stand
+
+    def tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
+        """One scan: index of each tile's first azimuth, field (K, N) [sqrt(W)] and power (K, N) [W].
+
+        requested: flags of azimuths (A,); tiles without any may be left out.
+        """
+        ...
+
+    def motions_changed(self, own_ship: bool) -> None:
+        """Drops what has been computed from motions that commands have changed, hers among them or not. Nothing may be computed
+        meanwhile."""
+        ...
+
+
+class EngineSetUp(NamedTuple):
+    """engine: computes tiles. set_up: of the pipeline; None: the specification as printed has no plan of its own."""
+
+    engine: AzimuthEngine
+    set_up: SetUp | None
+    line_of_sight: OcclusionScene
+
+
+def engine_set_up(
+    scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int, labels: bool
+) -> EngineSetUp:
+    """Returns the engine of a scene.
+
+    fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs. labels: whether tiles have labels.
+    Raises ValueError for labels that the engine has not.
+    """
+    if labels and scene.radar.near_pulses:
+        raise ValueError("labels: a radar with several pulses has none; give it one pulse, or leave labels out")
+    if fidelity.engine == "documented":
+        if labels:
+            raise ValueError("labels: the fidelity 'documented' has none; choose another fidelity, or leave labels out")
+        line_of_sight = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
+        return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
+    set_up = pipeline_set_up(scene, fidelity, seed)
+    engine: AzimuthEngine = (LabellingEngine if labels else Engine)(set_up.prepared, threads)
+    if scene.radar.near_pulses:
+        engine = StitchedEngine(
+            scene,
+            lambda near: pipeline_set_up(near, chosen_fidelity(near, requested), seed).prepared,
+            set_up.prepared,
+            threads,
+        )
+    return EngineSetUp(engine, set_up, set_up.prepared.line_of_sight)
+
+
+def chosen_fidelity(scene: Scene, fidelity: str | Fidelity) -> Fidelity:
+    """Returns the requested fidelity for a scene. Raises ValueError for an unknown name."""
+    if fidelity == "auto":
+        return fidelity_for(scene, ErrorBudget())
+    return fidelity_from_name(fidelity) if isinstance(fidelity, str) else fidelity
+
+
+def pipeline_set_up(scene: Scene, fidelity: Fidelity, seed: int) -> SetUp:
+    """Culls what the scene does not need, prepares the pipeline and runs the first visibility update."""
+    rays = RayCount()
+    culling: Culling = cull(scene, fidelity)
+    prepared = prepare(culling.applied_to(scene), fidelity, seed, culling.silent, culling.transparent, rays)
+    set_up_rays = rays.rays
+    first_visibility_update(prepared)
+    return SetUp(prepared, culling, set_up_rays, rays.rays - set_up_rays)

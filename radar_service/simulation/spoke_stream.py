@@ -1,0 +1,128 @@
+"""The spokes of a simulator in order: tiles of the engine as blocks, as commands steer them and as sensors report them."""
+
+import math
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import closing
+from dataclasses import replace
+from threading import Lock
+from typing import Any
+
+import numpy as np
+
+from radar_service.engine.labels import LabellingEngine
+from radar_service.engine.strongest import Labels
+from radar_service.errors.reporter import ErrorReporter
+from radar_service.parallel import BLAS_LIMIT
+from radar_service.records import OwnShipTruth, SpokeBlock, regrouped
+from radar_service.reports import Readings
+from radar_service.scene.commands import Command
+from radar_service.scene.steering import Steering
+from radar_service.sector import Sector
+from radar_service.simulation.engine_set_up import AzimuthEngine
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.types import Indices, Profiles, Singles
+
+
+class SpokeStream:
+    """Computes blocks from one spoke on. All but `blocks` and `skip_to` may be called from any thread.
+
+    steering: the commands. reporter: the errors of sensors, antenna and feed. next_scan, next_spoke: what comes next.
+    """
+
+    def __init__(
+        self,
+        engine: AzimuthEngine,
+        steering: Steering,
+        sector: Sector,
+        line_of_sight: OcclusionScene,
+        reporter: ErrorReporter,
+    ) -> None:
+        """line_of_sight: of the truth, which follows the commands too."""
+        self.steering, self.reporter = steering, reporter
+        self.next_scan = steering.scene.radar.origin.scan
+        self.next_spoke = self.next_scan * steering.scene.radar.azimuths
+        self._engine, self._sector, self._line_of_sight = engine, sector, line_of_sight
+        self._radar = steering.scene.radar
+        self._commanding = Lock()
+
+    def blocks(self, scans: int | None, size: int) -> Iterator[SpokeBlock]:
+        """Yields blocks as Simulator.blocks. Where a command acts on spokes that were computed, it goes back to the first of
+        them."""
+        azimuths = self._radar.azimuths
+        at, left = self.next_scan * azimuths, math.inf if scans is None else scans
+        while left > 0:
+            self._begin(at)
+            with closing(self._rest_of_scan(at, size)) as blocks:
+                for block in blocks:
+                    part = self._as_commanded(block)
+                    if part is not None:
+                        yield self.reporter.reported(part, self.readings)
+                    if self.steering.due <= self.next_spoke:
+                        break
+            scan, back = at // azimuths, self._overtaken()
+            at = self.next_scan * azimuths if back is None else back
+            left -= 1 if back is None else back // azimuths - scan
+
+    def skip_to(self, scan: int) -> None:
+        """Makes `scan` the next one, or the first one that there is."""
+        self.next_scan = max(scan, self._radar.origin.scan)
+        self.next_spoke = self.next_scan * self._radar.azimuths
+        self.reporter = self.reporter.restarted(self.next_spoke)
+
+    def command(self, body: str | None, spoke: int | None, values: Mapping[str, Any]) -> Command:
+        """Adds a command as Simulator.command. Raises CommandError."""
+        with self._commanding:
+            command = self.steering.add(self.next_spoke if spoke is None else spoke, body, values, self.next_spoke)
+            self._line_of_sight.motions_changed()  # that of the truth, which takes the command at once
+            return command
+
+    def readings(self, number: Indices) -> Readings:
+        """Returns true boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
+        boresight, time = self._radar.schedule(number)
+        own = self.steering.past.own_ship.pose(time)
+        return Readings(boresight, own.heading, own.position[:, :2], own.course, own.speed)
+
+    def with_report(self, own: OwnShipTruth, scan: int, spoke: int) -> OwnShipTruth:
+        """Returns own ship with what the nearest spoke of a scan reports."""
+        nearest = min(spoke, self.reporter.last_spoke(scan))
+        return replace(own, reported=self.reporter.own_ship(own, nearest, self.readings))
+
+    def _begin(self, spoke: int) -> None:
+        """Makes ready to compute from this spoke on, as commanded until there."""
+        with self._commanding:
+            self.next_scan, self.next_spoke = spoke // self._radar.azimuths + 1, spoke
+            if changed := self.steering.go_to(spoke):
+                self._engine.motions_changed(own_ship=self.steering.scene.platform.body in changed)
+                self._line_of_sight.motions_changed()
+
+    def _rest_of_scan(self, spoke: int, size: int) -> Generator[SpokeBlock, None, None]:
+        """The blocks from this spoke to the end of its scan."""
+        scan, index = divmod(spoke, self._radar.azimuths)
+        sector, engine = self._sector.after(index), self._engine
+        tiles = engine.labelled_tiles if isinstance(engine, LabellingEngine) else engine.tiles
+        computed = (self._block(scan, *tile) for tile in tiles(scan, sector.requested))
+        for stretch in sector.stretches(computed):
+            yield from BLAS_LIMIT.each(regrouped(stretch, size))
+
+    def _as_commanded(self, block: SpokeBlock) -> SpokeBlock | None:
+        """The spokes of a block before the next command, which count as taken from now on; None where there are none."""
+        with self._commanding:
+            count = min(len(block), int(min(self.steering.due, block.first + len(block))) - block.first)
+            self.next_spoke = block.first + max(count, 0)
+            if count <= 0:
+                return None
+            part = block if count == len(block) else block.part(0, count)
+            return replace(part, commands=self.steering.count) if self.steering.count else part
+
+    def _overtaken(self) -> int | None:
+        """The spoke to go on from where a command acts that the last blocks do not show; else None."""
+        with self._commanding:
+            return int(self.steering.due) if self.steering.due <= self.next_spoke else None
+
+    def _block(self, scan: int, start: int, field: Profiles, power: Singles, labels: Labels | None = None) -> SpokeBlock:
+        number = scan * self._radar.azimuths + np.arange(start, start + len(field))
+        time = self._radar.schedule(number)[1]
+        return SpokeBlock(
+            int(number[0]), scan, start, time, *self.readings(number), self._engine.range, self._radar.range_step, field, power,
+            labels=labels,
+        )  # fmt: skip

@@ -1,0 +1,51 @@
+"""REST: errors on purpose of a radar."""
+
+import asyncio
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body
+
+from radar_service.scene.error_settings import ErrorSettings
+from radar_service.scene.errors_model import ErrorsModel
+from radar_service.stream.http import schemas
+from radar_service.stream.http.answers import REFUSED, UNKNOWN, UNREADABLE
+from radar_service.stream.radio.station import Station
+
+EXAMPLES = [{"gyro": {"bias_deg": 1.5}, "feed": {"drop_rate": 0.1}}, {"profile": "imo-a823"}]
+ErrorsChange = Annotated[ErrorsModel, Body(examples=EXAMPLES)]
+
+
+def error_routes(station: Callable[[str], Station]) -> APIRouter:
+    """Returns the routes of errors. station: returns a radar by its id, and raises where there is none."""
+    router = APIRouter(tags=["radars"])
+
+    @router.get("/radars/{radar}/errors", responses=UNKNOWN)
+    async def get_errors(radar: str) -> schemas.ErrorsState:
+        """Returns the errors on purpose that are in force."""
+        return _state(station(radar).errors.errors)
+
+    @router.patch("/radars/{radar}/errors", responses={**UNKNOWN, **REFUSED, **UNREADABLE})
+    async def change_errors(radar: str, requested: ErrorsChange) -> schemas.ErrorsState:
+        """Changes errors on purpose, from the first spoke that was not yet sent; answers with all.
+
+        A table replaces the present one whole; null or {} switches it off, and tables that are not given stay. A profile
+        replaces the tables that it has. Another scene, or another rpm, begins with the errors of its scene file.
+        """
+        return await _changed(station(radar), requested.model_dump(exclude_unset=True))
+
+    @router.delete("/radars/{radar}/errors", responses=UNKNOWN)
+    async def delete_errors(radar: str) -> schemas.ErrorsState:
+        """Switches all errors on purpose off, from the first spoke that was not yet sent."""
+        return await _changed(station(radar), None)
+
+    return router
+
+
+async def _changed(station: Station, tables: Mapping[str, Any] | None) -> schemas.ErrorsState:
+    await asyncio.to_thread(station.errors.set_errors, tables)  # which may import scipy
+    return _state(station.errors.errors)
+
+
+def _state(errors: ErrorSettings | None) -> schemas.ErrorsState:
+    return schemas.ErrorsState.model_validate((errors or ErrorSettings()).as_tables())

@@ -1,0 +1,151 @@
+"""Errors on purpose between the engine and the clients: a sink that passes on what the radar reports, as the feed sends it.
+
+The engines of the service compute true spokes. Errors change here, so a change acts from the first spoke not yet sent.
+"""
+
+import json
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
+
+from radar_service.errors.history import ReadingsHistory
+from radar_service.records import OwnShipTruth, SpokeBlock
+from radar_service.scene.error_settings import ErrorSettings
+from radar_service.scene.errors_model import MAX_LATENCY_S
+from radar_service.stream.source import SpokeSource, TruthLine
+from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink
+from radar_service.types import Singles
+
+if TYPE_CHECKING:
+    from radar_service.errors.reporter import ErrorReporter
+
+MAX_RUNS = 4  # engines about whose spokes the truth may still ask
+SCANS_KEPT = 2  # of true readings, besides the longest latency: the truth of a scan comes when it has been sent
+MAX_KEPT = 2**18  # spokes: 15 MB
+
+
+class ErrorStage:
+    """A sink of true spokes. The sinks of the feed receive from it what is reported and sent, under numbers of its own.
+
+    `_lock` guards the reports; `set_errors` and `completed` may be called from any thread. `errors`, of the spokes to come, is
+    immutable and replaced whole, so it may be read without the lock.
+    """
+
+    def __init__(self, engine: SpokeSource, sinks: Sequence[SpokeSink]) -> None:
+        self._sinks = tuple(sinks)
+        self._lock = threading.Lock()
+        self._reports: dict[SpokeSource, _Reports] = {}  # the last one is of the engine that runs
+        self._running = self._reports_of(engine)
+        self._number = 0  # of the next spoke in this epoch, as clients count
+        self.errors = self._running.errors
+
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        """Changes the errors of the spokes not yet sent, as Simulator.set_errors. Raises SceneError."""
+        from radar_service.errors.tables import changed_errors  # here and below: scipy would slow the start of every service
+
+        with self._lock:
+            self.errors = changed_errors(self.errors, tables)
+            self._running.set(self.errors)
+
+    def open_epoch(self, epoch: Epoch) -> None:
+        """Begins an epoch. Another engine begins with the errors of its scene."""
+        with self._lock:
+            self._running, self._number = self._reports_of(epoch.engine), 0
+            self.errors = self._running.errors
+        for sink in self._sinks:
+            sink.open_epoch(epoch)
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Passes on what is sent when these spokes are due."""
+        with self._lock:
+            if batch.epoch.engine not in self._reports:  # it continues the run of one that has failed
+                self._keep(batch.epoch.engine, self._running)
+            sent = self._running.sent(batch.block)
+        for block in sent:
+            same = block is batch.block and batch.first == self._number
+            before = batch.before if block.first == batch.block.first else _power_before(block, batch.block)
+            passed = batch if same else replace(batch, first=self._number, block=block, before=before)
+            self._number += len(block)
+            for sink in self._sinks:
+                sink.send(passed)
+
+    def skip(self, epoch: str, count: int, reason: str) -> None:
+        """Passes on the notice."""
+        self._number += count
+        for sink in self._sinks:
+            sink.skip(epoch, count, reason)
+
+    def close(self, reason: str) -> None:
+        """Passes on the notice."""
+        for sink in self._sinks:
+            sink.close(reason)
+
+    def completed(self, engine: SpokeSource, line: TruthLine) -> str:
+        """Returns a line of the truth of spokes that were sent, with what was reported and what happened to the spokes."""
+        with self._lock:
+            reports = self._reports.get(engine)
+            return reports.completed(line) if reports else line.text
+
+    def _reports_of(self, engine: SpokeSource) -> "_Reports":
+        if engine not in self._reports:
+            self._keep(engine, _Reports(engine))
+        return self._reports[engine]
+
+    def _keep(self, engine: SpokeSource, reports: "_Reports") -> None:
+        self._reports[engine] = reports
+        while len(self._reports) > MAX_RUNS:
+            del self._reports[next(iter(self._reports))]
+
+
+class _Reports:
+    """What is reported in one run of a scene. `next` is the number of the first spoke not yet sent, from t = 0."""
+
+    def __init__(self, engine: SpokeSource) -> None:
+        self._radar, self._seed, self._radar_id = engine.scene.radar, engine.seed, engine.scene.radar_id
+        kept = math.ceil(MAX_LATENCY_S / self._radar.spoke_period) + SCANS_KEPT * self._radar.azimuths
+        self._history = ReadingsHistory(min(kept, MAX_KEPT))
+        self._next = 0
+        self._reporter: ErrorReporter | None = None  # until there are errors
+        self.set(engine.scene.errors)
+
+    @property
+    def errors(self) -> ErrorSettings | None:
+        return None if self._reporter is None else self._reporter.errors
+
+    def set(self, errors: ErrorSettings | None) -> None:
+        if self._reporter is None and errors is not None:
+            from radar_service.errors.reporter import ErrorReporter
+
+            self._reporter = ErrorReporter(self._radar, self._seed, None, self._radar_id)
+        if self._reporter is not None:
+            self._reporter.set(errors, self._next)
+
+    def sent(self, block: SpokeBlock) -> list[SpokeBlock]:
+        """What is sent when these spokes are due."""
+        self._next = block.first + len(block)
+        self._history.add(block.first, block.readings)
+        if self._reporter is None:
+            return [block]
+        return self._reporter.sent(self._reporter.reported(block, self._history.readings))
+
+    def completed(self, line: TruthLine) -> str:
+        if self._reporter is None or not self._reporter.has_errors:
+            return line.text
+        content = json.loads(line.text)
+        if content["type"] == "header":
+            return line.text
+        scan = content["scan"]
+        last = self._reporter.last_spoke(scan)
+        own = OwnShipTruth(**content["own_ship"])
+        reported = self._reporter.own_ship(own, min(content.get("spoke", last), last), self._history.readings)
+        content["own_ship"]["reported"] = reported and asdict(reported)
+        counts = self._reporter.counts(scan) if content["type"] == "snapshot" else None
+        return json.dumps(content | ({"feed_errors": asdict(counts)} if counts else {}), allow_nan=False)
+
+
+def _power_before(block: SpokeBlock, whole: SpokeBlock) -> Singles | None:
+    """The power of the spoke before a part of a block; None where that is not in the block."""
+    at = block.first - whole.first - 1
+    return whole.power[at] if 0 <= at < len(whole) else None

@@ -1,0 +1,103 @@
+"""Latency of commands at pace 1, from the pose that a client sends to the first spoke at a client that shows it.
+
+`pytest -m bench -s tests/bench/test_command_latency.py` prints the figures of docs/measurements.md#commands. Server, world and
+both clients share this machine, and so does what else runs on it.
+"""
+
+import asyncio
+import contextlib
+import json
+import os
+import time
+from collections.abc import AsyncIterator, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.asyncio.client import ClientConnection, connect
+
+from radar_service.simulator_options import SimulatorOptions
+from radar_service.stream.codecs.native import wire
+from radar_service.stream.http.app import create_app
+from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.radio.station import Station
+from radar_service.stream.radio.world import WorldMaker
+from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED
+from radar_service.stream.source import UNFOLLOWED, SceneOrder
+from tests.stream.serving import served
+
+pytestmark = pytest.mark.bench
+COMMANDS = 100
+AIM = 0.1  # s, of the median
+EVERY = 0.1  # s between two commands: some meet a batch that has just been sent, others one that is due
+HULL = {"name": "ship", "shape": "hull", "length_m": 60, "beam_m": 12, "height_m": 10, "steerable": {}}
+SCENES: dict[str, dict[str, Any]] = {
+    "a point": {
+        "name": "point",
+        "radar": {"azimuths": 720, "range_max_m": 3000},
+        "body": [{"name": "ship", "shape": "point", "position_m": [0, 900, 5], "rcs_dbsm": 20, "steerable": {}}],
+    },
+    "a hull, sea and noise": {
+        "name": "hull",
+        "radar": {"azimuths": 2048, "beamwidth_deg": 1.2, "range_max_m": 6000},
+        "environment": {"noise": True, "sea_state": 3},
+        "own_ship": {"steerable": {}},
+        "body": [HULL | {"position_m": [0, 900, 0]}, HULL | {"name": "other", "position_m": [1200, 0, 0]}],
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def fork_server() -> Iterator[ForkServer]:
+    server = ForkServer(WORLDS_NEED, OTHERS_NEED)
+    server.start()
+    yield server
+    server.close()
+
+
+@contextlib.asynccontextmanager
+async def both(host: str, port: int) -> AsyncIterator[tuple[ClientConnection, ClientConnection]]:
+    """The feed, and a client that sends poses."""
+    address = f"ws://{host}:{port}/api/radars/0"
+    async with connect(f"{address}/feed?bins=128", proxy=None) as feed, connect(f"{address}/poses", proxy=None) as poses:
+        yield feed, poses
+
+
+async def latencies(host: str, port: int) -> list[float]:
+    """Times [s] from each command to the first spoke that shows it."""
+    sent: dict[int, float] = {}  # by the spoke
+    result: list[float] = []
+    async with both(host, port) as (feed, poses):
+
+        async def read() -> None:
+            while len(result) < COMMANDS:
+                message = wire.unpack(bytes(await feed.recv(decode=False)))
+                if message["type"] == "spokes":
+                    now = time.perf_counter()
+                    for spoke in [each for each in sent if each < message["first"] + message["count"]]:
+                        result.append(now - sent.pop(spoke))
+
+        reading = asyncio.create_task(read())
+        for n in range(COMMANDS):
+            begun = time.perf_counter()
+            await poses.send(json.dumps({"body": "ship", "position_m": [n, 900], "course_deg": n, "speed_kn": 10}))
+            answer = json.loads(await poses.recv())
+            assert answer["type"] == "pose", answer
+            sent[answer["spoke"]] = begun
+            await asyncio.sleep(EVERY)
+        await reading
+    return result
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_command_shows_within_a_tenth_of_a_second(name: str, fork_server: ForkServer) -> None:
+    maker = WorldMaker(fork_server, SimulatorOptions(fidelity="fast"))
+    station = Station("0", maker(SceneOrder(SCENES[name]), UNFOLLOWED), maker)
+    with served(create_app([station], fork_server=fork_server), [station]) as (host, port):
+        times = 1e3 * np.array(asyncio.run(asyncio.wait_for(latencies(host, port), 120)))
+    middle, high, worst = np.percentile(times, [50, 95, 100])
+    print(
+        f"\n{name}: median {middle:.0f} ms, 95 % {high:.0f} ms, worst {worst:.0f} ms, load average {os.getloadavg()[0]:.1f}"
+    )
+    share = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))  # processes to a core: each gets so much less of it
+    assert middle < 1e3 * AIM * share

@@ -1,0 +1,46 @@
+"""The powers of sources, tile by tile."""
+
+import numpy as np
+import pytest
+
+from radar_service.engine.preparation import prepare
+from radar_service.engine.source_numbers import NOISE, RAIN, SEA, source_numbers
+from radar_service.engine.source_powers import SourcePowers
+from radar_service.fidelity import PRESETS
+from tests.alone import powers_alone
+from tests.engine.test_labels import crowded
+
+
+@pytest.mark.parametrize("moves", [False, True], ids=["at rest", "own ship under way"])
+def test_powers_are_those_of_separately_run_sources(moves: bool) -> None:
+    """To single precision of the strongest echo, and -55 dB of each where a shadow cancels an echo on another kernel."""
+    made = crowded(moves)
+    powers, alone = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made)).scan(2), powers_alone(made, 2)
+    assert {number for number, power in alone.items() if power.any()} == set(powers)
+    for number, power in powers.items():
+        strongest = alone[number].max()
+        np.testing.assert_allclose(power, alone[number], rtol=2e-3, atol=3e-6 * strongest, err_msg=str(number))
+
+
+def test_clutter_is_its_mean_over_speckle_and_tiles_are_kept() -> None:
+    """Over 60 scans at rest the sea's and the rain's power average to it within a tenth, 1.3 / root 60 twice over."""
+    made = crowded(False, sea_state=3, rain_mm_h=2.0)
+    powers = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made))
+    ratios = []
+    for scan in range(60):
+        tile = powers.tile(scan, 0)
+        assert powers.tile(scan, 0) is tile
+        mean, drawn = tile.clutter[:, 40:60], (tile.power[SEA] + tile.power[RAIN])[:, 40:60]
+        ratios.append(float((drawn / mean).mean()))
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.1)
+
+
+def test_nothing_but_noise_and_interference_is_received_where_the_radar_is_blind() -> None:
+    made = crowded(False)
+    powers = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made))
+    tile = powers.prepared.tile
+    part = powers.tile(0, 35 // tile * tile)  # azimuth 35 of 72 looks along 175 degrees
+    row = 35 % tile
+    assert not part.transmitting[row] and part.transmitting[0]
+    assert not part.clutter[row].any()
+    assert [number for number, power in part.power.items() if power[row].any() and number != 3] == [NOISE]

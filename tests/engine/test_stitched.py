@@ -1,0 +1,167 @@
+"""Several pulses by range: each part of a profile is that of a radar with this pulse alone, at the noise of the last pulse."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.engine.pipeline import Engine
+from radar_service.engine.preparation import Prepared, prepare
+from radar_service.engine.stitched import StitchedEngine, own_noise, pulse_gain, pulse_scenes
+from radar_service.fidelity import PRESETS
+from radar_service.receive.compression import receiver_noise_power
+from tests.scenes import point, scene
+
+SHORT: dict[str, Any] = {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6}
+MIDDLE: dict[str, Any] = {"pulse_s": 1e-6, "bandwidth_hz": 20e6, "window": "taylor"}
+LONG: dict[str, Any] = {
+    "modulation": "nlfm",
+    "window": "nuttall",
+    "compression": "inverse",
+    "pulse_s": 4e-6,
+    "bandwidth_hz": 20e6,
+}
+REST: dict[str, Any] = {
+    "azimuths": 64, "beamwidth_deg": 8, "range_max_m": 1500, "eclipsing": True, "prf_hz": 20_000, "second_time_around": True,
+    "height_m": 30,
+}  # fmt: skip
+RATE = 30e6  # of all pulses: 1.5 times the widest band
+SHIP = {"name": "ship", "shape": "hull", "length_m": 60, "beam_m": 12, "height_m": 14, "position_m": [-200, 610, 0]}
+BODIES = [
+    point("near", 150, 100), point("at the first seam", 0, 240, 10), point("far", 0, 1200, swerling=1),
+    point("beyond", 0, 8100, 30, 60), {**SHIP, "material": "wood", "speed_kn": 10, "course_deg": 20},
+    {**SHIP, "name": "quay", "material": "concrete", "position_m": [400, 0, 0]},
+]  # fmt: skip
+
+
+def stitched(environment: dict[str, Any], **radar: Any) -> rs.Scene:
+    """The bodies as a radar with all three pulses has them."""
+    pulses = [{**SHORT, "range_max_m": 240}, {**MIDDLE, "range_max_m": 640}, LONG]
+    return scene(BODIES, radar={**REST, "pulses": pulses, **radar}, environment=environment)
+
+
+def alone(pulse: dict[str, Any], end: float, environment: dict[str, Any]) -> rs.Simulator:
+    """A radar with one of the pulses alone, out to the end of its ranges."""
+    return rs.Simulator(
+        scene(BODIES, radar={**REST, **pulse, "sample_rate_hz": RATE, "range_max_m": end}, environment=environment)
+    )
+
+
+@pytest.mark.parametrize("environment", [{}, {"multipath": True, "gas_db_per_km": 0.1}], ids=["free space", "over the sea"])
+def test_each_part_is_that_of_a_radar_with_this_pulse_alone(environment: dict[str, Any]) -> None:
+    """To the bit, with plain and chirped pulses, eclipsed echoes, second-time-around echoes, and bodies at rest and under way."""
+    sim, singles = rs.Simulator(stitched(environment)), [alone(*pulse, environment) for pulse in
+                                                         ((SHORT, 240), (MIDDLE, 640), (LONG, 1500))]  # fmt: skip
+    for _ in range(2):
+        whole, parts = sim.scan(), [single.scan() for single in singles]
+        ends = [0, *(part.field.shape[1] for part in parts)]
+        assert ends == [0, 49, 129, 301] and whole.field.shape[1] == 301
+        for part, single, first, stop in zip(parts, singles, ends[:-1], ends[1:], strict=True):
+            gain = np.float32(np.sqrt(sim.noise_power / single.noise_power))
+            assert np.abs(part.field[:, first:stop]).max() > 0
+            np.testing.assert_array_equal(whole.field[:, first:stop], gain * part.field[:, first:stop])
+        np.testing.assert_array_equal(whole.power, whole.field.real**2 + whole.field.imag**2)
+        np.testing.assert_array_equal(whole.range, parts[-1].range)
+    assert sim.noise_power == singles[-1].noise_power
+
+
+def test_the_last_part_has_the_noise_and_clutter_of_a_radar_with_this_pulse_alone() -> None:
+    environment = {"noise": True, "sea_state": 4, "rain_mm_h": 4}
+    whole, last = rs.Simulator(stitched(environment), seed=7).scan(), None
+    made = scene(BODIES, radar={**REST, **LONG, "sample_rate_hz": RATE}, environment=environment)
+    last = rs.Simulator(made, seed=7).scan()
+    np.testing.assert_array_equal(whole.field[:, 129:], last.field[:, 129:])
+
+
+def test_noise_has_one_level_and_parts_are_independent() -> None:
+    """2000 scans of 4 azimuths: a cell's mean scatters by 1/89, 5 sigma. Products of two cells in the first azimuth, where parts
+    would begin with the same random numbers, scatter by 1/45; the largest of those of 49 x 252 pairs is below 5.5 sigma."""
+    pulses = [{**SHORT, "range_max_m": 240}, LONG]
+    sim = rs.Simulator(
+        scene(radar={**REST, "azimuths": 4, "beamwidth_deg": 90, "pulses": pulses}, environment={"noise": True})
+    )
+    field = np.stack([sim.scan().field for _ in range(2000)]) / np.sqrt(sim.noise_power)
+    assert np.abs((np.abs(field) ** 2).mean(axis=(0, 1)) - 1.0).max() < 5 / np.sqrt(8000)
+    products = np.abs(field[:, 0, :49].T @ field[:, 0, 49:].conj()) / 2000
+    assert products.max() < 5.5 / np.sqrt(2000)
+
+
+def test_an_echo_is_fainter_in_the_part_of_the_short_pulse_by_its_loss_of_signal_to_noise() -> None:
+    """Two points of the same received power, just before and behind the seam, each in the middle of a cell. The long pulse of
+    1 us has k T0 F / T and 0.30 dB (docs/engine.md, product 20). The short one has 1.0645 k T0 F B over the square of its peak,
+    an error function of B T = 1.2: 10 log10(1.0645 x 15 / 0.977^2) - 0.30 = 11.9 dB."""
+    step = 299_792_458.0 / (2 * RATE)
+    ranges = [46.5 * step, 60.5 * step]
+    bodies = [point("a", 0, ranges[0], 30, 10), point("b", 0, ranges[1], 30, 10 + 40 * np.log10(ranges[1] / ranges[0]))]
+    pulses = [{**SHORT, "range_max_m": 240}, {**LONG, "pulse_s": 1e-6}]
+    radar = {**REST, "second_time_around": False, "eclipsing": False, "pulses": pulses, "prf_hz": None}
+    made = scene(bodies, radar={k: v for k, v in radar.items() if v is not None}, environment={"earth": "flat"})
+    power = rs.Simulator(made).scan().power[0]
+    noise = [receiver_noise_power(each) for each in made.radar.of_each_pulse]
+    assert 10 * np.log10(power[60] / power[46]) == pytest.approx(10 * np.log10(noise[0] / noise[1]), abs=0.02)
+    assert 10 * np.log10(noise[0] / noise[1]) == pytest.approx(11.93, abs=0.03)
+    assert pulse_gain(*made.radar.of_each_pulse) == pytest.approx(np.sqrt(noise[1] / noise[0]))
+
+
+def test_the_short_pulse_has_what_the_long_one_is_blind_to() -> None:
+    """600 m is the end of the long pulse. A point at 120 m has a fifth of its amplitude, -14 dB, but for what an inverse filter
+    makes of the end of the chirp, 0.3 dB. It loses nothing of the short pulse."""
+    bodies = [point("t", 0, 120, 30)]
+    loss = []
+    for pulses in ([{**SHORT, "range_max_m": 640}, LONG], [LONG]):
+        peaks = []
+        for eclipsing in (True, False):
+            radar = {**REST, "second_time_around": False, "pulses": pulses, "eclipsing": eclipsing, "sample_rate_hz": RATE}
+            peaks.append(rs.Simulator(scene(bodies, radar=radar)).scan().power[0].max())
+        loss.append(10 * np.log10(peaks[1] / peaks[0]))
+    assert loss[0] == pytest.approx(0.0, abs=1e-6) and loss[1] == pytest.approx(14.0, abs=0.4)
+
+
+@pytest.mark.parametrize("far", [1500, 20_000], ids=["equal tiles", "larger tiles of the short pulse"])
+def test_sectors_and_threads_change_no_byte(far: float) -> None:
+    """Profiles of 4003 bins are computed by 16 azimuths, shorter ones by 32."""
+    radar = {"range_max_m": far, "second_time_around": False, "prf_hz": 2000}
+    made = stitched({"noise": True, "sea_state": 3}, **radar)
+    whole = rs.Simulator(made).scan().field
+    np.testing.assert_array_equal(rs.Simulator(made, threads=3).scan().field, whole)
+    part = rs.Simulator(made, sector=(1.8, 2.4)).scan().field
+    inside = ~np.isnan(part[:, 0])
+    assert 0 < inside.sum() < 20
+    np.testing.assert_array_equal(part[inside], whole[inside])
+
+
+def test_parts_in_tiles_of_other_azimuths_are_joined_by_azimuth() -> None:
+    """Tiles of 5 and of 16 azimuths, all of them and those of a sector that begins and ends within tiles."""
+    made = stitched({"noise": True})
+
+    def prepared(scene: rs.Scene, tile: int = 5) -> Prepared:
+        return replace(prepare(scene, PRESETS["balanced"], 0), tile=tile)
+
+    engine = StitchedEngine(made, prepared, prepared(made, 16))
+    whole = np.concatenate([field for _, field, _ in engine.tiles(0)])
+    assert whole.shape == (64, 301)
+    for k, end in enumerate((49, 129)):
+        near = Engine(own_noise(prepared(pulse_scenes(made)[k]), k))
+        alone = np.concatenate([field for _, field, _ in near.tiles(0)])
+        gain = np.float32(pulse_gain(near.prepared.scene.radar, made.radar))
+        np.testing.assert_array_equal(whole[:, end - 40 : end], gain * alone[:, end - 40 : end])
+    requested = np.zeros(64, dtype=np.bool_)
+    requested[17:19] = True
+    (start, field, power), *more = engine.tiles(0, requested)
+    assert (start, more) == (16, [])
+    np.testing.assert_array_equal(field, whole[16:32])
+    np.testing.assert_array_equal(power, field.real**2 + field.imag**2)
+
+
+def test_speckle_of_a_near_pulse_is_its_own_and_the_sea_is_shared() -> None:
+    made = stitched({"noise": True, "sea_state": 4})
+    near = pulse_scenes(made)
+    assert [one.radar.bins for one in near] == [49, 129] and all(one.radar.near_pulses == () for one in near)
+    prepared = prepare(near[0], PRESETS["balanced"], 3)
+    own = [own_noise(prepared, k) for k in (0, 1)]
+    rows = [each.clutter.speckle.span(0, 8) for each in (prepared, *own) if each.clutter is not None]
+    assert len(rows) == 3 and not any(np.allclose(rows[a], rows[b]) for a, b in ((0, 1), (0, 2), (1, 2)))
+    assert own[0].clutter is not None and prepared.clutter is not None
+    assert replace(own[0].clutter, speckle=prepared.clutter.speckle) == prepared.clutter

@@ -1,0 +1,128 @@
+"""What sensors report, against the truth and the laws, to rounding."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.errors.noise import SensorNoise
+from radar_service.errors.sensors import EAST, GYRO, LOG, NORTH, SensorLaws, is_lost
+from radar_service.frames import wrap_angle, wrap_bearing
+from radar_service.reports import Readings
+from radar_service.types import Floats, Indices
+from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
+
+DEGREE, KNOT = np.pi / 180.0, 1852 / 3600
+ROUNDING = 1e-12  # rad, m or m/s: some operations on numbers below 1000
+
+
+def true(errors: Any, scans: int = 1) -> tuple[Any, Readings, Indices, Floats]:
+    """The reported block of a run, its true readings, numbers and times."""
+    block = whole(simulator(errors), scans)
+    assert block.true is not None
+    return block, block.true, block.first + np.arange(len(block)), block.time
+
+
+def test_the_truth_is_that_of_a_run_without_errors() -> None:
+    block, readings, _, _ = true({"profile": "imo-a823", "position": {"noise_m": 5}})
+    plain = whole(simulator())
+    for value, expected in zip(readings, plain.readings, strict=True):
+        np.testing.assert_array_equal(value, expected)
+    np.testing.assert_array_equal(block.field, plain.field)
+    np.testing.assert_array_equal(block.power, plain.power)
+    assert plain.true is None and not same(block, plain)
+
+
+def test_a_gyro_turns_heading_course_and_azimuth_together() -> None:
+    gyro = {"bias_deg": 1.5, "calibration_deg": 0.7, "calibration_phase_deg": 30, "noise_deg": 0.2, "noise_time_s": 2}
+    block, was, number, time = true({"gyro": gyro}, scans=3)
+    expected = 1.5 * DEGREE + 0.7 * DEGREE * np.sin(was.heading - 30 * DEGREE)
+    expected += 0.2 * DEGREE * SensorNoise(2.0, 5, GYRO).at(number, time)
+    assert np.ptp(was.heading) > 0.5  # she turns
+    for reported, truly in ((block.heading, was.heading), (block.course, was.course), (block.azimuth, was.azimuth)):
+        np.testing.assert_allclose(wrap_angle(reported - truly), expected, atol=ROUNDING)
+        assert reported.min() >= 0.0 and reported.max() < 2.0 * np.pi
+    np.testing.assert_array_equal(block.position, was.position)
+    np.testing.assert_array_equal(block.speed, was.speed)
+
+
+def test_a_log_has_bias_scale_and_noise() -> None:
+    block, was, number, time = true({"log": {"bias_kn": 0.5, "scale_percent": 3, "noise_kn": 0.1, "noise_time_s": 4}})
+    expected = was.speed * 1.03 + 0.5 * KNOT + 0.1 * KNOT * SensorNoise(4.0, 5, LOG).at(number, time)
+    np.testing.assert_allclose(block.speed, expected, atol=ROUNDING)
+    np.testing.assert_array_equal(block.heading, was.heading)
+    np.testing.assert_array_equal(block.azimuth, was.azimuth)
+
+
+def test_a_position_has_bias_and_noise_of_each_axis() -> None:
+    block, was, number, time = true({"position": {"bias_m": [3, -4], "noise_m": 2, "noise_time_s": 30}})
+    for axis, (bias, key) in enumerate(((3.0, EAST), (-4.0, NORTH))):
+        expected = bias + 2.0 * SensorNoise(30.0, 5, key).at(number, time)
+        np.testing.assert_allclose(block.position[:, axis] - was.position[:, axis], expected, atol=1e-10)  # of 200 m
+
+
+def test_latency_reports_the_readings_of_an_older_spoke() -> None:
+    period = 1.0 / AZIMUTHS
+    errors = {"gyro": {"latency_s": 10.2 * period}, "log": {"latency_s": 20 * period}, "position": {"latency_s": 5 * period}}
+    block, was, _, _ = true(errors, scans=3)
+    for reported, truly, spokes in (
+        (block.heading, was.heading, 10), (block.course, was.course, 10), (block.speed, was.speed, 20),
+        (block.position, was.position, 5),
+    ):  # fmt: skip
+        np.testing.assert_allclose(reported[spokes:], truly[:-spokes], atol=ROUNDING)
+        np.testing.assert_allclose(reported[:spokes], np.broadcast_to(truly[0], reported[:spokes].shape), atol=ROUNDING)
+    np.testing.assert_allclose(
+        wrap_angle(block.azimuth - was.azimuth), wrap_angle(block.heading - was.heading), atol=ROUNDING
+    )
+
+
+def test_the_antenna_errs_in_azimuth_alone() -> None:
+    block, was, _, _ = true({"antenna": {"misalignment_deg": -2, "encoder_step_deg": 5}})
+    step, from_bow = 5 * DEGREE, wrap_angle(was.azimuth - was.heading)
+    expected = np.rint((from_bow - 2 * DEGREE) / step) * step - from_bow
+    np.testing.assert_allclose(wrap_angle(block.azimuth - was.azimuth), expected, atol=ROUNDING)
+    np.testing.assert_array_equal(block.heading, was.heading)
+
+
+def test_without_a_heading_azimuths_count_from_the_bow() -> None:
+    block, was, _, time = true(
+        {"gyro": {"bias_deg": 3}, "antenna": {"misalignment_deg": 1}, "feed": {"heading_lost_s": [[0.25, 0.5]]}}
+    )
+    lost = (time >= 0.25) & (time < 0.5)
+    assert 0 < lost.sum() < AZIMUTHS
+    np.testing.assert_array_equal(np.isnan(block.heading), lost)
+    np.testing.assert_array_equal(np.isnan(block.course), lost)
+    expected = wrap_bearing(was.azimuth + 4 * DEGREE - np.where(lost, was.heading + 3 * DEGREE, 0.0))
+    np.testing.assert_allclose(block.azimuth, expected, atol=ROUNDING)
+    np.testing.assert_array_equal(is_lost(np.array([0.9, 1.0, 2.0]), ((1.0, 2.0), (5.0, 6.0))), [False, True, False])
+
+
+@pytest.mark.parametrize("scan", [1, 4])
+def test_a_run_from_a_later_scan_reports_the_same(scan: int) -> None:
+    errors = {"profile": "imo-a823", "gyro": {"latency_s": 0.3}, "position": {"noise_m": 5, "latency_s": 0.2}}
+    through, later = simulator(errors), simulator(errors)
+    list(through.blocks(scan, size=7))
+    later.skip_to(scan)
+    assert same(whole(through), whole(later)) and not same(whole(through), whole(simulator(errors, seed=6)))
+
+
+def test_radars_of_one_ship_share_her_sensors_and_have_antennas_of_their_own() -> None:
+    scene = rs.load_scene(SCENE | {"errors": {"profile": "imo-a823"}})
+    number, plain = np.arange(AZIMUTHS), whole(simulator())
+    assert scene.errors is not None
+    one, other = (
+        SensorLaws(scene.errors, scene.radar, 5, key).reported(number, plain.time, plain.readings, lambda _: plain.readings)
+        for key in (0, 9)
+    )
+    np.testing.assert_array_equal(one.heading, other.heading)
+    np.testing.assert_array_equal(one.speed, other.speed)
+    assert (one.azimuth != other.azimuth).any()
+
+
+def test_own_ship_at_anchor_keeps_her_reports_apart_from_the_echoes() -> None:
+    """A resting antenna takes another way through the engine."""
+    still = SCENE | {"own_ship": {"heading_deg": 350}}
+    block = whole(simulator({"gyro": {"bias_deg": 20}}, **{"own_ship": still["own_ship"]}))
+    np.testing.assert_allclose(block.heading, 10 * DEGREE, atol=ROUNDING)
+    assert np.all(block.heading == block.heading[0])

@@ -1,0 +1,36 @@
+"""Records as plain data and back."""
+
+import json
+from dataclasses import replace
+from math import inf
+
+import pytest
+
+from radar_service.fidelity import PRESETS
+from radar_service.recording import RecordingError
+from radar_service.recording.plain import plain, restored
+from tests.scenes import radar
+
+
+@pytest.mark.parametrize(
+    "record",
+    [*PRESETS.values(), radar(), radar(pattern="taylor", blind_sectors_deg=[[10, 20.1], [80, 90]], beamwidth_deg=3.3),
+     radar(pattern=[[0, 0], [3, -3], [10, -30]], beamwidth_deg=6)],
+)  # fmt: skip
+def test_a_record_comes_back_to_the_bit(record: object) -> None:
+    assert restored(json.loads(json.dumps(plain(record), allow_nan=False))) == record
+
+
+def test_only_records_of_radars_are_made() -> None:
+    for kind in ("subprocess.Popen", "radar_service.radar.parameters.horizon", "radar_service.radar.nothing.X", ""):
+        with pytest.raises(RecordingError, match="is no record of a radar"):
+            restored({"type": kind, "args": "x"})
+
+
+def test_fields_of_another_version_are_named() -> None:
+    with pytest.raises(RecordingError, match="colour.*read it with the version that recorded it"):
+        restored(plain(PRESETS["fast"]) | {"colour": 1})
+
+
+def test_infinity_has_a_place_in_json() -> None:
+    assert plain(replace(PRESETS["fast"], beam_extent=inf))["beam_extent"] == {"type": "float", "value": "inf"}

@@ -1,0 +1,68 @@
+"""The channels of a radar as another program finds them."""
+
+import base64
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+from mcap.reader import make_reader
+from PIL import Image
+
+from radar_service.recording.radar_recording import RadarRecording
+from radar_service.recording.recording_file import RecordingFile
+from radar_service.stream.codecs.native import wire
+from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.source import TruthLine
+from radar_service.stream.spokes import Epoch, RadarInfo
+from tests.recording.scenes import AZIMUTHS, simulator
+from tests.stream.fake import FakeEngine, scene
+
+
+def messages(path: Path, topic: str) -> list[bytes]:
+    with path.open("rb") as stream:
+        return [m.data for _, _, m in make_reader(stream).iter_messages(topics=[topic], log_time_order=False)]
+
+
+def test_the_feed_channel_has_the_messages_of_a_feed(recording: Path) -> None:
+    hello, *rest = [wire.unpack(data) for data in messages(recording, "/radar/0/feed")]
+    made = simulator()
+    assert hello["type"] == "hello" and hello["encoding"]["name"] == "c64" and hello["radar"]["azimuths"] == AZIMUTHS
+    assert {message["epoch"] for message in rest} == {hello["epoch"]}
+    fields = np.concatenate([wire.samples(message) for message in rest])
+    assert fields.tobytes() == np.concatenate([made.scan().field for _ in range(3)]).tobytes()
+    headings = np.concatenate([message["heading_rad"] for message in rest])
+    np.testing.assert_array_equal(wire.turn_from_radians(headings), np.concatenate([m["heading"] for m in rest]))
+
+
+def test_pictures_are_those_of_a_viewer(recording: Path) -> None:
+    pictures = [json.loads(data) for data in messages(recording, "/radar/0/ppi")]
+    assert [picture["format"] for picture in pictures] == ["png"] * 3
+    assert [picture["timestamp"]["sec"] for picture in pictures] == [1, 3, 5]  # ends of scans of 1.818 s
+    image = Image.open(io.BytesIO(base64.b64decode(pictures[1]["data"])))
+    assert image.size == (600, 600) and np.asarray(image.convert("RGB")).std() > 1  # it shows something
+
+
+def test_log_times_go_on_where_simulated_time_starts_again(tmp_path: Path) -> None:
+    engine = FakeEngine(scene())
+    with RecordingFile(tmp_path / "a.mcap") as file:
+        recording = RadarRecording(file, "0", False)
+        for time in (0.0, 7.0, 3.0, 7.5):
+            recording.open_epoch(RadarInfo("0", "r", Epoch(f"{time}", engine, None), time, {"pace": {}}, False))
+    offsets = [json.loads(data)["log_offset"] for data in messages(tmp_path / "a.mcap", "/radar/0/scene")]
+    assert offsets == [0.0, 0.0, 4.0, 4.0]
+
+
+class WithoutTruth(FakeEngine):
+    """An engine whose process has died."""
+
+    def truth_lines(self, scan: int | None) -> list[TruthLine]:
+        raise EngineFault("gone")
+
+
+def test_a_truth_that_is_not_to_be_had_is_left_out(tmp_path: Path) -> None:
+    with RecordingFile(tmp_path / "a.mcap") as file:
+        recording = RadarRecording(file, "0", True)
+        recording.open_epoch(RadarInfo("0", "r", Epoch("e", WithoutTruth(scene()), None), 0.0, {"pace": {}}, True))
+    assert messages(tmp_path / "a.mcap", "/radar/0/truth") == []
+    assert json.loads(messages(tmp_path / "a.mcap", "/radar/0/scene")[0])["truth_header"] is None

@@ -1,0 +1,137 @@
+"""A recording in process: the spokes, scans and truth of the simulator that it was made of, to the bit."""
+
+import json
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.display.video import Controls
+from radar_service.recording import Recording, RecordingError, read
+from radar_service.recording.radar_recording import RadarRecording
+from radar_service.recording.record_command import record_scans
+from radar_service.recording.recording_file import RecordingFile
+from radar_service.recording.simulated_source import SimulatedSource
+from radar_service.records import Spoke
+from radar_service.scene.commands import CommandError
+from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.source import SceneOrder
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
+from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator
+from tests.stream.fake import FakeEngine, scene
+
+
+def test_blocks_spokes_and_scans_are_those_of_the_simulator(recording: Path) -> None:
+    result, made = read(recording), simulator()
+    for ours, its in zip(result.blocks(), made.blocks(3), strict=True):
+        for name, value in vars(its).items():
+            np.testing.assert_array_equal(getattr(ours, name), value, err_msg=name)
+        assert ours.field.dtype == its.field.dtype and ours.power.dtype == its.power.dtype
+    made.skip_to(0)
+    for one, other in zip(result.spokes(), made.spokes(3), strict=True):
+        assert isinstance(one, Spoke) and (one.number, one.azimuth) == (other.number, other.azimuth)
+    made.skip_to(0)
+    assert [scan.field.tobytes() for scan in result.scans()] == [made.scan().field.tobytes() for _ in range(3)]
+
+
+def test_the_attributes_are_those_of_the_simulator(recording: Path) -> None:
+    result, made = read(recording), simulator()
+    assert result.scene.radar == made.scene.radar and result.scene.origin == made.scene.origin
+    for name in ("seed", "fidelity", "noise_power", "range_step"):
+        assert getattr(result, name) == getattr(made, name)
+    assert result.range.tobytes() == made.range.tobytes()
+    assert result.plan.as_dict().keys() == made.plan.as_dict().keys()
+    assert result.record["document"]["body"][0]["name"] == "a"
+    assert result.spare() is None and result.trees == 0 and "two ships" in repr(result)
+    result.close()
+    assert len(list(result.spokes())) == 3 * AZIMUTHS
+
+
+@pytest.mark.parametrize("fidelity", ["documented", "fast"])
+def test_power_that_is_not_the_square_of_the_field_is_recorded_too(fidelity: str, tmp_path: Path) -> None:
+    result, made = read(recorded(tmp_path / "one.mcap", 1, fidelity)), simulator(fidelity)
+    (ours,), its = result.scans(), made.scan()
+    assert ours.field.tobytes() == its.field.tobytes() and ours.power.tobytes() == its.power.tobytes()
+
+
+def test_reading_starts_at_a_time_and_at_a_scan(recording: Path) -> None:
+    whole = list(read(recording).spokes())
+    for start in (0.0, whole[70].time, whole[70].time - 1e-6, whole[-1].time, whole[-1].time + 1.0):
+        got = [spoke.number for spoke in read(recording, start=start).spokes()]
+        assert got == [spoke.number for spoke in whole if spoke.time >= start]
+    result = read(recording)
+    result.skip_to(2)
+    assert next(result.spokes()).number == 2 * AZIMUTHS
+
+
+def test_blocks_have_the_size_that_is_requested(recording: Path) -> None:
+    assert [len(block) for block in islice(read(recording).blocks(size=24), 4)] == [24, 24, 16, 24]
+
+
+def test_the_truth_of_each_scan_is_read(recording: Path) -> None:
+    result, made = read(recording), simulator()
+    for scan in range(3):
+        records = [*made.crossings(scan), made.snapshot(scan)]
+        assert [json.loads(line.text) for line in result.truth_lines(scan)] == [
+            json.loads(json.dumps(record.as_dict())) for record in records
+        ]
+    assert len(list(result.crossings())) == sum(len(result.truth_lines(scan)) for scan in range(3)) >= 6
+    assert json.loads(result.truth_lines(None)[0].text)["scene_hash"] == made.truth_header()["scene_hash"]
+    assert result.truth_lines(7) == []
+
+
+def test_the_truth_of_every_instant_was_not_recorded(recording: Path, tmp_path: Path) -> None:
+    with pytest.raises(EngineFault, match="the truth of beam crossings"):
+        read(recording).truth(1.0)
+    silent = read(recorded(tmp_path / "silent.mcap", 1, with_truth=False))
+    assert silent.truth_lines(None) == silent.truth_lines(0) == [] and not list(silent.crossings())
+
+
+def test_what_the_recording_lacks_is_named(recording: Path) -> None:
+    with pytest.raises(RecordingError, match='radar: the recording has no "north"; it has 0'):
+        read(recording, radar="north")
+    with pytest.raises(RecordingError, match="epoch: 1 is not in .* which has 1 of radar 0"):
+        read(recording, epoch=1)
+
+
+def test_epochs_and_gaps_are_kept_apart(tmp_path: Path) -> None:
+    """Two epochs, the second with a shorter display range; in the first a gap within a scan."""
+    engine = FakeEngine(scene())
+    with RecordingFile(tmp_path / "two.mcap") as file:
+        recording = RadarRecording(file, "1", True)
+        for name, reach, numbers in (("first", None, (0, 5, 16, 24)), ("second", 100.0, (0, 5, 10))):
+            epoch = Epoch(name, engine, reach)
+            recording.open_epoch(RadarInfo("1", "one", epoch, 0.0, {"pace": {}}, True))
+            for first in numbers:
+                recording.send(SpokeBatch(epoch, first, engine.block(first, 5), Controls()))
+                if first == 5 and name == "first":
+                    recording.skip(name, 6, "the engine was started again")
+    one, two = Recording(tmp_path / "two.mcap", "1"), Recording(tmp_path / "two.mcap", "1", 1)
+    assert one.epochs == two.epochs == 2
+    assert [(block.first, len(block)) for block in one.blocks(size=32)] == [(0, 10), (16, 5), (24, 5)]
+    assert [block.first for block in two.blocks()] == [0] and len(two.range) == 10
+    np.testing.assert_array_equal(next(two.blocks()).power, engine.block(0, 15).power[:, :10])
+    assert two.record["log_offset"] > 0 and [scan.number for scan in one.scans()] == [0, 1]
+    assert np.isnan(next(one.scans()).time).sum() == 24 - 15
+
+
+def test_commands_are_recorded_and_the_engine_gives_the_same_bytes_with_them(tmp_path: Path) -> None:
+    """What the recording holds makes a simulator again: document, fidelity, seed and commands, some of them while it runs."""
+    scene = {**MOVING, "own_ship": {**MOVING["own_ship"], "steerable": {}}}
+    steered = rs.Simulator(rs.load_scene(scene), "balanced", SEED)
+    steered.command(spoke=20, course_deg=90, turn_rate_deg_s=3)
+    steered.command(spoke=100, speed_kn=15)
+    path = tmp_path / "steered.mcap"
+    with RecordingFile(path) as file:
+        source = SimulatedSource(steered, SceneOrder(scene))
+        record_scans(RadarRecording(file, "0", False), source, 3, False)
+    result = read(path)
+    assert [command.as_dict() for command in result.commands] == [command.as_dict() for command in steered.commands]
+    again = rs.Simulator(rs.load_scene(result.record["document"]), result.fidelity, result.seed, commands=result.commands)
+    for scan in result.scans():
+        assert scan.field.tobytes() == again.scan().field.tobytes()
+    with pytest.raises(CommandError, match="replays a recording"):
+        result.command(5, None, {"speed_kn": 1.0})
+    assert list(read(recorded(tmp_path / "plain.mcap", 1)).commands) == []

@@ -1,0 +1,104 @@
+"""The commands to a world: their order, and what the motions follow when."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from radar_service.scene import steering
+from radar_service.scene.commands import CommandError
+from radar_service.scene.steering import Steering
+from tests.scenes import point, scene
+
+MADE = scene([point("a", 0, 500, steerable={}), point("b", 0, 900)], own_ship={"steerable": {"max_speed_kn": 12}})
+
+
+def course(steering: Steering, time: float = 100.0) -> float:
+    return math.degrees(steering.scene.bodies[0].motion.pose(time).course[0])
+
+
+def test_only_what_is_declared_is_steered() -> None:
+    assert set(MADE.steered) == set(MADE.steerable.limits) == {None, "a"} and MADE.steerable.names == {"a", "b"}
+    other = scene([point("b", 0, 900)])
+    made = Steering(other)
+    assert made.scene is other and made.past is other and made.due == math.inf and not made.go_to(0)
+
+
+def test_the_scene_given_is_left_alone() -> None:
+    made = Steering(MADE)
+    made.add(0, "a", {"course_deg": 90, "at_once": True, "speed_kn": 5})
+    assert made.go_to(0) == {"a"} and course(made) == pytest.approx(90)
+    assert MADE.bodies[0].motion.pose(100.0).speed[0] == 0.0
+    assert course(Steering(MADE)) == 0.0
+
+
+def test_commands_act_by_spoke_and_then_in_order_of_arrival() -> None:
+    made = Steering(MADE)
+    for spoke, angle in ((50, 10), (20, 20), (50, 30), (35, 40)):
+        made.add(spoke, "a", {"course_deg": angle, "speed_kn": 5, "at_once": True})
+    assert [(c.spoke, c.course_deg) for c in made.commands] == [(20, 20), (35, 40), (50, 10), (50, 30)]
+    assert made.due == 20 and not made.go_to(19)
+    for spoke, expected, due in ((20, 20, 35), (34, 20, 35), (60, 30, math.inf)):
+        made.go_to(spoke)
+        assert course(made) == pytest.approx(expected) and made.due == due
+
+
+def test_going_back_follows_the_commands_until_there() -> None:
+    made = Steering(MADE)
+    for spoke, angle in ((20, 20), (50, 30)):
+        made.add(spoke, "a", {"course_deg": angle, "speed_kn": 5, "at_once": True})
+    made.go_to(100)
+    assert made.go_to(20) and course(made) == pytest.approx(20) and made.due == 50
+    assert made.go_to(3) and made.scene.bodies[0].motion.pose(100.0).speed[0] == 0.0
+
+
+def test_a_command_before_others_is_due_again_and_they_follow_it() -> None:
+    made = Steering(MADE)
+    made.add(50, "a", {"speed_kn": 5})
+    made.go_to(60)
+    made.add(30, "a", {"course_deg": 45, "at_once": True})
+    assert made.due == 30 and made.go_to(60)
+    assert course(made) == pytest.approx(45)
+
+
+def test_the_past_takes_commands_when_they_come_and_the_engine_when_it_gets_there() -> None:
+    made = Steering(MADE)
+    made.go_to(10)
+    made.add(16, "a", {"speed_kn": 5}, reached=16)
+    assert made.past.bodies[0].motion.pose(100.0).speed[0] > 0.0 and made.scene.bodies[0].motion.pose(100.0).speed[0] == 0.0
+    made.add(40, None, {"speed_kn": 5}, reached=16)
+    assert made.past.own_ship.pose(100.0).speed[0] == 0.0
+    made.go_to(16)
+    assert made.scene.bodies[0].motion.pose(100.0).speed[0] > 0.0
+    made.go_to(40)
+    assert made.past.own_ship.pose(100.0).speed[0] > 0.0
+
+
+def test_a_refused_command_changes_nothing() -> None:
+    made = Steering(MADE)
+    with pytest.raises(CommandError, match="speed_kn: 13 is not allowed; 0 to 12"):
+        made.add(0, None, {"speed_kn": 13})
+    assert made.commands == () and made.due == math.inf
+
+
+def test_a_replay_replaces_all_commands() -> None:
+    made, other = Steering(MADE), Steering(MADE)
+    made.add(20, "a", {"speed_kn": 5})
+    made.go_to(30)
+    other.add(40, "a", {"course_deg": 60, "at_once": True, "speed_kn": 6})
+    with pytest.raises(CommandError):
+        made.replay([replace(other.commands[0], speed_kn=99.0)])
+    assert made.count == 1 and made.due == math.inf
+    made.replay(other.commands)
+    assert made.commands == other.commands and made.due == 40
+    assert made.go_to(30) and made.scene.bodies[0].motion.pose(100.0).speed[0] == 0.0
+    assert made.go_to(40) and course(made) == pytest.approx(60)
+
+
+def test_too_many_commands_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(steering, "MAX_COMMANDS", 2)
+    made = Steering(MADE)
+    for _ in range(2):
+        made.add(0, "a", {"speed_kn": 5})
+    with pytest.raises(CommandError, match="takes 2 commands, and has had as many; start the scene anew"):
+        made.add(0, "a", {"speed_kn": 5})

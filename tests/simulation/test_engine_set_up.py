@@ -1,0 +1,54 @@
+"""What a simulator computes with, by scene and fidelity."""
+
+import pytest
+
+from radar_service.engine.documented import DocumentedEngine
+from radar_service.engine.labels import LabellingEngine
+from radar_service.engine.pipeline import Engine
+from radar_service.engine.stitched import StitchedEngine
+from radar_service.fidelity import PRESETS
+from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up, pipeline_set_up
+from tests.scenes import point, scene
+
+ONE = {"azimuths": 32, "beamwidth_deg": 20, "range_max_m": 600, "pulse_s": 1e-6}
+TWO = {
+    "azimuths": 32,
+    "beamwidth_deg": 20,
+    "range_max_m": 600,
+    "pulses": [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 300}, {"pulse_s": 1e-6}],
+}
+
+
+@pytest.mark.parametrize(
+    ("radar", "fidelity", "labels", "kind"),
+    [(ONE, "balanced", False, Engine), (ONE, "balanced", True, LabellingEngine), (TWO, "fast", False, StitchedEngine),
+     (ONE, "documented", False, DocumentedEngine)],
+)  # fmt: skip
+def test_the_engine_is_that_of_the_fidelity_and_the_pulses(radar: dict, fidelity: str, labels: bool, kind: type) -> None:
+    made = scene([point("p", 100, 200)], radar=radar)
+    engine, set_up, line_of_sight = engine_set_up(made, PRESETS[fidelity], fidelity, 0, 1, labels)
+    assert type(engine) is kind and (set_up is None) == (fidelity == "documented")
+    assert set_up is None or set_up.prepared.line_of_sight is line_of_sight
+    (start, field, power), *_ = engine.tiles(0)
+    assert start == 0 and field.shape == power.shape and field.shape[1] == made.radar.bins == len(engine.range)
+
+
+@pytest.mark.parametrize(("radar", "fidelity"), [(TWO, "balanced"), (ONE, "documented")])
+def test_labels_that_an_engine_has_not_are_refused(radar: dict, fidelity: str) -> None:
+    with pytest.raises(ValueError, match="labels: .* or leave labels out"):
+        engine_set_up(scene(radar=radar), PRESETS[fidelity], fidelity, 0, 1, labels=True)
+
+
+def test_auto_is_planned_and_names_are_presets() -> None:
+    made = scene([point("p", 100, 200)], radar=ONE)
+    assert chosen_fidelity(made, "fast") is PRESETS["fast"] and chosen_fidelity(made, PRESETS["fast"]) is PRESETS["fast"]
+    assert chosen_fidelity(made, "auto").name == "auto"
+    with pytest.raises(ValueError, match="fidelity"):
+        chosen_fidelity(made, "best")
+
+
+def test_rays_of_set_up_and_of_the_first_update_are_counted_apart() -> None:
+    wall = {"name": "wall", "shape": "box", "length_m": 4, "width_m": 100, "height_m": 20, "position_m": [0, 200, 0]}
+    made = scene([{**wall, "material": "concrete"}, point("mover", 50, 400, speed_kn=5)], radar=ONE)
+    set_up = pipeline_set_up(made, PRESETS["balanced"], 0)
+    assert set_up.prepared.seed == 0 and not set_up.culling.bodies

@@ -1,0 +1,69 @@
+"""The stream of spokes of a simulator: commands cut blocks, errors change what is reported."""
+
+import numpy as np
+import pytest
+
+from radar_service.errors.reporter import ErrorReporter
+from radar_service.fidelity import PRESETS
+from radar_service.scene.error_settings import ErrorSettings
+from radar_service.scene.load import load_scene
+from radar_service.scene.steering import Steering
+from radar_service.sector import Sector
+from radar_service.simulation.engine_set_up import engine_set_up
+from radar_service.simulation.spoke_stream import SpokeStream
+from tests.scenes import point
+
+SCENE = {
+    "name": "stream",
+    "radar": {"azimuths": 32, "beamwidth_deg": 20, "range_max_m": 600, "pulse_s": 1e-6, "rpm": 60},
+    "own_ship": {"steerable": {"max_speed_kn": 40}},
+    "body": [point("p", 100, 200)],
+    "errors": {"gyro": {"bias_deg": 1.0}},
+}
+
+
+@pytest.fixture
+def stream() -> SpokeStream:
+    scene = load_scene(SCENE)
+    steering = Steering(scene)
+    engine, _, line_of_sight = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
+    errors: ErrorSettings | None = scene.errors
+    truth = line_of_sight.following(steering.past.bodies)
+    return SpokeStream(engine, steering, Sector(scene.radar, None), truth, ErrorReporter(scene.radar, 0, errors))
+
+
+def test_blocks_follow_each_other_and_are_reported_with_errors(stream: SpokeStream) -> None:
+    blocks = list(stream.blocks(2, 8))
+    assert [block.first for block in blocks] == list(range(0, 64, 8)) and (stream.next_scan, stream.next_spoke) == (2, 64)
+    assert all(block.true is not None for block in blocks)
+    assert np.degrees(blocks[0].heading - blocks[0].true.heading) == pytest.approx(np.full(8, 1.0))
+
+
+def test_a_command_cuts_the_blocks_where_it_acts(stream: SpokeStream) -> None:
+    stream.command(None, 5, {"speed_kn": 10, "course_deg": 90})
+    blocks = list(stream.blocks(1, 8))
+    assert sum(len(block) for block in blocks) == 32 and 5 in [block.first for block in blocks]
+    speeds = np.concatenate([block.true.speed for block in blocks])
+    assert (speeds[:5] == 0).all() and (speeds[5:] > 5).all()
+    assert [block.commands for block in blocks] == [1] * len(blocks)
+
+
+def test_an_earlier_command_takes_the_stream_back(stream: SpokeStream) -> None:
+    blocks = stream.blocks(1, 8)
+    assert [next(blocks).first, next(blocks).first] == [0, 8]
+    stream.command(None, 4, {"speed_kn": 10})
+    assert next(blocks).first == 4 and sum(map(len, blocks)) == 20
+
+
+def test_readings_are_those_of_each_time(stream: SpokeStream) -> None:
+    stream.command(None, 16, {"speed_kn": 20, "course_deg": 90})
+    list(stream.blocks(1, 8))
+    readings = stream.readings(np.array([0, 15, 17]))
+    assert readings.speed.tolist()[:2] == [0.0, 0.0] and readings.speed[2] == pytest.approx(20 * 0.514444, rel=1e-4)
+
+
+def test_it_skips_scans_forward_and_back(stream: SpokeStream) -> None:
+    stream.skip_to(7)
+    assert next(stream.blocks(1, 4)).first == 7 * 32
+    stream.skip_to(1)
+    assert next(stream.blocks(1, 4)).scan == 1

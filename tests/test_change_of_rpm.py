@@ -1,0 +1,131 @@
+"""A change of the rate of rotation: simulated time, positions and numbers go on; what is computed depends on where it begins."""
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from tests.scenes import everything, point, scene
+
+KNOT = 1852 / 3600  # m/s
+RADAR = {"azimuths": 90, "beamwidth_deg": 6, "range_max_m": 900, "rpm": 40, "height_m": 12}
+SHIP = {"name": "ship", "shape": "hull", "length_m": 40, "beam_m": 8, "height_m": 6, "scattering": "optics"}
+
+
+def moving(after: float = 0.0, rpm: float = 40, **radar: object) -> rs.Scene:
+    """Points and a metal hull under way, as they are `after` so many seconds [s] at the start."""
+    bodies = [
+        point("a", 200 - 12 * KNOT * after, 300, speed_kn=12, course_deg=270),
+        point("b", -150, -200 + 25 * KNOT * after, speed_kn=25, course_deg=0),
+        {**SHIP, "position_m": [300 + 9 * KNOT * after, -250, 0], "speed_kn": 9, "course_deg": 90, "heading_deg": 90},
+    ]
+    own_ship = {"position_m": [0, 8 * KNOT * after], "speed_kn": 8, "course_deg": 0}
+    return scene(bodies, radar=RADAR | {"rpm": rpm} | radar, own_ship=own_ship, environment={"multipath": True})
+
+
+def peak(values: np.ndarray) -> float:  # type: ignore[type-arg]
+    return float(np.abs(values).max())
+
+
+def test_time_and_numbers_go_on() -> None:
+    sim = rs.Simulator(moving(), "fast", 1)
+    *_, last = sim.spokes(2)
+    slower = sim.at_rpm(25)
+    first = next(slower.spokes(1))
+    assert (first.number, first.scan, first.index, first.azimuth) == (180, 2, 0, 0.0)
+    assert first.time == 2 * 60 / 40 and first.time - last.time == pytest.approx(60 / 40 / 90)
+    later = list(slower.spokes(1))
+    assert later[1].time - later[0].time == pytest.approx(60 / 25 / 90) and later[0].time == pytest.approx(3.0 + 60 / 25)
+    faster = slower.at_rpm(80)
+    assert (next(faster.spokes(1)).scan, faster.crossings()[0].scan) == (4, 4)
+    assert faster.snapshot().time == pytest.approx(3.0 + 2 * 60 / 25 + 60 / 80)
+
+
+def test_echoes_are_those_of_the_positions_at_that_time() -> None:
+    """The scan after the change is the first scan of a scene whose bodies start where they have got to.
+
+    `reference` computes each azimuth by itself, so that 1e-6 of the peak, single precision, covers what is rounded.
+    """
+    sim = rs.Simulator(moving(), "reference", 1)
+    sim.skip_to(3)
+    changed = sim.at_rpm(25).scan()
+    anew = rs.Simulator(moving(after=3 * 60 / 40, rpm=25), "reference", 1).scan()
+    assert peak(changed.field - anew.field) < 1e-6 * peak(anew.field)
+    unmoved = rs.Simulator(moving(rpm=25), "reference", 1).scan()
+    assert peak(changed.field - unmoved.field) > 0.3 * peak(anew.field)
+
+
+def test_what_is_far_and_fast_is_seen_where_the_beam_points_after_the_change() -> None:
+    """Half a turn from where it would point had the new rate held from the start. `fast` errs by 1 % (-40 dB) under way."""
+
+    def boat(after: float, rpm: float) -> rs.Simulator:
+        bodies = [point("a", 2500, 100 + 100 * KNOT * after, speed_kn=100, course_deg=0)]
+        return rs.Simulator(scene(bodies, radar=RADAR | {"rpm": rpm, "range_max_m": 2800, "beamwidth_deg": 4}), "fast", 1)
+
+    sim = boat(0.0, 40)
+    sim.skip_to(3)  # 4.5 s, in which 20 rpm are one turn and a half
+    changed, anew = sim.at_rpm(20).scan().field, boat(4.5, 20).scan().field
+    assert peak(changed - anew) < 0.02 * peak(anew)  # of both scans
+
+
+def test_the_specification_as_printed_goes_on_too() -> None:
+    """Points alone, equal but for rounding: rays at meshes are drawn by the number of the scan."""
+
+    def made(after: float, rpm: float) -> rs.Simulator:
+        whole = moving(after, rpm)
+        return rs.Simulator(whole.with_world(bodies=whole.bodies[:2]), "documented", 1)
+
+    sim = made(0.0, 40)
+    sim.skip_to(3)
+    changed, anew = sim.at_rpm(25).scan().field, made(4.5, 25).scan().field
+    assert peak(changed - anew) < 1e-6 * peak(anew)
+
+
+def test_truth_goes_on() -> None:
+    sim = rs.Simulator(moving(), "fast", 1)
+    sim.skip_to(3)
+    changed, anew = sim.at_rpm(25), rs.Simulator(moving(after=3 * 60 / 40, rpm=25), "fast", 1)
+    ours, others = changed.crossings(3), anew.crossings(0)
+    assert [c.body for c in ours] == [c.body for c in others] and len(ours) == 3
+    for one, other in zip(ours, others, strict=True):
+        assert (one.scan, one.spoke) == (3, other.spoke + 270)
+        np.testing.assert_allclose(
+            [one.time - 4.5, one.range, one.bearing], [other.time, other.range, other.bearing], rtol=1e-9
+        )
+        np.testing.assert_allclose(one.position, other.position, rtol=1e-9)
+    assert changed.snapshot(3).time == pytest.approx(4.5 + 60 / 25)
+
+
+@pytest.mark.parametrize("fidelity", ["fast", "balanced", "documented"])
+def test_a_change_to_the_same_rate_changes_nothing(fidelity: str) -> None:
+    """Noise, clutter, interference, fluctuation, aspects, shadows: all go on with their numbers and times, but for rounding."""
+    whole = everything() if fidelity != "documented" else moving()
+    sim = rs.Simulator(whole, fidelity, 5)
+    sim.skip_to(2)
+    again, on = sim.at_rpm(60 / whole.radar.rotation_period).scan(), sim.scan()
+    assert peak(again.field - on.field) < 2e-4 * peak(on.field)
+    assert again.number == on.number == 2
+    assert np.abs(again.time - on.time).max() < 1e-12
+
+
+def test_the_same_origin_gives_the_same_bytes() -> None:
+    def made() -> bytes:
+        sim = rs.Simulator(everything(), "fast", 5)
+        sim.skip_to(7)
+        return sim.at_rpm(31).scan().field.tobytes()
+
+    assert made() == made()
+    first = rs.Simulator(everything(), "fast", 5)
+    assert first.at_rpm(31).scan().field.tobytes() != made()  # other numbers: other draws
+
+
+def test_earlier_scans_are_not_to_be_had() -> None:
+    sim = rs.Simulator(moving(), "fast", 1)
+    sim.skip_to(3)
+    changed = sim.at_rpm(25)
+    changed.skip_to(0)
+    assert next(changed.spokes(1)).scan == 3
+
+
+def test_a_sector_stays_a_sector() -> None:
+    sim = rs.Simulator(moving(), "fast", 1, sector=(0.2, 0.4))
+    assert [spoke.index for spoke in sim.at_rpm(25).spokes(1)] == [spoke.index for spoke in sim.spokes(1)]

@@ -1,0 +1,54 @@
+"""Radars for tests of trackers: the same scans and crossings in process and from a service."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import radar_service as rs
+from radar_service.radar_feed import ProcessFeed, RadarFeeds, WebsocketFeed
+from tests.recording.scenes import AZIMUTHS, MOVING
+
+
+def test_scans_and_crossings_are_those_of_a_simulator() -> None:
+    with RadarFeeds() as feeds:
+        feed = feeds(MOVING, seed=4, fidelity="fast")
+        made = rs.Simulator(rs.load_scene(MOVING), "fast", 4)
+        for scan in feed.scans(2):
+            assert scan.field.tobytes() == made.scan().field.tobytes()
+            assert feed.crossings[-len(made.crossings()) :] == list(made.crossings())
+        assert [scan.number for scan in feed.scans(1)] == [2]
+
+
+def test_a_service_gives_the_same_from_spoke_0_on(tmp_path: Path) -> None:
+    """Over sockets: fields and truth to the bit, angles rounded as on the wire."""
+    with RadarFeeds() as feeds:
+        own, feed = feeds(MOVING, seed=4), feeds(MOVING, seed=4, over="websocket")
+        assert isinstance(own, ProcessFeed) and isinstance(feed, WebsocketFeed)
+        for one, other in zip(own.scans(3), feed.scans(3), strict=True):
+            assert other.field.tobytes() == one.field.tobytes() and other.power.tobytes() == one.power.tobytes()
+            np.testing.assert_array_equal(other.azimuth, one.azimuth)
+            np.testing.assert_array_equal(other.time, one.time)
+            np.testing.assert_allclose(other.heading, one.heading, atol=np.pi / 65536)  # half a wire unit
+            np.testing.assert_allclose(other.range, one.range, rtol=1e-15)  # rounding
+            assert feed.crossings == own.crossings
+        assert len(feed.crossings) >= 5 and feed.hello["radar"]["azimuths"] == AZIMUTHS
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"over": "air"}, 'over: "air" is not one of process, websocket'),
+        ({"pace": 1.0}, "pace: 1.0 has no effect in process"),
+        ({"scene": rs.load_scene(MOVING), "over": "websocket"}, "scene: a service reads a file or a mapping"),
+    ],
+)
+def test_what_is_not_allowed_is_named(options: dict[str, Any], words: str) -> None:
+    with RadarFeeds() as feeds, pytest.raises(ValueError, match=words):
+        feeds(**{"scene": MOVING} | options)
+
+
+def test_a_service_that_does_not_start_says_why() -> None:
+    with RadarFeeds() as feeds, pytest.raises(RuntimeError, match="the service did not start: .*radar.rpm"):
+        feeds({"name": "bad", "radar": {"rpm": -1}}, over="websocket")

@@ -1,0 +1,96 @@
+"""Scans as datasets, and there and back through files."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import radar_service as rs
+from radar_service.__main__ import main
+from radar_service.scan import Scan
+from radar_service.scan_dataset import exporter, scans_from_xarray, scans_to_xarray
+from tests.scenes import ONE_TARGET
+
+
+def simulated(count: int, sector: tuple[float, float] | None = None) -> list[Scan]:
+    sim = rs.Simulator(rs.load_scene(ONE_TARGET | {"own_ship": {"heading_deg": 20, "speed_kn": 9}}), "fast", sector=sector)
+    return [sim.scan() for _ in range(count)]
+
+
+def assert_same(ours: list[Scan], others: list[Scan]) -> None:
+    for one, other in zip(ours, others, strict=True):
+        for name, value in vars(other).items():
+            np.testing.assert_array_equal(getattr(one, name), value, err_msg=name)
+        assert one.field.dtype == np.complex64 and one.power.dtype == np.float32
+
+
+def test_a_scan_has_dimensions_coordinates_units_and_attributes() -> None:
+    (scan,) = simulated(1)
+    dataset = scan.to_xarray()
+    assert dataset.field.dims == dataset.power.dims == ("azimuth", "range") and dataset.field.dtype == np.complex64
+    assert dict(dataset.sizes) == {"azimuth": 60, "range": len(scan.range)}
+    assert dataset.range.attrs == {"units": "m", "long_name": "one-way slant range of the sample"}
+    assert {name: dataset[name].attrs["units"] for name in ("field", "power", "azimuth", "speed", "time")} == {
+        "field": "W0.5", "power": "W", "azimuth": "rad", "speed": "m s-1", "time": "s",
+    }  # fmt: skip
+    assert dataset.attrs["Conventions"] == "CF-1.11" and dataset.attrs["range_step_m"] == scan.range_step
+    strongest = dataset.power.where(dataset.power == dataset.power.max(), drop=True)
+    assert float(strongest.range[0]) == pytest.approx(300, abs=2 * scan.range_step)  # a cell, and the height of the antenna
+    assert float(dataset.heading[0]) == pytest.approx(np.deg2rad(20)) and int(dataset.scan) == 0
+    assert_same(scans_from_xarray(dataset), [scan])
+
+
+def test_scans_have_a_dimension_more() -> None:
+    scans = simulated(3)
+    dataset = scans_to_xarray(scans, {"seed": 4})
+    assert dataset.power.dims == ("scan", "azimuth", "range") and dataset.attrs["seed"] == 4
+    assert dataset.scan.values.tolist() == [0, 1, 2] and dataset.azimuth.dims == ("azimuth",)
+    assert dataset.time.dims == ("scan", "azimuth")
+    assert_same(scans_from_xarray(dataset), scans)
+    assert_same(scans_from_xarray(scans_to_xarray(scans[:1])), scans[:1])
+
+
+@pytest.mark.parametrize("ending", [".zarr", ".nc"])
+@pytest.mark.parametrize("sector", [None, (0.3, 1.0)], ids=["whole", "sector"])
+def test_files_give_the_scans_back(ending: str, sector: tuple[float, float] | None, tmp_path: Path) -> None:
+    scans, path = simulated(2, sector), tmp_path / f"scans{ending}"
+    for _ in range(2):  # the second time it is there already
+        exporter(path)(path, scans, {"name": "one", "seed": 0})
+    options = {"engine": "scipy"} if ending == ".nc" else {"engine": "zarr", "consolidated": False}
+    with xr.open_dataset(path, **options) as dataset:
+        assert dataset.attrs["name"] == "one" and dataset.power.attrs["units"] == "W"
+        assert ("field_real" in dataset) == (ending == ".nc")
+        assert_same(scans_from_xarray(dataset), scans)
+
+
+@pytest.mark.parametrize("ending", [".zarr", ".nc"])
+def test_the_command_exports(ending: str, one_target: Path, tmp_path: Path) -> None:
+    path = tmp_path / f"a{ending}"
+    assert main(["scan", str(one_target), "--scans", "2", "--seed", "5", "-o", str(path)]) == 0
+    with xr.open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as dataset:
+        assert dataset.attrs["seed"] == 5 and dataset.sizes["scan"] == 2
+        made = rs.Simulator(rs.load_scene(one_target), seed=5)
+        assert_same(scans_from_xarray(dataset), [made.scan() for _ in range(2)])
+
+
+def test_scans_that_do_not_fit_are_refused() -> None:
+    one, other = simulated(2)
+    with pytest.raises(ValueError, match="scans: there are none"):
+        scans_to_xarray([])
+    with pytest.raises(ValueError, match="scans: their range differs; give scans of one radar"):
+        scans_to_xarray([one, replace(other, range=other.range + 1)])
+    with pytest.raises(ValueError, match="exported to .zarr or .nc; give it one of these endings"):
+        exporter(Path("a.hdf"))
+
+
+@pytest.mark.parametrize("package", ["xarray", "zarr"])
+def test_without_the_packages_the_extra_is_named_before_anything_is_computed(package: str, tmp_path: Path) -> None:
+    code = f"import sys; sys.modules[{package!r}] = None\nfrom radar_service.__main__ import main\n"
+    run = code + f"sys.exit(main(['scan', 'nowhere', '-o', {str(tmp_path / 'a.nc')!r}]))"
+    result = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, timeout=60)
+    assert result.returncode == 2
+    assert result.stderr == f'datasets need the package {package}; install it: pip install "radar-service[xarray]"\n'
