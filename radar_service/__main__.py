@@ -142,6 +142,18 @@ def run_chart(options: argparse.Namespace) -> int:
     return 0
 
 
+def run_bench_tracker(options: argparse.Namespace) -> int:
+    """Tests a tracker, with a progress bar on a terminal."""
+    from radar_service.tracking.command import bench_tracker
+    from radar_service.tracking.process_tracker import TrackerError
+    from radar_service.tracking.scenario import ScenarioError
+
+    try:
+        return bench_tracker(options)
+    except (ScenarioError, TrackerError, ImportError) as error:
+        raise UsageError(str(error)) from None
+
+
 def run_schema(_: argparse.Namespace) -> int:
     """Prints the schema."""
     from radar_service.scene.describe import json_schema
@@ -152,7 +164,7 @@ def run_schema(_: argparse.Namespace) -> int:
 
 RUN: dict[str, Callable[[argparse.Namespace], int]] = {
     "serve": run_serve, "scan": run_scan, "record": run_record, "replay": run_replay, "check": run_check, "plan": run_plan,
-    "stability": run_stability, "chart": run_chart, "schema": run_schema,
+    "stability": run_stability, "chart": run_chart, "schema": run_schema, "bench-tracker": run_bench_tracker,
 }  # fmt: skip
 
 

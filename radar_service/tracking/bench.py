@@ -83,7 +83,7 @@ def bench(
     tracker: str,
     folder: Path,
     jobs: int,
-    progress: Callable[[Iterable[Any], int], Iterable[Any]],
+    progress: Progress = lambda runs, count: runs,
 ) -> dict[str, Any]:
     """Runs scenarios with seeds 0 to `seeds` - 1, and returns the report. Runs whose file is in `folder` are not made again.
 

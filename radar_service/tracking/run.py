@@ -44,7 +44,7 @@ def threshold_of(settings: PlotSettings, radar: Radar) -> Threshold:
 
 def rule_of(settings: PlotSettings) -> ClusterRule:
     """Returns the rule of clusters that a scenario asks for."""
-    return ClusterRule(settings.gap_spokes, settings.gap_cells, settings.split_db or np.inf)
+    return ClusterRule(settings.gap_spokes, settings.gap_cells, settings.split_db)
 
 
 def tracker_input(scan: Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:

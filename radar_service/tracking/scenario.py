@@ -60,7 +60,7 @@ class PlotSettings(_Table):
     window_m: Annotated[float, Field(gt=0)] = 300.0
     gap_spokes: Annotated[int, Field(ge=1, le=1000)] = 2
     gap_cells: Annotated[int, Field(ge=1, le=1000)] = 2
-    split_db: Annotated[float, Field(gt=0)] | None = None
+    split_db: Annotated[float, Field(gt=0)] = 9.0
     max_plots: Annotated[int, Field(ge=1, le=10_000)] = 40
 
 

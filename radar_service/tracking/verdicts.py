@@ -11,6 +11,7 @@ from radar_service.tracking.scenario import Limit
 
 SHARE = 0.05  # of runs that may miss a limit: standards state 95 % figures
 CONFIDENCE = 0.95  # one-sided
+ROUNDING = 1e-9  # one failure of one run has a lower bound of 5 %
 
 Word = Literal["pass", "fail", "undecided, more seeds", "shown"]
 
@@ -54,7 +55,7 @@ def verdict(limit: Limit, values: Sequence[float | None]) -> Verdict:
     """Returns the verdict on a limit from the metric's value in each run."""
     failures = sum(not limit.is_met(value) for value in values)
     lower, upper = failure_bounds(failures, len(values))
-    word: Word = "pass" if upper <= SHARE else "fail" if lower > SHARE else "undecided, more seeds"
+    word: Word = "pass" if upper <= SHARE else "fail" if lower > SHARE + ROUNDING else "undecided, more seeds"
     numbers = [value for value in values if value is not None]
     share = 100.0 * (1.0 - SHARE if limit.maximum is not None else SHARE)
     value = float(np.percentile(numbers, share)) if len(numbers) == len(values) and numbers else None

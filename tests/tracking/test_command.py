@@ -1,0 +1,47 @@
+"""The command `bench-tracker` as a user runs it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from radar_service.__main__ import main
+from radar_service.tracking.scenario import scenarios
+from tests.tracking.test_bench import FILE
+
+pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
+
+
+def test_the_list_has_a_scenario_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench-tracker", "--list"]) == 0
+    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == list(scenarios())
+
+
+def test_a_run_writes_a_report_and_compares(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = tmp_path / "small.toml", tmp_path / "out"
+    path.write_text(FILE.format(scans=12))
+    assert main(["bench-tracker", str(path), "--seeds", "1", "--jobs", "1", "-o", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert "small: held: undecided, more seeds (1 of 1 runs miss it)" in printed and str(out / "report.html") in printed
+    report = json.loads((out / "report.json").read_text())
+    assert report["scenarios"][0]["seeds"] == [0] and report["tracker"] == "gnn"
+    assert main(["bench-tracker", "--compare", str(out / "report.json"), str(out / "report.json")]) == 0
+    assert "ospa_m" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "name at least one scenario and a folder"),
+        (["crossing-cpa-500"], "name at least one scenario and a folder"),
+        (["fly", "-o", "x"], "there is no such scenario"),
+        (["crossing-cpa-500", "-o", "x", "--tracker", "no-such-program --x"], "could not be started"),
+        (["--compare", "a.json", "b.json"], "a.json: No such file"),
+    ],
+)
+def test_wrong_input_is_one_sentence(
+    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["bench-tracker", *arguments, *(["--jobs", "1"] if arguments else [])]) == 2
+    assert message in capsys.readouterr().err

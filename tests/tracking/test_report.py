@@ -1,0 +1,55 @@
+"""The report of the bench as files and as a table."""
+
+import base64
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from radar_service.tracking.bench import report
+from radar_service.tracking.report import comparison, write_report
+from radar_service.tracking.scenario import Limit, Scenario
+from tests.tracking.test_scenario import SMALL
+
+TRUTH = {"body": "t <1>", "time": 1.0, "position": [0.0, 100.0], "velocity": [1.0, 0.0]}
+TRACK = {"track": "1", "time": 2.0, "east": 1.0, "north": 103.0, "velocity_east": 1.0, "velocity_north": 0.0}
+RUN = {
+    "seed": 0, "metrics": {"ospa_m": 3.0, "held": None},
+    "scans": [{"scan": 0, "time": 2.5, "own": [0, 0], "plots": [[1.0, 100.0]], "tracks": [TRACK], "truths": [TRUTH]},
+              {"scan": 1, "time": 5.0, "own": [0, 0], "plots": [], "tracks": [], "truths": [TRUTH]}],
+}  # fmt: skip
+LIMITS = (Limit(metric="ospa_m", maximum=10, source="a & b"), Limit(metric="held", minimum=1, source="c", decides=False))
+
+
+def data(tracker: str = "gnn", ospa: float = 3.0) -> dict:
+    run = {**RUN, "metrics": {**RUN["metrics"], "ospa_m": ospa}}
+    return report({"small": Scenario(**{**SMALL, "limit": LIMITS})}, {"small": [run]}, tracker)
+
+
+def test_files_are_written_and_can_be_read(tmp_path: Path) -> None:
+    write_report(data("<gnn>"), {"small": [RUN]}, tmp_path)
+    assert json.loads((tmp_path / "report.json").read_text()) == data("<gnn>")
+    page = (tmp_path / "report.html").read_text()
+    assert "&lt;gnn&gt;" in page and "<gnn>" not in page and "a &amp; b" in page
+    assert (
+        "ospa_m at most 10" in page and "held at least 1" in page and "undecided, more seeds" in page and ">shown<" in page
+    )
+    (picture,) = re.findall(r'src="data:image/png;base64,([^"]+)"', page)
+    assert base64.b64decode(picture).startswith(b"\x89PNG")
+
+
+def test_two_reports_side_by_side() -> None:
+    lines = comparison(data("one", 3.0), data("two", 4.5)).splitlines()
+    assert lines[0].split() == ["scenario", "metric", "one", "two"]
+    assert ["small", "ospa_m", "3", "4.5"] in [line.split() for line in lines]
+    assert ["small", "held", "none", "none"] in [line.split() for line in lines]
+
+
+@pytest.mark.parametrize("runs", [1, 3])
+def test_means_and_percentiles(runs: int) -> None:
+    made = [{**RUN, "metrics": {"ospa_m": float(k)}} for k in range(runs)]
+    (its,) = report({"small": Scenario(**SMALL)}, {"small": made}, "gnn")["scenarios"]
+    assert its["metrics"] == {"ospa_m": (runs - 1) / 2} and its["percentile_95"]["ospa_m"] == pytest.approx(
+        0.95 * (runs - 1)
+    )
