@@ -33,9 +33,9 @@ def test_threads_reach_the_engine_and_change_no_byte(
     requested: list[int] = []
     made = rs.Simulator.__init__
 
-    def counted(self: rs.Simulator, scene: rs.Scene, fidelity: str, seed: int, threads: int) -> None:
+    def counted(self: rs.Simulator, scene: rs.Scene, fidelity: str, seed: int, threads: int, **others: bool) -> None:
         requested.append(threads)
-        made(self, scene, fidelity, seed, threads)
+        made(self, scene, fidelity, seed, threads, **others)
 
     monkeypatch.setattr(rs.Simulator, "__init__", counted)
     monkeypatch.setattr(os, "cpu_count", lambda: 4)

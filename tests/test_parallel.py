@@ -307,8 +307,8 @@ def test_commands_hold_the_limit_for_the_whole_process(host: Numbers, monkeypatc
         thread.join(PATIENCE)
         return 0
 
-    for name in ("run_check", "run_scan"):  # `serve` computes in the processes of its worlds, which hold it
-        monkeypatch.setattr(command_line, name, run)
+    for name in ("check", "scan"):  # `serve` computes in the processes of its worlds, which hold it
+        monkeypatch.setitem(command_line.RUN, name, run)
     assert command_line.main(["check"]) == command_line.main(["scan", "-o", "x.npz"]) == 0
     assert len(seen) == 2 and in_force(seen) and numbers() == host
 

@@ -167,6 +167,9 @@ def _overlap(rows_per_scan: int, gain: Gain, extent: float) -> Floats:
     """Sum of products of the beam's weights on rows -M to M apart (2 M + 1,), 1 in the middle."""
     azimuth = np.arange(PHASES) / PHASES * (2.0 * np.pi / rows_per_scan)
     _, _, weights = beam_weights(azimuth, rows_per_scan, gain, extent)
+    energy = np.sum(weights**2, axis=1)
+    if not energy.all():  # a beam far narrower than a row may miss them all; then it is as wide as one
+        weights = np.where(energy[:, None] > 0.0, weights, np.arange(weights.shape[1]) == weights.shape[1] // 2)
     products = np.mean([np.correlate(each, each, "full") / np.sum(each**2) for each in weights], axis=0)
     return np.asarray(products)
 

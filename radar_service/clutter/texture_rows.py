@@ -65,9 +65,8 @@ class TextureRows:
         self._gains = TextureGains(law, grid.rows_per_scan, grid.step, count, overlap)
         self._outward = outward_units(grid.rows_per_scan)
         self._tile = TextureTile(law, seed) if self._gains.columns else None
-        before = -grid.distance[:reach][::-1] if reach else grid.distance[:0]
-        after = grid.distance[-1] + grid.step * np.arange(1, reach + 1)
-        self._distance = np.concatenate([before, grid.distance, after])
+        outward = np.concatenate([grid.distance, grid.distance[-1] + grid.step * np.arange(1, reach + 1)])
+        self._distance = np.concatenate([-outward[:reach][::-1], outward])
         self._independent = IndependentRows(law, grid, seed)
 
     def make(self, scan: int, start: int, stop: int) -> Singles:

@@ -1,14 +1,16 @@
 """The parameters of a radar in SI and radians, and quantities derived from them: ranges, angles, the schedule of spokes."""
 
-from dataclasses import asdict, dataclass, replace
-from typing import TypeVar
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, interpolated_gain
-from radar_service.radar.waveform import Chirp
 from radar_service.types import Flags, Floats, Indices
+
+if TYPE_CHECKING:
+    from radar_service.radar.waveform import Chirp
 
 FIRST_ID = "0"  # of a radar that its scene gives no id
 FULL_CIRCLE = 2.0 * np.pi
@@ -82,7 +84,6 @@ class Radar:
     pulse: float
     sample_rate: float
     window: str
-    compression: str
     prf: float | None
     second_time_around: bool
     azimuths: int
@@ -104,8 +105,9 @@ class Radar:
     eclipsing: bool
     rays: int
     blind_sectors: tuple[tuple[float, float], ...]
-    near_pulses: tuple[NearPulse, ...] = ()
-    origin: Origin = START
+    compression: str = field(default="matched", metadata={"added": 1})  # see truth.scene_hash
+    near_pulses: tuple[NearPulse, ...] = field(default=(), metadata={"added": 1})
+    origin: Origin = field(default=START, metadata={"added": 1})
 
     @property
     def of_each_pulse(self) -> tuple["Radar", ...]:
@@ -119,8 +121,10 @@ class Radar:
         return SPEED_OF_LIGHT / self.frequency
 
     @property
-    def chirp(self) -> Chirp:
+    def chirp(self) -> "Chirp":
         """The chirp and its filter; of no meaning for a plain pulse."""
+        from radar_service.radar.waveform import Chirp  # here: scipy would slow the start of the service
+
         return Chirp(self.bandwidth, self.pulse, self.window, self.modulation, self.compression)
 
     @property

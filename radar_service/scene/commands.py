@@ -12,6 +12,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scene.fields import MAX_COORDINATE
 from radar_service.scene.steered_motion import Leg, SteeringLimits
 
+MAX_COMMANDS = 1_000_000  # to one world: five hours of poses at 50 Hz, or a day of 11 a second
 MAX_SPOKE = 2**53  # beyond it a time has no exact number
 MAX_BEARING = 360.0  # degrees either way, as in scenes
 ROUNDING = 1e-9  # of a limit, which comes back from SI units

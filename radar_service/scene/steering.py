@@ -8,14 +8,12 @@ from threading import Lock
 from types import MappingProxyType
 from typing import Any
 
-from radar_service.scene.commands import Command, CommandError
+from radar_service.scene.commands import MAX_COMMANDS, Command, CommandError
 from radar_service.scene.motion import Motion
 from radar_service.scene.presence import Presence
 from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.steered_presence import SteeredPresence
 from radar_service.scene.world import Scene
-
-MAX_COMMANDS = 1_000_000  # to one world: five hours of poses at 50 Hz, or a day of 11 a second
 
 
 def with_motions(

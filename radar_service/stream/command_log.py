@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from radar_service.scene.commands import Command, CommandError, Steerable
-from radar_service.scene.steering import MAX_COMMANDS
+from radar_service.scene.commands import MAX_COMMANDS, Command, CommandError, Steerable
 
 
 class CommandLog:

@@ -44,11 +44,11 @@ def tracker_for(name: str, scenario: Scenario, seed: int) -> Tracker:
 
 def tuning_of(scenario: Scenario, association: str) -> Tuning:
     """Returns the tuning that a scenario gives the reference tracker."""
-    asked = scenario.tracker
+    settings = scenario.tracker
     return Tuning(
-        association="jpda" if association == "jpda" else "gnn", range_error=asked.range_error_m,
-        bearing_error=float(np.radians(asked.bearing_error_deg)), acceleration=asked.acceleration,
-        speed_error=asked.speed_error_kn * KNOT, detection=asked.detection, clutter=asked.clutter_per_m2,
+        association="jpda" if association == "jpda" else "gnn", range_error=settings.range_error_m,
+        bearing_error=float(np.radians(settings.bearing_error_deg)), acceleration=settings.acceleration,
+        speed_error=settings.speed_error_kn * KNOT, detection=settings.detection, clutter=settings.clutter_per_m2,
     )  # fmt: skip
 
 

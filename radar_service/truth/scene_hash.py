@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.radar.parameters import Origin
 from radar_service.scene.world import Scene
 
 
@@ -22,6 +23,11 @@ def scene_hash(scene: Scene) -> str:
     return digest.hexdigest()
 
 
+def _is_default(content: Any, default: Any) -> bool:
+    """Whether a field has its default; arrays are not compared."""
+    return content is default or (isinstance(content, str | tuple | Origin) and content == default)
+
+
 def _add(digest: Any, value: Any) -> None:
     """Adds a value, whose type and size come first, so that neighbours cannot be mistaken for each other."""
     digest.update(f"{type(value).__qualname__}:".encode())
@@ -30,7 +36,7 @@ def _add(digest: Any, value: Any) -> None:
     elif is_dataclass(value):
         for field in fields(value):
             content = getattr(value, field.name)
-            if "added" in field.metadata and content is field.default:
+            if "added" in field.metadata and _is_default(content, field.default):
                 continue
             digest.update(f"{field.name}=".encode())
             _add(digest, content)

@@ -28,8 +28,8 @@ def test_radars_keep_the_order_of_the_file() -> None:
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"radar": []}, f"radar: [] is not allowed; a list of 1 to {MAX_RADARS} radars: add one, or remove the list"),
     ({"radar": [{"id": str(i)} for i in range(MAX_RADARS + 1)]}, f"radar: a list of {MAX_RADARS + 1} values is not allowed"),
-    ({"radar": "bow"}, 'radar: "bow" is not allowed; a table with the keys frequency_hz'),
-    ({"radar": [5]}, "radar[0]: 5 is not allowed; a table with the keys frequency_hz"),
+    ({"radar": "bow"}, 'radar: "bow" is not allowed; a table with the keys modulation'),
+    ({"radar": [5]}, "radar[0]: 5 is not allowed; a table with the keys modulation"),
     ({"radar": [{"rpm": 24}]}, "radar[0].id: missing; text of 1 to 32 characters: letters, digits, - and _"),
     ({"radar": [{"id": "a/b"}]}, 'radar[0].id: "a/b" is not allowed; text of 1 to 32 characters: letters, digits, - and _'),
     ({"radar": [{"id": "bow\n"}]}, r'radar[0].id: "bow\n" is not allowed'),

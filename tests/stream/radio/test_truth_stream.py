@@ -114,8 +114,8 @@ def test_commands_change_the_lines_that_are_still_to_come() -> None:
     class Delayed(FakeEngine):
         """Each command brings the second crossing a spoke nearer."""
 
-        def truth_lines(self, scan: int | None) -> list[TruthLine]:
-            first, *others = super().truth_lines(scan)
+        def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
+            first, *others = super().truth_lines(scan, radiometric)
             if scan is None:
                 return [first]
             time = others[0].time - len(self.commands) * PERIOD / AZIMUTHS

@@ -354,5 +354,5 @@ def test_swaps_leave_no_memory_descriptor_or_process(maker: WorldMaker) -> None:
     memory, descriptors = resident(), len(os.listdir("/proc/self/fd"))
     processes = [swap() for _ in range(SWAPS)]
     until(lambda: all(is_gone(process) for process in processes))
-    assert len(os.listdir("/proc/self/fd")) == descriptors
+    assert len(os.listdir("/proc/self/fd")) <= descriptors  # fewer where an earlier test's were still open
     assert resident() - memory < 8 * 2**20  # bytes: the allocator's arenas come and go by less; a world has 20 MiB
