@@ -12,7 +12,7 @@ from typing import Any
 from radar_service.radar.parameters import START
 from radar_service.records import Truth
 from radar_service.scene.commands import Command, NotSteerableError
-from radar_service.stream.controls import changed_order, changed_settings, controls_state
+from radar_service.stream.controls import ControlError, changed_order, changed_settings, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
 from radar_service.stream.fanout.feed_output import FeedOutput
@@ -158,6 +158,8 @@ class Station:
         changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
         order = changed_order(self.settings, self.transmitter.engines.pending_engine, requested)
         if order is not None:
+            if len(self.engine.commands):
+                raise ControlError("rpm: a steered world keeps its rate of rotation; give it its scene again to change it")
             await self._go_on(order)
         self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
         pace = requested.get("pace", {})

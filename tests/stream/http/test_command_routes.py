@@ -120,3 +120,17 @@ def test_too_many_commands_are_told_to_come_later(monkeypatch: pytest.MonkeyPatc
         assert answer.status_code == 503 and answer.headers["retry-after"] and "wait already" in answer.json()["detail"][0]
 
     play(test, station())
+
+
+def test_a_steered_radar_keeps_its_rate_of_rotation() -> None:
+    """Another engine would not know how far the commands have led."""
+
+    async def test(server: Server) -> None:
+        assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 30})).status_code == 200
+        assert (await server.http.patch(BUOY, json={"speed_kn": 5})).status_code == 200
+        answer = await server.http.patch("/api/radars/0/controls", json={"rpm": 40})
+        assert answer.status_code == 422 and "a steered world keeps its rate of rotation" in answer.json()["detail"][0]
+        assert (await server.http.get("/api/radars/0/controls")).json()["rpm"] == pytest.approx(30)
+        assert (await server.http.patch("/api/radars/0/controls", json={"gain": 55})).status_code == 200
+
+    play(test, station())

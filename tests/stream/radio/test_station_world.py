@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from radar_service.scene.commands import NotSteerableError
 from radar_service.scene.error import SceneError
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.feed_request import View
@@ -143,3 +144,11 @@ def test_spoke_0_of_all_waits_for_clients_of_each() -> None:
         await until(lambda: bow.transmitter.sent > 0 and pier.transmitter.sent > 0)
 
     play(test, *IDS, wait_for=1)
+
+
+def test_a_world_of_several_radars_is_not_steered() -> None:
+    async def test(stations: dict[str, Station]) -> None:
+        with pytest.raises(NotSteerableError, match="this world has 2 radars"):
+            await stations["bow"].command(None, lambda time: {"speed_kn": 1.0})
+
+    play(test, *IDS)
