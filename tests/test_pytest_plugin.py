@@ -28,7 +28,11 @@ def test_plain():
 def run(folder: Path, code: str, *options: str) -> subprocess.CompletedProcess[str]:
     (folder / "test_it.py").write_text(code)
     command = [sys.executable, "-m", "pytest", "-p", "radar_service.pytest_plugin", "-p", "no:cacheprovider", "-q", *options]
-    tree = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1]), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    tree = os.environ | {
+        "PYTHONPATH": str(Path(__file__).parents[1]),
+        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+        "PYTEST_ADDOPTS": "",
+    }
     return subprocess.run(command, cwd=folder, env=tree, capture_output=True, text=True, timeout=120)
 
 
