@@ -156,7 +156,8 @@ def _file(folder: Path, scenario: str, seed: int, tracker: str) -> Path:
 def _is_kept(folder: Path, scenario: Scenario, seed: int, tracker: str) -> bool:
     """Whether an earlier command made this run with the same scenario, and its file is whole."""
     try:
-        return bool(_read(_file(folder, scenario.name, seed, tracker))["digest"] == scenario.digest)
+        kept = _read(_file(folder, scenario.name, seed, tracker))
+        return bool(kept["digest"] == scenario.digest and kept["tracker"] == tracker)
     except (OSError, ValueError, KeyError):
         return False
 

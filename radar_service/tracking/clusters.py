@@ -49,12 +49,15 @@ def parts(detections: Detections, rule: ClusterRule) -> list[Indices]:
     The cells are taken from the strongest to the weakest. A cell without a stronger neighbour begins a part. Where two parts
     meet, they become one unless both have risen `split_db` above the cell where they meet (watershed by prominence).
     """
-    every = np.arange(len(detections))
     if np.isinf(rule.split_db) or not 1 < len(detections) <= MAX_SPLIT_CELLS:
-        return [every]
-    part = _watershed(10.0 * np.log10(detections.power), _neighbours(detections, rule), rule.split_db)
-    order = np.argsort(part, kind="stable")
-    return np.split(every[order], np.flatnonzero(np.diff(part[order])) + 1)
+        return [np.arange(len(detections))]
+    return groups(_watershed(10.0 * np.log10(detections.power), _neighbours(detections, rule), rule.split_db))
+
+
+def groups(label: Indices) -> list[Indices]:
+    """Returns the indices of each label's elements, by label. label: (C,)."""
+    order = np.argsort(label, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if len(order) else []
 
 
 def _touching(detections: Detections, rule: ClusterRule) -> NDArray[np.intp]:

@@ -8,7 +8,7 @@ import numpy as np
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scan import Scan
-from radar_service.tracking.clusters import ClusterRule, clusters, parts
+from radar_service.tracking.clusters import ClusterRule, clusters, groups, parts
 from radar_service.tracking.detections import Detections, detections_of, no_detections
 from radar_service.tracking.plot import Plot, SpokeLayout, plot_of
 from radar_service.tracking.sidelobes import SidelobeGate
@@ -79,15 +79,13 @@ class PlotExtractor:
     def _closed(self, fresh: Detections, end: int) -> list[Detections]:
         """The clusters that cannot go on at spoke `end`, but for those that the start cut; the others wait."""
         waiting = self._open.and_then(fresh)
-        label = clusters(waiting, self._rule)
-        order = np.argsort(label, kind="stable")
-        groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if len(order) else []
-        goes_on = [self._goes_on(waiting.spoke[group], end) for group in groups]
+        connected = groups(clusters(waiting, self._rule))
+        goes_on = [self._goes_on(waiting.spoke[group], end) for group in connected]
         still = np.zeros(len(waiting), dtype=np.bool_)
-        for group, stays in zip(groups, goes_on, strict=True):
+        for group, stays in zip(connected, goes_on, strict=True):
             still[group] = stays
         self._open = waiting.only(still)
-        ended = (waiting.only(group) for group, stays in zip(groups, goes_on, strict=True) if not stays)
+        ended = (waiting.only(group) for group, stays in zip(connected, goes_on, strict=True) if not stays)
         return [cluster for cluster in ended if cluster.spoke.min() >= (self._first or 0) + self._rule.spokes]
 
     def _goes_on(self, spokes: Indices, end: int) -> bool:

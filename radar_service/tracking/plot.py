@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.frames import wrap_bearing
+from radar_service.frames import wrap_angle, wrap_bearing
 from radar_service.tracking.detections import Detections
 
 CENTROID_CUT = 1e-3  # of a plot's peak: weaker cells are noise and sidelobes; points at 48 dB err by 3 mm, 22 mm without
@@ -62,7 +62,7 @@ def plot_of(detections: Detections, layout: SpokeLayout) -> Plot:
     weight /= weight.sum()
     strongest = int(detections.power.argmax())
     reference = detections.azimuth[strongest]
-    offset = (detections.azimuth - reference + np.pi) % (2.0 * np.pi) - np.pi
+    offset = wrap_angle(detections.azimuth - reference)
     distance = layout.first + layout.step * detections.cell
     centroid, bearing = float(weight @ distance), float(reference + weight @ offset)
     half = np.pi / layout.azimuths

@@ -33,7 +33,9 @@ class ProcessTracker:
         """command: as a shell splits it, but without a shell; timeout: for each answer [s]. Raises TrackerError."""
         self._command, self._timeout = command, timeout
         try:
-            self._process = subprocess.Popen(shlex.split(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            self._process = subprocess.Popen(
+                shlex.split(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", errors="replace"
+            )
         except (OSError, ValueError) as error:
             raise TrackerError(f"tracker: {command!r} could not be started: {error}") from None
         self._answers: Queue[str] = Queue()

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-SHOWN = ("ospa_m", "completeness", "spurious", "identity_changes", "position_error_m", "velocity_error_m_s")
 STYLE = (
     "body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem}"
     "table{border-collapse:collapse;margin:.6rem 0}td,th{border:1px solid #999;padding:.25rem .6rem;text-align:left}"

@@ -1,5 +1,6 @@
 """How well tracks follow the truth: OSPA, GOSPA and SIAP by Stone Soup, identities, and motion after one and three minutes."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -9,6 +10,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from radar_service.constants import KNOT
+from radar_service.frames import wrap_angle
 from radar_service.tracking.tracker import TrackerInput, TrackState
 from radar_service.truth.crossings import closest_approach
 from radar_service.types import Floats
@@ -158,10 +160,14 @@ def motion_errors(results: Sequence[ScanResult]) -> dict[str, float | None]:
         errors = [_errors_after(results, body, start + 60.0 * minutes) for body, start in first.items()]
         if all(error is not _TOO_SHORT for error in errors) and errors:
             for name in QUANTITIES:
-                values = [None if error is None else error[name] for error in errors]
-                worst = None if any(v is None for v in values) else max(v for v in values if v is not None)
-                metrics[f"{name}_{minutes}min"] = worst
+                metrics[f"{name}_{minutes}min"] = _worst([math.inf if error is None else error[name] for error in errors])
     return metrics
+
+
+def _worst(errors: Sequence[float]) -> float | None:
+    """The largest error: nan, where the truth has no such quantity, does not count; inf, a missing answer, gives None."""
+    worst = max((error for error in errors if not math.isnan(error)), default=math.inf)
+    return worst if math.isfinite(worst) else None
 
 
 QUANTITIES = (
@@ -182,7 +188,10 @@ def _errors_after(results: Sequence[ScanResult], body: str, time: float) -> Mapp
 
 
 def target_errors(track: TrackState, truth: TargetTruth, own: TrackerInput) -> dict[str, float]:
-    """Returns the errors of QUANTITIES, none below 0. own: as her sensors report her, which the tracker used."""
+    """Returns the errors of QUANTITIES, none below 0. own: as her sensors report her, which the tracker used.
+
+    nan: the truth has no such quantity, as the course of a body at rest; inf: the truth has a TCPA and the track has none.
+    """
     later = track.time - truth.time
     true = _Motion(np.array(truth.position), np.array(truth.velocity)).after(later)
     true_own = _Motion(np.array(truth.own_position), np.array(truth.own_velocity)).after(later)
@@ -195,7 +204,7 @@ def target_errors(track: TrackState, truth: TargetTruth, own: TrackerInput) -> d
         "relative_course_deg": _angle_between(relative.velocity, true_relative.velocity),
         "relative_speed_kn": abs(_length(relative.velocity) - _length(true_relative.velocity)) / KNOT,
         "cpa_nm": abs(cpa - true_cpa) / NAUTICAL_MILE,
-        "tcpa_min": abs(tcpa - true_tcpa) / 60.0,
+        "tcpa_min": math.inf if math.isnan(tcpa) and not math.isnan(true_tcpa) else abs(tcpa - true_tcpa) / 60.0,
         "true_course_deg": _angle_between(tracked.velocity, true.velocity),
         "true_speed_kn": abs(_length(tracked.velocity) - _length(true.velocity)) / KNOT,
         "range_m": abs(_length(relative.position) - _length(true_relative.position)),
@@ -224,9 +233,8 @@ def _length(vector: Floats) -> float:
     return float(np.hypot(vector[0], vector[1]))
 
 
-def _angle_between(one: Floats, other: Floats) -> float:
-    return abs(_wrapped_deg(np.degrees(np.arctan2(one[0], one[1]) - np.arctan2(other[0], other[1]))))
-
-
-def _wrapped_deg(angle: float) -> float:
-    return float((angle + 180.0) % 360.0 - 180.0)
+def _angle_between(one: Floats, true: Floats) -> float:
+    """Angle [deg] between two vectors (2,); nan where the true one has no direction."""
+    if not true.any():
+        return math.nan
+    return float(np.degrees(abs(wrap_angle(np.arctan2(one[0], one[1]) - np.arctan2(true[0], true[1])))))

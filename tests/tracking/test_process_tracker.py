@@ -79,3 +79,11 @@ def test_tracks_of_rubbish_are_refused(change: dict[str, object]) -> None:
     line = json.dumps({"type": "tracks", "scan": 4, "tracks": [{**state, **change}, {**state, "track": "b"}]})
     with pytest.raises(TrackerError, match="answer to scan 4"):
         tracks_from_line(line, 4)
+
+
+def test_an_answer_that_is_no_utf_8_is_refused_at_once(tmp_path: Path) -> None:
+    code = "import sys\nfor line in sys.stdin:\n    sys.stdout.buffer.write(b'\\xff\\xfe\\n')\n    sys.stdout.flush()\n"
+    tracker = ProcessTracker(program(tmp_path, code), {})
+    with pytest.raises(TrackerError, match="not understood"):
+        tracker.update(given(0, ()))
+    tracker.close()

@@ -115,3 +115,19 @@ def test_errors_of_one_target_by_hand() -> None:
     assert errors["range_m"] == pytest.approx(10.0) and errors["bearing_deg"] == pytest.approx(0.0)
     assert errors["cpa_nm"] == pytest.approx(abs(1862.0 * np.cos(np.radians(1.0)) - 1852.0) / 1852.0, abs=1e-6)
     assert errors["tcpa_min"] == pytest.approx(1862.0 * np.sin(np.radians(1.0)) / (4 * KNOT) / 60.0, rel=1e-6)
+
+
+def test_a_target_at_rest_has_no_course_and_no_tcpa_and_the_others_are_judged() -> None:
+    run = []
+    for scan in range(40):
+        at_rest, moving = truth("hull", 2.5 * scan, 0.0, 900.0, speed=0.0), truth("ship", 2.5 * scan, -3000.0, 2000.0)
+        tracks = (replace(track("a", at_rest), velocity_east=0.1), track("b", moving, north=1.0))
+        run.append(ScanResult(given(scan), tracks, (at_rest, moving)))
+    both, alone = motion_errors(run), motion_errors([replace(one, truths=one.truths[:1]) for one in run])
+    assert both["true_course_deg_1min"] == pytest.approx(0.0, abs=1e-9) and both["tcpa_min_1min"] == pytest.approx(
+        0.0, abs=1e-9
+    )
+    assert both["true_speed_kn_1min"] == pytest.approx(0.1 / KNOT)
+    assert alone["true_course_deg_1min"] is alone["relative_course_deg_1min"] is alone["tcpa_min_1min"] is None
+    silent = [replace(one, tracks=(one.tracks[0], replace(one.tracks[1], velocity_east=0.0))) for one in run]
+    assert motion_errors(silent)["tcpa_min_1min"] is None  # a track that claims rest gives no TCPA of a target that has one
