@@ -1,13 +1,13 @@
 """Answers to requests that are refused: their description in OpenAPI, and the exceptions that become them."""
 
 import errno
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, HTTPException, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
-from starlette.exceptions import HTTPException
+from starlette.exceptions import HTTPException as StarletteHTTPException
 from starlette.requests import ClientDisconnect
 
 from radar_service.scene.commands import CommandError, NotSteerableError, UnknownBodyError
@@ -20,6 +20,7 @@ from radar_service.stream.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJ
 from radar_service.stream.processes.call import ProcessFault
 from radar_service.stream.radio.command_queue import NoRadarError, TooManyCommandsError
 from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.radio.station import Station
 
 Answers = dict[int | str, dict[str, Any]]
 
@@ -96,8 +97,15 @@ def add_exception_handlers(app: FastAPI) -> None:
     async def disconnected(_: Request, error: ClientDisconnect) -> JSONResponse:
         return refuse(400, ["body: it ended too early; send it whole"])
 
-    @app.exception_handler(HTTPException)
-    async def http_error(_: Request, error: HTTPException) -> JSONResponse:
+    @app.exception_handler(StarletteHTTPException)
+    async def http_error(_: Request, error: StarletteHTTPException) -> JSONResponse:
         detail: object = error.detail  # this service gives lists of lines, the framework gives text
         lines = detail if isinstance(detail, list) else [str(detail)]
         return JSONResponse({"detail": lines}, error.status_code, error.headers)
+
+
+def station_of(stations: Mapping[str, Station], radar: str) -> Station:
+    """Returns a radar by its id. Raises HTTPException, 404, where there is none."""
+    if radar not in stations:
+        raise HTTPException(404, [f'radar: there is no "{radar[:40]}"; there are {", ".join(stations)}'])
+    return stations[radar]

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Mapping
 
-from fastapi import APIRouter, HTTPException
+from fastapi import APIRouter
 
 from radar_service.constants import KNOT
-from radar_service.stream.http.answers import BUSY, CONFLICT, REFUSED, UNKNOWN, UNREADABLE
+from radar_service.stream.http.answers import BUSY, CONFLICT, REFUSED, UNKNOWN, UNREADABLE, station_of
 from radar_service.stream.http.command_schemas import CommandChange, CommandState, SteerableState
 from radar_service.stream.radio.station import Station
 
@@ -21,30 +21,24 @@ def command_routes(stations: Mapping[str, Station]) -> APIRouter:
     @router.get("/radars/{radar}/own-ship", responses=READ)
     async def get_own_ship(radar: str) -> SteerableState:
         """Returns the limits of commands to own ship, and the latest one."""
-        return _state(_station(stations, radar), None)
+        return _state(station_of(stations, radar), None)
 
     @router.patch("/radars/{radar}/own-ship", responses=CHANGE)
     async def command_own_ship(radar: str, command: CommandChange) -> CommandState:
         """Commands own ship from the first spoke that is not sent yet."""
-        return await _commanded(_station(stations, radar), None, command)
+        return await _commanded(station_of(stations, radar), None, command)
 
     @router.get("/radars/{radar}/bodies/{name:path}", responses=READ)
     async def get_body(radar: str, name: str) -> SteerableState:
         """Returns the limits of commands to a body, and the latest one."""
-        return _state(_station(stations, radar), name)
+        return _state(station_of(stations, radar), name)
 
     @router.patch("/radars/{radar}/bodies/{name:path}", responses=CHANGE)
     async def command_body(radar: str, name: str, command: CommandChange) -> CommandState:
         """Commands a body from the first spoke that is not sent yet."""
-        return await _commanded(_station(stations, radar), name, command)
+        return await _commanded(station_of(stations, radar), name, command)
 
     return router
-
-
-def _station(stations: Mapping[str, Station], radar: str) -> Station:
-    if radar not in stations:
-        raise HTTPException(404, [f'radar: there is no "{radar[:40]}"; there are {", ".join(stations)}'])
-    return stations[radar]
 
 
 def _state(station: Station, body: str | None) -> SteerableState:

@@ -10,7 +10,7 @@ from radar_service.stream.codecs.native import messages, wire
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.controls import control_definitions
 from radar_service.stream.http import schemas
-from radar_service.stream.http.answers import BUSY, CONFLICT, FORBIDDEN, REFUSED, STORED, UNKNOWN, UNREADABLE
+from radar_service.stream.http.answers import BUSY, CONFLICT, FORBIDDEN, REFUSED, STORED, UNKNOWN, UNREADABLE, station_of
 from radar_service.stream.http.bodies import SCENE, BodyReader
 from radar_service.stream.http.error_routes import error_routes
 from radar_service.stream.http.pictures import Pictures
@@ -32,14 +32,8 @@ def radar_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
     _add_read_routes(router, stations)
     _add_picture(router, stations, pictures)
     _add_changing(router, stations, store, reader)
-    router.include_router(error_routes(partial(_station, stations)))
+    router.include_router(error_routes(partial(station_of, stations)))
     return router
-
-
-def _station(stations: Mapping[str, Station], radar: str) -> Station:
-    if radar not in stations:
-        raise HTTPException(404, [f'radar: there is no "{radar[:40]}"; there are {", ".join(stations)}'])
-    return stations[radar]
 
 
 def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None:
@@ -51,19 +45,19 @@ def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None
     @router.get("/radars/{radar}", responses=UNKNOWN)
     async def get_radar(radar: str) -> schemas.RadarState:
         """Returns one radar."""
-        return _radar_state(_station(stations, radar))
+        return _radar_state(station_of(stations, radar))
 
     @router.get("/radars/{radar}/controls", responses=UNKNOWN)
     async def get_controls(radar: str) -> schemas.ControlsState:
         """Returns the state of all controls."""
-        return schemas.ControlsState.model_validate(_station(stations, radar).controls())
+        return schemas.ControlsState.model_validate(station_of(stations, radar).controls())
 
     @router.get("/radars/{radar}/truth", responses={**UNKNOWN, **FORBIDDEN, **REFUSED})
     async def get_truth(
         radar: str, t: Annotated[float | None, Query(ge=0, le=1e9, allow_inf_nan=False, description="s, default now")] = None
     ) -> schemas.TruthState:
         """Returns the true state of own ship and of every body."""
-        station = _station(stations, radar)
+        station = station_of(stations, radar)
         if not station.allow_truth:
             raise HTTPException(403, ["truth: this server does not give it; start it with --truth"])
         state_at = await station.truth(t)
@@ -78,7 +72,7 @@ def _add_picture(router: APIRouter, stations: Mapping[str, Station], pictures: P
         range_m: Annotated[float | None, Query(ge=10, le=200_000, allow_inf_nan=False)] = None,
     ) -> Response:
         """Returns the last revolution as a picture, north up, with the radar's gain, sea and rain."""
-        data = await pictures.png(_station(stations, radar), size, range_m)
+        data = await pictures.png(station_of(stations, radar), size, range_m)
         return Response(data, media_type="image/png", headers={"Cache-Control": "no-store"})
 
 
@@ -89,7 +83,7 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
     )  # fmt: skip
     async def run_scene(radar: str, request: Request, job: JobName = None) -> schemas.SceneAnswer:
         """Runs another scene: it is prepared beside the running one and takes over when the running scan ends."""
-        station = _station(stations, radar)
+        station = station_of(stations, radar)
         with store.receiving() as folder:
             choice = await reader.read(request, schemas.SceneChoice, folder)
         order = folder.order(SCENE)
@@ -107,7 +101,7 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
     @router.patch("/radars/{radar}/controls", responses={**UNKNOWN, **REFUSED, **UNREADABLE, **BUSY, **CONFLICT})
     async def change_controls(radar: str, requested: schemas.ControlsChange) -> schemas.ControlsState:
         """Changes some controls; answers with the state of all."""
-        station = _station(stations, radar)
+        station = station_of(stations, radar)
         await station.change(requested.model_dump(exclude_none=True))
         return schemas.ControlsState.model_validate(station.controls())
 
