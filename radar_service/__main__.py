@@ -145,7 +145,7 @@ def run_chart(options: argparse.Namespace) -> int:
 def run_bench_tracker(options: argparse.Namespace) -> int:
     """Tests a tracker, with a progress bar on a terminal."""
     from radar_service.tracking.command import bench_tracker
-    from radar_service.tracking.process_tracker import TrackerError
+    from radar_service.tracking.json_lines import TrackerError
     from radar_service.tracking.scenario import ScenarioError
 
     try:

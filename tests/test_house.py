@@ -63,7 +63,7 @@ HOMES = {
     "prometheus_client": ("radar_service.stream",),
     "zstandard": ("radar_service.stream.codecs.native",),
     "msgpack": ("radar_service.stream.codecs.native",),
-    "websockets": ("clients.ppi", "radar_service.radar_feed"),
+    "websockets": ("clients.ppi", "radar_service.radar_feed", "radar_service.tracking.websocket_tracker"),
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
     "stonesoup": ("radar_service.tracking",),
     "matplotlib": ("radar_service.tracking.report", "radar_service.scan", "radar_service.study"),

@@ -20,7 +20,7 @@ def add_bench_tracker(commands: "argparse._SubParsersAction[argparse.ArgumentPar
     )  # fmt: skip
     parser.add_argument(
         "--tracker", default="gnn",
-        help='gnn or jpda (Stone Soup), module:callable, or a command that reads plots and writes tracks (default gnn)',
+        help='gnn or jpda, module:callable, ws://host:port, or a command that gets plots and gives tracks (default gnn)',
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, help="folder for report.json, report.html and the runs; it may exist")
     parser.add_argument("--compare", nargs=2, type=Path, metavar="REPORT", help="print two report.json side by side")

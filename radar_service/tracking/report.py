@@ -4,11 +4,14 @@ import base64
 import html
 import io
 import json
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from radar_service.tracking.dead_reckoning import distance_at
 
 STYLE = (
     "body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem}"
@@ -104,10 +107,9 @@ def _figure(run: Mapping[str, Any]) -> str:
 def _nearest(truth: Mapping[str, Any], tracks: Sequence[Mapping[str, Any]]) -> float:
     """Distance [m] of the nearest track at its own time; nan without tracks."""
     distances = [
-        np.hypot(
-            track["east"] - truth["position"][0] - (track["time"] - truth["time"]) * truth["velocity"][0],
-            track["north"] - truth["position"][1] - (track["time"] - truth["time"]) * truth["velocity"][1],
+        distance_at(
+            (track["east"], track["north"]), track["time"], truth["position"], truth["velocity"], truth["time"]
         )
         for track in tracks
-    ]
-    return float(min(distances, default=np.nan))
+    ]  # fmt: skip
+    return min(distances, default=math.nan)
