@@ -104,9 +104,9 @@ def _files(command: str) -> list[Path]:
         program, *rest = shlex.split(command)
     except ValueError:
         return []
-    found = shutil.which(program)
+    its_file = shutil.which(program)
     named = [Path(word.partition("=")[2] or word) for word in rest]  # --settings=file names a file too
-    return [*([Path(found)] if found else []), *(path for path in named if os.path.isfile(path))]
+    return [*([Path(its_file)] if its_file else []), *(path for path in named if os.path.isfile(path))]
 
 
 def _file_digest(path: Path) -> bytes:
