@@ -16,7 +16,8 @@ from websockets.sync.client import ClientConnection, connect
 
 from radar_service.frames import wrap_angle
 from radar_service.receive.detection import square_law
-from radar_service.records import Crossing, FeedErrorCounts, Kinematics, OwnShipTruth, Snapshot, SpokeBlock
+from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot, SpokeBlock
+from radar_service.reports import FeedErrorCounts
 from radar_service.scan import Scan, scan_of
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene

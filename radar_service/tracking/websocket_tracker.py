@@ -24,9 +24,12 @@ class WebsocketTracker(LineTracker):
         """url: ws:// or wss://; timeout: to connect and for each answer [s]. Raises TrackerError."""
         super().__init__(url, timeout)
         self._ending = ExitStack()
-        opening = {"open_timeout": timeout, "close_timeout": CLOSE_SECONDS, "ping_interval": None, "compression": None}
         try:
-            self._connection = self._ending.enter_context(connect(url, max_size=MAX_LINE, max_queue=1, **opening))
+            opening = connect(
+                url, open_timeout=timeout, close_timeout=CLOSE_SECONDS, ping_interval=None, compression=None,
+                max_size=MAX_LINE, max_queue=1,
+            )  # fmt: skip
+            self._connection = self._ending.enter_context(opening)
         except (OSError, InvalidHandshake, InvalidURI, ValueError, EOFError) as error:
             raise TrackerError(f"tracker: {url} could not be reached: {error or type(error).__name__}") from None
         try:
