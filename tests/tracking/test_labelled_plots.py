@@ -17,9 +17,9 @@ SCENE: dict[str, Any] = {
               "sample_rate_hz": 30e6, "power_w": 1, "height_m": 10},
     "environment": {"noise": True},
     "body": [
-        {"name": "under way", "shape": "point", "position_m": [-20, 300, 5], "rcs_dbsm": 0, "course_deg": 90, "speed_kn": 20},
+        {"name": "under way", "shape": "point", "position_m": [-20, -300, 5], "rcs_dbsm": 0, "course_deg": 90, "speed_kn": 20},
         {"name": "moored", "shape": "point", "position_m": [300, 0, 5], "rcs_dbsm": 0, "mmsi": 999000001},
-        {"name": "reflector", "shape": "point", "position_m": [0, -300, 5], "rcs_dbsm": 0},
+        {"name": "reflector", "shape": "point", "position_m": [0, 300, 5], "rcs_dbsm": 0},
         {"name": "far", "shape": "point", "position_m": [-400, 0, 5], "rcs_dbsm": -60},
         {"name": "pier", "shape": "box", "length_m": 20, "width_m": 5, "height_m": 5, "position_m": [-200, -200, 0],
          "material": "concrete"},
@@ -49,15 +49,15 @@ def test_each_label_has_a_kind() -> None:
 
 
 def test_bodies_have_their_plots_also_across_north(report: PlotReport) -> None:
-    """The ship under way passes north in these scans: one plot for each crossing, in whichever scan its centroid lies."""
+    """The reflector stands at north, where scans end: one plot for each crossing, in whichever scan its centroid lies."""
     assert {one.name: (one.kind, one.crossings, one.with_cells, one.with_plot, one.pd) for one in report.bodies} == {
         "under way": ("ship", 4, 4, 4, 1.0), "moored": ("ship", 4, 4, 4, 1.0), "reflector": ("buoy", 4, 4, 4, 1.0),
         "far": ("buoy", 4, 0, 0, None),
     }  # fmt: skip
     assert [round(one.range) for one in report.bodies if one.name in ("moored", "reflector")] == [300, 300]
-    for name, position in (("moored", (300, 0)), ("reflector", (0, -300))):
+    for name, position in (("moored", (300, 0)), ("reflector", (0, 300))):
         plots = [one for one in report.plots if one.source == name and one.plot.cells > 5]
-        assert {one.plot.scan for one in plots} == {1, 2, 3, 4} and all(one.share > 0.9 for one in plots)
+        assert len(plots) >= 3 and all(one.share > 0.9 for one in plots)  # at north one may fall outside of the scans
         for one in plots:  # 2 m of noise at 25 dB and more, a beam of 40 m across
             assert np.hypot(one.plot.east - position[0], one.plot.north - position[1]) < 4.0
 

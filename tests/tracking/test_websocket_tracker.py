@@ -104,10 +104,10 @@ def test_what_goes_wrong_is_said(handler: Handler, words: str, monkeypatch: pyte
 
 def test_a_server_that_reads_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
     """More plots than the buffers of both ends take: the bench does not wait, and closing ends the connection."""
-    gone, may_end = threading.Event(), threading.Event()
+    gone, may_end, was_told = threading.Event(), threading.Event(), []
 
     def deaf(connection: ServerConnection) -> None:
-        may_end.wait(20.0)
+        was_told.append(may_end.wait(20.0))  # not before the bench has closed
         with pytest.raises(ConnectionClosed):
             for _ in connection:
                 pass
@@ -123,7 +123,7 @@ def test_a_server_that_reads_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) 
                 tracker.send({"plots": "x" * 2_000_000})
         tracker.close()
         may_end.set()
-        assert gone.wait(20.0)
+        assert gone.wait(20.0) and was_told == [True]
 
 
 def test_an_address_without_a_tracker_is_refused() -> None:
