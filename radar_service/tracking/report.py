@@ -46,7 +46,7 @@ def page(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[str, Any
 def comparison(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
     """Returns a table of the metrics of two reports, scenario by scenario, as text."""
     others = {scenario["name"]: scenario for scenario in other["scenarios"]}
-    lines = [f"{'scenario':32} {'metric':26} {one['tracker'][:14]:>14} {other['tracker'][:14]:>14}"]
+    lines = [f"{'scenario':32} {'metric':26} {one['tracker'][-14:]:>14} {other['tracker'][-14:]:>14}"]
     for scenario in one["scenarios"]:
         second = others.get(scenario["name"], {"metrics": {}})
         for metric, value in scenario["metrics"].items():
