@@ -19,6 +19,7 @@ from radar_service.receive.compression import receiver_noise_power
 
 Fields = NDArray[np.complexfloating[Any, Any]]
 Powers = dict[int, NDArray[np.float64]]
+ROUNDING = 1e-14  # of the peak of a profile: the square of the relative precision of a float32, 6e-8, is 4e-15
 
 
 def prepared_quiet(made: rs.Scene, silent: Collection[int], seed: int = 0) -> Prepared:
@@ -65,9 +66,13 @@ def powers_alone(made: rs.Scene, scan: int, seed: int = 0) -> Powers:
 
 
 def agreement(labels: NDArray[np.uint32], powers: Powers) -> tuple[float, float]:
-    """The share of cells whose label is the strongest source, of those where it leads by 3 dB; and how many these are of all."""
+    """The share of cells whose label is the strongest source, of those where it leads by 3 dB; and how many these are of all.
+
+    Without noise there are cells in which the strongest source has but the rounding of its transforms: they do not count.
+    """
     numbers, stacked = np.array(list(powers)), np.stack(list(powers.values()))
-    strongest = numbers[stacked.argmax(axis=0)]
+    strongest = stacked.argmax(axis=0)
     ordered = np.sort(stacked, axis=0)
-    leads = ordered[-1] > 10.0**0.3 * ordered[-2]
-    return float(np.mean(labels[leads] == strongest[leads])), float(leads.mean())
+    peak = stacked.max(axis=2)[strongest, np.arange(len(labels))[:, None]]  # of the same source in the same azimuth
+    leads = (ordered[-1] > 10.0**0.3 * ordered[-2]) & (ordered[-1] > ROUNDING * peak)
+    return float(np.mean(labels[leads] == numbers[strongest][leads])), float(leads.mean())

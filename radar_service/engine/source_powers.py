@@ -82,7 +82,7 @@ class SourcePowers:
             power[SEA][:, :columns] = square_law(rows.field) * (np.float32(1.0) - share)
         for row, received in record.interference.items():
             power.setdefault(INTERFERENCE, np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
-        gridded = source_rows(self.prepared, record.echoes, self._numbers, len(transmitting)).whole
+        gridded = source_rows(self.prepared, record, self._numbers, self._numbers.tolist()).whole
         for number in gridded.keys() | self._at_rest.keys():
             alone = self._alone(number, gridded.get(number), start, transmitting)
             if alone.any():
