@@ -89,9 +89,7 @@ class Labeller:
             if len(strong):
                 rows, reach = slice(int(strong[0]), int(strong[-1]) + 1), self._sidelobes.reach(float(total[s]))
                 first, stop = max(0, begin - reach), min(self._bins, begin + width + reach)
-                strongest.offer(
-                    int(windows.number[s]), self._sidelobes.power(window[rows], begin, first, stop), rows, first
-                )
+                strongest.offer(int(windows.number[s]), self._sidelobes.power(window[rows], begin, first, stop), rows, first)
 
     def _exceeds(self, rows: Profiles, floor: float) -> Flags:
         """Whether the profiles of gridded rows (..., columns) may exceed a floor [W] anywhere."""

@@ -64,6 +64,19 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     return field
 
 
+def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
+    """What each stage adds to the azimuths (K,) of one tile; noise is not drawn, and nothing is compressed."""
+    blind = prepared.scene.blind(azimuths.time, azimuths.boresight)
+    record = Contributions(~blind)
+    record.rows = moving_rows(prepared, azimuths, record)
+    if record.rows is not None:
+        record.rows[blind] = 0.0
+    unused = np.zeros((len(blind), prepared.compression.bins), dtype=np.complex64)
+    add_clutter(prepared, unused, azimuths, blind, record)
+    add_interference(prepared, unused, azimuths, record)
+    return record
+
+
 def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles | None:
     """Moving echoes spread on grid rows (K, size), before compression; None where there are none."""
     rows: Profiles | None = None
