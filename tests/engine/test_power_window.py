@@ -7,7 +7,7 @@ from radar_service.engine.power_window import PowerWindow, pulse_powers, scan_po
 from radar_service.engine.preparation import prepare
 from radar_service.engine.source_numbers import source_numbers
 from radar_service.fidelity import PRESETS
-from tests.engine.test_labels import crowded
+from tests.alone import crowded
 
 
 @pytest.mark.parametrize(("first", "stop"), [(0, 5), (65, 80), (70, 150), (144, 145)])
