@@ -87,8 +87,8 @@ class Labeller:
             window = windows.grid[:, at : at + width]
             strong = np.flatnonzero(self._exceeds(window, self._noise))
             if len(strong):
-                rows, reach = slice(int(strong[0]), int(strong[-1]) + 1), self._sidelobes.reach(float(total[s]))
-                first, stop = max(0, begin - reach), min(self._bins, begin + width + reach)
+                rows = slice(int(strong[0]), int(strong[-1]) + 1)
+                first, stop = self._sidelobes.bins(float(total[s]), begin, width)
                 strongest.offer(int(windows.number[s]), self._sidelobes.power(window[rows], begin, first, stop), rows, first)
 
     def _exceeds(self, rows: Profiles, floor: float) -> Flags:

@@ -48,8 +48,7 @@ class SourceRows:
 def source_rows(prepared: Prepared, record: Contributions, numbers: Indices, whole: Collection[int] = ()) -> SourceRows:
     """The echoes of all blocks of a tile by source.
 
-    numbers: as `source_numbers`; whole: sources that get whole rows. So do those whose columns are not all within a row, or
-    that are eclipsed.
+    numbers: as `source_numbers`; whole: sources that get whole rows. So do those whose columns are not all within a row.
     """
     if record.rows is None:
         return SourceRows({}, ())
@@ -112,11 +111,10 @@ def _windows(prepared: Prepared, record: Contributions, index: Indices, count: i
 
 
 def _out_of_row(prepared: Prepared, begin: Indices, end: Indices) -> Flags:
-    """Whether columns wrap around the row, or are among those of which the receiver is eclipsed."""
-    first, last, eclipsing = 0, prepared.compression.size, prepared.compression.eclipsing_filter
-    if eclipsing is not None:
-        first, last = eclipsing.near - eclipsing.before, last - eclipsing.before
-    return np.asarray((begin < first) | (end > last))
+    """Whether columns wrap around the row, or are among those behind its end that count as eclipsed too."""
+    eclipsing = prepared.compression.eclipsing_filter
+    last = prepared.compression.size - (0 if eclipsing is None else eclipsing.before)
+    return np.asarray((begin < 0) | (end > last))
 
 
 def _isolated(begin: Indices, end: Indices, size: int) -> Flags:

@@ -47,16 +47,45 @@ def test_beyond_its_reach_a_source_is_below_the_noise(pulse: dict[str, float], l
     compression = compression_for(radar(range_max_m=3000, **pulse), 6)
     level = 10.0 ** (level_db / 20.0)
     window, whole = rows_of(compression)
-    reach = RangeSidelobes(compression, noise=1.0).reach(level * float(np.abs(window).sum(axis=1).max()))
+    total = level * float(np.abs(window).sum(axis=1).max())
+    first, stop = RangeSidelobes(compression, noise=1.0).bins(total, BEGIN, COLUMNS)
     magnitude = level * np.abs(compression.profiles(whole))
-    beyond = np.concatenate([magnitude[:, : BEGIN - reach], magnitude[:, BEGIN + COLUMNS + reach :]], axis=1)
+    beyond = np.concatenate([magnitude[:, :first], magnitude[:, stop:]], axis=1)
     assert beyond.size and beyond.max() < max(1.0, 1e-6 * level)  # single precision
 
 
 def test_stronger_rows_reach_farther_and_all_as_far_as_single_precision_without_noise() -> None:
     compression = compression_for(radar(range_max_m=3000, pulse_s=4e-6), 6)
-    sidelobes = RangeSidelobes(compression, noise=1.0)
-    reach = [sidelobes.reach(total) for total in (1.0, 3e2, 1e3, 1e9, 1e20)]
+    sidelobes, end = RangeSidelobes(compression, noise=1.0), BEGIN + COLUMNS
+    bins = [sidelobes.bins(total, BEGIN, COLUMNS) for total in (1.0, 3e2, 1e3, 1e9, 1e20)]
+    reach = [BEGIN - first for first, _ in bins]
+    assert reach == [stop - end for _, stop in bins]
     assert np.diff(reach[:4]).min() > 0 and reach[0] < 3
     assert 300 <= reach[-1] < 400  # 4 us at 75 MSPS, and the tail of the kernel's correction
-    assert RangeSidelobes(compression, noise=0.0).reach(1e-9) == reach[-1] == reach[-2]
+    assert RangeSidelobes(compression, noise=0.0).bins(1e-9, BEGIN, COLUMNS) == bins[-1] == bins[-2]
+    assert sidelobes.bins(1e9, 100, 8)[0] == 0 and sidelobes.bins(1e9, 1400, 8)[1] == compression.bins
+
+
+@pytest.mark.parametrize("compression", ["matched", "inverse"])
+@pytest.mark.parametrize("limit", [2**22, 0], ids=["by a table", "by transforms"])
+@pytest.mark.parametrize("begin", [0, 40, 294, 400], ids=["first column", "near", "the last ones whole", "not at all"])
+def test_eclipsed_sources_have_what_is_left_of_their_profiles(
+    compression: str, limit: int, begin: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """4 us are 300 samples. What is left may stand out of the noise as far as the response of the filter reaches."""
+    monkeypatch.setattr("radar_service.engine.range_sidelobes.MAX_LOST", limit)
+    settings = {"pulse_s": 4e-6, "eclipsing": True, "compression": compression, "window": "nuttall"}
+    made = compression_for(radar(range_max_m=3000, **settings), 6)
+    rng = np.random.default_rng(1)
+    window = (rng.normal(size=(2, 20)) + 1j * rng.normal(size=(2, 20))).astype(np.complex64)
+    whole = np.zeros((2, made.size), dtype=np.complex64)
+    whole[:, begin : begin + 20] = window
+    expected = np.abs(made.profiles(whole).astype(np.complex128)) ** 2
+    assert made.eclipsing_filter is not None
+    assert (begin < 300) == bool(np.abs(made.eclipsing_filter.lost(whole)).max() > 1e-3)
+    sidelobes = RangeSidelobes(made, noise=1e-3)
+    first, stop = sidelobes.bins(float(np.abs(window).sum(axis=1).max()), begin, 20)
+    for part in (slice(0, made.bins), slice(first, stop), slice(100, 150), slice(700, made.bins)):
+        power = sidelobes.power(window, begin, part.start, part.stop)
+        np.testing.assert_allclose(power, expected[:, part], rtol=1e-4, atol=1e-6 * expected.max())
+    assert max(expected[:, :first].max(initial=0.0), expected[:, stop:].max()) < 1e-3

@@ -43,7 +43,7 @@ def recorded(prepared: Prepared) -> tuple[Contributions, dict[int, Profiles]]:
     return Contributions(transmitting, blocks, sum(sources.values()), None), sources
 
 
-@pytest.mark.parametrize("eclipsing", [False, True], ids=["", "eclipsing ends at 160 m"])
+@pytest.mark.parametrize("eclipsing", [False, True], ids=["", "eclipsing"])
 def test_each_source_has_the_rows_of_its_echoes_alone(eclipsing: bool) -> None:
     prepared = prepare(scene(radar=RADAR | {"eclipsing": eclipsing}), PRESETS["balanced"], 0)
     record, expected = recorded(prepared)
