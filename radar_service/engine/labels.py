@@ -76,20 +76,20 @@ class Labeller:
         """Offers sources that stand in few columns, as far as they may exceed the noise."""
         if not len(windows.number):
             return
-        parts = windows.grid.view(np.float32)
-        largest = np.maximum(parts.max(axis=0), -parts.min(axis=0)).view(np.complex64)
-        peak = np.append(square_law(largest), np.float32(0.0))  # of each column, at least, and one more
-        edges = np.stack([windows.at, windows.at + windows.width], axis=1).ravel()
-        may_exceed = np.add.reduceat(peak, edges)[::2] * self._gain > self._noise
-        total = np.add.reduceat(np.sqrt(peak), edges)[::2]
+        first = np.cumsum(windows.width) - windows.width  # of the columns of all windows in a row
+        columns = np.repeat(windows.at - first, windows.width) + np.arange(int(windows.width.sum()))
+        parts = windows.grid.take(columns, axis=1).view(np.float32)
+        peak = square_law(np.maximum(parts.max(axis=0), -parts.min(axis=0)).view(np.complex64))  # of each column, at least
+        may_exceed = np.add.reduceat(peak, first) * self._gain > self._noise
+        total = np.add.reduceat(np.sqrt(peak), first)
         for s in np.flatnonzero(may_exceed).tolist():
             begin, at, width = int(windows.begin[s]), int(windows.at[s]), int(windows.width[s])
             window = windows.grid[:, at : at + width]
             strong = np.flatnonzero(self._exceeds(window, self._noise))
             if len(strong):
                 rows = slice(int(strong[0]), int(strong[-1]) + 1)
-                first, stop = self._sidelobes.bins(float(total[s]), begin, width)
-                strongest.offer(int(windows.number[s]), self._sidelobes.power(window[rows], begin, first, stop), rows, first)
+                low, high = self._sidelobes.bins(float(total[s]), begin, width)
+                strongest.offer(int(windows.number[s]), self._sidelobes.power(window[rows], begin, low, high), rows, low)
 
     def _exceeds(self, rows: Profiles, floor: float) -> Flags:
         """Whether the profiles of gridded rows (..., columns) may exceed a floor [W] anywhere."""

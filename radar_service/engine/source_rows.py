@@ -54,7 +54,7 @@ def source_rows(prepared: Prepared, record: Contributions, numbers: Indices, who
         return SourceRows({}, ())
     present, index = _sources(record, numbers)
     begin, width = _windows(prepared, record, index, len(present))
-    is_whole = np.isin(present, list(whole)) | _out_of_row(prepared, begin, begin + width)
+    is_whole = np.array([number in whole for number in present.tolist()]) | _out_of_row(prepared, begin, begin + width)
     shared = ~is_whole & _isolated(begin, begin + width, prepared.compression.size)
     again = np.flatnonzero(~is_whole & ~shared)
     at = np.cumsum(np.concatenate([[0], width[again]]))
