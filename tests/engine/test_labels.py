@@ -15,7 +15,7 @@ from radar_service.engine.preparation import prepare
 from radar_service.engine.source_numbers import BODY, INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
 from radar_service.fidelity import PRESETS
 from tests.alone import Alone, Powers, agreement, crowded
-from tests.scenes import everything, point, scene
+from tests.scenes import everything, scene
 
 Labels = NDArray[np.uint32]
 SHARE = 0.999  # of the cells where the strongest source leads by 3 dB
@@ -103,16 +103,28 @@ def test_field_and_power_keep_their_bytes() -> None:
     assert [labels.dtype for *_, labels in labelled] == [np.uint32] * len(labelled)
 
 
-@pytest.mark.parametrize("noise", [True, pytest.param(False, marks=pytest.mark.bench)])
-def test_labels_cost_at_most_half_a_run(noise: bool) -> None:
-    """Twenty points of 40 dBsm under way: in noise the worst case found, as their range sidelobes reach far. Scans alternate,
-    so both kinds fill their caches."""
+SHIP = {"shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "material": "wood"}
+POINT = {"shape": "point", "rcs_dbsm": 40}
+
+
+@pytest.mark.parametrize(
+    ("body", "environment"),
+    [
+        (SHIP, {"noise": True, "sea_state": 3}),
+        pytest.param(POINT, {"noise": True}, marks=pytest.mark.bench),
+        pytest.param(POINT, {}, marks=pytest.mark.bench),
+    ],
+    ids=["ships at sea", "points whose range sidelobes stand out of the noise", "points without noise"],
+)
+def test_labels_cost_at_most_half_a_run(body: dict[str, Any], environment: dict[str, Any]) -> None:
+    """Twenty bodies under way. Scans alternate, so both kinds fill their caches."""
     rng = np.random.default_rng(5)
     bodies = [
-        point(f"p{k}", r * np.sin(a), r * np.cos(a), rcs_dbsm=40, speed_kn=10, course_deg=float(rng.uniform(0, 360)))
+        {**body, "name": f"body {k}", "speed_kn": 10, "course_deg": float(rng.uniform(0, 360)),
+         "position_m": [r * np.sin(a), r * np.cos(a), 0]}
         for k, (r, a) in enumerate(zip(rng.uniform(500, 4500, 20), rng.uniform(0, 2 * np.pi, 20), strict=True))
-    ]
-    engine = LabellingEngine(prepare(scene(bodies, environment={"noise": noise}), PRESETS["balanced"], 0))
+    ]  # fmt: skip
+    engine = LabellingEngine(prepare(scene(bodies, environment=environment), PRESETS["balanced"], 0))
     spent: dict[bool, list[float]] = {False: [], True: []}
     for scan in range(10):
         labelled = scan % 2 == 1
