@@ -16,7 +16,7 @@ from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.resting_sources import RestingField, resting_fields, resting_numbers
 from radar_service.engine.source_numbers import INTERFERENCE, source_numbers
 from radar_service.engine.source_rows import Windows, source_rows
-from radar_service.engine.strongest import Labels, Strongest
+from radar_service.engine.strongest import Labels, Strongest, unlabelled
 from radar_service.parallel import in_order
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
@@ -70,7 +70,7 @@ class Labeller:
         return (self._at_rest or self._unlabelled(self._azimuths)).labels
 
     def _unlabelled(self, azimuths: int) -> Strongest:
-        return Strongest(azimuths, self._bins, self._noise, int(self._numbers.max()))
+        return unlabelled(azimuths, self._bins, self._noise, int(self._numbers.max()))
 
     def _offer_windows(self, strongest: Strongest, windows: Windows) -> None:
         """Offers sources that stand in few columns, as far as they may exceed the noise."""
