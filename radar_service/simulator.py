@@ -68,13 +68,14 @@ class Simulator:
         scene = scene.for_radar(radar)
         steering = Steering(scene)
         self.scene, self.seed, self.fidelity = scene, seed, chosen_fidelity(scene, fidelity)
-        engine, self._set_up, line_of_sight = engine_set_up(steering.scene, self.fidelity, fidelity, seed, threads, labels)
+        made = engine_set_up(steering.scene, self.fidelity, fidelity, seed, threads, labels)
+        engine, self._set_up, line_of_sight, pulses = made
         self.range, self.range_step = engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
         if steering.past is not steering.scene:
             line_of_sight = line_of_sight.following(steering.past.bodies)
         self._truth = GroundTruth(steering.past, line_of_sight)
-        self._sources = SourceTruth(steering, self.fidelity, seed, self._set_up)
+        self._sources = SourceTruth(steering, self.fidelity, fidelity, seed, pulses)
         reporter = ErrorReporter(scene.radar, seed, scene.errors, scene.radar_id)
         self._stream = SpokeStream(engine, steering, Sector(scene.radar, sector), line_of_sight, reporter)
         if commands := tuple(commands):

@@ -47,7 +47,8 @@ class ClutterRows:
         columns = self.field.shape[1]
         rain = np.pad(self.rain[:columns], (0, max(0, columns - len(self.rain))))
         mean = self.amplitude * self.amplitude
-        return np.asarray(np.divide(rain, mean, out=np.zeros_like(mean), where=mean > 0.0))
+        share = np.divide(rain, mean, out=np.zeros_like(mean), where=mean > 0.0)
+        return np.asarray(np.minimum(share, 1.0, out=share))  # rounding may exceed 1
 
 
 @dataclass(frozen=True)

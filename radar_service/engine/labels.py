@@ -6,7 +6,6 @@ own. Most of these rows cannot exceed the noise (`Compression.peak_gain`), and a
 
 from collections.abc import Iterator
 from functools import cached_property, partial
-from itertools import pairwise
 
 import numpy as np
 
@@ -16,12 +15,12 @@ from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.resting_sources import RestingField, resting_fields, resting_numbers
 from radar_service.engine.source_numbers import INTERFERENCE, source_numbers
-from radar_service.engine.source_rows import SourceRows, source_rows
-from radar_service.engine.strongest import Labels, Strongest
+from radar_service.engine.source_rows import Windows, source_rows
+from radar_service.engine.strongest import Labels, Strongest, unlabelled
 from radar_service.parallel import in_order
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
-from radar_service.types import Flags, Indices, Profiles, Singles
+from radar_service.types import Flags, Profiles, Singles
 
 FAINT = 0.01  # of the noise: a source that moves changes the field of the same source at rest by no less
 
@@ -33,11 +32,12 @@ class Labeller:
         self._prepared, self._numbers = prepared, source_numbers(prepared.scene)
         self._azimuths, self._bins = prepared.scene.radar.azimuths, prepared.scene.radar.bins
         self._noise = receiver_noise_power(prepared.scene.radar) if prepared.scene.environment.noise else 0.0
-        self._sidelobes = RangeSidelobes(prepared.compression, self._noise) if self._noise else None
+        self._gain = np.float32(prepared.compression.peak_gain**2)
+        self._sidelobes = RangeSidelobes(prepared.compression, self._noise)
         moving = self._numbers[[*prepared.moving.visibility.scatterers.key, SECOND_TIME]]
         resting = set(resting_numbers(prepared, self._numbers).tolist())
         may_change = prepared.shadows.possible or bool(resting & set(moving.tolist()))
-        self._at_rest = Strongest(self._azimuths, self._bins, self._noise) if resting else None
+        self._at_rest = self._unlabelled(self._azimuths) if resting else None
         self._resting: dict[int, RestingField] = {}  # where a source at rest may change
         for number, field in resting_fields(prepared, self._numbers, self._noise * (FAINT if may_change else 1.0)):
             assert self._at_rest is not None
@@ -47,52 +47,60 @@ class Labeller:
 
     def labels(self, azimuths: AzimuthTimes, record: Contributions) -> Labels:
         """Labels (K, bins) of the azimuths (K,) of a tile, from what its stages added."""
-        transmitting = record.transmitting
-        whole = None if self._sidelobes is None else self._resting.keys()
-        rows = source_rows(self._prepared, record.echoes, self._numbers, len(transmitting), whole)
-        strongest = self._resting_part(int(azimuths.number[0]) % self._azimuths, transmitting, rows.whole)
-        self._offer_moving(strongest, rows, transmitting)
+        transmitting, start = record.transmitting, int(azimuths.number[0]) % self._azimuths
+        if record.rows is None and record.clutter is None and not record.interference:
+            return self._labels_at_rest[start : start + len(transmitting)] * transmitting[:, None]
+        rows = source_rows(self._prepared, record, self._numbers, self._resting.keys())
+        strongest = self._resting_part(start, transmitting, rows.whole)
+        for windows in rows.windows:
+            self._offer_windows(strongest, windows)
+        for number in rows.whole.keys() - self._resting.keys():
+            gridded = rows.whole[number]
+            strong = np.flatnonzero(self._exceeds(gridded, self._noise))
+            strongest.offer(number, square_law(self._prepared.compression.profiles(gridded[strong])), strong)
         if record.clutter is not None:
             strongest.offer_clutter(record.clutter)
         for row, received in record.interference.items():
-            strongest.offer(INTERFERENCE, square_law(received.astype(np.complex64)[None]), np.array([row]))
-        return strongest.label
+            strongest.offer(INTERFERENCE, square_law(received.astype(np.complex64)[None]), slice(row, row + 1))
+        return strongest.labels
 
-    def _offer_moving(self, strongest: Strongest, rows: SourceRows, transmitting: Flags) -> None:
-        """Offers all sources without a part that rests."""
-        for numbers, begin, windows in rows.windows():
-            self._offer_windows(strongest, numbers, begin, windows, transmitting)
-        for number in rows.whole.keys() - self._resting.keys():
-            gridded = rows.whole[number]
-            strong = np.flatnonzero(transmitting & self._exceeds(gridded, self._noise))
-            strongest.offer(number, square_law(self._prepared.compression.profiles(gridded[strong])), strong)
+    @cached_property
+    def _labels_at_rest(self) -> Labels:
+        """Labels (A, bins) of a scan in which nothing moves."""
+        return (self._at_rest or self._unlabelled(self._azimuths)).labels
 
-    def _offer_windows(
-        self, strongest: Strongest, numbers: Indices, begin: Indices, windows: Profiles, transmitting: Flags
-    ) -> None:
-        """Offers sources (S,) with gridded windows (K, S, columns) that begin at grid columns (S,)."""
-        assert self._sidelobes is not None
-        source, row = np.nonzero((transmitting[:, None] & self._exceeds(windows, self._noise)).T)
-        gridded = windows[row, source]
-        reaches = self._sidelobes.reach(np.abs(gridded).sum(axis=1))
-        for reach in np.unique(reaches).tolist():
-            which = np.flatnonzero(reaches == reach)
-            power = square_law(self._sidelobes.profiles(gridded[which], reach))
-            edges = np.flatnonzero(np.diff(source[which], prepend=-1, append=-1))
-            for first, stop in pairwise(edges.tolist()):
-                s = source[which[first]]
-                strongest.offer(int(numbers[s]), power[first:stop], row[which[first:stop]], int(begin[s]) - reach)
+    def _unlabelled(self, azimuths: int) -> Strongest:
+        return unlabelled(azimuths, self._bins, self._noise, int(self._numbers.max()))
+
+    def _offer_windows(self, strongest: Strongest, windows: Windows) -> None:
+        """Offers sources that stand in few columns, as far as they may exceed the noise."""
+        if not len(windows.number):
+            return
+        first = np.cumsum(windows.width) - windows.width  # of the columns of all windows in a row
+        columns = np.repeat(windows.at - first, windows.width) + np.arange(int(windows.width.sum()))
+        parts = windows.grid.take(columns, axis=1).view(np.float32)
+        peak = square_law(np.maximum(parts.max(axis=0), -parts.min(axis=0)).view(np.complex64))  # of each column, at least
+        may_exceed = np.add.reduceat(peak, first) * self._gain > self._noise
+        total = np.add.reduceat(np.sqrt(peak), first)
+        for s in np.flatnonzero(may_exceed).tolist():
+            begin, at, width = int(windows.begin[s]), int(windows.at[s]), int(windows.width[s])
+            window = windows.grid[:, at : at + width]
+            strong = np.flatnonzero(self._exceeds(window, self._noise))
+            if len(strong):
+                rows = slice(int(strong[0]), int(strong[-1]) + 1)
+                low, high = self._sidelobes.bins(float(total[s]), begin, width)
+                strongest.offer(int(windows.number[s]), self._sidelobes.power(window[rows], begin, low, high), rows, low)
 
     def _exceeds(self, rows: Profiles, floor: float) -> Flags:
         """Whether the profiles of gridded rows (..., columns) may exceed a floor [W] anywhere."""
         parts = rows.view(np.float32)
         energy = np.einsum("...i,...i->...", parts, parts)
-        return np.asarray(energy * np.float32(self._prepared.compression.peak_gain**2) > floor)
+        return np.asarray(energy * self._gain > floor)
 
     def _resting_part(self, start: int, transmitting: Flags, rows: dict[int, Profiles]) -> Strongest:
         """The strongest source at rest in the tile from azimuth `start` on; rows: what changes such sources (K, size)."""
         if self._at_rest is None:
-            return Strongest(len(transmitting), self._bins, self._noise)
+            return self._unlabelled(len(transmitting))
         changed = {
             number: transmitting & self._exceeds(gridded, FAINT * self._noise)
             for number, gridded in rows.items()
@@ -103,7 +111,7 @@ class Labeller:
         if anew.any() or not transmitting.all():
             strongest.clear(np.flatnonzero(anew | ~transmitting))
         for number, field in self._resting.items() if anew.any() else ():
-            profile = np.zeros(strongest.label.shape, dtype=np.complex64)
+            profile = np.zeros((len(transmitting), self._bins), dtype=np.complex64)
             field.add_to(profile, start)
             if number in changed:
                 profile[changed[number]] += self._prepared.compression.profiles(rows[number][changed[number]])

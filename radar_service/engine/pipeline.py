@@ -34,12 +34,14 @@ class Contributions:
 
     transmitting: (K,) which azimuths are not blind.
     echoes: of the blocks of the tile: first azimuth, end, and the echoes that are not those of bodies at rest.
+    rows: all these echoes spread on grid rows (K, size), where there are any; 0 where blind.
     clutter: of sea and rain, where there is any.
     interference: profiles (bins,) [sqrt(W)] by row.
     """
 
     transmitting: Flags = dataclasses.field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     echoes: list[tuple[int, int, BeamWeightedEchoes]] = dataclasses.field(default_factory=list)
+    rows: Profiles | None = None
     clutter: ClutterRows | None = None
     interference: dict[int, Complexes] = dataclasses.field(default_factory=dict)
 
@@ -54,10 +56,25 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
         record.transmitting = ~blind
     rows = moving_rows(prepared, azimuths, record)
     field = receive(prepared, azimuths, rows, blind)
+    if record is not None:
+        record.rows = rows
     add_resting(prepared, field, azimuths, blind)
     add_clutter(prepared, field, azimuths, blind, record)
     add_interference(prepared, field, azimuths, record)
     return field
+
+
+def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
+    """What each stage adds to the azimuths (K,) of one tile; noise is not drawn, and nothing is compressed."""
+    blind = prepared.scene.blind(azimuths.time, azimuths.boresight)
+    record = Contributions(~blind)
+    record.rows = moving_rows(prepared, azimuths, record)
+    if record.rows is not None:
+        record.rows[blind] = 0.0
+    unused = np.zeros((len(blind), prepared.compression.bins), dtype=np.complex64)
+    add_clutter(prepared, unused, azimuths, blind, record)
+    add_interference(prepared, unused, azimuths, record)
+    return record
 
 
 def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles | None:

@@ -4,15 +4,16 @@ P is the power of the body alone: compressed, in the beam, without noise. The ga
 that connect with the peak, over corners too. It may reach into the scans before and after (docs/truth.md).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.echo.echoes import BeamWeightedEchoes
 from radar_service.echo.range_history import apparent_position, elevation_of, slant_range
-from radar_service.engine.power_window import PowerWindow
+from radar_service.engine.power_window import PowerWindow, pulse_powers
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.source_numbers import BODY, SECOND_TIME_AROUND
-from radar_service.engine.source_powers import SourcePowers
 from radar_service.engine.source_rows import spread_echoes
 from radar_service.frames import effective_earth_radius, turned, wrap_angle, wrap_bearing
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, received_amplitude
@@ -30,11 +31,11 @@ GROUND_STEPS = 4  # towards a ground distance: the earth's drop changes it by pa
 class RadiometricTruth:
     """Measures crossings of a prepared scene. Each body counts by itself, land too. Safe to call from several threads."""
 
-    def __init__(self, prepared: Prepared) -> None:
-        self._prepared, self._scene, self._radar = prepared, prepared.scene, prepared.scene.radar
-        self._powers = SourcePowers(
-            prepared, np.array([*range(BODY, BODY + len(self._scene.bodies)), SECOND_TIME_AROUND], dtype=np.int64)
-        )
+    def __init__(self, pulses: Sequence[Prepared]) -> None:
+        """pulses: the scene prepared for each pulse of its radar, by rising range."""
+        self._moving, self._scene, self._radar = pulses[-1].moving, pulses[-1].scene, pulses[-1].scene.radar
+        numbers = np.array([*range(BODY, BODY + len(self._scene.bodies)), SECOND_TIME_AROUND], dtype=np.int64)
+        self._pulses = pulse_powers(pulses, numbers)
         self._earth_radius = effective_earth_radius(self._scene.environment.earth_factor)
         self._noise = receiver_noise_power(self._radar) if self._scene.environment.noise else None
 
@@ -75,7 +76,7 @@ class RadiometricTruth:
         while True:
             half = min(half, half_scan)
             first = max(start, spoke - half)
-            window = PowerWindow(self._powers, first, min(spoke + half + 1, first + self._radar.azimuths))
+            window = PowerWindow(self._pulses, first, min(spoke + half + 1, first + self._radar.azimuths))
             gate = _gate(window.power(BODY + body))
             cut = bool(gate[0].any() and window.number[0] > start or gate[-1].any())
             if not cut or half == half_scan:
@@ -136,15 +137,18 @@ class RadiometricTruth:
             amplitude.astype(np.complex64)[None],
             np.array([body]),
         )
-        rows = np.zeros((len(time), self._prepared.compression.size), dtype=np.complex64)
-        spread_echoes(self._prepared, rows, echo)
-        power = square_law(self._prepared.compression.profiles(rows))
+        power = np.zeros((len(time), self._radar.bins), dtype=np.float32)
+        for pulse in self._pulses:
+            compression = pulse.powers.prepared.compression
+            rows = np.zeros((len(time), compression.size), dtype=np.complex64)
+            spread_echoes(pulse.powers.prepared, rows, echo)
+            power[:, pulse.columns] = pulse.gain * square_law(compression.profiles(rows)[:, pulse.columns])
         return float(power[_gate(power)].sum(dtype=np.float64))
 
     def _drawn_rcs(self, body: int, spoke: int) -> float | None:
         """The cross-section [m^2] drawn for a crossing; None for a body that does not fluctuate."""
         rcs = self._scene.bodies[body].rcs
-        factor = self._prepared.moving.drawn_power(body, spoke, float(spoke * self._radar.azimuth_step))
+        factor = self._moving.drawn_power(body, spoke, float(spoke * self._radar.azimuth_step))
         return None if rcs is None or factor is None else rcs * factor
 
     def _extent(self, window: PowerWindow, cells: Flags) -> Extent | None:

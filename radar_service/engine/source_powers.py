@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.block_cache import BlockCache
-from radar_service.engine.pipeline import Contributions, profiles, tile_azimuths
+from radar_service.engine.pipeline import contributions, tile_azimuths
 from radar_service.engine.preparation import Prepared
+from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.resting_sources import RestingField, resting_field, resting_numbers
 from radar_service.engine.source_numbers import INTERFERENCE, NOISE, RAIN, SEA
 from radar_service.engine.source_rows import source_rows
@@ -41,6 +42,7 @@ class SourcePowers:
         """numbers: as `source_numbers`: bodies of one number are one source."""
         self.prepared, self._numbers = prepared, numbers
         at_rest = resting_numbers(prepared, numbers)
+        self._sidelobes = RangeSidelobes(prepared.compression, 0.0)
         self._at_rest = {number: np.flatnonzero(at_rest == number) for number in np.unique(at_rest).tolist()}
         cells = prepared.scene.radar.azimuths * prepared.scene.radar.bins
         self._fields: BlockCache[int, tuple[RestingField, Singles]] = BlockCache(max(2, RESTING_BYTES // (12 * cells)))
@@ -65,36 +67,40 @@ class SourcePowers:
         return dict(sorted(powers.items()))
 
     def _computed(self, scan: int, start: int) -> TilePowers:
-        azimuths, record = tile_azimuths(self.prepared, scan, start), Contributions()
-        profiles(self.prepared, azimuths, record)
-        transmitting = record.transmitting
-        shape = len(transmitting), self.prepared.scene.radar.bins
+        record = contributions(self.prepared, tile_azimuths(self.prepared, scan, start))
+        shape = len(record.transmitting), self.prepared.scene.radar.bins
         power: dict[int, Singles] = {}
         if self.prepared.scene.environment.noise:
             power[NOISE] = np.full(shape, receiver_noise_power(self.prepared.scene.radar), dtype=np.float32)
         clutter = np.zeros(shape, dtype=np.float32)
         if record.clutter is not None:
-            rows, share = record.clutter, record.clutter.rain_share
-            columns = rows.field.shape[1]
-            clutter[:, :columns] = np.square(rows.amplitude) * transmitting[:, None]
+            columns, share, drawn = (
+                record.clutter.field.shape[1],
+                record.clutter.rain_share,
+                square_law(record.clutter.field),
+            )
+            clutter[:, :columns] = np.square(record.clutter.amplitude) * record.transmitting[:, None]
             power[SEA], power[RAIN] = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
-            power[RAIN][:, :columns] = square_law(rows.field) * share
-            power[SEA][:, :columns] = square_law(rows.field) * (np.float32(1.0) - share)
+            power[RAIN][:, :columns] = drawn * share
+            power[SEA][:, :columns] = drawn * (np.float32(1.0) - share)
         for row, received in record.interference.items():
             power.setdefault(INTERFERENCE, np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
-        gridded = source_rows(self.prepared, record.echoes, self._numbers, len(transmitting)).whole
-        for number in gridded.keys() | self._at_rest.keys():
-            alone = self._alone(number, gridded.get(number), start, transmitting)
-            if alone.any():
-                power[number] = alone
-        return TilePowers(dict(sorted(power.items())), clutter, transmitting)
+        rows = source_rows(self.prepared, record, self._numbers, self._at_rest.keys())
+        alone = {
+            number: self._alone(number, rows.whole.get(number), start, record.transmitting)
+            for number in rows.whole.keys() | self._at_rest.keys()
+        }
+        for w in rows.windows:
+            for number, begin, at, width in zip(w.number.tolist(), w.begin, w.at, w.width, strict=True):
+                alone[number] = self._sidelobes.power(w.grid[:, at : at + width], begin, 0, shape[1])
+        power |= {number: each for number, each in alone.items() if each.any()}
+        return TilePowers(dict(sorted(power.items())), clutter, record.transmitting)
 
     def _alone(self, number: int, gridded: Profiles | None, start: int, transmitting: Flags) -> Singles:
         """The power (K, bins) [W] of a source made of bodies; gridded: rows (K, size) of what is not at rest, or shadowed."""
         if gridded is None:
             power = self._resting(number)[1][start : start + len(transmitting)]
             return power if transmitting.all() else power * transmitting[:, None]
-        gridded[~transmitting] = 0.0
         field = self.prepared.compression.profiles(gridded)
         if number in self._at_rest:
             self._resting(number)[0].add_to(field, start)

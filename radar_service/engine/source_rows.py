@@ -1,19 +1,36 @@
 """Gridded rows of each source by itself, before compression.
 
-Most sources stand in few cells of a row. They are spread side by side on one grid in one go, each in a window of its own.
+Most sources stand in few columns of a row. Where no other source is near, these columns of the rows that the engine has spread
+are theirs alone. The others are spread again side by side on one grid, each in a window of its own.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
 from radar_service.echo.echoes import BeamWeightedEchoes
+from radar_service.engine.pipeline import Contributions
 from radar_service.engine.preparation import Prepared, column
-from radar_service.types import Indices, Profiles
+from radar_service.types import Flags, Indices, Profiles
 
-COLUMNS = 64  # windows are as wide as a multiple of so many columns, so that many are transformed together
-Block = tuple[int, int, BeamWeightedEchoes]  # first azimuth in the tile, end, and the echoes
+
+@dataclass(frozen=True)
+class Windows:
+    """Sources (S,) that stand in windows of their own on one grid.
+
+    number: (S,) source numbers.
+    begin: (S,) column of the row at which the window begins.
+    at: (S,) column of the grid at which it begins, rising.
+    width: (S,) its columns.
+    grid: (K, columns), 0 where the radar is blind.
+    """
+
+    number: Indices
+    begin: Indices
+    at: Indices
+    width: Indices
+    grid: Profiles
 
 
 @dataclass(frozen=True)
@@ -21,60 +38,45 @@ class SourceRows:
     """Gridded rows of sources over the azimuths (K,) of a tile.
 
     whole: rows (K, size) of the sources that have whole rows, by source number.
-    number, begin, width: (S,) of the others, by rising width: source number, first grid column of the window, and its columns.
-    grid: (K, sum of widths), their windows side by side.
+    windows: all others.
     """
 
     whole: dict[int, Profiles]
-    number: Indices
-    begin: Indices
-    width: Indices
-    grid: Profiles
-
-    def windows(self) -> Iterator[tuple[Indices, Indices, Profiles]]:
-        """For each width: numbers (S,) and first columns (S,) of its sources, and their rows (K, S, columns)."""
-        offset = 0
-        for width in np.unique(self.width).tolist():
-            which = np.flatnonzero(self.width == width)
-            end = offset + width * len(which)
-            yield self.number[which], self.begin[which], self.grid[:, offset:end].reshape(len(self.grid), len(which), width)
-            offset = end
+    windows: tuple[Windows, ...]
 
 
-def source_rows(
-    prepared: Prepared, blocks: Sequence[Block], numbers: Indices, azimuths: int, whole: Collection[int] | None = None
-) -> SourceRows:
-    """Spreads the echoes of all blocks of a tile by source.
+def source_rows(prepared: Prepared, record: Contributions, numbers: Indices, whole: Collection[int] = ()) -> SourceRows:
+    """The echoes of all blocks of a tile by source.
 
-    numbers: as `source_numbers`; azimuths: of the tile; whole: sources that get whole rows, None for all. So do those whose
-    windows would not lie within a row.
+    numbers: as `source_numbers`; whole: sources that get whole rows. So do those whose columns are not all within a row.
     """
-    each = [numbers[echoes.body] for _, _, echoes in blocks]
-    present, index = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *each]), return_inverse=True)
-    begin, width = _windows(prepared, blocks, index, len(present))
-    is_whole = (begin < 0) | (begin + width > prepared.compression.size) | np.isin(present, list(whole or ()))
-    if whole is None or prepared.scene.radar.eclipsing:
-        is_whole[:] = True
-    order = np.lexsort((present, width, is_whole))
-    cut = order[: np.count_nonzero(~is_whole)]
+    if record.rows is None:
+        return SourceRows({}, ())
+    present, index = _sources(record, numbers)
+    begin, width = _windows(prepared, record, index, len(present))
+    is_whole = np.array([number in whole for number in present.tolist()]) | _out_of_row(prepared, begin, begin + width)
+    shared = ~is_whole & _isolated(begin, begin + width, prepared.compression.size)
+    again = np.flatnonzero(~is_whole & ~shared)
+    at = np.cumsum(np.concatenate([[0], width[again]]))
     shift = np.zeros(len(present), dtype=np.int64)  # from the column of the row to that of the grid
-    shift[cut] = np.cumsum([0, *width[cut]])[:-1] - begin[cut]
-    grid = np.zeros((azimuths, int(width[cut].sum())), dtype=np.complex64)
-    rows: dict[int, Profiles] = {}
+    shift[again] = at[:-1] - begin[again]
+    grid = np.zeros((len(record.transmitting), int(at[-1])), dtype=np.complex64)
+    rows = {s: np.zeros_like(record.rows) for s in np.flatnonzero(is_whole).tolist()}
     start = 0
-    for first, stop, echoes in blocks:
+    for first, stop, echoes in record.echoes:
         of, start = index[start : start + len(echoes.range)], start + len(echoes.range)
-        if is_whole.any():
-            for s in np.flatnonzero(is_whole & (np.bincount(of, minlength=len(present)) > 0)).tolist():
-                gridded = rows.setdefault(
-                    int(present[s]), np.zeros((azimuths, prepared.compression.size), dtype=np.complex64)
-                )
-                spread_echoes(prepared, gridded[first:stop], echoes.chosen(np.flatnonzero(of == s)))
-            left = np.flatnonzero(~is_whole[of])
-            of, echoes = of[left], echoes.chosen(left)
-        if len(of):
-            spread_echoes(prepared, grid[first:stop], echoes, shift[of])
-    return SourceRows(rows, present[cut], begin[cut], width[cut], grid)
+        for s in rows:
+            spread_echoes(prepared, rows[s][first:stop], echoes.chosen(np.flatnonzero(of == s)))
+        if len(again) and len(left := np.flatnonzero(~is_whole[of] & ~shared[of])):
+            spread_echoes(prepared, grid[first:stop], echoes.chosen(left), shift[of[left]])
+    for spread in (grid, *rows.values()):
+        spread[~record.transmitting] = 0.0
+    alone = np.flatnonzero(shared)[np.argsort(begin[shared])]
+    windows = (
+        Windows(present[alone], begin[alone], begin[alone], width[alone], record.rows),
+        Windows(present[again], begin[again], at[:-1], width[again], grid),
+    )
+    return SourceRows({int(present[s]): row for s, row in rows.items()}, windows)
 
 
 def spread_echoes(prepared: Prepared, rows: Profiles, echoes: BeamWeightedEchoes, shift: Indices | int = 0) -> None:
@@ -84,17 +86,43 @@ def spread_echoes(prepared: Prepared, rows: Profiles, echoes: BeamWeightedEchoes
     prepared.compression.spread(rows, column(echoes.range, step) + shift, migration, echoes.amplitude)
 
 
-def _windows(prepared: Prepared, blocks: Sequence[Block], index: Indices, count: int) -> tuple[Indices, Indices]:
+def _sources(record: Contributions, numbers: Indices) -> tuple[Indices, Indices]:
+    """The numbers (S,) of all sources of a tile, rising, and the index there of the source of each echo, block by block."""
+    each = numbers[np.concatenate([echoes.body for _, _, echoes in record.echoes])]
+    is_present = np.zeros(int(numbers.max()) + 1, dtype=np.bool_)
+    is_present[each] = True
+    return np.flatnonzero(is_present), (np.cumsum(is_present) - 1)[each]
+
+
+def _windows(prepared: Prepared, record: Contributions, index: Indices, count: int) -> tuple[Indices, Indices]:
     """First grid column and columns of the windows that hold all kernels of each source (S,); index: source of all echoes."""
-    step, width = prepared.scene.radar.range_step, prepared.compression.kernel.width
+    step, half = prepared.scene.radar.range_step, prepared.compression.kernel.width // 2
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     start = 0
-    for _, _, echoes in blocks:
+    for _, _, echoes in record.echoes:
         of, start = index[start : start + len(echoes.range)], start + len(echoes.range)
         migration = max(float(echoes.range_migration.max()), -float(echoes.range_migration.min())) / step
         position = column(echoes.range, step)
-        np.minimum.at(low, of, position - migration)
-        np.maximum.at(high, of, position + migration)
-    begin = np.floor(low).astype(np.int64) - width
-    columns = np.ceil(high).astype(np.int64) + width + 1 - begin
-    return begin, COLUMNS * -(-columns // COLUMNS)
+        runs = np.flatnonzero(np.diff(of, prepend=-1))  # echoes of a body mostly follow each other
+        np.minimum.at(low, of[runs], np.minimum.reduceat(position, runs) - migration)
+        np.maximum.at(high, of[runs], np.maximum.reduceat(position, runs) + migration)
+    begin = np.floor(low).astype(np.int64) - (half - 1)
+    return begin, np.floor(high).astype(np.int64) + half + 1 - begin
+
+
+def _out_of_row(prepared: Prepared, begin: Indices, end: Indices) -> Flags:
+    """Whether columns wrap around the row, or are among those behind its end that count as eclipsed too."""
+    eclipsing = prepared.compression.eclipsing_filter
+    last = prepared.compression.size - (0 if eclipsing is None else eclipsing.before)
+    return np.asarray((begin < 0) | (end > last))
+
+
+def _isolated(begin: Indices, end: Indices, size: int) -> Flags:
+    """Whether no other of these windows (S,) on a circular row shares columns with each."""
+    order = np.argsort(begin)
+    first, last = begin[order], end[order]
+    before = np.concatenate([[last.max() - size], np.maximum.accumulate(last)[:-1]])
+    after = np.concatenate([first[1:], [first[0] + size]])
+    isolated = np.zeros(len(begin), dtype=np.bool_)
+    isolated[order] = (first >= np.maximum(before, last.max() - size)) & (last <= np.minimum(after, first[0] + size))
+    return isolated

@@ -5,16 +5,19 @@ pulse everywhere, as sets normalize it. So an echo is fainter in the part of a p
 signal to noise.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from radar_service.clutter.azimuth_rows import AzimuthRowCache
 from radar_service.clutter.resolution_cell import pulse_power
 from radar_service.clutter.texture import SpeckleRows
+from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared
+from radar_service.engine.strongest import Labels
 from radar_service.radar.parameters import Radar
 from radar_service.random import NEAR_PULSE, generator
 from radar_service.receive.compression import receiver_noise_power
@@ -38,32 +41,37 @@ def pulse_gain(near: Radar, last: Radar) -> float:
 class StitchedEngine:
     """Computes scans of a radar with several pulses, from an engine for each."""
 
-    def __init__(self, scene: Scene, prepare: Callable[[Scene], Prepared], last: Prepared, threads: int = 1) -> None:
-        """prepare: prepares the scene of a near pulse; last: the scene prepared for the last pulse; threads: as of Engine."""
-        near = [own_noise(prepare(each), k) for k, each in enumerate(pulse_scenes(scene))]
-        self._engines = [Engine(prepared, threads) for prepared in near]
-        self._gains = [pulse_gain(prepared.scene.radar, scene.radar) for prepared in near]
-        self._last, self._tile = Engine(last, threads), last.tile
-        self._azimuths = scene.radar.azimuths
-        self.range: Floats = self._last.range
+    def __init__(self, engines: Sequence[Engine]) -> None:
+        """engines: of the scene prepared for each pulse, by rising range; near ones with `own_noise`."""
+        self._engines, last = engines, engines[-1].prepared
+        self._ends = [len(engine.range) for engine in engines]
+        self._gains = [pulse_gain(engine.prepared.scene.radar, last.scene.radar) for engine in engines]
+        self._tile, self._azimuths = last.tile, last.scene.radar.azimuths
+        self.range: Floats = engines[-1].range
 
     def tiles(self, scan: int, requested: Flags | None = None) -> Tiles:
         """As `Engine.tiles`, in the tiles of the last pulse."""
-        needed = None if requested is None else self._whole_tiles(requested)
-        ends = [0, *(len(engine.range) for engine in self._engines)]
-        near = [
-            _Rows(engine.tiles(scan, needed), self._azimuths, slice(first, stop), gain)
-            for engine, gain, first, stop in zip(self._engines, self._gains, ends[:-1], ends[1:], strict=True)
-        ]
-        for start, field, _ in self._last.tiles(scan, requested):
-            for rows in near:
-                field[:, rows.columns] = rows.up_to(start + len(field))[start : start + len(field)]
-            yield start, field, square_law(field)
+        return self._stitched([engine.tiles for engine in self._engines], scan, requested)
 
     def motions_changed(self, own_ship: bool) -> None:
         """As `Engine.motions_changed`."""
-        for engine in (*self._engines, self._last):
+        for engine in self._engines:
             engine.motions_changed(own_ship)
+
+    def _stitched(self, tiles: Sequence[Callable[..., Iterator[Any]]], scan: int, requested: Flags | None) -> Iterator[Any]:
+        """Tiles of the last pulse, with the parts of all others. tiles: of each pulse, with labels or without."""
+        needed = None if requested is None else self._whole_tiles(requested)
+        near = [
+            _Rows(make(scan, needed), self._azimuths, slice(first, stop), gain)
+            for make, gain, first, stop in zip(tiles[:-1], self._gains, [0, *self._ends], self._ends, strict=False)
+        ]
+        for start, field, _, *labels in tiles[-1](scan, requested):
+            part = slice(start, start + len(field))
+            for rows in near:
+                field[:, rows.columns] = rows.up_to(part.stop)[part]
+                for each in labels:
+                    each[:, rows.columns] = rows.labels[part]
+            yield start, field, square_law(field), *labels
 
     def _whole_tiles(self, requested: Flags) -> Flags:
         """Flags (A,) of all azimuths in a tile of the last pulse that holds a requested one."""
@@ -72,19 +80,34 @@ class StitchedEngine:
         return np.repeat(whole, self._tile)[: len(requested)]
 
 
+class LabellingStitchedEngine(StitchedEngine):
+    """An engine for several pulses whose tiles have labels too: in each part those of its pulse."""
+
+    def __init__(self, engines: Sequence[LabellingEngine]) -> None:
+        super().__init__(engines)
+        self._labelling = engines
+
+    def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
+        """As `tiles`, each with its labels (K, bins)."""
+        return self._stitched([engine.labelled_tiles for engine in self._labelling], scan, requested)
+
+
 class _Rows:
     """The part of a scan that a near pulse serves, computed as far as it is asked for."""
 
-    def __init__(self, tiles: Tiles, azimuths: int, columns: slice, gain: float) -> None:
+    def __init__(self, tiles: Iterator[Any], azimuths: int, columns: slice, gain: float) -> None:
         self.columns, self._tiles, self._gain, self._done = columns, tiles, np.float32(gain), 0
         self._field = np.zeros((azimuths, columns.stop - columns.start), dtype=np.complex64)
+        self.labels: Labels = np.zeros(self._field.shape, dtype=np.uint32)
 
     def up_to(self, stop: int) -> Profiles:
-        """Rows (A, columns), of which those of requested azimuths below `stop` are computed."""
+        """Rows (A, columns), of which those of requested azimuths below `stop` are computed; so are their labels, if any."""
         while self._done < stop:
-            start, field, _ = next(self._tiles)
+            start, field, _, *labels = next(self._tiles)
             self._done = start + len(field)
             self._field[start : self._done] = self._gain * field[:, self.columns]
+            for each in labels:
+                self.labels[start : self._done] = each[:, self.columns]
         return self._field
 
 

@@ -6,8 +6,8 @@ from typing import NamedTuple, Protocol
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
-from radar_service.engine.preparation import prepare
-from radar_service.engine.stitched import StitchedEngine
+from radar_service.engine.preparation import Prepared, prepare
+from radar_service.engine.stitched import LabellingStitchedEngine, StitchedEngine, own_noise, pulse_scenes
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
@@ -39,11 +39,18 @@ class AzimuthEngine(Protocol):
 
 
 class EngineSetUp(NamedTuple):
-    """engine: computes tiles. set_up: of the pipeline; None: the specification as printed has no plan of its own."""
+    """What a simulator computes with.
+
+    engine: computes tiles.
+    set_up: of the pipeline, for the last pulse of the radar; None: the specification as printed has no plan of its own.
+    line_of_sight: all that may occlude.
+    pulses: the scene prepared for each pulse, by rising range; none for the specification as printed.
+    """
 
     engine: AzimuthEngine
     set_up: SetUp | None
     line_of_sight: OcclusionScene
+    pulses: tuple[Prepared, ...] = ()
 
 
 def engine_set_up(
@@ -54,23 +61,28 @@ def engine_set_up(
     fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs. labels: whether tiles have labels.
     Raises ValueError for labels that the engine has not.
     """
-    if labels and scene.radar.near_pulses:
-        raise ValueError("labels: a radar with several pulses has none; give it one pulse, or leave labels out")
     if fidelity.engine == "documented":
         if labels:
             raise ValueError("labels: the fidelity 'documented' has none; choose another fidelity, or leave labels out")
         line_of_sight = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
         return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
     set_up = pipeline_set_up(scene, fidelity, seed)
-    engine: AzimuthEngine = (LabellingEngine if labels else Engine)(set_up.prepared, threads)
-    if scene.radar.near_pulses:
-        engine = StitchedEngine(
-            scene,
-            lambda near: pipeline_set_up(near, chosen_fidelity(near, requested), seed).prepared,
-            set_up.prepared,
-            threads,
-        )
-    return EngineSetUp(engine, set_up, set_up.prepared.line_of_sight)
+    pulses = prepared_pulses(scene, set_up.prepared, requested, seed)
+    return EngineSetUp(_engine(pulses, threads, labels), set_up, set_up.prepared.line_of_sight, pulses)
+
+
+def prepared_pulses(scene: Scene, last: Prepared, requested: str | Fidelity, seed: int) -> tuple[Prepared, ...]:
+    """Returns a scene prepared for each pulse of its radar, by rising range; last: for the last one."""
+    near = [pipeline_set_up(each, chosen_fidelity(each, requested), seed).prepared for each in pulse_scenes(scene)]
+    return (*(own_noise(prepared, k) for k, prepared in enumerate(near)), last)
+
+
+def _engine(pulses: tuple[Prepared, ...], threads: int, labels: bool) -> AzimuthEngine:
+    if labels:
+        labelling = [LabellingEngine(prepared, threads) for prepared in pulses]
+        return LabellingStitchedEngine(labelling) if len(pulses) > 1 else labelling[0]
+    engines = [Engine(prepared, threads) for prepared in pulses]
+    return StitchedEngine(engines) if len(pulses) > 1 else engines[0]
 
 
 def chosen_fidelity(scene: Scene, fidelity: str | Fidelity) -> Fidelity:

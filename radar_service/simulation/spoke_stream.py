@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.engine.labels import LabellingEngine
+from radar_service.engine.stitched import LabellingStitchedEngine
 from radar_service.engine.strongest import Labels
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.parallel import BLAS_LIMIT
@@ -99,7 +100,8 @@ class SpokeStream:
         """The blocks from this spoke to the end of its scan."""
         scan, index = divmod(spoke, self._radar.azimuths)
         sector, engine = self._sector.after(index), self._engine
-        tiles = engine.labelled_tiles if isinstance(engine, LabellingEngine) else engine.tiles
+        labelling = LabellingEngine | LabellingStitchedEngine
+        tiles = engine.labelled_tiles if isinstance(engine, labelling) else engine.tiles
         computed = (self._block(scan, *tile) for tile in tiles(scan, sector.requested))
         for stretch in sector.stretches(computed):
             yield from BLAS_LIMIT.each(regrouped(stretch, size))

@@ -8,9 +8,18 @@ import pytest
 
 import radar_service as rs
 from radar_service.constants import KNOT
-from radar_service.engine.pipeline import Engine, blocks, tile_azimuths, visibility_steps
+from radar_service.engine.pipeline import (
+    Contributions,
+    Engine,
+    blocks,
+    contributions,
+    profiles,
+    tile_azimuths,
+    visibility_steps,
+)
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
+from tests.alone import crowded
 from tests.reference.compressed_pulse import point_field, sinc2_beam
 from tests.scenes import everything, point, scene
 
@@ -277,3 +286,22 @@ def test_a_block_lies_within_one_visibility_step() -> None:
         assert all(len(np.unique(steps[first:stop])) == 1 and stop - first <= 16 for first, stop in parts)
         inner += len(np.unique(steps)) - 1
     assert inner >= 3
+
+
+def test_contributions_without_profiles_are_those_that_profiles_are_made_of() -> None:
+    """A scan with blind azimuths and interference in which everything moves."""
+    prepared = prepare(crowded(True), PRESETS["balanced"], 0)
+    blind, pulses = 0, 0
+    for start in range(0, 72, prepared.tile):
+        azimuths, expected = tile_azimuths(prepared, 1, start), Contributions()
+        profiles(prepared, azimuths, expected)
+        got = contributions(prepared, azimuths)
+        assert expected.rows is not None and expected.clutter is not None and got.clutter is not None
+        assert not expected.rows[~expected.transmitting].any()
+        np.testing.assert_array_equal(got.transmitting, expected.transmitting)
+        np.testing.assert_array_equal(got.rows, expected.rows)
+        np.testing.assert_array_equal(got.clutter.field, expected.clutter.field)
+        assert [block[:2] for block in got.echoes] == [block[:2] for block in expected.echoes] != []
+        assert got.interference.keys() == expected.interference.keys()
+        blind, pulses = blind + np.count_nonzero(~expected.transmitting), pulses + len(expected.interference)
+    assert blind and pulses

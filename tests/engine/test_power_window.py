@@ -3,21 +3,20 @@
 import numpy as np
 import pytest
 
-from radar_service.engine.power_window import PowerWindow
+from radar_service.engine.power_window import PowerWindow, pulse_powers, scan_powers
 from radar_service.engine.preparation import prepare
 from radar_service.engine.source_numbers import source_numbers
-from radar_service.engine.source_powers import SourcePowers
 from radar_service.fidelity import PRESETS
-from tests.engine.test_labels import crowded
+from tests.alone import crowded
 
 
 @pytest.mark.parametrize(("first", "stop"), [(0, 5), (65, 80), (70, 150), (144, 145)])
 def test_a_window_has_the_azimuths_of_its_scans(first: int, stop: int) -> None:
     made = crowded(True)
-    powers = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made))
-    window = PowerWindow(powers, first, stop)
+    pulses = pulse_powers([prepare(made, PRESETS["balanced"], 0)], source_numbers(made))
+    window = PowerWindow(pulses, first, stop)
     assert window.number.tolist() == list(range(first, stop))
-    scans = {scan: powers.scan(scan) for scan in range(first // 72, (stop - 1) // 72 + 1)}
+    scans = {scan: scan_powers(pulses, scan) for scan in range(first // 72, (stop - 1) // 72 + 1)}
     absent = np.zeros((72, made.radar.bins), dtype=np.float32)
     for number in {number for scan in scans.values() for number in scan}:
         expected = np.stack([scans[n // 72].get(number, absent)[n % 72] for n in range(first, stop)])

@@ -1,7 +1,8 @@
 """Radiometric truth against full scans of each body alone, measured by slow code of this file."""
 
+from collections.abc import Collection
 from dataclasses import asdict, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pytest
@@ -12,17 +13,22 @@ from radar_service.engine.preparation import prepare
 from radar_service.fidelity import PRESETS
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Kinematics
-from tests.alone import Powers, body_field, field_of, prepared_quiet
-from tests.engine.test_labels import crowded
+from tests.alone import Alone, Fields, crowded, power_of
 from tests.scenes import point, scene
 
 Power = NDArray[np.float64]
 RADAR = {"range_max_m": 1200, "azimuths": 120, "beamwidth_deg": 6, "pulse_s": 1e-6, "bandwidth_hz": 25e6}
 
 
-def three_scans(made: rs.Scene, scan: int, bodies: list[int]) -> Power:
-    """The power (3 A, N) of some bodies alone in the scan before, the scan and the scan after; 0 before the start."""
-    parts = [body_field(made, k, bodies) for k in range(max(0, scan - 1), scan + 2)]
+class Separate(Protocol):
+    """Runs bodies alone."""
+
+    def bodies(self, bodies: Collection[int], scan: int) -> Fields: ...
+
+
+def three_scans(alone: Separate, scan: int, body: int) -> Power:
+    """The power (3 A, N) of a body alone in the scan before, the scan and the scan after; 0 before the start."""
+    parts = [alone.bodies([body], k) for k in range(max(0, scan - 1), scan + 2)]
     parts = [np.zeros_like(parts[0])] * (3 - len(parts)) + parts
     return np.abs(np.concatenate(parts).astype(np.complex128)) ** 2
 
@@ -48,10 +54,10 @@ def gate_by_flood(power: Power, about: int, half: int) -> NDArray[np.bool_]:
     return gate
 
 
-def measured(made: rs.Scene, scan: int, crossing: Crossing) -> dict[str, Any]:
+def measured(made: rs.Scene, alone: Separate, scan: int, crossing: Crossing) -> dict[str, Any]:
     """Centroid, peak and extent of a body by itself."""
     radar, body = made.radar, [b.name for b in made.bodies].index(crossing.body)
-    power = three_scans(replace(made, radar=replace(radar, second_time_around=False)), scan, [body])
+    power = three_scans(alone, scan, body)
     if not power.any():
         return {"gate": np.zeros(power.shape, dtype=bool), "power": power}
     first = (scan - 1) * radar.azimuths  # number of row 0
@@ -77,47 +83,76 @@ def assert_angle(angle: float, expected: float, within: float) -> None:
 
 @pytest.mark.parametrize(("moves", "scan"), [(False, 0), (False, 30_000), (True, 1)])
 def test_crossings_measure_what_each_body_alone_lays(moves: bool, scan: int) -> None:
-    """To single precision of the power: 1e-5 of a cell; a body of no power has nothing."""
-    made = crowded(moves)
-    noise = receiver_noise_power(made.radar)
-    crossings = rs.Simulator(made, fidelity="balanced").crossings(scan, radiometric=True)
-    with_power = 0
-    for crossing in crossings:
-        alone = measured(made, scan, crossing)
-        if not alone["gate"].any():
-            assert crossing.centroid_range is crossing.snr_db is crossing.extent is crossing.foreign_share is None
-            continue
-        with_power += 1
-        assert crossing.centroid_range == pytest.approx(alone["centroid_range"], abs=1e-5 * made.radar.range_step)
-        assert crossing.centroid_bearing is not None and crossing.snr_db is not None and crossing.extent is not None
-        assert_angle(crossing.centroid_bearing, alone["centroid_bearing"], 1e-5 * made.radar.azimuth_step)
-        assert crossing.snr_db == pytest.approx(10 * np.log10(alone["peak"] / noise), abs=1e-4)
-        assert crossing.extent.range == pytest.approx(alone["range"])
-        for angle, expected in zip(crossing.extent.bearing, alone["bearing"], strict=True):
-            assert_angle(angle, expected, 1e-9)
-        detectable = alone["gate"] & (alone["power"] >= 10**1.3 * noise)
-        assert (crossing.extent_13db is None) == (not detectable.any())
-        if crossing.extent_13db is not None:
-            column = np.flatnonzero(detectable.any(axis=0)) * made.radar.range_step
-            assert crossing.extent_13db.range == pytest.approx((column[0], column[-1] + made.radar.range_step))
-        assert 0.0 <= (crossing.foreign_share or 0.0) < 1.0
-    assert with_power >= 5
+    """To single precision of the power: 1e-5 of a cell. Many moving echoes are shifted by series, which errs by -60 dB: 1e-3 of
+    a cell. A body of no power has nothing."""
+    made, part = crowded(moves), 1e-3 if moves else 1e-5
+    crossings, separate = rs.Simulator(made, fidelity="balanced").crossings(scan, radiometric=True), Alone(made)
+    assert sum(assert_measured(made, separate, scan, crossing, part) for crossing in crossings) >= 5
+
+
+def assert_measured(made: rs.Scene, separate: Separate, scan: int, crossing: Crossing, part: float) -> bool:
+    """Compares a crossing to what its body alone has, within a part of a cell; returns whether it has any power."""
+    alone, noise = measured(made, separate, scan, crossing), receiver_noise_power(made.radar)
+    if not alone["gate"].any():
+        assert crossing.centroid_range is crossing.snr_db is crossing.extent is crossing.foreign_share is None
+        return False
+    assert crossing.centroid_range == pytest.approx(alone["centroid_range"], abs=part * made.radar.range_step)
+    assert crossing.centroid_bearing is not None and crossing.snr_db is not None and crossing.extent is not None
+    assert_angle(crossing.centroid_bearing, alone["centroid_bearing"], part * made.radar.azimuth_step)
+    assert crossing.snr_db == pytest.approx(10 * np.log10(alone["peak"] / noise), abs=10 * part)
+    assert crossing.extent.range == pytest.approx(alone["range"])
+    for angle, expected in zip(crossing.extent.bearing, alone["bearing"], strict=True):
+        assert_angle(angle, expected, 1e-9)
+    detectable = alone["gate"] & (alone["power"] >= 10**1.3 * noise)
+    assert (crossing.extent_13db is None) == (not detectable.any())
+    if crossing.extent_13db is not None:
+        column = np.flatnonzero(detectable.any(axis=0)) * made.radar.range_step
+        assert crossing.extent_13db.range == pytest.approx((column[0], column[-1] + made.radar.range_step))
+    assert 0.0 <= (crossing.foreign_share or 0.0) < 1.0
+    return True
+
+
+class BySimulators:
+    """Bodies by themselves, each in a simulator of its own."""
+
+    def __init__(self, made: rs.Scene) -> None:
+        self._made = made.with_world(environment=replace(made.environment, noise=False))
+
+    def bodies(self, bodies: Collection[int], scan: int) -> Fields:
+        made = self._made.with_world(bodies=tuple(self._made.bodies[k] for k in bodies))
+        sim = rs.Simulator(made, fidelity="balanced")
+        sim.skip_to(scan)
+        return sim.scan().field
+
+
+def test_bodies_at_the_seams_of_several_pulses_are_measured_as_their_parts_are_stitched() -> None:
+    """The power of each part has the factor of its pulse; so has that of the 1 m^2 to which the cross-section refers."""
+    pulses = [{"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6, "range_max_m": 300},
+              {"pulse_s": 5e-7, "bandwidth_hz": 20e6, "range_max_m": 702}, {"pulse_s": 1e-6, "bandwidth_hz": 20e6}]  # fmt: skip
+    radar = {"range_max_m": 1200, "azimuths": 120, "beamwidth_deg": 6, "eclipsing": True, "pulses": pulses}
+    spots = [(0, 200), (296, 50), (702, 0), (-698, 3), (0, -300), (-600, 700)]
+    bodies = [point(f"p{k}", east, north, 15, 10 + k) for k, (east, north) in enumerate(spots)]
+    made = scene(bodies, radar=radar, environment={"noise": True})
+    separate = BySimulators(made)
+    for crossing in rs.Simulator(made, fidelity="balanced").crossings(1, radiometric=True):
+        assert assert_measured(made, separate, 1, crossing, 1e-5)
+        assert crossing.rcs_dbsm == pytest.approx(10 + int(crossing.body[1]), abs=0.01)
 
 
 @pytest.mark.parametrize("moves", [False, True], ids=["at rest", "own ship under way"])
 def test_foreign_share_and_clutter_are_those_of_separate_runs(moves: bool) -> None:
     made, scan = crowded(moves), 1
-    sources, compared = separate(made, scan), 0
+    separate, prepared, compared = Alone(made), prepare(made, PRESETS["balanced"], 0), 0
+    sources, noise = every_source(made, separate, scan), receiver_noise_power(made.radar)
+    assert prepared.clutter is not None
     for crossing in rs.Simulator(made, fidelity="balanced").crossings(scan, radiometric=True):
-        alone, middle = measured(made, scan, crossing), slice(made.radar.azimuths, 2 * made.radar.azimuths)
+        alone, middle = measured(made, separate, scan, crossing), slice(made.radar.azimuths, 2 * made.radar.azimuths)
         gate = alone["gate"][middle]
         if not gate.any() or gate.sum() != alone["gate"].sum() or crossing.foreign_share is None:
             continue  # absent, or partly in another scan
-        every = sum(float(power[gate].sum()) for power in sources.values())
+        every = sum(float(power[gate].sum()) for power in sources) + noise * np.count_nonzero(gate)
         assert crossing.foreign_share == pytest.approx(1.0 - alone["energy"] / every, abs=1e-4)
         peak = alone["where"][0] - made.radar.azimuths, alone["where"][1]
-        prepared = prepare(made, PRESETS["balanced"], 0)
-        assert prepared.clutter is not None
         first = peak[0] // prepared.tile * prepared.tile
         number = scan * made.radar.azimuths + np.arange(first, min(first + prepared.tile, made.radar.azimuths))
         rows = prepared.clutter.rows(number, np.ones((len(number), 1), dtype=bool))
@@ -131,19 +166,10 @@ def test_foreign_share_and_clutter_are_those_of_separate_runs(moves: bool) -> No
     assert compared >= 3
 
 
-def separate(made: rs.Scene, scan: int) -> Powers:
-    """Every source of a scan, each body by itself, land too."""
-    every = range(len(made.bodies))
-    first = replace(made, radar=replace(made.radar, second_time_around=False))
-    fields = {k: body_field(first, scan, [k]) for k in every}
-    fields[-1] = sum(body_field(made, scan, [k]) - fields[k] for k in every)
-    nothing, full = prepared_quiet(made, every), prepare(made, PRESETS["balanced"], 0)
-    assert full.clutter is not None
-    fields[-2] = field_of(replace(nothing, clutter=replace(full.clutter, rain=np.zeros(0, dtype=np.float32))), scan)
-    fields[-3] = field_of(replace(nothing, clutter=replace(full.clutter, sea=None)), scan)
-    fields[-4] = field_of(replace(nothing, interference=full.interference), scan)
-    powers = {number: np.abs(field.astype(np.complex128)) ** 2 for number, field in fields.items()}
-    return powers | {-5: np.full((made.radar.azimuths, made.radar.bins), receiver_noise_power(made.radar))}
+def every_source(made: rs.Scene, alone: Alone, scan: int) -> list[Power]:
+    """The power of every source of a scan but noise, each body by itself, land too."""
+    bodies = [alone.bodies([k], scan) for k in range(len(made.bodies))]
+    return [power_of(field) for field in (*bodies, *alone.others(scan).values())]
 
 
 @pytest.mark.parametrize("up", [2.0, 15.0, 60.0])
@@ -180,8 +206,8 @@ def test_a_swaying_antenna_and_a_fluctuating_point() -> None:
 def test_the_reflection_of_the_sea_is_in_the_cross_section() -> None:
     made = scene([point("p", 400, 300, 6, rcs_dbsm=0)], radar=RADAR, environment={"multipath": True})
     (crossing,) = rs.Simulator(made, fidelity="balanced").crossings(0, radiometric=True)
-    power = three_scans(made, 0, [0]).max()
-    free = three_scans(made.with_world(environment=replace(made.environment, multipath=False)), 0, [0]).max()
+    power = three_scans(Alone(made), 0, 0).max()
+    free = three_scans(Alone(made.with_world(environment=replace(made.environment, multipath=False))), 0, 0).max()
     assert crossing.rcs_dbsm == pytest.approx(
         10 * np.log10(power / free), abs=0.05
     )  # the range of the path by the sea differs

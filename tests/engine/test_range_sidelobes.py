@@ -1,45 +1,91 @@
-"""Profiles of cut rows against those of whole rows."""
+"""Powers of windows against those of whole rows."""
 
 import numpy as np
 import pytest
 
-from radar_service.engine.range_sidelobes import RangeSidelobes
+from radar_service.engine.range_sidelobes import MAX_COLUMNS, RangeSidelobes
 from radar_service.receive.compression import Compression, compression_for
 from tests.scenes import radar
 
-BEGIN, COLUMNS = 500, 64
+BEGIN, COLUMNS = 480, 80
+PULSES = [
+    {"pulse_s": 4e-6},
+    {"modulation": "none", "pulse_s": 2e-7, "bandwidth_hz": 10e6, "sample_rate_hz": 75e6},
+    {"pulse_s": 4e-6, "eclipsing": True},
+]
 
 
-def rows_of(compression: Compression, level: float) -> tuple[np.ndarray, np.ndarray]:
-    """A row with three points, cut and whole. level: amplitude of each."""
-    position = np.array([520.3, 527.9, 540.0])
+def rows_of(compression: Compression, columns: int = COLUMNS) -> tuple[np.ndarray, np.ndarray]:
+    """Three rows with three points each: windows, and whole."""
+    rng = np.random.default_rng(0)
+    position = np.array([512.3, 519.9, 532.0])
     first, weight = compression.kernel.weights(position)
-    whole = np.zeros((1, compression.size), dtype=np.complex64)
-    np.add.at(whole[0], (first[:, None] + np.arange(compression.kernel.width)).ravel(), (level * weight).ravel())
-    return whole[:, BEGIN : BEGIN + COLUMNS], whole
+    whole = np.zeros((3, compression.size), dtype=np.complex64)
+    for row in whole:
+        amplitude = rng.normal(size=(3, 1)) + 1j * rng.normal(size=(3, 1))
+        np.add.at(row, (first[:, None] + np.arange(compression.kernel.width)).ravel(), (amplitude * weight).ravel())
+    return whole[:, BEGIN : BEGIN + columns], whole
+
+
+@pytest.mark.parametrize("columns", [COLUMNS, MAX_COLUMNS + 1])
+@pytest.mark.parametrize("pulse", PULSES)
+def test_the_power_of_any_bins_is_that_of_the_whole_profile(pulse: dict[str, float], columns: int) -> None:
+    """To single precision of the strongest sample. The source of the last pulse is not eclipsed, as that ends at 600 m."""
+    compression = compression_for(radar(range_max_m=3000, **pulse), 6)
+    window, whole = rows_of(compression, columns)
+    expected = np.abs(compression.profiles(whole).astype(np.complex128)) ** 2
+    sidelobes = RangeSidelobes(compression, noise=1.0)
+    for first, stop in ((0, compression.bins), (470, 580), (0, 20), (900, compression.bins)):
+        power = sidelobes.power(window, BEGIN, first, stop)
+        assert power.dtype == np.float32
+        np.testing.assert_allclose(power, expected[:, first:stop], rtol=1e-4, atol=2e-6 * expected.max())
 
 
 @pytest.mark.parametrize("level_db", [10, 30, 50, 90])
-@pytest.mark.parametrize(
-    "pulse", [{"pulse_s": 4e-6}, {"modulation": "none", "pulse_s": 2e-7, "bandwidth_hz": 10e6, "sample_rate_hz": 75e6}]
-)
-def test_a_cut_profile_is_exact_within_its_reach_and_noise_stands_beyond(pulse: dict[str, float], level_db: float) -> None:
+@pytest.mark.parametrize("pulse", PULSES[:2])
+def test_beyond_its_reach_a_source_is_below_the_noise(pulse: dict[str, float], level_db: float) -> None:
     compression = compression_for(radar(range_max_m=3000, **pulse), 6)
     level = 10.0 ** (level_db / 20.0)
-    cut, whole = rows_of(compression, level)
-    sidelobes = RangeSidelobes(compression, noise=1.0)
-    (reach,) = sidelobes.reach(np.abs(cut).sum(axis=1)).tolist()
-    got, expected = sidelobes.profiles(cut, reach)[0], compression.profiles(whole)[0]
-    first, stop = max(0, BEGIN - reach), BEGIN + COLUMNS + reach
-    inside = expected[first:stop]
-    assert len(got) == COLUMNS + 2 * reach
-    np.testing.assert_allclose(got[first - BEGIN + reach :][: len(inside)], inside, atol=3e-5 * level)  # single precision
-    beyond = np.abs(np.concatenate([expected[:first], expected[stop:]]))
-    assert beyond.max(initial=0.0) < max(1.0, 1e-4 * level)
+    window, whole = rows_of(compression)
+    total = level * float(np.abs(window).sum(axis=1).max())
+    first, stop = RangeSidelobes(compression, noise=1.0).bins(total, BEGIN, COLUMNS)
+    magnitude = level * np.abs(compression.profiles(whole))
+    beyond = np.concatenate([magnitude[:, :first], magnitude[:, stop:]], axis=1)
+    assert beyond.size and beyond.max() < max(1.0, 1e-6 * level)  # single precision
 
 
-def test_stronger_rows_reach_farther_up_to_the_length_of_the_pulse() -> None:
+def test_stronger_rows_reach_farther_and_all_as_far_as_single_precision_without_noise() -> None:
     compression = compression_for(radar(range_max_m=3000, pulse_s=4e-6), 6)
-    reach = RangeSidelobes(compression, noise=1.0).reach(np.array([1.0, 3e2, 1e3, 1e9]))
-    assert np.diff(reach).min() > 0 and reach[0] == 16
-    assert 300 <= reach[-1] < 350  # 4 us at 75 MSPS, and the tail of the kernel's correction
+    sidelobes, end = RangeSidelobes(compression, noise=1.0), BEGIN + COLUMNS
+    bins = [sidelobes.bins(total, BEGIN, COLUMNS) for total in (1.0, 3e2, 1e3, 1e9, 1e20)]
+    reach = [BEGIN - first for first, _ in bins]
+    assert reach == [stop - end for _, stop in bins]
+    assert np.diff(reach[:4]).min() > 0 and reach[0] < 3
+    assert 300 <= reach[-1] < 400  # 4 us at 75 MSPS, and the tail of the kernel's correction
+    assert RangeSidelobes(compression, noise=0.0).bins(1e-9, BEGIN, COLUMNS) == bins[-1] == bins[-2]
+    assert sidelobes.bins(1e9, 100, 8)[0] == 0 and sidelobes.bins(1e9, 1400, 8)[1] == compression.bins
+
+
+@pytest.mark.parametrize("compression", ["matched", "inverse"])
+@pytest.mark.parametrize("limit", [2**22, 0], ids=["by a table", "by transforms"])
+@pytest.mark.parametrize("begin", [0, 40, 294, 400], ids=["first column", "near", "the last ones whole", "not at all"])
+def test_eclipsed_sources_have_what_is_left_of_their_profiles(
+    compression: str, limit: int, begin: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """4 us are 300 samples. What is left may stand out of the noise as far as the response of the filter reaches."""
+    monkeypatch.setattr("radar_service.engine.range_sidelobes.MAX_LOST", limit)
+    settings = {"pulse_s": 4e-6, "eclipsing": True, "compression": compression, "window": "nuttall"}
+    made = compression_for(radar(range_max_m=3000, **settings), 6)
+    rng = np.random.default_rng(1)
+    window = (rng.normal(size=(2, 20)) + 1j * rng.normal(size=(2, 20))).astype(np.complex64)
+    whole = np.zeros((2, made.size), dtype=np.complex64)
+    whole[:, begin : begin + 20] = window
+    expected = np.abs(made.profiles(whole).astype(np.complex128)) ** 2
+    assert made.eclipsing_filter is not None
+    assert (begin < 300) == bool(np.abs(made.eclipsing_filter.lost(whole)).max() > 1e-3)
+    sidelobes = RangeSidelobes(made, noise=1e-3)
+    first, stop = sidelobes.bins(float(np.abs(window).sum(axis=1).max()), begin, 20)
+    for part in (slice(0, made.bins), slice(first, stop), slice(100, 150), slice(700, made.bins)):
+        power = sidelobes.power(window, begin, part.start, part.stop)
+        np.testing.assert_allclose(power, expected[:, part], rtol=1e-4, atol=1e-6 * expected.max())
+    assert max(expected[:, :first].max(initial=0.0), expected[:, stop:].max()) < 1e-3

@@ -8,7 +8,7 @@ from radar_service.engine.preparation import prepare
 from radar_service.engine.resting_sources import resting_fields
 from radar_service.engine.source_numbers import source_numbers
 from radar_service.fidelity import PRESETS
-from tests.alone import body_field
+from tests.alone import Alone
 from tests.scenes import point, scene
 
 RADAR = {"range_max_m": 1200, "azimuths": 64, "beamwidth_deg": 8, "pulse_s": 1e-6}
@@ -23,8 +23,9 @@ def test_each_field_is_that_of_the_body_alone(eclipsing: bool) -> None:
     fields = dict(resting_fields(prepared, source_numbers(made), 0.0))
     assert list(fields) == [256, 257, 258]
     total = np.zeros((64, made.radar.bins), dtype=np.complex64)
+    separate = Alone(made)
     for k, (rows, field) in enumerate(fields.values()):
-        alone = body_field(made, 0, [k])
+        alone = separate.bodies([k], 0)
         whole = np.zeros_like(alone)
         whole[rows] = field
         np.testing.assert_allclose(whole, alone, atol=2e-7 * np.abs(alone).max())
@@ -36,7 +37,7 @@ def test_each_field_is_that_of_the_body_alone(eclipsing: bool) -> None:
 def test_rows_below_the_floor_are_left_out() -> None:
     made = scene(BODIES[:1], radar=RADAR)
     prepared = prepare(made, PRESETS["balanced"], 0)
-    power = np.abs(body_field(made, 0, [0])).max(axis=1) ** 2
+    power = np.abs(Alone(made).bodies([0], 0)).max(axis=1) ** 2
     floor = float(power.max()) * 1e-3
     ((_, kept),) = resting_fields(prepared, source_numbers(made), floor)
     assert kept.rows.tolist() == np.flatnonzero(power > floor).tolist() and 1 < len(kept.rows) < 20

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.engine.stitched import StitchedEngine, own_noise, pulse_gain, pulse_scenes
+from radar_service.engine.stitched import LabellingStitchedEngine, StitchedEngine, own_noise, pulse_gain, pulse_scenes
 from radar_service.fidelity import PRESETS
 from radar_service.receive.compression import receiver_noise_power
+from radar_service.scene.materials import MATERIALS
 from tests.scenes import point, scene
 
 SHORT: dict[str, Any] = {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6}
@@ -42,10 +44,11 @@ def stitched(environment: dict[str, Any], **radar: Any) -> rs.Scene:
     return scene(BODIES, radar={**REST, "pulses": pulses, **radar}, environment=environment)
 
 
-def alone(pulse: dict[str, Any], end: float, environment: dict[str, Any]) -> rs.Simulator:
+def alone(pulse: dict[str, Any], end: float, environment: dict[str, Any], labels: bool = False) -> rs.Simulator:
     """A radar with one of the pulses alone, out to the end of its ranges."""
     return rs.Simulator(
-        scene(BODIES, radar={**REST, **pulse, "sample_rate_hz": RATE, "range_max_m": end}, environment=environment)
+        scene(BODIES, radar={**REST, **pulse, "sample_rate_hz": RATE, "range_max_m": end}, environment=environment),
+        labels=labels,
     )
 
 
@@ -139,11 +142,12 @@ def test_parts_in_tiles_of_other_azimuths_are_joined_by_azimuth() -> None:
     def prepared(scene: rs.Scene, tile: int = 5) -> Prepared:
         return replace(prepare(scene, PRESETS["balanced"], 0), tile=tile)
 
-    engine = StitchedEngine(made, prepared, prepared(made, 16))
+    pulses = [*(own_noise(prepared(near), k) for k, near in enumerate(pulse_scenes(made))), prepared(made, 16)]
+    engine = StitchedEngine([Engine(pulse) for pulse in pulses])
     whole = np.concatenate([field for _, field, _ in engine.tiles(0)])
     assert whole.shape == (64, 301)
-    for k, end in enumerate((49, 129)):
-        near = Engine(own_noise(prepared(pulse_scenes(made)[k]), k))
+    for pulse, end in zip(pulses, (49, 129), strict=False):
+        near = Engine(pulse)
         alone = np.concatenate([field for _, field, _ in near.tiles(0)])
         gain = np.float32(pulse_gain(near.prepared.scene.radar, made.radar))
         np.testing.assert_array_equal(whole[:, end - 40 : end], gain * alone[:, end - 40 : end])
@@ -153,6 +157,33 @@ def test_parts_in_tiles_of_other_azimuths_are_joined_by_azimuth() -> None:
     assert (start, more) == (16, [])
     np.testing.assert_array_equal(field, whole[16:32])
     np.testing.assert_array_equal(power, field.real**2 + field.imag**2)
+    labelling = LabellingStitchedEngine([LabellingEngine(pulse) for pulse in pulses])
+    labels = np.concatenate([labels for *_, labels in labelling.labelled_tiles(0)])
+    for pulse, first, stop in zip(pulses, (0, 49, 129), (49, 129, 301), strict=True):
+        alone = np.concatenate([labels for *_, labels in LabellingEngine(pulse).labelled_tiles(0)])
+        np.testing.assert_array_equal(labels[:, first:stop], alone[:, first:stop])
+    ((start, field, power, part),) = labelling.labelled_tiles(0, requested)
+    np.testing.assert_array_equal(part, labels[16:32])
+    np.testing.assert_array_equal(field, whole[16:32])
+
+
+def test_labels_and_powers_of_each_part_are_those_of_a_radar_with_this_pulse_alone() -> None:
+    """The mean of noise has one level everywhere; speckle of a near pulse is its own, so there is no sea."""
+    environment = {"noise": True, "multipath": True}
+    sim = rs.Simulator(stitched(environment), labels=True)
+    whole, powers, plain = sim.scan(), sim.source_powers(), rs.Simulator(stitched(environment)).scan()
+    np.testing.assert_array_equal(whole.field, plain.field)
+    assert whole.labels is not None and {0, 4, 16 + list(MATERIALS).index("concrete"), 256, 260} <= set(
+        np.unique(whole.labels)
+    )
+    for pulse, first, stop in ((SHORT, 0, 49), (MIDDLE, 49, 129), (LONG, 129, 301)):
+        single = alone(pulse, {49: 240, 129: 640, 301: 1500}[stop], environment, labels=True)
+        np.testing.assert_array_equal(whole.labels[:, first:stop], single.scan().labels[:, first:stop])
+        gain, separate = np.float32(sim.noise_power / single.noise_power), single.source_powers()
+        for number in powers.keys() | separate.keys():
+            nothing = np.zeros(whole.labels.shape, dtype=np.float32)
+            got, expected = powers.get(number, nothing), separate.get(number, nothing)
+            np.testing.assert_allclose(got[:, first:stop], gain * expected[:, first:stop], rtol=1e-6, err_msg=str(number))
 
 
 def test_speckle_of_a_near_pulse_is_its_own_and_the_sea_is_shared() -> None:

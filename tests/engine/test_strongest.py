@@ -4,7 +4,9 @@ import numpy as np
 
 from radar_service.clutter.clutter import ClutterRows
 from radar_service.engine.source_numbers import RAIN, SEA
-from radar_service.engine.strongest import Strongest
+from radar_service.engine.strongest import unlabelled
+
+HIGHEST = 300  # 9 bits, which leave 14 for the power: a part in 16,384
 
 
 def powers(*rows: list[float]) -> np.ndarray:
@@ -12,33 +14,41 @@ def powers(*rows: list[float]) -> np.ndarray:
 
 
 def test_a_source_takes_the_cells_in_which_it_is_stronger() -> None:
-    strongest = Strongest(2, 4, 1.0)
-    strongest.offer(7, powers([2, 0, 1, 3], [0, 0, 0, 0]))
+    strongest = unlabelled(2, 4, 1.0, HIGHEST)
+    strongest.offer(7, powers([2, 0, 0.9, 3], [0, 0, 0, 0]))
     strongest.offer(9, powers([4, 4]), np.array([0]), first=2)
-    assert strongest.label.tolist() == [[7, 0, 9, 9], [0, 0, 0, 0]] and strongest.label.dtype == np.uint32
-    assert strongest.power.tolist() == [[2, 1, 4, 4], [1, 1, 1, 1]]
+    strongest.offer(300, powers([5], [0.5]), slice(0, 2), first=0)
+    assert strongest.labels.tolist() == [[300, 0, 9, 9], [0, 0, 0, 0]] and strongest.labels.dtype == np.uint32
+    strongest.offer(8, powers([5.01, 0, 4.01, 3.99], [1.001, 0.999, -0.0, -1.0]))
+    assert strongest.labels.tolist() == [[8, 0, 8, 9], [8, 0, 0, 0]]
 
 
-def test_columns_outside_of_the_profile_are_ignored() -> None:
-    strongest = Strongest(3, 3, 0.0)
-    rows = np.array([0, 2])
-    strongest.offer(1, powers([9, 9, 5], [9, 9, 6]), rows, first=-2)
-    strongest.offer(2, powers([4, 9], [3, 9]), rows, first=2)
-    strongest.offer(3, powers([9], [9]), rows, first=3)
-    strongest.offer(4, powers([9], [9]), rows, first=-1)
-    assert strongest.label.tolist() == [[1, 0, 2], [0, 0, 0], [1, 0, 2]]
-    assert strongest.power.tolist() == [[5, 0, 4], [0, 0, 0], [6, 0, 3]]
+def test_a_difference_of_a_thousandth_of_a_decibel_decides_among_thousands_of_sources() -> None:
+    rng = np.random.default_rng(0)
+    power = (rng.exponential(size=(1, 1000)) * 10.0 ** rng.uniform(-30, 5, (1, 1000))).astype(np.float32)
+    for first, second in ((4000, 256), (256, 4000)):
+        strongest = unlabelled(1, 1000, 0.0, 4000)
+        strongest.offer(first, power.copy())
+        strongest.offer(second, power * np.float32(1.0015))  # 0.0065 dB: 12 bits of the number leave a part in 2048
+        assert (strongest.labels == second).all()
+
+
+def test_without_noise_cells_without_power_have_no_source() -> None:
+    strongest = unlabelled(1, 4, 0.0, HIGHEST)
+    strongest.offer(300, powers([0.0, 1e-37, -0.0, 0.0]))
+    assert strongest.labels.tolist() == [[0, 300, 0, 0]]
 
 
 def test_a_part_is_a_copy_and_cleared_rows_have_noise_alone() -> None:
-    strongest = Strongest(4, 2, 1.0)
+    strongest = unlabelled(4, 2, 1.0, HIGHEST)
     strongest.offer(5, powers([2.0, 0.0], [3.0, 4.0]), np.array([2, 3]))
     part = strongest.part(1, 2)
-    assert part.label.tolist() == [[0, 0], [5, 0]] and part.power.tolist() == [[1, 1], [2, 1]]
+    assert part.labels.tolist() == [[0, 0], [5, 0]]
     part.offer(6, powers([9.0, 9.0]), np.array([1]))
     part.clear(np.array([1]))
-    assert part.label.tolist() == [[0, 0], [0, 0]] and part.power.tolist() == [[1, 1], [1, 1]]
-    assert strongest.label.tolist() == [[0, 0], [0, 0], [5, 0], [5, 5]]
+    part.offer(7, powers([0.9, 1.1]), np.array([1]))
+    assert part.labels.tolist() == [[0, 0], [0, 7]]
+    assert strongest.labels.tolist() == [[0, 0], [0, 0], [5, 0], [5, 5]]
 
 
 def test_clutter_is_divided_by_the_local_means_of_sea_and_rain() -> None:
@@ -47,7 +57,10 @@ def test_clutter_is_divided_by_the_local_means_of_sea_and_rain() -> None:
     field = (np.sqrt(mean) * np.sqrt(powers([2, 2, 0]))).astype(np.complex64)
     clutter = ClutterRows(field, np.sqrt(mean), np.array([1, 4], dtype=np.float32))
     np.testing.assert_allclose(clutter.rain_share, [[0.25, 0.8, 0.0]], rtol=1e-6)
-    strongest = Strongest(1, 4, 1.0)
+    strongest = unlabelled(1, 4, 1.0, HIGHEST)
     strongest.offer_clutter(clutter)
-    assert strongest.label.tolist() == [[SEA, RAIN, 0, 0]]
-    np.testing.assert_allclose(strongest.power, [[6, 8, 1, 1]], rtol=1e-6)
+    assert strongest.labels.tolist() == [[SEA, RAIN, 0, 0]]
+    strongest.offer(9, powers([5.99, 7.99, 0, 0]))
+    assert strongest.labels.tolist() == [[SEA, RAIN, 0, 0]]  # the sea has 6 W, the rain 8
+    strongest.offer(9, powers([6.01, 8.01, 0, 0]))
+    assert strongest.labels.tolist() == [[9, 9, 0, 0]]

@@ -5,7 +5,7 @@ import pytest
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
-from radar_service.engine.stitched import StitchedEngine
+from radar_service.engine.stitched import LabellingStitchedEngine, StitchedEngine
 from radar_service.fidelity import PRESETS
 from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up, pipeline_set_up
 from tests.scenes import point, scene
@@ -22,21 +22,23 @@ TWO = {
 @pytest.mark.parametrize(
     ("radar", "fidelity", "labels", "kind"),
     [(ONE, "balanced", False, Engine), (ONE, "balanced", True, LabellingEngine), (TWO, "fast", False, StitchedEngine),
-     (ONE, "documented", False, DocumentedEngine)],
+     (TWO, "balanced", True, LabellingStitchedEngine), (ONE, "documented", False, DocumentedEngine)],
 )  # fmt: skip
 def test_the_engine_is_that_of_the_fidelity_and_the_pulses(radar: dict, fidelity: str, labels: bool, kind: type) -> None:
     made = scene([point("p", 100, 200)], radar=radar)
-    engine, set_up, line_of_sight = engine_set_up(made, PRESETS[fidelity], fidelity, 0, 1, labels)
+    engine, set_up, line_of_sight, pulses = engine_set_up(made, PRESETS[fidelity], fidelity, 0, 1, labels)
     assert type(engine) is kind and (set_up is None) == (fidelity == "documented")
+    expected = [] if set_up is None else [300, 600] if radar is TWO else [600]
+    assert [prepared.scene.radar.range_max for prepared in pulses] == expected
     assert set_up is None or set_up.prepared.line_of_sight is line_of_sight
     (start, field, power), *_ = engine.tiles(0)
     assert start == 0 and field.shape == power.shape and field.shape[1] == made.radar.bins == len(engine.range)
 
 
-@pytest.mark.parametrize(("radar", "fidelity"), [(TWO, "balanced"), (ONE, "documented")])
-def test_labels_that_an_engine_has_not_are_refused(radar: dict, fidelity: str) -> None:
+@pytest.mark.parametrize("radar", [ONE, TWO])
+def test_the_specification_as_printed_has_no_labels(radar: dict) -> None:
     with pytest.raises(ValueError, match="labels: .* or leave labels out"):
-        engine_set_up(scene(radar=radar), PRESETS[fidelity], fidelity, 0, 1, labels=True)
+        engine_set_up(scene(radar=radar), PRESETS["documented"], "documented", 0, 1, labels=True)
 
 
 def test_auto_is_planned_and_names_are_presets() -> None:

@@ -26,7 +26,7 @@ SCENE = {
 def stream() -> SpokeStream:
     scene = load_scene(SCENE)
     steering = Steering(scene)
-    engine, _, line_of_sight = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
+    engine, _, line_of_sight, _ = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
     errors: ErrorSettings | None = scene.errors
     truth = line_of_sight.following(steering.past.bodies)
     return SpokeStream(engine, steering, Sector(scene.radar, None), truth, ErrorReporter(scene.radar, 0, errors))
