@@ -40,7 +40,7 @@ def test_blocks_follow_each_other_and_are_reported_with_errors(stream: SpokeStre
 
 
 def test_a_command_cuts_the_blocks_where_it_acts(stream: SpokeStream) -> None:
-    stream.command(None, 5, {"speed_kn": 10, "course_deg": 90})
+    stream.command(None, 5, None, {"speed_kn": 10, "course_deg": 90})
     blocks = list(stream.blocks(1, 8))
     assert sum(len(block) for block in blocks) == 32 and 5 in [block.first for block in blocks]
     speeds = np.concatenate([block.true.speed for block in blocks])
@@ -51,12 +51,12 @@ def test_a_command_cuts_the_blocks_where_it_acts(stream: SpokeStream) -> None:
 def test_an_earlier_command_takes_the_stream_back(stream: SpokeStream) -> None:
     blocks = stream.blocks(1, 8)
     assert [next(blocks).first, next(blocks).first] == [0, 8]
-    stream.command(None, 4, {"speed_kn": 10})
+    stream.command(None, 4, None, {"speed_kn": 10})
     assert next(blocks).first == 4 and sum(map(len, blocks)) == 20
 
 
 def test_readings_are_those_of_each_time(stream: SpokeStream) -> None:
-    stream.command(None, 16, {"speed_kn": 20, "course_deg": 90})
+    stream.command(None, 16, None, {"speed_kn": 20, "course_deg": 90})
     list(stream.blocks(1, 8))
     readings = stream.readings(np.array([0, 15, 17]))
     assert readings.speed.tolist()[:2] == [0.0, 0.0] and readings.speed[2] == pytest.approx(20 * 0.514444, rel=1e-4)

@@ -122,15 +122,14 @@ def test_too_many_commands_are_told_to_come_later(monkeypatch: pytest.MonkeyPatc
     play(test, station())
 
 
-def test_a_steered_radar_keeps_its_rate_of_rotation() -> None:
-    """Another engine would not know how far the commands have led."""
-
+def test_a_steered_radar_goes_on_as_commanded_at_another_rate() -> None:
     async def test(server: Server) -> None:
-        assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 30})).status_code == 200
         assert (await server.http.patch(BUOY, json={"speed_kn": 5})).status_code == 200
-        answer = await server.http.patch("/api/radars/0/controls", json={"rpm": 40})
-        assert answer.status_code == 422 and "a steered world keeps its rate of rotation" in answer.json()["detail"][0]
-        assert (await server.http.get("/api/radars/0/controls")).json()["rpm"] == pytest.approx(30)
-        assert (await server.http.patch("/api/radars/0/controls", json={"gain": 55})).status_code == 200
+        assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 40})).status_code == 200
+        while only.engine.scene.radar.rotation_period != 1.5:
+            await asyncio.sleep(0)
+        assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == 5.0
+        again = (await server.http.patch(BUOY, json={"speed_kn": 6})).json()
+        assert [command.speed_kn for command in only.engine.commands] == [5.0, 6.0] and again["time"] == 0.0
 
-    play(test, station())
+    play(test, only := station())
