@@ -93,14 +93,17 @@ class EngineSupervisor:
             replaced[1].stop()
         return name
 
-    def take_over(self, begin: Callable[[SpokeSource], None] = lambda engine: None) -> tuple[str, SpokeSource]:
-        """Makes the pending engine the running one; returns the name of its epoch and the engine.
+    def take_over(
+        self, begin: Callable[[SpokeSource], None] = lambda engine: None, may: Callable[[], bool] = lambda: True
+    ) -> tuple[str, SpokeSource] | None:
+        """Makes the pending engine the running one; returns the name of its epoch and the engine, None where that may not be.
 
-        One that goes on with the scene follows the commands that came while it was prepared. begin: is called with it, with the
-        lock held.
+        One that goes on with the scene follows the commands that came while it was prepared. may: is asked first; begin: is
+        called with the engine; both with the lock held.
         """
         with self._lock:
-            assert self._pending is not None, "has_pending comes first"
+            if self._pending is None or not may():
+                return None
             (name, worker), self._pending = self._pending, None
             old = self._replace(worker, follows=worker.engine.order.goes_on)
             begin(worker.engine)

@@ -125,9 +125,10 @@ class Transmitter:
 
     def agree(self, lead: float) -> Origin:
         """Returns where an engine of the running scene begins that is ready in some `lead` [s of simulation]; then `settle`."""
-        idle = self.pacer.idle or self.fault is not None
-        origin = self.handover.agree(self.epoch.engine.scene.radar, self._spokes_done, idle, lead)
-        self.pacer.interrupt()
+        with self._world.changed:  # while no engine takes over
+            idle = self.pacer.idle or self.fault is not None
+            origin = self.handover.agree(self.engines.worker.engine.scene.radar, self._unsent, idle, lead)
+            self.pacer.interrupt()
         return origin
 
     def settle(self) -> None:
@@ -209,31 +210,36 @@ class Transmitter:
 
     def _apply_pending(self) -> bool:
         """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""
-        if self.handover.is_due(self._spokes_done):
+        while self.handover.is_due(self._spokes_done) and not self.pacer.stopping:
             self.pacer.wait_for(lambda: not self.handover.is_open)
-            self.handover.end(self._spokes_done)
-            if self.engines.has_pending:
-                self._take_over()
+            if self._take_over(lambda: not self.handover.is_open):
                 return True
+            with self._world.changed:
+                if not (self.handover.is_open or self.engines.has_pending):
+                    self.handover.end(self._spokes_done)
         if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
-            self._take_over()
-            return True
+            return self._take_over()
         if self.pacer.settings.range != self.epoch.range:
             self._open(replace(self.epoch, name=new_epoch_name(), range=self.pacer.settings.range))
         return False
 
-    def _take_over(self) -> None:
-        name, engine = self.engines.take_over(self._begin)
-        self.handover.end(self._spokes_done)
+    def _take_over(self, may: Callable[[], bool] = lambda: True) -> bool:
+        """Lets the pending engine take over, where there is one and it may; returns whether it has."""
+        taken = self.engines.take_over(self._begin, may)
+        if taken is None:
+            return False
+        name, engine = taken
         self._open(Epoch(name, engine, self.pacer.settings.range))
         self.fault = None
         self.commands.close(None)
+        return True
 
     def _begin(self, engine: SpokeSource) -> None:
         """Takes up the time and the spokes of an engine that has taken over. The clock's lock is held."""
         radar, self._last = engine.scene.radar, None
         self.pacer.begin(radar.origin.time)
         self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
+        self.handover.end(self._spokes_done)
         self._newest = self._newest if engine.order.goes_on else -math.inf
         self._go_on_from(self._spokes_done)
 

@@ -109,7 +109,9 @@ def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prep
         engines.worker.command(30, "buoy", {"speed_kn": 5})
         engines.worker.command(31, "buoy", {"speed_kn": 6})
         assert engines.pending is not None and engines.pending.engine is next_engine
-        assert engines.take_over(began.append)[1] is engines.worker.engine is next_engine
+        assert engines.take_over(began.append, lambda: False) is None
+        taken = engines.take_over(began.append)
+        assert taken is not None and taken[1] is engines.worker.engine is next_engine
         assert len(next_engine.commands) == count
     engines.stop(SOON)
     assert len(began) == 2 and engines.pending is None

@@ -152,6 +152,25 @@ def test_of_two_changes_at_once_the_last_one_wins() -> None:
         goes_on(sink, epoch, sink.epochs[epoch - 1].engine.scene.radar.rotation_period)
 
 
+def test_no_agreement_ends_before_its_engine_has_taken_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else another request in between would take the pending engine for that of another scene, and begin at time 0."""
+    pending = list[bool]()
+    whole = Handover.end
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        def end(handover: Handover, number: int) -> None:
+            pending.append(handover.at is not None and station.transmitter.engines.has_pending)
+            whole(handover, number)
+
+        monkeypatch.setattr(Handover, "end", end)
+        for count, rpm in ((2, 48.0), (3, 12.0)):
+            await station.change({"rpm": rpm})
+            await asyncio.to_thread(sink.wait_for, lambda count=count: len(sink.epochs) == count)
+
+    play(test, FAST)
+    assert pending == [False, False]
+
+
 STEERED: dict[str, Any] = {
     "radar": {"azimuths": 64, "beamwidth_deg": 8, "range_max_m": 256, "pulse_s": 1e-6},
     "environment": {"noise": True},
