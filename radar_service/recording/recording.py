@@ -72,7 +72,7 @@ class Recording:
         self.noise_power: float = self.record["noise_power"]
         self.range, self.range_step = _ranges(**cells), float(cells["step"])
         commands = (json.loads(message) for message in self._messages("commands", 0.0))
-        self.commands = CommandLog(NOT_STEERABLE, map(command_from, commands))
+        self.commands = RecordedCommands(NOT_STEERABLE, map(command_from, commands))
         self._next_scan = 0
 
     def __repr__(self) -> str:
@@ -101,7 +101,7 @@ class Recording:
 
     def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
         """Raises CommandError."""
-        raise CommandError(f"{PLAYS}; nothing is steered")
+        return self.commands.add(spoke, body, values, time)
 
     def tell(self) -> None:
         """Does nothing: there are no commands."""
@@ -169,6 +169,14 @@ class Recording:
             first=message["scan"] * azimuths + message["index"], scan=message["scan"], index=message["index"],
             range=self.range, range_step=self.range_step, field=field, power=power, commands=len(self.commands), **values,
         )  # fmt: skip
+
+
+class RecordedCommands(CommandLog):
+    """The commands that recorded spokes follow."""
+
+    def check(self, body: str | None, values: Mapping[str, Any]) -> None:
+        """Raises CommandError."""
+        raise CommandError(f"{PLAYS}; nothing is steered")
 
 
 def _ranges(bins: int, first: float, step: float) -> Floats:
