@@ -127,12 +127,12 @@ def test_commands_change_the_lines_that_are_still_to_come() -> None:
         engine = Delayed(steerable_scene())
         played.stream.open_epoch(Epoch("f", engine, None))
         _, lines = played.follow()
-        played.send(0, 10, engine)
-        await played.until(lambda: len(lines) >= 2)
+        played.send(0, 8, engine)
+        await played.until(lambda: len(lines) >= 1)
         engine.command(13, "buoy", {"speed_kn": 1})
         engine.reached = 12
-        played.send(10, 2, engine)  # its blocks know the command, which acts later
-        await asyncio.sleep(0)
+        played.send(8, 4, engine)  # its blocks know the command, which acts later
+        await played.until(lambda: len(lines) >= 2)
         engine.reached = AZIMUTHS
         played.send(12, 5, engine)
         await played.until(lambda: len(lines) >= 3)
