@@ -139,20 +139,24 @@ def time_of_commands(radars: Sequence[Steered]) -> float:
 
 
 def ordered(
-    radars: Mapping[CommandedRadar, Steered], asked: CommandedRadar, time: float, body: str | None, values: Mapping[str, Any]
+    radars: Mapping[CommandedRadar, Steered],
+    addressed: CommandedRadar,
+    time: float,
+    body: str | None,
+    values: Mapping[str, Any],
 ) -> Command:
-    """Commands all radars that have the body, at a time [s]; returns the command of the one that was asked.
+    """Commands all radars that have the body, at a time [s]; returns the command of the one that was addressed.
 
     body: as that one names it. Raises CommandError, and then nothing changes.
     """
-    steerable = radars[asked].worker.engine.scene.steerable
-    names = {asked: body}
+    steerable = radars[addressed].worker.engine.scene.steerable
+    names = {addressed: body}
     for radar in radars:
         limits = radars[radar].worker.engine.scene.steerable.limits
         name = steerable.own_ship if body is None else body
-        if radar is not asked and (name in limits or body is not None):
+        if radar is not addressed and (name in limits or body is not None):
             names[radar] = name
     for radar, name in names.items():
         radars[radar].worker.engine.commands.check(name, values)
     made = {radar: radars[radar].worker.command(None, name, values, time) for radar, name in names.items()}
-    return made[asked]
+    return made[addressed]
