@@ -1,4 +1,4 @@
-"""Commands to one radar that wait for the commander, which carries them out for all radars of the world."""
+"""Commands to one radar that wait for the command worker, which carries them out for all radars of the world."""
 
 import itertools
 import threading
@@ -9,7 +9,7 @@ from typing import Any
 
 from radar_service.scene.commands import Command
 
-MAX_WAITING = 256  # commands; the commander takes all of them some 60 times a second
+MAX_WAITING = 256  # commands; the command worker takes all of them some 60 times a second
 _NUMBERS = itertools.count()
 Values = Callable[[float], Mapping[str, Any]]  # of a command that acts at a time [s]
 Outcome = Command | Exception  # of a command that waited: itself, or why it is refused

@@ -46,7 +46,7 @@ class EngineSupervisor:
         self, engine: SpokeSource, make_engine: MakeSource, limiter: RestartLimiter,
         lock: AbstractContextManager[Any] | None = None,
     ) -> None:  # fmt: skip
-        """lock: guards the pending worker and the replacement of `worker`. It is reentrant, and the commander holds it, too."""
+        """lock: guards the pending worker and the replacement of `worker`. It is reentrant; commands are carried out under it."""
         self.worker = EngineWorker(engine)
         self.restarting = False
         self.restarts = 0

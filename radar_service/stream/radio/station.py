@@ -70,7 +70,7 @@ class Station:
         sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
             engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts,
-            commander=self.world.commander,
+            command_worker=self.world.command_worker,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
         )  # fmt: skip
         self.preparations = Preparations()

@@ -4,7 +4,7 @@ When an order acts:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
 - range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed,
   and where the world has several radars, which all begin it together.
-- commands: another thread (`commander`) carries them out. Spokes that a command changes are dropped, and come anew.
+- commands: another thread (`command_worker`) carries them out. Spokes that a command changes are dropped, and come anew.
 - rpm: a new epoch at the end of a scan that was agreed before its engine was prepared (`handover`); until then nothing is
   sent beyond that scan.
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
@@ -19,7 +19,7 @@ from dataclasses import replace
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.stream.radio.command_queue import CommandQueue
-from radar_service.stream.radio.commander import Commander, Steered
+from radar_service.stream.radio.command_worker import CommandWorker, Steered
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.handover import Handover
 from radar_service.stream.radio.pacer import Pacer
@@ -47,22 +47,22 @@ class Transmitter:
     fault: why the radar has failed, None while it runs.
     sent: spokes since the start.
     simulated: time of the next spoke [s].
-    commands: those that wait for the commander.
+    commands: those that wait for the command worker.
     engines: the running engine and its replacements.
     """
 
     def __init__(
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
-        make_engine: MakeSource, *, restarts: int = RESTARTS, commander: Commander | None = None,
+        make_engine: MakeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
         on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore, held: bool = False,
     ) -> None:  # fmt: skip
         """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
 
-        commander: of its world, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
+        command_worker: of its world, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
         transmitter's thread; held: until `pacer.release`.
         """
-        self._commander = commander or Commander(WorldClock())
-        self._world = self._commander.clock
+        self._command_worker = command_worker or CommandWorker(WorldClock())
+        self._world = self._command_worker.clock
         self.pacer = Pacer(settings, clock, self._world, held)
         self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock), self._world.changed)
         self.epoch = Epoch(new_epoch_name(), engine, settings.range)
@@ -81,13 +81,13 @@ class Transmitter:
         self._number = 0  # of the next spoke in this epoch
         self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
         self._thread = threading.Thread(target=self._run, name="radar transmitter", daemon=True)
-        self._commander.join(self)
+        self._command_worker.join(self)
 
     def start(self) -> None:
         """Opens the first epoch on every sink and starts both threads."""
         self._open(self.epoch)
         self.engines.start()
-        self._commander.start()
+        self._command_worker.start()
         self._thread.start()
 
     def stop(self, timeout: float) -> None:
@@ -97,7 +97,7 @@ class Transmitter:
         self.engines.stop()
         if self._thread.ident is not None:
             self._thread.join(timeout)
-            self._commander.stop(timeout)
+            self._command_worker.stop(timeout)
         self.engines.stop(timeout)
 
     @property

@@ -30,7 +30,7 @@ class ClockMember(Protocol):
 class WorldClock:
     """What the pacers of a world share. `changed` guards it and them.
 
-    may_command: a condition of the same lock, for what the commander waits for.
+    may_command: a condition of the same lock, for what the command worker waits for.
     schedule: of simulated time on the wall clock; version: changes with every order; front: newest time sent [s];
     generation: counts the restarts.
     """
@@ -81,7 +81,7 @@ class WorldClock:
             self.notify()
 
     def let_command(self) -> None:
-        """Lets the commander see whether it may carry out commands now."""
+        """Lets the command worker see whether it may carry out commands now."""
         with self.changed:
             self.may_command.notify_all()
 

@@ -39,7 +39,7 @@ def test_spokes_that_are_refused_at_last_cost_no_steps() -> None:
     assert asked == [3, 3] and pacer.orders().steps == 2
 
 
-def test_a_wait_lets_the_commander_know() -> None:
+def test_a_wait_lets_the_command_worker_know() -> None:
     pacer, answers = Pacer(Settings(pace=Pace("pause")), lambda: 0.0), list[bool]()
     orders = pacer.orders()
     waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(PART, orders)))

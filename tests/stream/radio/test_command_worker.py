@@ -20,7 +20,7 @@ from radar_service.simulator import Simulator
 from radar_service.simulator_options import SimulatorOptions
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio.command_queue import NoRadarError
-from radar_service.stream.radio.commander import Commander, Steered, time_of_commands
+from radar_service.stream.radio.command_worker import CommandWorker, Steered, time_of_commands
 from radar_service.stream.radio.prefetch import EngineWorker, prepared
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.world import WorldMaker
@@ -47,7 +47,7 @@ class Radars:
     """The radars of a world on the air."""
 
     def __init__(self, engines: dict[str, Any], make: Any, sinks: dict[str, Any]) -> None:
-        self.commander = Commander(WorldClock())
+        self.command_worker = CommandWorker(WorldClock())
         self.sinks = {name: sinks.get(name) or RecordingSink() for name in engines}
         self.transmitters = {
             name: Transmitter(
@@ -56,7 +56,7 @@ class Radars:
                 (self.sinks[name],),
                 time.monotonic,
                 make,
-                commander=self.commander,
+                command_worker=self.command_worker,
                 restarts=1,
             )
             for name, engine in engines.items()
@@ -228,7 +228,7 @@ def test_radars_that_are_about_to_begin_another_scene_are_steered_in_that() -> N
     with on_air(fakes("bow", "pier"), bow=sink) as radars:
         radars.run()
         assert sink.sending.wait(SOON)
-        radars.commander.clock.restart()
+        radars.command_worker.clock.restart()
         workers = {name: prepared(engine) for name, engine in fakes("bow", "pier").items()}
         for name, worker in workers.items():
             radars.transmitters[name].switch_to(worker)
@@ -243,7 +243,7 @@ def test_radars_that_are_about_to_begin_another_scene_are_steered_in_that() -> N
 def test_the_thread_ends_with_the_last_radar() -> None:
     with on_air(fakes("bow", "pier")) as radars:
         waiting = radars.transmitters["bow"].commands
-    assert not any(thread.name == "radar commander" for thread in threading.enumerate())
+    assert not any(thread.name == "radar commands" for thread in threading.enumerate())
     with pytest.raises(NoRadarError, match="stopping"):
         waiting.put("buoy", lambda time: {"speed_kn": 5})
 

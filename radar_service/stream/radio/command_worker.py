@@ -38,7 +38,7 @@ class Steered(NamedTuple):
 
 
 class CommandedRadar(Protocol):
-    """A radar as the commander has it: a `Transmitter`. All but `commands` is read with the clock's lock held."""
+    """A radar as the command worker has it: a `Transmitter`. All but `commands` is read with the clock's lock held."""
 
     @property
     def commands(self) -> CommandQueue:
@@ -60,7 +60,7 @@ class CommandedRadar(Protocol):
         """Is called after commands."""
 
 
-class Commander:
+class CommandWorker:
     """Carries out the commands to all radars of a world, in the order of their arrival.
 
     clock: of the world. Its lock guards the radars.
@@ -82,7 +82,7 @@ class Commander:
         with self.clock.changed:
             self._running += 1
             if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="radar commander", daemon=True)
+                self._thread = threading.Thread(target=self._run, name="radar commands", daemon=True)
                 self._thread.start()
 
     def stop(self, timeout: float) -> None:
