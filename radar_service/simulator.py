@@ -17,7 +17,7 @@ from radar_service.plan.plan import Plan, plan_for
 from radar_service.radar.parameters import Origin
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth
-from radar_service.scene.commands import Command, CommandError, command_from
+from radar_service.scene.commands import Command, command_from
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.steering import Steering
@@ -160,18 +160,21 @@ class Simulator:
         """Makes `scan` the next one, counted from 0 at t = 0, or the first one that this simulator has."""
         self._stream.skip_to(scan)
 
-    def command(self, body: str | None = None, *, spoke: int | None = None, **values: Any) -> Command:
+    def command(
+        self, body: str | None = None, *, spoke: int | None = None, time: float | None = None, **values: Any
+    ) -> Command:
         """Steers own ship (None) or a body that the scene declares steerable; returns the command with its spoke and time.
 
         values: as the fields of `Command`, such as course_deg=90. spoke: the first one that shows it, by default the first one
-        after the blocks taken so far. With an earlier one, a running `blocks` goes back there, and repeats spokes. Of several
-        commands to a body, the last one holds. May be called from any thread. Raises CommandError, and then nothing changes.
+        after the blocks taken so far. time: at which it acts [s], instead of a spoke: the first one not before it shows it.
+        With an earlier one, a running `blocks` goes back there, and repeats spokes. Of several commands to a body, the last one
+        holds. May be called from any thread. Raises CommandError, and then nothing changes.
         """
-        return self._stream.command(body, spoke, values)
+        return self._stream.command(body, spoke, time, values)
 
     @property
     def commands(self) -> tuple[Command, ...]:
-        """All commands so far, by spoke: with them another simulator of the same scene makes the same bytes."""
+        """All commands so far, by time: with them another simulator of the same scene makes the same bytes."""
         return self._stream.steering.commands
 
     def replay(self, commands: Iterable[Command | Mapping[str, Any]]) -> None:
@@ -184,18 +187,15 @@ class Simulator:
     def at_rpm(self, rpm: float) -> "Simulator":
         """Returns a simulator that goes on with the next scan at another rate of rotation.
 
-        Simulated time, positions, errors and the numbers of scans and spokes go on. Its bytes depend on the scene, the fidelity,
-        the seed, the rate, and where it begins. Raises SceneError where the rate leaves no pulse for a spoke, and CommandError
-        after commands.
+        Simulated time, positions, commands, errors and the numbers of scans and spokes go on. Its bytes depend on the scene, the
+        fidelity, the seed, the commands, the rate, and where it begins. Raises SceneError where the rate leaves no pulse for a
+        spoke.
         """
-        if self.commands:
-            raise CommandError(
-                "rpm: a world that was steered keeps its rate of rotation; change rpm before the first command"
-            )
         radar = self.scene.radar
         origin = Origin(radar.time_of_turns(float(self._stream.next_scan)), self._stream.next_scan)
         scene = scene_at_rpm(replace(self.scene, errors=self.errors), rpm, origin)
-        return Simulator(scene, self.fidelity, self.seed, self._threads, self._ends, labels=self._labels)
+        commands = [each.after_change_of_rpm(scene.radar) for each in self.commands]
+        return Simulator(scene, self.fidelity, self.seed, self._threads, self._ends, commands, self._labels)
 
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""

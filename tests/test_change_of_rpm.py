@@ -1,5 +1,7 @@
 """A change of the rate of rotation: simulated time, positions and numbers go on; what is computed depends on where it begins."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -129,3 +131,29 @@ def test_earlier_scans_are_not_to_be_had() -> None:
 def test_a_sector_stays_a_sector() -> None:
     sim = rs.Simulator(moving(), "fast", 1, sector=(0.2, 0.4))
     assert [spoke.index for spoke in sim.at_rpm(25).spokes(1)] == [spoke.index for spoke in sim.spokes(1)]
+
+
+def test_a_steered_run_goes_on_as_commanded() -> None:
+    """The truth is that of a run at the old rate with the same commands; those to come act at their times."""
+    bodies = [point("a", 200, 300, steerable={"max_speed_kn": 40})]
+    made = scene(bodies, radar=RADAR, own_ship={"steerable": {}}, environment={"noise": True})
+    sim = rs.Simulator(made, "fast", 1)
+    sim.command("a", speed_kn=30, course_deg=40)
+    sim.scan()
+    sim.command(turn_rate_deg_s=-3, speed_kn=9)
+    sim.command("a", time=2.9, position_m=[100, 100])
+    sim.scan()
+    slower = sim.at_rpm(25)
+    assert [command.time for command in slower.commands] == [0.0, 1.5, 2.9]
+    assert (later := slower.command("a", time=3.7, speed_kn=2)).spoke == 180 + math.ceil(0.7 / (60 / 25 / 90))
+    changed = slower.scan()
+    sim.command("a", time=later.time, speed_kn=2)
+    sim.scan()  # the truth follows a command when its spoke is computed
+    for time in (1.0, 2.0, 2.95, 3.5, 4.1):
+        assert slower.truth(time) == sim.truth(time)
+    again = rs.Simulator(made, "fast", 1, commands=sim.commands)
+    again.skip_to(2)
+    assert again.at_rpm(25).scan().field.tobytes() == changed.field.tobytes()
+    still = rs.Simulator(made, "fast", 1)
+    still.skip_to(2)
+    assert still.at_rpm(25).scan().field.tobytes() != changed.field.tobytes()

@@ -1,5 +1,6 @@
 """The parameters of a radar in SI and radians, and quantities derived from them: ranges, angles, the schedule of spokes."""
 
+import math
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -173,6 +174,15 @@ class Radar:
     def spokes_at(self, time: Value) -> Value:
         """Numbers of spokes at times [s], also between spokes."""
         return (time - self.origin.time) / self.spoke_period + self.origin.scan * self.azimuths
+
+    def first_spoke(self, time: float) -> int:
+        """Number of the first spoke that is not before a time [s], exactly as `time_of_spokes` rounds."""
+        number = math.ceil(self.spokes_at(time))
+        while self.time_of_spokes(float(number)) < time:
+            number += 1
+        while self.time_of_spokes(float(number - 1)) >= time:
+            number -= 1
+        return number
 
     def time_of_turns(self, turns: Value) -> Value:
         """Time [s] at which the boresight has turned so many times since the start of the simulation."""

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -73,7 +72,7 @@ class Recording:
         self.noise_power: float = self.record["noise_power"]
         self.range, self.range_step = _ranges(**cells), float(cells["step"])
         commands = (json.loads(message) for message in self._messages("commands", 0.0))
-        self.commands = CommandLog(NOT_STEERABLE, (replace(command_from(each), time=each["time"]) for each in commands))
+        self.commands = RecordedCommands(NOT_STEERABLE, map(command_from, commands))
         self._next_scan = 0
 
     def __repr__(self) -> str:
@@ -100,9 +99,12 @@ class Recording:
         """Leaves out earlier scans."""
         self._next_scan = scan
 
-    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
         """Raises CommandError."""
-        raise CommandError(f"{PLAYS}; nothing is steered")
+        return self.commands.add(spoke, body, values, time)
+
+    def tell(self) -> None:
+        """Does nothing: there are no commands."""
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Does nothing: the recorded spokes follow the commands that were given then."""
@@ -165,8 +167,16 @@ class Recording:
         values: dict[str, Any] = each | angles
         return SpokeBlock(
             first=message["scan"] * azimuths + message["index"], scan=message["scan"], index=message["index"],
-            range=self.range, range_step=self.range_step, field=field, power=power, **values,
+            range=self.range, range_step=self.range_step, field=field, power=power, commands=len(self.commands), **values,
         )  # fmt: skip
+
+
+class RecordedCommands(CommandLog):
+    """The commands that recorded spokes follow."""
+
+    def check(self, body: str | None, values: Mapping[str, Any]) -> None:
+        """Raises CommandError."""
+        raise CommandError(f"{PLAYS}; nothing is steered")
 
 
 def _ranges(bins: int, first: float, step: float) -> Floats:

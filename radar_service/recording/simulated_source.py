@@ -74,9 +74,12 @@ class SimulatedSource:
         """As SpokeSource.commands."""
         return CommandLog(self.simulator.scene.steerable, self.simulator.commands)
 
-    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
+    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
         """As SpokeSource.command. Raises CommandError."""
-        return self.simulator.command(body, spoke=spoke, **values)
+        return self.simulator.command(body, spoke=spoke, time=time, **values)
+
+    def tell(self) -> None:
+        """Does nothing: the simulator knows its commands."""
 
     def replay(self, commands: Iterable[Command]) -> None:
         """As SpokeSource.replay. Raises CommandError."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,10 +32,10 @@ class NotSteerableError(CommandError):
 
 @dataclass(frozen=True)
 class Command:
-    """A command that acts from a spoke on. A value of None changes nothing.
+    """A command that acts from a time on. A value of None changes nothing.
 
-    spoke: number of the first spoke that shows it, from the start.
-    time: of that spoke [s].
+    time: at which it acts [s].
+    spoke: number of the first spoke that shows it, from the start: the first one not before that time.
     body: its name; None for own ship.
     course_deg: over the ground, clockwise from true north; reached by the shorter way at the highest turn rate allowed, or at
         turn_rate_deg_s, then straight on.
@@ -71,6 +71,10 @@ class Command:
     def as_dict(self) -> dict[str, Any]:
         """Plain data, as JSON has it: spoke, time, body, and the values that it gives."""
         return {"spoke": self.spoke, "time": self.time, "body": self.body, **self.values}
+
+    def after_change_of_rpm(self, radar: Radar) -> "Command":
+        """Returns the same command as a radar has it that goes on at another rate; before that spokes keep their numbers."""
+        return self if self.time < radar.origin.time else replace(self, spoke=radar.first_spoke(self.time))
 
     def leg(self, before: Leg, limits: SteeringLimits) -> Leg:
         """Returns the leg that begins with it. before: what is left of the leg until then."""
@@ -109,19 +113,24 @@ class Steerable:
     limits: of the commands, by the name of what is steerable; None is own ship.
     names: of all bodies.
     radar: whose spokes the commands act from.
+    own_ship: name of the body that own ship is; None where she is none.
     """
 
     limits: Mapping[str | None, SteeringLimits]
     names: Collection[str]
     radar: Radar | None
+    own_ship: str | None = None
 
-    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
-        """Returns the command that acts from a spoke on. Raises CommandError."""
-        if isinstance(spoke, bool) or not isinstance(spoke, int) or not 0 <= spoke <= MAX_SPOKE:
-            raise CommandError(f"spoke: {str(spoke)[:100]} is not allowed; a whole number from 0 to {MAX_SPOKE}")
+    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+        """Returns the command that acts from a spoke on, or at a time [s]. With both, they must agree. Raises CommandError."""
         checked = self.checked(body, values)
         assert self.radar  # else nothing is steerable
-        return Command(spoke, self.radar.time_of_spokes(float(spoke)), body, **checked)
+        if time is None or spoke is not None:
+            _check_spoke(spoke)
+        if time is None:
+            assert spoke is not None  # _check_spoke
+            return Command(spoke, self.radar.time_of_spokes(float(spoke)), body, **checked)
+        return Command(_spoke_at(self.radar, time, spoke), time, body, **checked)
 
     def checked(self, body: str | None, values: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the values of a command to `body` as `Command` has them. Raises CommandError."""
@@ -152,17 +161,37 @@ class Steerable:
         return self.limits[body]
 
 
+def _check_spoke(spoke: Any) -> None:
+    if isinstance(spoke, bool) or not isinstance(spoke, int) or not 0 <= spoke <= MAX_SPOKE:
+        raise CommandError(f"spoke: {str(spoke)[:100]} is not allowed; a whole number from 0 to {MAX_SPOKE}")
+
+
+def _spoke_at(radar: Radar, time: float, spoke: int | None) -> int:
+    """Returns the spoke of a command that acts at a time [s]. spoke: as it is given; those before the origin of the radar stay.
+
+    Raises CommandError where the spoke that is given is another one.
+    """
+    _number("time", time, 0.0, radar.time_of_spokes(float(MAX_SPOKE)))
+    begin = radar.origin.scan * radar.azimuths
+    if spoke is not None and spoke < begin and time < radar.origin.time:
+        return spoke
+    first = max(radar.first_spoke(time), begin)
+    if spoke not in (None, first):
+        raise CommandError(f"time: {time:g} s is that of spoke {first}, not of spoke {spoke}; give one of both alone")
+    return first
+
+
 KEYS = tuple(name for name in Command.__dataclass_fields__ if name not in ("spoke", "time", "body"))
 
 
 def command_from(data: Mapping[str, Any]) -> Command:
     """Returns the command of plain data, whose values are still to be checked. Raises CommandError for an unknown key."""
     values = dict(data)
-    spoke, _, body = values.pop("spoke", None), values.pop("time", None), values.pop("body", None)  # time follows from spoke
+    spoke, time, body = (values.pop(key, None) for key in ("spoke", "time", "body"))
     unknown = [str(key) for key in values if key not in KEYS]
     if unknown:
         raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
-    return Command(spoke, math.nan, body, **values)  # a spoke of any kind is checked later
+    return Command(spoke, time, body, **values)  # a spoke and a time of any kind are checked later
 
 
 def _number(key: str, value: Any, low: float, high: float) -> float:

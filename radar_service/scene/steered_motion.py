@@ -94,7 +94,22 @@ class _Track:
 
 
 @dataclass(frozen=True)
-class SteeredMotion(Motion):
+class CommandedMotion(Motion):
+    """A motion that commands may change at any time."""
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether position and heading never change: commands may change them."""
+        return False
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether it goes straight at one heading from its only knot on: commands may change that."""
+        return False
+
+
+@dataclass(frozen=True)
+class SteeredMotion(CommandedMotion):
     """A motion under command. Its fields are those of the motion before the first command.
 
     `pose` and `turn_rate` follow the leg that `follow` has chosen last, also for earlier times: the engine computes no spoke
@@ -109,16 +124,6 @@ class SteeredMotion(Motion):
     def under(cls, motion: Motion, limits: SteeringLimits) -> Self:
         """Returns a motion that begins as `motion`, and that no command has changed yet."""
         return cls(**_fields(motion), limits=limits)
-
-    @property
-    def at_rest(self) -> bool:
-        """Whether position and heading never change: commands may change them."""
-        return False
-
-    @property
-    def is_straight(self) -> bool:
-        """Whether it goes straight at one heading from its only knot on: commands may change that."""
-        return False
 
     @property
     def top_speed(self) -> float:
@@ -174,20 +179,10 @@ class SteeredMotion(Motion):
 
 
 @dataclass(frozen=True)
-class PastMotion(Motion):
+class PastMotion(CommandedMotion):
     """A motion under command as it was at each time, for the truth."""
 
     steered: SteeredMotion = field(kw_only=True)
-
-    @property
-    def at_rest(self) -> bool:
-        """As `SteeredMotion.at_rest`."""
-        return False
-
-    @property
-    def is_straight(self) -> bool:
-        """As `SteeredMotion.is_straight`."""
-        return False
 
     def pose(self, time: Floats | float) -> Pose:
         """Returns the state at each `time` (K,) [s]."""

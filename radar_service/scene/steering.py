@@ -1,4 +1,4 @@
-"""The commands to one world: what may be steered, all commands by the spokes from which they act, and the motions they make."""
+"""The commands to one world: what may be steered, all commands by the times at which they act, and the motions they make."""
 
 import math
 from bisect import bisect_right
@@ -33,7 +33,7 @@ def with_motions(
 
 
 class Steering:
-    """All commands to a world. They are sorted by spoke; of the same spoke, the later one acts after the earlier one.
+    """All commands to a world. They are sorted by time; of the same time, the later one acts after the earlier one.
 
     Two commanders may steer one body: the command that came last holds. `go_to` is called by the thread that computes while
     it computes nothing; all else may be called from any thread.
@@ -52,7 +52,7 @@ class Steering:
         self.past = with_motions(scene, past, {name: presence.past for name, presence in presences.items()})
         self._presences: dict[str | None, SteeredPresence] = {name: presence for name, presence in presences.items()}
         self.steerable = scene.steerable
-        self._commands: list[Command] = []  # by spoke
+        self._commands: list[Command] = []  # by time
         self._taken = 0  # how many of them the motions have taken
         self._followed = 0  # how many of them the spokes that are computed now follow
         self._changed: set[str | None] = set()  # whose commands were taken or forgotten since `go_to`
@@ -75,15 +75,18 @@ class Steering:
         with self._lock:
             return self._commands[self._followed].spoke if self._followed < len(self._commands) else math.inf
 
-    def add(self, spoke: int, body: str | None, values: Mapping[str, Any], reached: int = -1) -> Command:
-        """Adds a command that acts from a spoke on. reached: the next spoke; `past` takes all commands up to it at once.
+    def add(
+        self, spoke: int | None, body: str | None, values: Mapping[str, Any], reached: int = -1, time: float | None = None
+    ) -> Command:
+        """Adds a command that acts from a spoke on, or at a time [s]. reached: the next spoke; `past` takes all commands up to
+        it at once.
 
         Raises CommandError.
         """
-        command = self.steerable.command(spoke, self.scene.platform.body if body is None else body, values)
+        command = self.steerable.command(spoke, self._name(body), values, time)
         with self._lock:
             self._check_count(len(self._commands) + 1)
-            at = bisect_right(self._commands, spoke, key=_spoke)
+            at = bisect_right(self._commands, command.time, key=_time)
             self._commands.insert(at, command)
             self._followed = min(self._followed, at)
             if at < self._taken:
@@ -93,11 +96,10 @@ class Steering:
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Replaces all commands by those of another run. Raises CommandError, and then nothing changes."""
-        own = self.scene.platform.body
-        checked = [self.steerable.command(each.spoke, each.body or own, each.values) for each in commands]
+        checked = [self.steerable.command(each.spoke, self._name(each.body), each.values, each.time) for each in commands]
         with self._lock:
             self._check_count(len(checked))
-            self._commands = sorted(checked, key=_spoke)
+            self._commands = sorted(checked, key=_time)
             self._taken, self._followed, self._changed = 0, 0, set(self._motions)
             for each in self._steered():
                 each.forget()
@@ -111,6 +113,10 @@ class Steering:
             for each in self._steered() if changed else ():
                 each.follow()
             return changed
+
+    def _name(self, body: str | None) -> str | None:
+        """The name of what a command steers; None where own ship is no body."""
+        return self.steerable.own_ship if body is None else body
 
     def _check_count(self, count: int) -> None:
         if count > MAX_COMMANDS:
@@ -138,3 +144,7 @@ class Steering:
 
 def _spoke(command: Command) -> int:
     return command.spoke
+
+
+def _time(command: Command) -> float:
+    return command.time

@@ -114,7 +114,7 @@ class Scene:
         limits = {name: motion.limits for name, motion in self.steered.items()}
         if self.platform.body in limits:  # own ship is this body
             limits[None] = limits[self.platform.body]
-        return Steerable(limits, frozenset(body.name for body in self.world.bodies), self.radar)
+        return Steerable(limits, frozenset(body.name for body in self.world.bodies), self.radar, self.platform.body)
 
     @property
     def own_ship(self) -> Motion:

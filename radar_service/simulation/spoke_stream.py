@@ -70,10 +70,11 @@ class SpokeStream:
         self.next_spoke = self.next_scan * self._radar.azimuths
         self.reporter = self.reporter.restarted(self.next_spoke)
 
-    def command(self, body: str | None, spoke: int | None, values: Mapping[str, Any]) -> Command:
+    def command(self, body: str | None, spoke: int | None, time: float | None, values: Mapping[str, Any]) -> Command:
         """Adds a command as Simulator.command. Raises CommandError."""
         with self._commanding:
-            command = self.steering.add(self.next_spoke if spoke is None else spoke, body, values, self.next_spoke)
+            at = self.next_spoke if spoke is None and time is None else spoke
+            command = self.steering.add(at, body, values, self.next_spoke, time)
             self._line_of_sight.motions_changed()  # that of the truth, which takes the command at once
             return command
 
@@ -119,7 +120,8 @@ class SpokeStream:
     def _overtaken(self) -> int | None:
         """The spoke to go on from where a command acts that the last blocks do not show; else None."""
         with self._commanding:
-            return int(self.steering.due) if self.steering.due <= self.next_spoke else None
+            due = max(self.steering.due, self._radar.origin.scan * self._radar.azimuths)
+            return int(due) if due <= self.next_spoke else None
 
     def _block(self, scan: int, start: int, field: Profiles, power: Singles, labels: Labels | None = None) -> SpokeBlock:
         number = scan * self._radar.azimuths + np.arange(start, start + len(field))

@@ -1,6 +1,7 @@
 """The commands that a source of spokes has been given: another source of the same scene goes on from them."""
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from radar_service.scene.commands import MAX_COMMANDS, Command, CommandError, Steerable
@@ -13,7 +14,7 @@ class CommandLog:
         """steerable: what may be steered; commands: those of another source, which are known to be right."""
         self._steerable = steerable
         self._commands = list(commands)
-        self._latest = {command.body: command for command in self._commands}
+        self._latest = {self._name(command.body): command for command in self._commands}
 
     def __len__(self) -> int:
         return len(self._commands)
@@ -21,15 +22,38 @@ class CommandLog:
     def __iter__(self) -> Iterator[Command]:
         return iter(self._commands)
 
-    def add(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
-        """Adds a command and returns it. Raises CommandError."""
+    def since(self, count: int) -> Sequence[Command]:
+        """Returns the commands that came after the first `count`."""
+        return self._commands[count:]
+
+    def first_unknown(self, count: int) -> float:
+        """Returns the first spoke that the commands after the first `count` change; inf where there are none."""
+        return min((command.spoke for command in self._commands[count:]), default=math.inf)
+
+    def acting_at(self, spoke: int) -> int:
+        """Returns how many commands act at a spoke, where they came in the order of their spokes."""
+        later = 0
+        while later < len(self._commands) and self._commands[-1 - later].spoke > spoke:
+            later += 1
+        return len(self._commands) - later
+
+    def check(self, body: str | None, values: Mapping[str, Any]) -> None:
+        """Raises CommandError where a command to a body would be refused."""
         if len(self._commands) >= MAX_COMMANDS:
             raise CommandError(f"a world takes {MAX_COMMANDS} commands, and has had as many; start the scene anew")
-        command = self._steerable.command(spoke, body, values)
+        self._steerable.checked(body, values)
+
+    def add(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+        """Adds a command from a spoke on, or at a time [s], and returns it. Raises CommandError."""
+        self.check(body, values)
+        command = self._steerable.command(spoke, body, values, time)
         self._commands.append(command)
-        self._latest[body] = command
+        self._latest[self._name(body)] = command
         return command
 
     def latest(self, body: str | None) -> Command | None:
         """Returns the command to a body that came last; None for own ship."""
-        return self._latest.get(body)
+        return self._latest.get(self._name(body))
+
+    def _name(self, body: str | None) -> str | None:
+        return self._steerable.own_ship if body is None else body

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
-from radar_service.radar.parameters import FIRST_ID, START, Origin, Radar
+from radar_service.radar.parameters import FIRST_ID, Origin, Radar
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command, Steerable
 from radar_service.scene.error import SceneError
@@ -24,7 +24,7 @@ class SceneOrder:
 
     source: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
-    rpm: rate of rotation instead of the scene's own; origin: where the rotation at that rate begins.
+    rpm: rate of rotation instead of the scene's own; origin: where it goes on at that rate, None for a scene that begins.
     radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this order before; it is not made again.
     folder: kept while this order exists; it owns the files of an upload.
@@ -33,10 +33,15 @@ class SceneOrder:
     source: str | Path | Mapping[str, Any]
     sandboxed: bool = False
     rpm: float | None = None
-    origin: Origin = START
+    origin: Origin | None = None
     radar: str | None = None
     plan: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
     folder: object = field(default=None, compare=False, repr=False)
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it goes on with the time, the commands and the errors of a scene that runs."""
+        return self.origin is not None
 
     def __getstate__(self) -> dict[str, Any]:
         return vars(self) | {"folder": None}  # another process does not own the folder
@@ -138,12 +143,15 @@ class SpokeSource(Protocol):
     def commands(self) -> CommandLog:
         """All commands to its world so far."""
 
-    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
-        """Commands own ship (None) or a body from a spoke on, which is not taken yet; returns the command.
+    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+        """Commands own ship (None) or a body from a spoke on, or at a time [s]; returns the command. `tell` comes next.
 
-        Blocks that do not follow it may still come, and then all spokes from that one on come again: `SpokeBlock.commands` says
-        how many commands a block knows. From any thread. Raises CommandError.
+        Blocks that do not follow it may still come, and then all spokes from its own on come again: `SpokeBlock.commands` says
+        how many commands a block knows. Waits for nothing. Raises CommandError.
         """
+
+    def tell(self) -> None:
+        """Tells commands to what computes, which may take its time. From any thread."""
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Takes all commands of another source of the same scene. Comes before `blocks`."""

@@ -9,7 +9,7 @@ import contextlib
 import json
 import os
 import time
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from radar_service.stream.codecs.native import wire
 from radar_service.stream.http.app import create_app
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio.station import Station
+from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.radio.world import WorldMaker
 from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED
 from radar_service.stream.source import UNFOLLOWED, SceneOrder
@@ -44,6 +45,14 @@ SCENES: dict[str, dict[str, Any]] = {
         "own_ship": {"steerable": {}},
         "body": [HULL | {"position_m": [0, 900, 0]}, HULL | {"name": "other", "position_m": [1200, 0, 0]}],
     },
+    "two radars, as the other one shows it": {
+        "name": "two radars",
+        "radar": [
+            {"id": "bow", "azimuths": 720, "range_max_m": 3000},
+            {"id": "pier", "azimuths": 720, "range_max_m": 3000, "rpm": 37, "platform": {"position_m": [400, 0]}},
+        ],
+        "body": [{"name": "ship", "shape": "point", "position_m": [0, 900, 5], "rcs_dbsm": 20, "steerable": {}}],
+    },
 }
 
 
@@ -56,26 +65,27 @@ def fork_server() -> Iterator[ForkServer]:
 
 
 @contextlib.asynccontextmanager
-async def both(host: str, port: int) -> AsyncIterator[tuple[ClientConnection, ClientConnection]]:
-    """The feed, and a client that sends poses."""
-    address = f"ws://{host}:{port}/api/radars/0"
-    async with connect(f"{address}/feed?bins=128", proxy=None) as feed, connect(f"{address}/poses", proxy=None) as poses:
+async def both(host: str, port: int, radars: Sequence[str]) -> AsyncIterator[tuple[ClientConnection, ClientConnection]]:
+    """The feed of the last radar, and a client that sends poses to the first one."""
+    address = f"ws://{host}:{port}/api/radars"
+    feed_path, poses_path = f"{address}/{radars[-1]}/feed?bins=128", f"{address}/{radars[0]}/poses"
+    async with connect(feed_path, proxy=None) as feed, connect(poses_path, proxy=None) as poses:
         yield feed, poses
 
 
-async def latencies(host: str, port: int) -> list[float]:
+async def latencies(host: str, port: int, radars: Sequence[str]) -> list[float]:
     """Times [s] from each command to the first spoke that shows it."""
-    sent: dict[int, float] = {}  # by the spoke
+    sent: dict[float, float] = {}  # by the simulated time at which it acts
     result: list[float] = []
-    async with both(host, port) as (feed, poses):
+    async with both(host, port, radars) as (feed, poses):
 
         async def read() -> None:
             while len(result) < COMMANDS:
                 message = wire.unpack(bytes(await feed.recv(decode=False)))
                 if message["type"] == "spokes":
                     now = time.perf_counter()
-                    for spoke in [each for each in sent if each < message["first"] + message["count"]]:
-                        result.append(now - sent.pop(spoke))
+                    for at in [each for each in sent if each <= message["time"][-1]]:
+                        result.append(now - sent.pop(at))
 
         reading = asyncio.create_task(read())
         for n in range(COMMANDS):
@@ -83,7 +93,7 @@ async def latencies(host: str, port: int) -> list[float]:
             await poses.send(json.dumps({"body": "ship", "position_m": [n, 900], "course_deg": n, "speed_kn": 10}))
             answer = json.loads(await poses.recv())
             assert answer["type"] == "pose", answer
-            sent[answer["spoke"]] = begun
+            sent[answer["time"]] = begun
             await asyncio.sleep(EVERY)
         await reading
     return result
@@ -92,9 +102,12 @@ async def latencies(host: str, port: int) -> list[float]:
 @pytest.mark.parametrize("name", SCENES)
 def test_a_command_shows_within_a_tenth_of_a_second(name: str, fork_server: ForkServer) -> None:
     maker = WorldMaker(fork_server, SimulatorOptions(fidelity="fast"))
-    station = Station("0", maker(SceneOrder(SCENES[name]), UNFOLLOWED), maker)
-    with served(create_app([station], fork_server=fork_server), [station]) as (host, port):
-        times = 1e3 * np.array(asyncio.run(asyncio.wait_for(latencies(host, port), 120)))
+    first = maker(SceneOrder(SCENES[name]), UNFOLLOWED)
+    radars, world = first.scene.radar_ids, StationWorld()
+    others = {each: maker(SceneOrder(SCENES[name], radar=each), UNFOLLOWED) for each in radars[1:]}
+    stations = [Station(each, source, maker, world=world) for each, source in ({radars[0]: first} | others).items()]
+    with served(create_app(stations, fork_server=fork_server), stations) as (host, port):
+        times = 1e3 * np.array(asyncio.run(asyncio.wait_for(latencies(host, port, radars), 120)))
     middle, high, worst = np.percentile(times, [50, 95, 100])
     print(
         f"\n{name}: median {middle:.0f} ms, 95 % {high:.0f} ms, worst {worst:.0f} ms, load average {os.getloadavg()[0]:.1f}"

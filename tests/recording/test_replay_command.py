@@ -14,8 +14,14 @@ import pytest
 from clients.ppi.client import FeedClient
 from radar_service.__main__ import main
 from radar_service.recording.chunk_table import ChunkTable
+from radar_service.recording.radar_recording import RadarRecording
+from radar_service.recording.record_command import record_scans
+from radar_service.recording.recording_file import RecordingFile
 from radar_service.recording.replay_command import ReplaySource, ReplayStation, refuse
 from radar_service.recording.simulated_source import SimulatedSource
+from radar_service.scene.commands import CommandError
+from radar_service.scene.load import load_scene
+from radar_service.simulator import Simulator
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.http.app import create_app
 from radar_service.stream.radio.station import Station
@@ -170,3 +176,25 @@ def test_the_command_refuses_rubbish(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert capsys.readouterr().err == f"{path}: this is no MCAP file; give one that `radar-service record` wrote\n"
     assert main(["replay", str(tmp_path / "none.mcap")]) == 2
     assert "none.mcap: No such file" in capsys.readouterr().err
+
+
+def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_path: Path) -> None:
+    scene = {**MOVING, "own_ship": {**MOVING["own_ship"], "steerable": {}}}
+    steered = Simulator(load_scene(scene), "fast", 1)
+    steered.command(spoke=20, course_deg=90)
+    steered.command(spoke=100, speed_kn=15)
+    with RecordingFile(tmp_path / "steered.mcap") as file:
+        source = SimulatedSource(steered, SceneOrder(scene))
+        record_scans(RadarRecording(file, "0", False), source, 3, False)
+    station = replayed(tmp_path / "steered.mcap")
+
+    async def refused() -> None:
+        with pytest.raises(CommandError, match="replays a recording; nothing is steered"):
+            await station.command(None, lambda time: {"speed_kn": 1.0})
+
+    async def test(server: Server) -> list[bytes]:
+        await refused()
+        socket = await server.feed("?mode=lossless&encoding=f32")
+        return [await socket.raw() for _ in range(3 * AZIMUTHS // 32 + 1)]
+
+    assert [spoke["number"] for spoke in spokes_of(served(station, test))] == list(range(3 * AZIMUTHS))

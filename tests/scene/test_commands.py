@@ -1,12 +1,14 @@
 """Commands: which are refused, in which words, and the legs of the others."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from radar_service.constants import KNOT
+from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import (
     CHECKS,
     KEYS,
@@ -148,3 +150,41 @@ def test_it_is_plain_data() -> None:
     command = Command(7, 0.5, "ferry", speed_kn=3.0, position_m=(1.0, 2.0))
     assert command.as_dict() == {"spoke": 7, "time": 0.5, "body": "ferry", "speed_kn": 3.0, "position_m": (1.0, 2.0)}
     assert Command(7, 0.5, None, course_deg=1.0).as_dict()["body"] is None
+
+
+def test_a_time_stands_for_the_first_spoke_not_before_it() -> None:
+    """Spokes are 0.5 s apart."""
+    assert ALL.command(None, "ferry", {"speed_kn": 3}, 3.2) == Command(7, 3.2, "ferry", speed_kn=3.0)
+    assert ALL.command(None, "ferry", {"speed_kn": 3}, 3.5).spoke == 7
+    recorded = Command(7, 3.2, "ferry", speed_kn=3.0).as_dict()
+    again = command_from(recorded)
+    assert ALL.command(again.spoke, again.body, again.values, again.time).as_dict() == recorded
+
+
+@pytest.mark.parametrize(
+    ("time", "words"),
+    [
+        (-0.1, "time: -0.1 is not allowed; 0 to"),
+        (math.nan, "time: nan is not a number"),
+        (1e300, "time: 1e+300 is not allowed"),
+        ("3", "time: 3 is not a number"),
+        (3.6, "time: 3.6 s is that of spoke 8, not of spoke 7; give one of both alone"),
+        (2.9, "time: 2.9 s is that of spoke 6, not of spoke 7"),
+    ],
+)
+def test_times_that_are_refused(time: Any, words: str) -> None:
+    with pytest.raises(CommandError) as refused:
+        ALL.command(7, "ferry", {"speed_kn": 3}, time)
+    assert words in str(refused.value)
+
+
+def test_commands_before_a_change_of_rpm_keep_their_spokes() -> None:
+    """From 60 s on, the start of scan 1, spokes are 0.25 s apart."""
+    after = replace(ALL, radar=replace(radar(azimuths=120, rpm=2), origin=Origin(60.0, 1)))
+    assert after.radar
+    commands = [ALL.command(spoke, "ferry", {"speed_kn": 3}) for spoke in (7, 119, 120, 122)]
+    kept = [command.after_change_of_rpm(after.radar) for command in commands]
+    assert [each.spoke for each in kept] == [7, 119, 120, 124] and [each.time for each in kept] == [3.5, 59.5, 60.0, 61.0]
+    for each in kept:
+        assert after.command(each.spoke, each.body, each.values, each.time) == each
+    assert after.command(None, "ferry", {"speed_kn": 3}, 59.0).spoke == 120  # the first that there is

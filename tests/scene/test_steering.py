@@ -102,3 +102,16 @@ def test_too_many_commands_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         made.add(0, "a", {"speed_kn": 5})
     with pytest.raises(CommandError, match="takes 2 commands, and has had as many; start the scene anew"):
         made.add(0, "a", {"speed_kn": 5})
+
+
+def test_commands_of_one_spoke_act_in_the_order_of_their_times() -> None:
+    """A radar that turns slowly shows both from the same spoke, and a fast one each from its own."""
+    made = Steering(MADE)
+    period = made.scene.radar.spoke_period
+    made.add(None, "a", {"course_deg": 30, "at_once": True}, time=9.8 * period)
+    made.add(None, "a", {"course_deg": 10, "at_once": True, "speed_kn": 5}, time=9.2 * period)
+    assert [(c.spoke, c.course_deg) for c in made.commands] == [(10, 10), (10, 30)]
+    assert made.due == 10 and made.go_to(10) and course(made) == pytest.approx(30)
+    east, north, _ = made.past.bodies[0].motion.pose(9.8 * period).position[0]
+    way = 5 * 1852 / 3600 * 0.6 * period  # from the time of the first one on, not from the spoke
+    assert (east, north - 500) == pytest.approx((way * math.sin(math.radians(10)), way * math.cos(math.radians(10))))

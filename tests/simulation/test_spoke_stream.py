@@ -5,6 +5,8 @@ import pytest
 
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.fidelity import PRESETS
+from radar_service.radar.parameters import Origin
+from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.load import load_scene
 from radar_service.scene.steering import Steering
@@ -40,7 +42,7 @@ def test_blocks_follow_each_other_and_are_reported_with_errors(stream: SpokeStre
 
 
 def test_a_command_cuts_the_blocks_where_it_acts(stream: SpokeStream) -> None:
-    stream.command(None, 5, {"speed_kn": 10, "course_deg": 90})
+    stream.command(None, 5, None, {"speed_kn": 10, "course_deg": 90})
     blocks = list(stream.blocks(1, 8))
     assert sum(len(block) for block in blocks) == 32 and 5 in [block.first for block in blocks]
     speeds = np.concatenate([block.true.speed for block in blocks])
@@ -51,12 +53,12 @@ def test_a_command_cuts_the_blocks_where_it_acts(stream: SpokeStream) -> None:
 def test_an_earlier_command_takes_the_stream_back(stream: SpokeStream) -> None:
     blocks = stream.blocks(1, 8)
     assert [next(blocks).first, next(blocks).first] == [0, 8]
-    stream.command(None, 4, {"speed_kn": 10})
+    stream.command(None, 4, None, {"speed_kn": 10})
     assert next(blocks).first == 4 and sum(map(len, blocks)) == 20
 
 
 def test_readings_are_those_of_each_time(stream: SpokeStream) -> None:
-    stream.command(None, 16, {"speed_kn": 20, "course_deg": 90})
+    stream.command(None, 16, None, {"speed_kn": 20, "course_deg": 90})
     list(stream.blocks(1, 8))
     readings = stream.readings(np.array([0, 15, 17]))
     assert readings.speed.tolist()[:2] == [0.0, 0.0] and readings.speed[2] == pytest.approx(20 * 0.514444, rel=1e-4)
@@ -67,3 +69,16 @@ def test_it_skips_scans_forward_and_back(stream: SpokeStream) -> None:
     assert next(stream.blocks(1, 4)).first == 7 * 32
     stream.skip_to(1)
     assert next(stream.blocks(1, 4)).scan == 1
+
+
+def test_a_command_before_the_origin_takes_the_stream_back_to_its_first_spoke() -> None:
+    """As after a change of rpm: 7 scans have passed at another rate, and a command of that time comes late."""
+    scene = scene_at_rpm(load_scene(SCENE), 30, Origin(7.0, 7))
+    steering = Steering(scene)
+    engine, _, line_of_sight = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
+    made = SpokeStream(engine, steering, Sector(scene.radar, None), line_of_sight, ErrorReporter(scene.radar, 0, None))
+    blocks = made.blocks(1, 8)
+    assert [next(blocks).first, next(blocks).first] == [7 * 32, 7 * 32 + 8]
+    made.command(None, 200, 6.3, {"speed_kn": 10})
+    again = list(blocks)
+    assert again[0].first == 7 * 32 and again[0].speed[0] > 5 and sum(map(len, again)) == 32

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.fidelity import Fidelity
+from radar_service.radar.parameters import START
 from radar_service.records import BodyTruth, Crossing, OwnShipTruth, Snapshot, SpokeBlock, Truth
 from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_rpm
@@ -97,12 +98,15 @@ class FakeEngine:
                 self._made.notify_all()
             yield block
 
-    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
-        """Goes back to that spoke, as a source does whose blocks are computed ahead."""
+    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+        """Goes back to its spoke, as a source does whose blocks are computed ahead."""
         with self._made:
-            command = self.commands.add(spoke, body, values)
-            self._next = min(self._next, spoke)
+            command = self.commands.add(spoke, body, values, time)
+            self._next = min(self._next, command.spoke)
         return command
+
+    def tell(self) -> None:
+        pass
 
     def replay(self, commands: Iterable[Command]) -> None:
         self.commands = CommandLog(self.scene.steerable, commands)
@@ -186,7 +190,7 @@ def scene_in(order: SceneOrder) -> Scene:
     if not isinstance(order.source, Scene):
         return scene_of(order)
     of = order.source.for_radar(order.radar)
-    return of if order.rpm is None else scene_at_rpm(of, order.rpm, order.origin)
+    return of if order.rpm is None else scene_at_rpm(of, order.rpm, order.origin or START)
 
 
 def made_by(make: Callable[[Scene], FakeEngine]) -> Callable[[SceneOrder, Progress], FakeEngine]:

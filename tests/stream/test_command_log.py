@@ -1,5 +1,8 @@
 """The commands that a source has been given."""
 
+import math
+from dataclasses import replace
+
 import pytest
 
 from radar_service.scene.commands import CommandError
@@ -30,3 +33,27 @@ def test_a_refused_command_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(CommandError, match="takes 1 commands"):
         log.add(5, "buoy", {"speed_kn": 20})
     assert len(log) == 1
+
+
+def test_it_says_what_a_block_does_not_know_and_what_acts_until_a_spoke() -> None:
+    log = CommandLog(STEERABLE)
+    assert log.first_unknown(0) == math.inf and log.acting_at(99) == 0
+    made = [log.add(spoke, "buoy", {"speed_kn": 3}) for spoke in (5, 7, 7, 20)]
+    assert [log.first_unknown(count) for count in range(5)] == [5, 7, 7, 20, math.inf]
+    assert [log.acting_at(spoke) for spoke in (4, 5, 7, 19, 20)] == [0, 1, 3, 3, 4]
+    assert list(log.since(2)) == made[2:]
+
+
+def test_a_check_adds_nothing() -> None:
+    log = CommandLog(STEERABLE)
+    log.check("buoy", {"speed_kn": 20})
+    with pytest.raises(CommandError, match="speed_kn: 21"):
+        log.check("buoy", {"speed_kn": 21})
+    assert len(log) == 0
+
+
+def test_own_ship_that_is_a_body_has_one_latest_command() -> None:
+    log = CommandLog(replace(STEERABLE, own_ship="buoy", limits={**STEERABLE.limits, None: STEERABLE.limits["buoy"]}))
+    first = log.add(5, None, {"speed_kn": 3})
+    assert log.latest("buoy") is first
+    assert log.add(6, "buoy", {"speed_kn": 4}) is log.latest(None)

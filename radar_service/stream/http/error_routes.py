@@ -30,7 +30,7 @@ def error_routes(station: Callable[[str], Station]) -> APIRouter:
         """Changes errors on purpose, from the first spoke that was not yet sent; answers with all.
 
         A table replaces the present one whole; null or {} switches it off, and tables that are not given stay. A profile
-        replaces the tables that it has. Another scene, or another rpm, begins with the errors of its scene file.
+        replaces the tables that it has. Another scene begins with the errors of its file; another rpm goes on with them.
         """
         return await _changed(station(radar), requested.model_dump(exclude_unset=True))
 

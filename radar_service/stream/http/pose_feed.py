@@ -11,7 +11,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service.scene.commands import CommandError
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.http.feed import GRACE, NOT_FOUND, REFUSALS, close_reason, until_first_ends
+from radar_service.stream.http.feed import until_first_ends
+from radar_service.stream.http.json_socket import accepted
 from radar_service.stream.http.security import POSES
 from radar_service.stream.http.websocket import widen_budget
 from radar_service.stream.poses import Poses
@@ -33,13 +34,9 @@ def pose_routes(stations: Mapping[str, Station], refused: Callable[[str], None])
 
     @router.websocket(PATH)
     async def take_poses(socket: WebSocket, radar: str) -> None:
-        await socket.accept()
-        station = stations.get(radar)
-        if station is None:
-            refused(REFUSALS[NOT_FOUND])
-            return await _refuse(socket, NOT_FOUND, f'radar: there is no "{radar[:40]}"; see /api/radars')
-        widen_budget(socket.scope, POSES_PER_SECOND, POSES_AT_ONCE, BYTES_PER_POSE)
-        await _Conversation(socket, station).run()
+        if station := await accepted(socket, stations, radar, refused):
+            widen_budget(socket.scope, POSES_PER_SECOND, POSES_AT_ONCE, BYTES_PER_POSE)
+            await _Conversation(socket, station).run()
 
     return router
 
@@ -91,10 +88,3 @@ def _content(message: Mapping[str, Any]) -> object:
         return json.loads(text) if text is not None else wire.unpack_any(data or b"")
     except (ValueError, RecursionError) as error:
         raise CommandError(f"a pose is an object in JSON or msgpack; this message is not: {str(error)[:100]}") from None
-
-
-async def _refuse(socket: WebSocket, code: int, reason: str) -> None:
-    with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
-        async with asyncio.timeout(GRACE):
-            await socket.send_text(json.dumps({"type": "bye", "reason": reason}))
-            await socket.close(code, close_reason(reason))

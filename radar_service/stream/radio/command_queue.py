@@ -1,5 +1,6 @@
-"""Commands that wait for the transmitter, which makes them act from the first spoke that is not sent yet."""
+"""Commands to one radar that wait for the command worker, which carries them out for all radars of the world."""
 
+import itertools
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
@@ -8,8 +9,10 @@ from typing import Any
 
 from radar_service.scene.commands import Command
 
-MAX_WAITING = 256  # commands; the transmitter takes all of them some 60 times a second
+MAX_WAITING = 256  # commands; the command worker takes all of them some 60 times a second
+_NUMBERS = itertools.count()
 Values = Callable[[float], Mapping[str, Any]]  # of a command that acts at a time [s]
+Outcome = Command | Exception  # of a command that waited: itself, or why it is refused
 
 
 class TooManyCommandsError(Exception):
@@ -28,30 +31,34 @@ class WaitingCommand:
     values: of the command, once it is known when it acts.
     supersedes: whether it stands for all that the body is ordered: an earlier one of the same kind is not carried out.
     answers: receive the command, or the reason why it is refused.
+    number: rises from command to command, whatever the radar.
     """
 
     body: str | None
     values: Values
     supersedes: bool = False
     answers: list["Future[Command]"] = field(default_factory=list)
+    number: int = field(default_factory=lambda: next(_NUMBERS))
 
-    def carry_out(self, time: float, command: Callable[[str | None, Mapping[str, Any]], Command]) -> bool:
-        """Carries it out at `time` [s] and answers; returns whether it was accepted."""
+    def begin(self) -> bool:
+        """Returns whether anybody still waits for an answer; otherwise it is not carried out. From now on none can leave."""
+        self.answers[:] = [answer for answer in self.answers if answer.set_running_or_notify_cancel()]
+        return bool(self.answers)
+
+    def carry_out(self, time: float, command: Callable[[str | None, Mapping[str, Any]], Command]) -> Outcome:
+        """Carries it out at `time` [s]; returns what `answer` is to say. Comes after `begin`."""
         try:
-            made = command(self.body, self.values(time))
+            return command(self.body, self.values(time))
         except Exception as error:  # of any kind: whoever waits must be told
-            self.refuse(error)
-            return False
-        for answer in self.answers:
-            if answer.set_running_or_notify_cancel():
-                answer.set_result(made)
-        return True
+            return error
 
-    def refuse(self, error: Exception) -> None:
-        """Answers that it is not carried out."""
+    def answer(self, outcome: Outcome) -> None:
+        """Answers with the command, or with the reason why there is none. Comes after `begin`."""
         for answer in self.answers:
-            if answer.set_running_or_notify_cancel():
-                answer.set_exception(error)
+            if isinstance(outcome, Exception):
+                answer.set_exception(outcome)
+            else:
+                answer.set_result(outcome)
 
 
 class CommandQueue:
@@ -93,7 +100,8 @@ class CommandQueue:
         with self._lock:
             self.fault = fault
         for command in self.take() if fault is not None else ():
-            command.refuse(NoRadarError(fault))
+            if command.begin():
+                command.answer(NoRadarError(fault))
 
     def _superseded(self, body: str | None) -> list["Future[Command]"]:
         """Removes the command that is superseded by another one for a body; returns its answers."""

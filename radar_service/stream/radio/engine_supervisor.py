@@ -4,7 +4,9 @@ import contextlib
 import threading
 from collections import deque
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
+from typing import Any
 
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
 from radar_service.stream.source import UNFOLLOWED, MakeSource, SpokeSource
@@ -34,18 +36,22 @@ class RestartLimiter:
 class EngineSupervisor:
     """The worker that runs, the worker that replaces it next, and the restart of a failed engine.
 
-    switch_to, pending_engine and stop may be called from any thread, the rest from the transmitter's. `_lock` guards the
-    pending worker; `worker` is replaced by the transmitter's thread alone.
+    switch_to, pending, pending_engine and stop may be called from any thread, the rest from the transmitter's. `worker` is
+    replaced by the transmitter's thread alone.
 
     restarting: an engine has failed and another one is being prepared; restarts: how often that has happened.
     """
 
-    def __init__(self, engine: SpokeSource, make_engine: MakeSource, limiter: RestartLimiter) -> None:
+    def __init__(
+        self, engine: SpokeSource, make_engine: MakeSource, limiter: RestartLimiter,
+        lock: AbstractContextManager[Any] | None = None,
+    ) -> None:  # fmt: skip
+        """lock: guards the pending worker and the replacement of `worker`. It is reentrant; commands are carried out under it."""
         self.worker = EngineWorker(engine)
         self.restarting = False
         self.restarts = 0
         self._make_engine, self._limiter = make_engine, limiter
-        self._lock = threading.Lock()
+        self._lock = lock or threading.RLock()
         self._pending: tuple[str, EngineWorker] | None = None
         self._stopping = False
 
@@ -53,6 +59,12 @@ class EngineSupervisor:
     def has_pending(self) -> bool:
         """Whether another engine waits to take over."""
         return self._pending is not None
+
+    @property
+    def pending(self) -> EngineWorker | None:
+        """The worker that waits to take over."""
+        pending = self._pending
+        return pending[1] if pending else None
 
     @property
     def pending_engine(self) -> SpokeSource:
@@ -81,14 +93,31 @@ class EngineSupervisor:
             replaced[1].stop()
         return name
 
-    def take_over(self) -> tuple[str, SpokeSource]:
-        """Makes the pending engine the running one; returns the name of its epoch and the engine."""
+    def take_over(
+        self, begin: Callable[[SpokeSource], None] = lambda engine: None, may: Callable[[], bool] = lambda: True
+    ) -> tuple[str, SpokeSource] | None:
+        """Makes the pending engine the running one; returns the name of its epoch and the engine, None where that may not be.
+
+        One that goes on with the scene follows the commands that came while it was prepared. may: is asked first; begin: is
+        called with the engine; both with the lock held.
+        """
         with self._lock:
-            assert self._pending is not None, "has_pending comes first"
+            if self._pending is None or not may():
+                return None
             (name, worker), self._pending = self._pending, None
-        old, self.worker = self.worker, worker
+            old = self._replace(worker, follows=worker.engine.order.goes_on)
+            begin(worker.engine)
         old.stop()
+        worker.tell()
         return name, worker.engine
+
+    def _replace(self, worker: EngineWorker, follows: bool) -> EngineWorker:
+        """Makes a worker the running one; returns the one before, whose commands it follows or not."""
+        with self._lock:
+            if follows:
+                worker.follow(self.worker.engine.commands)
+            old, self.worker = self.worker, worker
+        return old
 
     def restart(self, reason: str, scan: int, report: Callable[[str], None]) -> str | None:
         """Replaces a failed engine by another one of the same scene, which begins with `scan`.
@@ -105,7 +134,8 @@ class EngineSupervisor:
                 self.restarts += 1
                 try:
                     spare, unused = unused, None
-                    self.worker = self._another(spare, scan)
+                    self._replace(self._another(spare, scan), follows=True)
+                    self.worker.tell()
                     return reason
                 except Exception as error:  # an engine that cannot even be made counts as another failure
                     reason = str(error)

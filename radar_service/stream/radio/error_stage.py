@@ -50,9 +50,12 @@ class ErrorStage:
             self._running.set(self.errors)
 
     def open_epoch(self, epoch: Epoch) -> None:
-        """Begins an epoch. Another engine begins with the errors of its scene."""
+        """Begins an epoch. Another engine begins with the errors of its scene, or goes on with the errors in force."""
         with self._lock:
-            self._running, self._number = self._reports_of(epoch.engine), 0
+            is_new, self._number = epoch.engine not in self._reports, 0
+            self._running = self._reports_of(epoch.engine)
+            if is_new and epoch.engine.order.goes_on:
+                self._running.set(self.errors)
             self.errors = self._running.errors
         for sink in self._sinks:
             sink.open_epoch(epoch)

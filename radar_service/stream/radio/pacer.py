@@ -38,6 +38,7 @@ class Pacer:
 
     The clock's `changed` guards everything here. `settings` is immutable and replaced whole, so it may be read without it.
     holds: whether nothing is due, whatever the settings say, until `release`; next, is_active: as the clock has them.
+    waiting: whether its thread waits until spokes are due.
     """
 
     def __init__(
@@ -45,7 +46,7 @@ class Pacer:
     ) -> None:
         self.settings, self.holds = settings, held
         self.world = world or WorldClock()
-        self.stopping = False
+        self.stopping = self.waiting = False
         self.next, self.is_active = 0.0, True
         self._generation = self.world.generation
         self._steps = 0
@@ -135,29 +136,37 @@ class Pacer:
             follows = self.settings.pace.state == "pause" and not self._steps
             return Orders(self.world.version, self.settings, self._steps, self.world.front if follows else math.inf)
 
-    def is_due(self, part: SpokeBlock, orders: Orders) -> bool:
-        """Returns whether these spokes are due now."""
-        with self._changed:
-            if self.held or (orders.settings.pace.state == "pause" and not self._steps):
-                return False
-            return self._steps > 0 or self.schedule.is_due(self._clock(), float(part.time[-1]), orders.settings.pace.factor)
+    def wait_until_due(
+        self, part: SpokeBlock, orders: Orders, claim: Callable[[SpokeBlock], bool] = lambda part: True
+    ) -> bool:
+        """Waits until these spokes are due; returns False as soon as the orders have changed.
 
-    def wait_until_due(self, part: SpokeBlock, orders: Orders) -> bool:
-        """Waits until these spokes are due; returns False as soon as the orders have changed."""
+        claim: is asked last, with the lock held, and says whether they may be sent.
+        """
         first, last = float(part.time[0]), float(part.time[-1])
         with self._changed:
             if not self.is_outdated and first != self.next:
                 self.next = first
                 self._changed.notify_all()
-            while orders.version == self.world.version and not self.stopping and not self.is_outdated:
-                if not self.held and self._steps:
-                    self._steps -= len(part)  # before they are sent: a client that has received them may order more at once
-                    return True
-                delay = self.delay(first, last)
-                if delay <= 0:
-                    return True
-                self._changed.wait(min(delay, MAX_WAIT))
+            try:
+                while orders.version == self.world.version and not self.stopping and not self.is_outdated:
+                    steps = not self.held and self._steps > 0
+                    delay = 0.0 if steps else self.delay(first, last)
+                    if delay <= 0:
+                        may_go = claim(part)
+                        self._steps -= len(part) if steps and may_go else 0  # a client that has them may order more at once
+                        return may_go
+                    self._wait(min(delay, MAX_WAIT))
+            finally:
+                self.waiting = False
         return False
+
+    def _wait(self, timeout: float) -> None:
+        """Waits for an order, at most `timeout` [s]; meanwhile commands stop nothing."""
+        if not self.waiting:
+            self.waiting = True
+            self.world.may_command.notify_all()
+        self._changed.wait(timeout)
 
     def delay(self, first: float, last: float) -> float:
         """Returns the seconds until spokes from `first` to `last` [s of simulation] are due; with `changed` held."""

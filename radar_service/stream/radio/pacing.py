@@ -50,13 +50,6 @@ class Schedule:
             self._anchor = (now, simulated)
         return delay
 
-    def is_due(self, now: float, simulated: float, factor: float) -> bool:
-        """Returns whether a simulated time is due now."""
-        if math.isinf(factor) or self._anchor is None:
-            return True
-        wall, start = self._anchor
-        return wall + (simulated - start) / factor <= now
-
     def sent(self, now: float, simulated: float) -> None:
         """Counts the spoke of this simulated time as sent."""
         self._sent.append((now, simulated))

@@ -7,6 +7,7 @@ from typing import Any
 
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command
+from radar_service.stream.command_log import CommandLog
 from radar_service.stream.source import SpokeSource
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: covers a slow block, and a new scene is not late
@@ -24,8 +25,9 @@ class EngineWorker:
     All methods may be called from any thread. `_changed` guards the queue, the fault and the request to stop.
     """
 
-    def __init__(self, engine: SpokeSource, azimuths: int = AZIMUTHS_AHEAD) -> None:
-        self.engine = engine
+    def __init__(self, engine: SpokeSource, azimuths: int = AZIMUTHS_AHEAD, first: int = 0) -> None:
+        """first: number of the first spoke that is queued."""
+        self.engine, self._first = engine, first
         self._azimuths = azimuths
         self._blocks: deque[SpokeBlock] = deque()
         self._changed = threading.Condition()
@@ -68,13 +70,33 @@ class EngineWorker:
             self._changed.notify_all()
         return block
 
-    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
-        """Commands the engine from a spoke on; blocks that do not know the command are dropped. Raises CommandError."""
+    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+        """Notes a command from a spoke on, or at a time [s], and drops the spokes that it changes; `tell` comes next.
+
+        Raises CommandError.
+        """
         with self._changed:
-            command = self.engine.command(spoke, body, values)
-            self._blocks.clear()
+            command = self.engine.command(spoke, body, values, time)
+            self._blocks = deque(part for block in self._blocks if (part := self.known_part(block)))
             self._changed.notify_all()
         return command
+
+    def follow(self, commands: CommandLog) -> None:
+        """Notes the commands to another engine of the same scene that this one has not been given."""
+        for each in commands.since(len(self.engine.commands)):
+            command = each.after_change_of_rpm(self.engine.scene.radar)
+            self.command(command.spoke, command.body, command.values, command.time)
+
+    def tell(self) -> None:
+        """Tells the engine the commands that it does not know, as SpokeSource.tell."""
+        self.engine.tell()
+
+    def known_part(self, block: SpokeBlock) -> SpokeBlock | None:
+        """Returns the spokes of a block before the first command that it does not know; None where there are none."""
+        count = self.engine.commands.first_unknown(block.commands) - block.first
+        if count >= len(block):
+            return block
+        return block.part(0, int(count)) if count > 0 else None
 
     def _run(self) -> None:
         try:
@@ -89,10 +111,13 @@ class EngineWorker:
 
     def _queue_block(self, block: SpokeBlock) -> bool:
         """Queues a block and waits for room; returns whether to go on."""
+        if block.first < self._first:  # a command of the time before has taken the engine back
+            block = block.part(min(self._first - block.first, len(block)), len(block))
         with self._changed:
-            if block.commands < len(self.engine.commands):
+            known = self.known_part(block) if len(block) else None
+            if known is None:
                 return not self._stopping  # it comes again
-            self._blocks.append(block)
+            self._blocks.append(known)
             self._changed.notify_all()
             self._changed.wait_for(lambda: self._stopping or sum(map(len, self._blocks)) < self._azimuths)
             return not self._stopping
@@ -106,7 +131,8 @@ class EngineWorker:
 def prepared(engine: SpokeSource, scan: int = 0, timeout: float = PREPARE_TIMEOUT) -> EngineWorker:
     """Returns a worker that has computed the first spokes of `scan`. Raises EngineFault after `timeout` [s]."""
     engine.skip_to(scan)
-    worker = EngineWorker(engine)
+    radar = engine.scene.radar
+    worker = EngineWorker(engine, first=max(scan, radar.origin.scan) * radar.azimuths)
     worker.start()
     try:
         if worker.wait_until_ready(timeout):

@@ -2,9 +2,10 @@
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
+from radar_service.scene.commands import Command
 from radar_service.stream.jobs import Job, JobQueue
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
 from radar_service.stream.source import MakeSource, Progress, SceneOrder, SceneOutline, SpokeSource
@@ -26,11 +27,13 @@ class Preparations:
         return await self.jobs.run("upload", lambda progress: make(order, progress), job)
 
     async def workers(
-        self, make: MakeSource, orders: Mapping[str, SceneOrder], job: str | None = None, check: Check = lambda scene: None
-    ) -> dict[str, EngineWorker]:
+        self, make: MakeSource, orders: Mapping[str, SceneOrder], job: str | None = None, check: Check = lambda scene: None,
+        commands: Sequence[Command] = (),
+    ) -> dict[str, EngineWorker]:  # fmt: skip
         """Returns the radars of a scene, by their ids, which have computed their first spokes.
 
-        check: refuses scenes, before their first spokes. Raises as `source` and `check`, and EngineFault.
+        check: refuses scenes, before their first spokes; commands: that these follow. Raises as `source` and `check`,
+        and EngineFault.
         """
         kept = {name: source for name, order in orders.items() if (source := self._taken(order))}
 
@@ -38,7 +41,7 @@ class Preparations:
             workers: dict[str, EngineWorker] = {}
             with contextlib.ExitStack() as on_failure:
                 for name, order in orders.items():
-                    workers[name] = _worker(kept.get(name), partial(make, order), check, progress)
+                    workers[name] = _worker(kept.get(name), partial(make, order), check, progress, commands)
                     on_failure.callback(workers[name].stop)
                 progress.ends_with(partial(_stop, workers))  # a cancelled job returns none of them
                 on_failure.pop_all()
@@ -83,8 +86,9 @@ class Preparations:
 
 
 def _worker(
-    kept: SpokeSource | None, make: Callable[[Progress], SpokeSource], check: Check, progress: Progress
-) -> EngineWorker:
+    kept: SpokeSource | None, make: Callable[[Progress], SpokeSource], check: Check, progress: Progress,
+    commands: Sequence[Command],
+) -> EngineWorker:  # fmt: skip
     """Returns a scene that has computed its first spokes: the one that was kept, or where that has died meanwhile another."""
     if kept:
         progress.ends_with(kept.close)
@@ -97,6 +101,7 @@ def _worker(
     except BaseException:
         source.close()
         raise
+    source.replay(command.after_change_of_rpm(source.scene.radar) for command in commands)
     return _first_spokes(source, progress)
 
 

@@ -4,15 +4,14 @@ import asyncio
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
-from radar_service.radar.parameters import START
 from radar_service.records import Truth
-from radar_service.scene.commands import Command, NotSteerableError
-from radar_service.stream.controls import ControlError, changed_order, changed_settings, controls_state
+from radar_service.scene.commands import Command
+from radar_service.stream.controls import changed_order, changed_settings, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
 from radar_service.stream.fanout.feed_output import FeedOutput
@@ -71,7 +70,8 @@ class Station:
         self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
-            engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts, world=self.world.clock,
+            engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts,
+            command_worker=self.world.command_worker,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
         )  # fmt: skip
         self.preparations = Preparations()
@@ -139,10 +139,12 @@ class Station:
         """
         return await self._run(self.world.orders(order), job)
 
-    async def _run(self, orders: Mapping[str, SceneOrder], job: str | None = None) -> tuple[str, SpokeSource]:
-        """Prepares the orders of all radars of this world and lets them take over, as `swap`."""
+    async def _run(
+        self, orders: Mapping[str, SceneOrder], job: str | None = None, commands: Iterable[Command] = ()
+    ) -> tuple[str, SpokeSource]:
+        """Prepares the orders of all radars of this world and lets them take over, as `swap`. commands: that they follow."""
         request = self.world.request()
-        workers = await self.preparations.workers(self._make_engine, orders, job, self.world.check)
+        workers = await self.preparations.workers(self._make_engine, orders, job, self.world.check, tuple(commands))
         epochs = self.world.switch_to(request, workers, stopping=self.stopping)
         return epochs[self.identity], workers[self.identity].engine
 
@@ -159,8 +161,6 @@ class Station:
         changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
         order = changed_order(self.settings, self.transmitter.engines.pending_engine, requested)
         if order is not None:
-            if len(self.engine.commands):
-                raise ControlError("rpm: a steered world keeps its rate of rotation; give it its scene again to change it")
             await self._go_on(order)
         self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
         pace = requested.get("pace", {})
@@ -168,15 +168,11 @@ class Station:
             self.transmitter.pacer.step(pace["steps"])
 
     async def command(self, body: str | None, values: Values, supersedes: bool = False) -> Command:
-        """Commands own ship (None) or a body from the first spoke that is not sent yet; returns the command.
+        """Commands own ship (None) or a body, on all radars of this world, from the first spoke that is not sent yet; returns
+        the command as this radar has it.
 
         values, supersedes: as in `WaitingCommand`. Raises CommandError, NoRadarError and TooManyCommandsError.
         """
-        if self.world.size > 1:
-            raise NotSteerableError(
-                f"commands: this world has {self.world.size} radars, and only a world with one is steered; serve a scene with a "
-                "single radar"
-            )
         waiting = self.transmitter.commands.put(body, values, supersedes)
         try:
             async with asyncio.timeout(COMMAND_TIMEOUT):
@@ -189,12 +185,12 @@ class Station:
     async def _go_on(self, order: SceneOrder) -> None:
         """Lets another order of the running scene go on from the end of a scan, when it will be prepared as far as is known."""
         if self.transmitter.engines.has_pending and self.transmitter.handover.at is None:  # another scene comes first
-            await self._run(self.world.changed_orders(self.identity, replace(order, origin=START)))
+            await self._run(self.world.changed_orders(self.identity, replace(order, origin=None)))
             return
         factor, began = self.settings.pace.factor, self._clock()
         origin = self.transmitter.agree(self._preparing * factor if math.isfinite(factor) else 0.0)
         try:
-            await self._run({self.identity: replace(order, origin=origin)})
+            await self._run({self.identity: replace(order, origin=origin)}, commands=self.engine.commands)
         finally:
             self.transmitter.settle()
         self._preparing = self._clock() - began

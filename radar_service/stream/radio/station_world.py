@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from radar_service.stream.radio.command_worker import CommandWorker
 from radar_service.stream.radio.prefetch import EngineWorker
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.world_clock import WorldClock
@@ -11,10 +12,11 @@ from radar_service.stream.spokes import new_epoch_name
 
 
 class StationWorld:
-    """The transmitters of one world. Belongs to the event loop, but for its clock."""
+    """The transmitters of one world. Belongs to the event loop, but for its clock and its command worker."""
 
     def __init__(self) -> None:
         self.clock = WorldClock()
+        self.command_worker = CommandWorker(self.clock)
         self._transmitters: dict[str, Transmitter] = {}  # by the id of the radar
         self._requests = self._last_met = 0  # for another scene, and the number of the last one that was met
 

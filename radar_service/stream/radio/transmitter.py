@@ -4,22 +4,22 @@ When an order acts:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
 - range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed,
   and where the world has several radars, which all begin it together.
-- commands: from the next spoke on; the blocks that the engine has computed beyond it are dropped. Those that come while the
-  next spokes are computed wait until these are sent, so that many commands do not stop the feed.
+- commands: another thread (`command_worker`) carries them out. Spokes that a command changes are dropped, and come anew.
 - rpm: a new epoch at the end of a scan that was agreed before its engine was prepared (`handover`); until then nothing is
   sent beyond that scan.
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
   happens too often the radar fails and the sinks are closed; the next scene restarts it.
 """
 
+import math
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.stream.radio.command_queue import CommandQueue
+from radar_service.stream.radio.command_worker import CommandWorker, Steered
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.handover import Handover
 from radar_service.stream.radio.pacer import Pacer
@@ -47,28 +47,33 @@ class Transmitter:
     fault: why the radar has failed, None while it runs.
     sent: spokes since the start.
     simulated: time of the next spoke [s].
-    commands: those that wait to be carried out.
+    commands: those that wait for the command worker.
     engines: the running engine and its replacements.
     """
 
     def __init__(
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
-        make_engine: MakeSource, *, restarts: int = RESTARTS, world: WorldClock | None = None,
+        make_engine: MakeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
         on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore, held: bool = False,
     ) -> None:  # fmt: skip
         """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
 
-        world: its clock, which other radars may share; on_restart, on_failure: called with the reason, from the transmitter's
-        thread; held: until `pacer.release`.
+        command_worker: of its world, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
+        transmitter's thread; held: until `pacer.release`.
         """
-        self.pacer = Pacer(settings, clock, world, held)
-        self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock))
+        self._command_worker = command_worker or CommandWorker(WorldClock())
+        self._world = self._command_worker.clock
+        self.pacer = Pacer(settings, clock, self._world, held)
+        self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock), self._world.changed)
         self.epoch = Epoch(new_epoch_name(), engine, settings.range)
         self.fault: str | None = None
         self.sent = 0
         self.simulated = 0.0
-        self.commands = CommandQueue(self.pacer.interrupt)
-        self._may_command = True  # whether a spoke was sent since the last commands, which would otherwise stop the feed
+        self.commands = CommandQueue(self._world.let_command)
+        self._unsent = 0  # number of the first spoke that was not given to the sinks, from t = 0
+        self._newest = -math.inf  # time of the last one that was [s]
+        self._sent_since_commands = True
+        self._in_sinks = False  # whether the sinks have spokes now; they may wait for clients
         self.handover = Handover()
         self._sinks = tuple(sinks)
         self._on_restart, self._on_failure = on_restart, on_failure
@@ -76,11 +81,13 @@ class Transmitter:
         self._number = 0  # of the next spoke in this epoch
         self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
         self._thread = threading.Thread(target=self._run, name="radar transmitter", daemon=True)
+        self._command_worker.join(self)
 
     def start(self) -> None:
         """Opens the first epoch on every sink and starts both threads."""
         self._open(self.epoch)
         self.engines.start()
+        self._command_worker.start()
         self._thread.start()
 
     def stop(self, timeout: float) -> None:
@@ -90,13 +97,38 @@ class Transmitter:
         self.engines.stop()
         if self._thread.ident is not None:
             self._thread.join(timeout)
+            self._command_worker.stop(timeout)
         self.engines.stop(timeout)
+
+    @property
+    def is_commanded(self) -> bool:
+        """As CommandedRadar."""
+        return self.fault is None and not self.pacer.stopping
+
+    @property
+    def takes_commands(self) -> bool:
+        """As CommandedRadar: a spoke was sent since the last ones, or none can be sent now."""
+        waits = self._in_sinks or self.pacer.waiting or self.engines.restarting or self.handover.is_due(self._unsent)
+        return self._sent_since_commands or waits
+
+    @property
+    def steered(self) -> Steered | None:
+        """As CommandedRadar."""
+        if not self.pacer.is_outdated:
+            return Steered(self.engines.worker, self._unsent, self._newest)
+        pending = self.engines.pending
+        return None if pending is None else Steered(pending, 0, -math.inf)
+
+    def commanded(self) -> None:
+        """As CommandedRadar."""
+        self._sent_since_commands = self.pacer.waiting = False
 
     def agree(self, lead: float) -> Origin:
         """Returns where an engine of the running scene begins that is ready in some `lead` [s of simulation]; then `settle`."""
-        idle = self.pacer.idle or self.fault is not None
-        origin = self.handover.agree(self.epoch.engine.scene.radar, self._spokes_done, idle, lead)
-        self.pacer.interrupt()
+        with self._world.changed:  # while no engine takes over
+            idle = self.pacer.idle or self.fault is not None
+            origin = self.handover.agree(self.engines.worker.engine.scene.radar, self._unsent, idle, lead)
+            self.pacer.interrupt()
         return origin
 
     def settle(self) -> None:
@@ -125,11 +157,10 @@ class Transmitter:
             self._apply_pending()
             block = self.engines.worker.take(BLOCK_TIMEOUT)
             if block is None:
-                if self._may_command:
-                    self._obey()
                 continue
             self._send_block(block)
-            ends_scan = block.index + len(block) == self.epoch.engine.scene.radar.azimuths
+            sent_all = self._spokes_done == block.first + len(block)
+            ends_scan = sent_all and block.index + len(block) == self.epoch.engine.scene.radar.azimuths
             if self.engines.has_pending and ends_scan and self.handover.at is None:
                 self._take_over()
 
@@ -138,24 +169,28 @@ class Transmitter:
         while at < len(block) and not self.pacer.stopping:
             if self._apply_pending():
                 return
-            orders = self.pacer.orders()
+            known = self.engines.worker.known_part(block)
+            if known is None or len(known) <= at:
+                return  # the rest comes again, as commanded
+            block, orders = known, self.pacer.orders()
             size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
             part = block.part(at, at + orders.spokes(block, at, min(size, len(block) - at)))
-            if (self._may_command or not self.pacer.is_due(part, orders)) and self._obey():
-                return
-            end = part.first + len(part)
-            if self.pacer.wait_until_due(part, orders) and self.handover.claim(part.first, end):
-                self._send(part, orders.settings)
+            if self.pacer.wait_until_due(part, orders, self._claim):
+                try:
+                    self._send(part, orders.settings)
+                finally:
+                    self._in_sinks = False
                 at += len(part)
 
-    def _obey(self) -> bool:
-        """Carries out the commands that wait, from the next spoke on; returns whether any was accepted."""
-        spoke, worker = self._spokes_done, self.engines.worker
-        time = self.epoch.engine.scene.radar.time_of_spokes(float(spoke))
-        command = partial(worker.command, spoke)
-        accepted = [waiting.carry_out(time, command) for waiting in self.commands.take()]
-        self._may_command &= not any(accepted)
-        return any(accepted)
+    def _claim(self, part: SpokeBlock) -> bool:
+        """Whether a part is to be sent now, as far as commands and handovers go; then commands act after it."""
+        end = part.first + len(part)
+        if self.engines.worker.known_part(part) is not part or not self.handover.claim(part.first, end):
+            return False
+        self._unsent, self._newest = end, self.epoch.engine.scene.radar.time_of_spokes(float(end - 1))
+        self._sent_since_commands = self._in_sinks = True
+        self._world.let_command()
+        return True
 
     def _send(self, part: SpokeBlock, settings: Settings) -> None:
         if settings.transmit:
@@ -165,7 +200,6 @@ class Transmitter:
             self._number += len(part)
             self.sent += len(part)
         self._spokes_done = part.first + len(part)
-        self._may_command = True
         self._last = self._spokes_done - 1, part.power[-1].copy()
         self.pacer.sent(float(part.time[-1]))
         self.simulated = float(part.time[-1]) + self.epoch.engine.scene.radar.spoke_period
@@ -176,28 +210,44 @@ class Transmitter:
 
     def _apply_pending(self) -> bool:
         """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""
-        if self.handover.is_due(self._spokes_done):
+        while self.handover.is_due(self._spokes_done) and not self.pacer.stopping:
             self.pacer.wait_for(lambda: not self.handover.is_open)
-            self.handover.end(self._spokes_done)
-            if self.engines.has_pending:
-                self._take_over()
+            if self._take_over(lambda: not self.handover.is_open):
                 return True
+            with self._world.changed:
+                if not (self.handover.is_open or self.engines.has_pending):
+                    self.handover.end(self._spokes_done)
         if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
-            self._take_over()
-            return True
+            return self._take_over()
         if self.pacer.settings.range != self.epoch.range:
             self._open(replace(self.epoch, name=new_epoch_name(), range=self.pacer.settings.range))
         return False
 
-    def _take_over(self) -> None:
-        name, engine = self.engines.take_over()
+    def _take_over(self, may: Callable[[], bool] = lambda: True) -> bool:
+        """Lets the pending engine take over, where there is one and it may; returns whether it has."""
+        taken = self.engines.take_over(self._begin, may)
+        if taken is None:
+            return False
+        name, engine = taken
+        self._open(Epoch(name, engine, self.pacer.settings.range))
+        self.fault = None
+        self.commands.close(None)
+        return True
+
+    def _begin(self, engine: SpokeSource) -> None:
+        """Takes up the time and the spokes of an engine that has taken over. The clock's lock is held."""
         radar, self._last = engine.scene.radar, None
         self.pacer.begin(radar.origin.time)
         self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
         self.handover.end(self._spokes_done)
-        self._open(Epoch(name, engine, self.pacer.settings.range))
-        self.fault = None
-        self.commands.close(None)
+        self._newest = self._newest if engine.order.goes_on else -math.inf
+        self._go_on_from(self._spokes_done)
+
+    def _go_on_from(self, spoke: int) -> None:
+        """Lets commands act from a spoke on."""
+        with self._world.changed:
+            self._unsent, self._sent_since_commands = spoke, True
+            self._world.let_command()
 
     def _open(self, epoch: Epoch) -> None:
         self.epoch, self._number = epoch, 0
@@ -208,6 +258,7 @@ class Transmitter:
         """Continues with the next scan and another engine of the same scene; returns whether that has worked."""
         azimuths = self.epoch.engine.scene.radar.azimuths
         scan = self._spokes_done // azimuths + 1  # the present scan would make the next engine fail too
+        self._go_on_from(scan * azimuths)
         cause = self.engines.restart(reason, scan, self._on_restart)
         if cause is None:
             return False

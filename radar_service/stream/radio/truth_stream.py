@@ -22,7 +22,7 @@ MAX_KEPT = 4  # scans whose lines are kept, so that several followers ask for th
 class Sent(NamedTuple):
     """Spokes of a scan that were sent: times of the first and the last one [s]. ends: whether they end the scan.
 
-    commands: that they follow.
+    commands: how many act until then.
     """
 
     engine: SpokeSource
@@ -93,7 +93,8 @@ class TruthStream:
         if self._followers and self._loop:
             engine, block = batch.epoch.engine, batch.block
             ends = block.index + len(block) == engine.scene.radar.azimuths
-            sent = Sent(engine, block.scan, float(block.time[0]), float(block.time[-1]), ends, block.commands)
+            commands = engine.commands.acting_at(block.first + len(block) - 1)
+            sent = Sent(engine, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands)
             self._loop.call_soon_threadsafe(self._put, sent)
 
     def skip(self, epoch: str, count: int, reason: str) -> None:

@@ -56,7 +56,7 @@ class WorldSource:
         self._asking, self._changing = threading.Lock(), threading.Lock()
         self._closed = self._is_answer_due = False
         self.commands = CommandLog(self.scene.steerable)
-        self._commanding, self._started = threading.Lock(), False
+        self._telling, self._started, self._told = threading.Lock(), False, 0
 
     @property
     def process(self) -> int:
@@ -88,9 +88,10 @@ class WorldSource:
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
         """Yields blocks, as SpokeSource.blocks; once. Raises EngineFault where the process fails."""
         try:
-            with self._commanding:
-                self._child.data.send((self._scan, size, tuple(self.commands)))
-                self._started = True
+            with self._telling:
+                commands = tuple(self.commands)
+                self._child.data.send((self._scan, size, commands))
+                self._started, self._told = True, len(commands)
             while not isinstance(message := self._child.data.receive(), str):
                 if isinstance(message, NewSpare):
                     self.replace_spare(Child(message.process, *self._child.data.receive_ends(2)))
@@ -101,14 +102,16 @@ class WorldSource:
             raise EngineFault(ENDED) from None
         raise EngineFault(message)
 
-    def command(self, spoke: int, body: str | None, values: Mapping[str, Any]) -> Command:
-        """Sends a command to the process, as SpokeSource.command. Raises CommandError."""
-        with self._commanding:
-            command = self.commands.add(spoke, body, values)
-            if self._started:
-                with contextlib.suppress(OSError):  # the process has ended: the next one gets all commands
-                    self._child.data.send(command)
-        return command
+    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+        """Notes a command, as SpokeSource.command. Raises CommandError."""
+        return self.commands.add(spoke, body, values, time)
+
+    def tell(self) -> None:
+        """Sends the process the commands that it does not know."""
+        with self._telling, contextlib.suppress(OSError):  # the process has ended: the next one gets all commands
+            for command in self.commands.since(self._told) if self._started else ():
+                self._child.data.send(command)
+                self._told += 1
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Takes all commands of another source, as SpokeSource.replay."""

@@ -30,12 +30,14 @@ class ClockMember(Protocol):
 class WorldClock:
     """What the pacers of a world share. `changed` guards it and them.
 
+    may_command: a condition of the same lock, for what the command worker waits for.
     schedule: of simulated time on the wall clock; version: changes with every order; front: newest time sent [s];
     generation: counts the restarts.
     """
 
     def __init__(self, schedule: Schedule | None = None) -> None:
-        self.changed = threading.Condition()
+        lock = threading.RLock()
+        self.changed, self.may_command = threading.Condition(lock), threading.Condition(lock)
         self.schedule = schedule or Schedule()
         self.version = self.generation = 0
         self.front = -math.inf
@@ -77,6 +79,11 @@ class WorldClock:
             for member in self._members:
                 member.next = 0.0
             self.notify()
+
+    def let_command(self) -> None:
+        """Lets the command worker see whether it may carry out commands now."""
+        with self.changed:
+            self.may_command.notify_all()
 
     def notify(self) -> None:
         """Ends the present waits, because something has changed; with `changed` held."""

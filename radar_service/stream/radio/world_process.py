@@ -19,6 +19,7 @@ from time import monotonic
 from typing import Any, NoReturn
 
 from radar_service.parallel import BLAS_LIMIT
+from radar_service.radar.parameters import START
 from radar_service.records import Crossing, Snapshot
 from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_rpm
@@ -47,7 +48,7 @@ def scene_of(order: SceneOrder) -> Scene:
     if order.radar not in (None, *scene.radar_ids):
         raise other_radars(scene.radar_ids, [order.radar])
     scene = scene.for_radar(order.radar)
-    return scene if order.rpm is None else scene_at_rpm(scene, order.rpm, order.origin)
+    return scene if order.rpm is None else scene_at_rpm(scene, order.rpm, order.origin or START)
 
 
 def outline_of(scene: Scene) -> SceneOutline:
@@ -164,7 +165,7 @@ def _obey(data: Channel, engine: SceneEngine, commanding: threading.Lock) -> Non
         while True:
             command: Command = data.receive()
             with commanding:
-                engine.command(command.body, spoke=command.spoke, **command.values)
+                engine.command(command.body, spoke=command.spoke, time=command.time, **command.values)
 
 
 def _answer_on(control: Channel, engines: Sequence[SceneEngine], answering: threading.Lock) -> None:

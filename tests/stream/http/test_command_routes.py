@@ -7,6 +7,7 @@ import pytest
 
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
+from radar_service.stream.source import SceneOrder
 from tests.stream.asgi import Server
 from tests.stream.fake import AZIMUTHS, FakeEngine, factory, steerable_scene
 from tests.stream.http.playing import play
@@ -122,15 +123,69 @@ def test_too_many_commands_are_told_to_come_later(monkeypatch: pytest.MonkeyPatc
     play(test, station())
 
 
-def test_a_steered_radar_keeps_its_rate_of_rotation() -> None:
-    """Another engine would not know how far the commands have led."""
+def test_a_steered_radar_goes_on_as_commanded_at_another_rate() -> None:
+    async def test(server: Server) -> None:
+        assert (await server.http.patch(BUOY, json={"speed_kn": 5})).status_code == 200
+        assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 40})).status_code == 200
+        while only.engine.scene.radar.rotation_period != 1.5:
+            await asyncio.sleep(0)
+        assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == 5.0
+        again = (await server.http.patch(BUOY, json={"speed_kn": 6})).json()
+        assert [command.speed_kn for command in only.engine.commands] == [5.0, 6.0] and again["time"] == 0.0
+
+    play(test, only := station())
+
+
+def test_a_lossless_client_may_wait_for_answers_without_reading() -> None:
+    """Far more spokes are due than its queue holds: the radar waits for it, and carries out its commands meanwhile."""
 
     async def test(server: Server) -> None:
-        assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 30})).status_code == 200
-        assert (await server.http.patch(BUOY, json={"speed_kn": 5})).status_code == 200
-        answer = await server.http.patch("/api/radars/0/controls", json={"rpm": 40})
-        assert answer.status_code == 422 and "a steered world keeps its rate of rotation" in answer.json()["detail"][0]
-        assert (await server.http.get("/api/radars/0/controls")).json()["rpm"] == pytest.approx(30)
-        assert (await server.http.patch("/api/radars/0/controls", json={"gain": 55})).status_code == 200
+        feed = await server.feed("?mode=lossless")
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "run", "factor": "max"}})
+        (client,) = only.hub.clients
+        while not client.full:
+            await asyncio.sleep(0)
+        answers = [await server.http.patch(BUOY, json={"speed_kn": n}) for n in range(5)]
+        assert [answer.status_code for answer in answers] == [200] * 5 and client.full
+        first = 0
+        while first <= answers[-1].json()["spoke"] + AZIMUTHS:
+            message = await feed.until("spokes")
+            assert message["first"] == first
+            first += message["count"]
 
-    play(test, station())
+    play(test, only := station())
+
+
+def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
+    async def test(server: Server) -> None:
+        await server.http.patch("/api/radars/0/controls", json={"transmit": False, "pace": {"state": "step", "steps": 9}})
+        while not only.transmitter.pacer.idle:
+            await asyncio.sleep(0)
+        assert (await server.http.patch(BUOY, json={"speed_kn": 3})).json()["spoke"] == 9
+        await only.swap(SceneOrder(steerable_scene("next")))
+        while only.engine.scene.name != "next":
+            await asyncio.sleep(0)
+        assert (await server.http.get(BUOY)).json()["latest"] is None
+        again = (await server.http.patch(BUOY, json={"speed_kn": 4})).json()
+        assert (again["spoke"], again["time"]) == (0, 0.0)
+
+    play(test, only := station())
+
+
+def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After the answer that it took too long; here, as another scene is on the way that never comes."""
+    monkeypatch.setattr("radar_service.stream.radio.station.COMMAND_TIMEOUT", 0.02)
+
+    async def test(server: Server) -> None:
+        clock = only.world.clock
+        clock.restart()
+        late = await server.http.patch(BUOY, json={"speed_kn": 3})
+        assert late.status_code == 503 and "takes no command meanwhile" in late.json()["detail"][0]
+        await only.swap(SceneOrder(steerable_scene("next")))
+        while only.engine.scene.name != "next":
+            await asyncio.sleep(0)
+        monkeypatch.setattr("radar_service.stream.radio.station.COMMAND_TIMEOUT", 10.0)
+        assert (await server.http.patch(BUOY, json={"speed_kn": 4})).status_code == 200
+        assert [command.speed_kn for command in only.engine.commands] == [4.0]
+
+    play(test, only := station())

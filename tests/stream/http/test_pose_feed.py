@@ -79,17 +79,6 @@ def test_too_many_poses_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     play(test, station())
 
 
-def test_an_unknown_radar_is_refused() -> None:
-    async def test(server: Server) -> None:
-        socket = await server.open(PATH.replace("/0/", "/7/"))
-        assert 'there is no "7"' in (await answer(socket))["reason"]
-        with pytest.raises(Closed) as closed:
-            await socket.text()
-        assert closed.value.code == 4404
-
-    play(test, station())
-
-
 def test_the_token_to_command_is_needed() -> None:
     read, command = "r" * 16, "c" * 16
 

@@ -5,10 +5,11 @@ from typing import Any
 
 import pytest
 
+from radar_service.radar.parameters import Origin
 from radar_service.stream.radio.engine_supervisor import RESTART_WINDOW, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.prefetch import prepared
 from radar_service.stream.source import Progress, SceneOrder
-from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
+from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene, steerable_scene
 from tests.stream.radio.recording import SOON
 
 
@@ -95,3 +96,39 @@ def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
         assert time.monotonic() < deadline
     engines.stop(SOON)
     assert not last.is_alive
+
+
+def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prepared() -> None:
+    of = steerable_scene()
+    engines = EngineSupervisor(FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
+    began = list[Any]()
+    for order, count in ((SceneOrder(of, origin=Origin()), 2), (SceneOrder(of), 0)):
+        next_engine = FakeEngine(of)
+        next_engine.order = order
+        engines.switch_to(prepared(next_engine))
+        engines.worker.command(30, "buoy", {"speed_kn": 5})
+        engines.worker.command(31, "buoy", {"speed_kn": 6})
+        assert engines.pending is not None and engines.pending.engine is next_engine
+        assert engines.take_over(began.append, lambda: False) is None
+        taken = engines.take_over(began.append)
+        assert taken is not None and taken[1] is engines.worker.engine is next_engine
+        assert len(next_engine.commands) == count
+    engines.stop(SOON)
+    assert len(began) == 2 and engines.pending is None
+
+
+def test_a_command_that_comes_during_a_restart_is_known_to_the_next_engine() -> None:
+    of = steerable_scene()
+
+    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+        failed.command(30, "buoy", {"speed_kn": 6})
+        return made
+
+    failed, made = FakeEngine(of), FakeEngine(of)
+    whole = made.replay
+    made.replay = lambda commands: (whole(list(commands)), failed.command(33, "buoy", {"speed_kn": 7}))[0]  # type: ignore[method-assign]
+    engines = EngineSupervisor(failed, make, RestartLimiter(3, lambda: 0.0))
+    failed.command(7, "buoy", {"speed_kn": 5})
+    engines.restart("it broke", 1, lambda _: None)
+    engines.stop(SOON)
+    assert [command.speed_kn for command in made.commands] == [5.0, 6.0, 7.0]

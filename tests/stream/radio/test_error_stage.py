@@ -9,9 +9,11 @@ import pytest
 
 import radar_service as rs
 from radar_service.display.video import Controls
+from radar_service.radar.parameters import Origin
+from radar_service.recording.simulated_source import SimulatedSource
 from radar_service.scene.error import SceneError
 from radar_service.stream.radio.error_stage import MAX_RUNS, ErrorStage
-from radar_service.stream.source import TruthLine
+from radar_service.stream.source import SceneOrder, TruthLine
 from radar_service.stream.spokes import Epoch, SpokeBatch
 from radar_service.types import Singles
 from tests.errors.runs import AZIMUTHS as SIMULATED
@@ -177,3 +179,27 @@ def test_lines_of_other_engines_and_headers_stay() -> None:
     header, line = TruthLine(0.0, '{"type": "header", "seed": 7}'), TruthLine(0.0, '{"type": "snapshot"}')
     assert played.stage.completed(played.engine, header) is header.text
     assert played.stage.completed(FakeEngine(scene()), line) is line.text
+
+
+def test_an_engine_that_goes_on_at_another_rate_keeps_the_errors_in_force() -> None:
+    """With the bytes that a simulator has in this process; what is in the scene's file is no longer in force."""
+    served, alone = simulator(), simulator()
+    stage = ErrorStage(served, [sink := RecordingSink()])  # type: ignore[arg-type]  # as far as the stage needs a source
+    stage.open_epoch(Epoch("one", served, None))  # type: ignore[arg-type]
+    for each in (stage, alone):
+        each.set_errors(None)
+        each.set_errors({"gyro": {"bias_deg": 7}, "feed": {"drop_rate": 0.3}})
+    served.scan()
+    alone.scan()
+    order = SceneOrder(SCENE, rpm=30, origin=Origin())
+    epoch = Epoch("two", SimulatedSource(served.at_rpm(30), order), None)
+    stage.open_epoch(epoch)
+    for block in epoch.engine.blocks():
+        if block.scan > 2:
+            break
+        stage.send(SpokeBatch(epoch, 0, block, Controls()))
+    sent = [(spoke.number, spoke.heading) for batch in sink.batches for spoke in batch.block.spokes()]
+    expected = [(spoke.number, spoke.heading) for spoke in alone.at_rpm(30).feed(2)]
+    assert sent == expected and len(sent) < 2 * SIMULATED
+    stage.open_epoch(Epoch("three", FakeEngine(scene()), None))
+    assert stage.errors is None

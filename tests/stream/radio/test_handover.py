@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 from radar_service.radar.parameters import Origin
+from radar_service.recording.simulated_source import SimulatedSource
+from radar_service.scene.commands import Command
 from radar_service.scene.error import SceneError
+from radar_service.scene.load import load_scene
+from radar_service.simulator import Simulator
 from radar_service.stream.radio.handover import Handover
 from radar_service.stream.radio.station import Station
+from radar_service.stream.radio.world_process import scene_of
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import Progress, SceneOrder
 from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
@@ -145,3 +150,69 @@ def test_of_two_changes_at_once_the_last_one_wins() -> None:
     sink = play(test, FAST)
     for epoch in range(1, len(sink.epochs)):
         goes_on(sink, epoch, sink.epochs[epoch - 1].engine.scene.radar.rotation_period)
+
+
+def test_no_agreement_ends_before_its_engine_has_taken_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else another request in between would take the pending engine for that of another scene, and begin at time 0."""
+    pending = list[bool]()
+    whole = Handover.end
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        def end(handover: Handover, number: int) -> None:
+            pending.append(handover.at is not None and station.transmitter.engines.has_pending)
+            whole(handover, number)
+
+        monkeypatch.setattr(Handover, "end", end)
+        for count, rpm in ((2, 48.0), (3, 12.0)):
+            await station.change({"rpm": rpm})
+            await asyncio.to_thread(sink.wait_for, lambda count=count: len(sink.epochs) == count)
+
+    play(test, FAST)
+    assert pending == [False, False]
+
+
+STEERED: dict[str, Any] = {
+    "radar": {"azimuths": 64, "beamwidth_deg": 8, "range_max_m": 256, "pulse_s": 1e-6},
+    "environment": {"noise": True},
+    "own_ship": {"steerable": {"max_speed_kn": 40}},
+    "body": [{"name": "buoy", "shape": "point", "rcs_dbsm": 10, "position_m": [0, 150, 5], "steerable": {}}],
+}
+
+
+def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> None:
+    ready, asked = threading.Event(), threading.Event()
+    sink, commands = RecordingSink(), list[Command]()
+
+    def make(order: SceneOrder, progress: Progress) -> SimulatedSource:
+        asked.set()
+        assert ready.wait(10)
+        return SimulatedSource(Simulator(scene_of(order), "fast"), order)
+
+    async def body() -> None:
+        order = SceneOrder(STEERED)
+        engine = SimulatedSource(Simulator(scene_of(order), "fast"), order)
+        station = Station("0", engine, make, settings=FAST, sinks=[sink])
+        await station.start()
+        commands.append(await station.command("buoy", lambda time: {"speed_kn": 20, "course_deg": 70}))
+        change = asyncio.create_task(station.change({"rpm": 60.0}))
+        await asyncio.to_thread(asked.wait, 10)
+        at = station.transmitter.handover.at
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == at)
+        commands.append(await station.command(None, lambda time: {"speed_kn": 30}))
+        commands.append(await station.command("buoy", lambda time: {"position_m": [100, 60]}))
+        ready.set()
+        await change
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > (at or 0) + 130)
+        await station.stop()
+
+    asyncio.run(asyncio.wait_for(body(), 30))
+    alone = Simulator(load_scene(STEERED), "fast", commands=commands[:1])
+    parts = [[batch.block for batch in sink.batches if batch.epoch is epoch] for epoch in sink.epochs]
+    scans = parts[1][0].scan
+    assert commands[2].time == commands[1].time == scans * PERIOD == parts[1][0].time[0]
+    expected = [spoke.power for spoke in alone.spokes(scans)]
+    alone.command(speed_kn=30)
+    alone.command("buoy", position_m=[100, 60])
+    expected += [spoke.power for spoke in alone.at_rpm(60).spokes(2)]
+    sent = np.concatenate([block.power for part in parts for block in part])[: len(expected)]
+    assert sent.tobytes() == np.array(expected).tobytes()

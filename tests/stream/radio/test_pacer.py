@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from radar_service.records import SpokeBlock
 from radar_service.stream.radio.pacer import Pacer
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.fake import FakeEngine, scene
@@ -26,19 +27,28 @@ def test_steps_go_at_once_and_are_counted_down() -> None:
     assert pacer.wait_until_due(PART, pacer.orders()) and pacer.orders().steps == 2
 
 
-def test_it_says_what_is_due_without_waiting() -> None:
-    now = [0.0]
-    pacer = Pacer(Settings(), lambda: now[0])
-    later = FakeEngine(scene()).block(4, 3)
-    assert pacer.is_due(PART, pacer.orders()) and pacer.wait_until_due(PART, pacer.orders())
-    assert not pacer.is_due(later, pacer.orders())
-    now[0] = float(later.time[-1] - PART.time[-1])
-    assert pacer.is_due(later, pacer.orders())
-    pacer.set(replace(pacer.settings, pace=Pace("pause")))
-    assert not pacer.is_due(PART, pacer.orders())
-    pacer.step(1)
-    assert pacer.is_due(PART, pacer.orders())
-    assert not Pacer(Settings(pace=Pace("run", math.inf)), lambda: 0.0, held=True).is_due(PART, pacer.orders())
+def test_spokes_that_are_refused_at_last_cost_no_steps() -> None:
+    pacer, asked = Pacer(Settings(), lambda: 0.0), list[int]()
+
+    def claim(part: SpokeBlock) -> bool:
+        asked.append(len(part))
+        return len(asked) > 1
+
+    pacer.step(5)
+    assert [pacer.wait_until_due(PART, pacer.orders(), claim) for _ in range(2)] == [False, True]
+    assert asked == [3, 3] and pacer.orders().steps == 2
+
+
+def test_a_wait_lets_the_command_worker_know() -> None:
+    pacer, answers = Pacer(Settings(pace=Pace("pause")), lambda: 0.0), list[bool]()
+    orders = pacer.orders()
+    waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(PART, orders)))
+    with pacer.world.changed:
+        waiting.start()
+        assert pacer.world.may_command.wait_for(lambda: pacer.waiting, SOON)
+    pacer.interrupt()
+    waiting.join(SOON)
+    assert answers == [False] and not pacer.waiting
 
 
 def test_as_fast_as_possible_waits_for_nothing() -> None:

@@ -4,8 +4,10 @@ import threading
 
 import pytest
 
+from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import CommandError
-from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
+from radar_service.scene.convert import scene_at_rpm
+from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
 from tests.stream.fake import FakeEngine, scene, steerable_scene
 
 SOON = 10.0  # s, for what should take milliseconds
@@ -87,3 +89,43 @@ def test_stopping_ends_a_wait() -> None:
     worker.stop()
     taker.join(SOON)
     assert taken == [None]
+
+
+def test_spokes_before_a_command_are_kept() -> None:
+    """A radar whose next spoke comes long before the command, as where another radar of the world is ahead."""
+    engine = FakeEngine(steerable_scene(), turns=(turns := threading.Semaphore(2)))
+    worker = started(engine)
+    engine.wait_for_blocks(2, SOON)
+    taken = worker.take(SOON)
+    assert taken is not None and worker.known_part(taken) is taken
+    assert worker.command(None, "buoy", {"speed_kn": 5}, 7.5 * 2.5 / 24).spoke == 8
+    for _ in range(20):
+        turns.release()
+    blocks = [worker.take(SOON) for _ in range(3)]
+    assert [(block.first, len(block), block.commands) for block in blocks if block] == [(5, 3, 0), (8, 5, 1), (13, 5, 1)]
+    worker.command(3, "buoy", {"speed_kn": 6})
+    rest = worker.known_part(taken)
+    assert rest is not None and (rest.first, len(rest)) == (0, 3)
+    worker.stop(SOON)
+    turns.release(20)
+
+
+def test_a_worker_follows_the_commands_to_another_engine() -> None:
+    of = steerable_scene()
+    old, new = EngineWorker(FakeEngine(of)), EngineWorker(FakeEngine(scene_at_rpm(of, 48, Origin(2.5, 1))))
+    for spoke in (7, 24, 30):
+        old.command(spoke, "buoy", {"speed_kn": 5})
+    new.engine.replay(list(old.engine.commands)[:1])
+    new.follow(old.engine.commands)
+    new.follow(old.engine.commands)
+    assert [command.spoke for command in new.engine.commands] == [7, 24, 36]
+    assert [command.time for command in new.engine.commands] == [command.time for command in old.engine.commands]
+
+
+def test_spokes_before_the_first_one_are_not_queued() -> None:
+    """A command of the time before a restart takes the engine back; what it computes again there is not sent."""
+    worker = prepared(FakeEngine(steerable_scene()), 1)
+    worker.command(20, "buoy", {"speed_kn": 5})
+    block = worker.take(SOON)
+    worker.stop(SOON)
+    assert block is not None and (block.first, block.commands) == (24, 1)

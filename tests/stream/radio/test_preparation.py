@@ -5,12 +5,14 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
+from radar_service.radar.parameters import Origin
+from radar_service.scene.commands import Command
 from radar_service.stream.jobs import Cancelled
 from radar_service.stream.radio import preparation
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.preparation import Preparations
 from radar_service.stream.source import Progress, SceneOrder, SceneOutline
-from tests.stream.fake import FakeEngine, factory, scene
+from tests.stream.fake import FakeEngine, factory, scene, steerable_scene
 
 FIRST, SECOND = SceneOrder({"name": "first"}), SceneOrder({"name": "second"})
 made: list[FakeEngine] = []
@@ -132,5 +134,19 @@ def test_a_cancelled_preparation_ends_all_radars() -> None:
         with pytest.raises(Cancelled):
             await preparations.workers(cancels, {"a": FIRST, "b": SECOND}, "mine")
         assert [engine.closed for engine in made] == [True, True]
+
+    play(test)
+
+
+def test_the_first_spokes_follow_the_commands_so_far() -> None:
+    of = steerable_scene()
+    given = [Command(3, 3 * 2.5 / 24, "buoy", speed_kn=5.0)]
+
+    async def test(preparations: Preparations) -> None:
+        orders = {"0": SceneOrder(of, rpm=48, origin=Origin(2.5, 1))}
+        (worker,) = (await preparations.workers(make, orders, commands=given)).values()
+        block = worker.take(1.0)
+        worker.stop()
+        assert list(worker.engine.commands) == given and block is not None and (block.first, block.commands) == (24, 1)
 
     play(test)

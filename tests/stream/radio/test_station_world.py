@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from radar_service.scene.commands import NotSteerableError
 from radar_service.scene.error import SceneError
+from radar_service.scene.load import load_scene
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.feed_request import View
 from radar_service.stream.radio import status
@@ -15,7 +15,7 @@ from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import SceneOrder
-from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene, scene_of_several
+from tests.stream.fake import AZIMUTHS, RADAR, FakeEngine, factory, scene, scene_of_several
 
 IDS = ("bow", "pier")
 OTHER = SceneOrder(scene_of_several("pier", "bow", name="other"))  # in another order: bow has 36 rpm here
@@ -146,9 +146,20 @@ def test_spoke_0_of_all_waits_for_clients_of_each() -> None:
     play(test, *IDS, wait_for=1)
 
 
-def test_a_world_of_several_radars_is_not_steered() -> None:
+def test_a_command_to_one_radar_acts_on_all() -> None:
+    of = load_scene(
+        {"radar": [RADAR | {"id": each, "rpm": rpm} for each, rpm in zip(IDS, (24, 36), strict=True)],
+         "own_ship": {"steerable": {}}}
+    )  # fmt: skip
+
     async def test(stations: dict[str, Station]) -> None:
-        with pytest.raises(NotSteerableError, match="this world has 2 radars"):
-            await stations["bow"].command(None, lambda time: {"speed_kn": 1.0})
+        await stations["bow"].swap(SceneOrder(of))
+        await until(lambda: all(station.engine.scene.steerable.limits for station in stations.values()))
+        await stations["bow"].change({"pace": {"state": "step", "steps": 7}})
+        await until(lambda: stations["bow"].transmitter.sent == 7 and stations["pier"].transmitter.pacer.idle)
+        command = await stations["bow"].command(None, lambda time: {"speed_kn": 1.0})
+        (other,) = stations["pier"].engine.commands
+        assert (other.spoke, other.time) == (10, pytest.approx(10 * 5 / 3 / AZIMUTHS))  # the next spoke of either
+        assert (command.spoke, command.time) == (7, other.time)
 
     play(test, *IDS)

@@ -227,7 +227,7 @@ def test_a_stopped_or_failed_radar_refuses_commands() -> None:
         with pytest.raises(NoRadarError, match="the wheel came off; give it another scene"):
             transmitter.commands.put("buoy", lambda time: {"speed_kn": 5})
         transmitter.switch_to(prepared(FakeEngine(steerable_scene("second"))))
-        sink.wait_for(lambda: len(sink.epochs) == 2)
+        sink.wait_for(lambda: len(sink.epochs) == 2 and sink.names()[-1] == "send")
         assert transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON).spoke > 0
     with pytest.raises(NoRadarError, match="stopping"):
         transmitter.commands.put("buoy", lambda time: {"speed_kn": 5})

@@ -112,23 +112,29 @@ def test_another_scene_has_a_header_and_another_engine_of_the_same_has_none() ->
 
 def test_commands_change_the_lines_that_are_still_to_come() -> None:
     class Delayed(FakeEngine):
-        """Each command brings the second crossing a spoke nearer."""
+        """Each command brings the second crossing a spoke nearer, once the engine has computed the spokes before it."""
+
+        reached = 0
 
         def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
             first, *others = super().truth_lines(scan, radiometric)
             if scan is None:
                 return [first]
-            time = others[0].time - len(self.commands) * PERIOD / AZIMUTHS
+            time = others[0].time - self.commands.acting_at(self.reached) * PERIOD / AZIMUTHS
             return [first, TruthLine(time, json.dumps(json.loads(others[0].text) | {"time": time})), *others[1:]]
 
     async def test(played: Played) -> None:
         engine = Delayed(steerable_scene())
         played.stream.open_epoch(Epoch("f", engine, None))
         _, lines = played.follow()
-        played.send(0, 10, engine)
+        played.send(0, 8, engine)
+        await played.until(lambda: len(lines) >= 1)
+        engine.command(13, "buoy", {"speed_kn": 1})
+        engine.reached = 12
+        played.send(8, 4, engine)  # its blocks know the command, which acts later
         await played.until(lambda: len(lines) >= 2)
-        engine.command(10, "buoy", {"speed_kn": 1})
-        played.send(10, 7, engine)
+        engine.reached = AZIMUTHS
+        played.send(12, 5, engine)
         await played.until(lambda: len(lines) >= 3)
         engine.command(17, "buoy", {"speed_kn": 2})
         played.send(17, AZIMUTHS - 17, engine)

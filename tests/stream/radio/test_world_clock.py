@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from radar_service.stream.radio.command_worker import CommandWorker
 from radar_service.stream.radio.pacer import Pacer
 from radar_service.stream.radio.prefetch import prepared
 from radar_service.stream.radio.transmitter import Transmitter
@@ -41,11 +42,13 @@ class Radar(NamedTuple):
 @contextlib.contextmanager
 def world(pace: Pace = PAUSED, slow: Any = None, fast: Any = None, **options: Any) -> Iterator[tuple[Radar, Radar]]:
     """A slow and a fast radar on the air; slow, fast: other engines."""
-    clock = WorldClock()
+    command_worker = CommandWorker(WorldClock())
     radars = []
     for engine in (slow or FakeEngine(SLOW), fast or FakeEngine(FAST)):
         sink = RecordingSink()
-        made = Transmitter(engine, Settings(pace=pace), (sink,), time.monotonic, factory(), world=clock, **options)
+        made = Transmitter(
+            engine, Settings(pace=pace), (sink,), time.monotonic, factory(), command_worker=command_worker, **options
+        )
         radars.append(Radar(made, sink))
     try:
         for radar in radars:

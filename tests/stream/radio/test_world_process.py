@@ -18,6 +18,7 @@ from radar_service.stream.source import SceneOrder
 from tests.stream.fake import scene
 
 STEERABLE = {"radar": {"azimuths": 60, "beamwidth_deg": 8}, "own_ship": {"steerable": {}}}
+PERIOD = 2.5 / 60  # s of a spoke
 SOON = 20.0  # s, for what should take a second
 
 
@@ -55,11 +56,11 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     spare_process = child.control.receive(SOON)
     spare_control, spare_data = child.control.receive_ends(2)
     assert spare_process not in (os.getpid(), child.process)
-    child.data.send((2, 16, (Command(5, 5 / 24, None, speed_kn=10.0),)))
+    child.data.send((2, 16, (Command(5, 5 * PERIOD, None, speed_kn=10.0),)))
     block, trees = child.data.receive(SOON)
     assert trees >= 0 and block["first"] == 120 and block["range"] is None and len(block["time"]) == 16
     assert block["commands"] == 1 and block["speed"][0] == pytest.approx(10 * KNOT)
-    child.data.send(Command(130, 130 / 24, None, speed_kn=0.0))
+    child.data.send(Command(130, 130 * PERIOD, None, speed_kn=0.0))
     while block["commands"] < 2:
         block, _ = child.data.receive(SOON)
     assert (block["first"], block["speed"].max()) == (130, 0.0)

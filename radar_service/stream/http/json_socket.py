@@ -1,0 +1,39 @@
+"""Websockets of JSON text: which radar a client wants, and why it is refused or ended."""
+
+import contextlib
+import json
+from asyncio import timeout
+from collections.abc import Callable, Mapping
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from radar_service.stream.http.feed import GRACE, NOT_FOUND, REFUSALS, close_reason
+from radar_service.stream.radio.station import Station
+
+
+async def accepted(
+    socket: WebSocket, stations: Mapping[str, Station], radar: str, refused: Callable[[str], None]
+) -> Station | None:
+    """Accepts a client and returns its radar; None where there is none, and the client is told.
+
+    refused: is called with the kind of each refusal.
+    """
+    await socket.accept()
+    station = stations.get(radar)
+    if station is None:
+        await refuse(socket, NOT_FOUND, f'radar: there is no "{radar[:40]}"; see /api/radars', refused)
+    return station
+
+
+async def refuse(socket: WebSocket, code: int, reason: str, refused: Callable[[str], None]) -> None:
+    """Refuses a client, with a close code of `feed`."""
+    refused(REFUSALS[code])
+    await say_bye(socket, code, reason)
+
+
+async def say_bye(socket: WebSocket, code: int, reason: str) -> None:
+    """Sends the reason as the last message and closes, where the client takes that in time."""
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
+        async with timeout(GRACE):
+            await socket.send_text(json.dumps({"type": "bye", "reason": reason}))
+            await socket.close(code, close_reason(reason))

@@ -1,0 +1,162 @@
+"""The thread that carries out commands: one time for all radars of a world, also while a radar waits for a client.
+
+A command acts at the time of the first spoke of any radar that is not sent and comes after all spokes that were sent. Each radar
+shows it from its first spoke not before that time. Commands wait while a radar computes the spokes after the commands before,
+or these are due, so that many commands do not stop a feed.
+"""
+
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple, Protocol
+
+from radar_service.scene.commands import Command
+from radar_service.stream.radio.command_queue import CommandQueue, Outcome, WaitingCommand
+from radar_service.stream.radio.prefetch import EngineWorker
+from radar_service.stream.radio.world_clock import WorldClock
+
+
+class Steered(NamedTuple):
+    """What commands to a radar act on.
+
+    worker: of its engine; next_spoke: number of the first one that is not sent; newest: time of the last one sent [s], -inf
+    before the first one.
+    """
+
+    worker: EngineWorker
+    next_spoke: int
+    newest: float
+
+    def time_after(self, time: float) -> float:
+        """Returns the time [s] of the first spoke that is not sent and comes after another time [s]."""
+        radar = self.worker.engine.scene.radar
+        spoke = self.next_spoke
+        if math.isfinite(time):
+            spoke = max(spoke, radar.first_spoke(math.nextafter(time, math.inf)))
+        return radar.time_of_spokes(float(spoke))
+
+
+class CommandedRadar(Protocol):
+    """A radar as the command worker has it: a `Transmitter`. All but `commands` is read with the clock's lock held."""
+
+    @property
+    def commands(self) -> CommandQueue:
+        """The commands that wait."""
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether it runs; one that has failed or stopped is left out."""
+
+    @property
+    def takes_commands(self) -> bool:
+        """Whether commands would not stop its feed now."""
+
+    @property
+    def steered(self) -> Steered | None:
+        """What commands act on; None while another scene is about to begin."""
+
+    def commanded(self) -> None:
+        """Is called after commands."""
+
+
+class CommandWorker:
+    """Carries out the commands to all radars of a world, in the order of their arrival.
+
+    clock: of the world. Its lock guards the radars.
+    """
+
+    def __init__(self, clock: WorldClock) -> None:
+        self.clock = clock
+        self._radars: list[CommandedRadar] = []
+        self._running = 0  # radars that were started and not stopped
+        self._thread: threading.Thread | None = None
+
+    def join(self, radar: CommandedRadar) -> None:
+        """Adds a radar."""
+        with self.clock.changed:
+            self._radars.append(radar)
+
+    def start(self) -> None:
+        """Starts the thread with the first radar."""
+        with self.clock.changed:
+            self._running += 1
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="radar commands", daemon=True)
+                self._thread.start()
+
+    def stop(self, timeout: float) -> None:
+        """Ends the thread with the last radar, and waits for it at most `timeout` [s]."""
+        with self.clock.changed:
+            self._running -= 1
+            self.clock.let_command()
+        if self._thread is not None and self._running <= 0:
+            self._thread.join(timeout)
+
+    def _run(self) -> None:
+        while self._carry_out():
+            continue
+
+    def _carry_out(self) -> bool:
+        """Waits for commands and carries them out; returns False at the end."""
+        with self.clock.changed:
+            self.clock.may_command.wait_for(lambda: self._running <= 0 or self._is_ready())
+            if self._running <= 0:
+                return False
+            radars = [radar for radar in self._radars if radar.is_commanded]
+            steered = {radar: its for radar in radars if (its := radar.steered)}
+            outcomes = self._outcomes(steered)
+            if any(isinstance(outcome, Command) for _, outcome in outcomes):
+                for radar in radars:
+                    radar.commanded()
+                self.clock.notify()
+        for its in steered.values():
+            its.worker.tell()  # without the lock: a process may be slow to read
+        for waiting, outcome in outcomes:
+            waiting.answer(outcome)
+        return True
+
+    def _is_ready(self) -> bool:
+        radars = [radar for radar in self._radars if radar.is_commanded]
+        commands_wait = any(len(radar.commands) for radar in radars)
+        return commands_wait and all(radar.takes_commands and radar.steered is not None for radar in radars)
+
+    def _outcomes(self, steered: Mapping[CommandedRadar, Steered]) -> list[tuple[WaitingCommand, Outcome]]:
+        """Carries out all commands that wait; returns what has become of each."""
+        time = time_of_commands(list(steered.values()))
+        waiting = [(each.number, each, radar) for radar in steered for each in radar.commands.take()]
+        return [
+            (each, each.carry_out(time, partial(ordered, steered, radar, time)))
+            for _, each, radar in sorted(waiting, key=lambda item: item[0])
+            if each.begin()
+        ]
+
+
+def time_of_commands(radars: Sequence[Steered]) -> float:
+    """Returns the time [s] of the first spoke of any radar that is not sent, after all that were sent."""
+    newest = max(radar.newest for radar in radars)
+    return min(radar.time_after(newest) for radar in radars)
+
+
+def ordered(
+    radars: Mapping[CommandedRadar, Steered],
+    addressed: CommandedRadar,
+    time: float,
+    body: str | None,
+    values: Mapping[str, Any],
+) -> Command:
+    """Commands all radars that have the body, at a time [s]; returns the command of the one that was addressed.
+
+    body: as that one names it. Raises CommandError, and then nothing changes.
+    """
+    steerable = radars[addressed].worker.engine.scene.steerable
+    names = {addressed: body}
+    for radar in radars:
+        limits = radars[radar].worker.engine.scene.steerable.limits
+        name = steerable.own_ship if body is None else body
+        if radar is not addressed and (name in limits or body is not None):
+            names[radar] = name
+    for radar, name in names.items():
+        radars[radar].worker.engine.commands.check(name, values)
+    made = {radar: radars[radar].worker.command(None, name, values, time) for radar, name in names.items()}
+    return made[addressed]

@@ -1,0 +1,304 @@
+"""Commands to all radars of a world: one time, no spoke lost, and no deadlock with a client that does not read."""
+
+import contextlib
+import json
+import math
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from radar_service.scene.commands import CommandError, NotSteerableError
+from radar_service.scene.load import load_scene
+from radar_service.scene.world import Scene
+from radar_service.simulator import Simulator
+from radar_service.simulator_options import SimulatorOptions
+from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.radio.command_queue import NoRadarError
+from radar_service.stream.radio.command_worker import CommandWorker, Steered, time_of_commands
+from radar_service.stream.radio.prefetch import EngineWorker, prepared
+from radar_service.stream.radio.transmitter import Transmitter
+from radar_service.stream.radio.world import WorldMaker
+from radar_service.stream.radio.world_clock import WorldClock
+from radar_service.stream.settings import Pace, Settings
+from radar_service.stream.source import UNFOLLOWED, SceneOrder, SpokeSource
+from tests.stream.fake import AZIMUTHS, RADAR, FakeEngine, factory
+from tests.stream.radio.recording import SOON, RecordingSink
+
+PAUSED, FLAT_OUT = Pace("pause", math.inf), Pace("run", math.inf)
+RATES = {"bow": 24.0, "pier": 36.0, "slow": 0.5}  # rpm
+BUOY = {"name": "buoy", "shape": "point", "rcs_dbsm": 0, "position_m": [0, 100, 5], "steerable": {"max_speed_kn": 20}}
+ROCK = {"name": "rock", "shape": "point", "rcs_dbsm": 0, "position_m": [0, 150, 5]}
+
+
+def world_scene(*ids: str, own_ship: dict[str, Any] | None = None) -> Scene:
+    """Radars at their RATES; the pier stands on land."""
+    radars = [RADAR | {"id": name, "rpm": RATES[name]} for name in ids]
+    radars = [each | {"platform": {"position_m": [60, 0]}} if each["id"] == "pier" else each for each in radars]
+    return load_scene({"radar": radars, "own_ship": own_ship or {"steerable": {}}, "body": [BUOY, ROCK]})
+
+
+class Radars:
+    """The radars of a world on the air."""
+
+    def __init__(self, engines: dict[str, Any], make: Any, sinks: dict[str, Any]) -> None:
+        self.command_worker = CommandWorker(WorldClock())
+        self.sinks = {name: sinks.get(name) or RecordingSink() for name in engines}
+        self.transmitters = {
+            name: Transmitter(
+                engine,
+                Settings(pace=PAUSED),
+                (self.sinks[name],),
+                time.monotonic,
+                make,
+                command_worker=self.command_worker,
+                restarts=1,
+            )
+            for name, engine in engines.items()
+        }
+
+    def put(self, radar: str, body: str | None, **values: Any) -> Any:
+        """The answer to a command."""
+        return self.transmitters[radar].commands.put(body, lambda time: values).result(SOON)
+
+    def stepped(self, radar: str, spokes: int) -> None:
+        """Lets a radar send so many spokes more, and the others up to that time."""
+        total = self.sinks[radar].spokes + spokes
+        self.transmitters[radar].pacer.step(spokes)
+        self.sinks[radar].wait_for(lambda: self.sinks[radar].spokes >= total)
+        deadline = time.monotonic() + SOON
+        while not all(each.pacer.idle or each.fault for each in self.transmitters.values()):
+            assert time.monotonic() < deadline
+
+    def run(self) -> None:
+        """Lets all run as fast as they can."""
+        pacer = next(iter(self.transmitters.values())).pacer
+        pacer.set(Settings(pace=FLAT_OUT))
+
+    def engine(self, radar: str) -> SpokeSource:
+        return self.transmitters[radar].engines.worker.engine
+
+
+@contextlib.contextmanager
+def on_air(engines: dict[str, Any], make: Any = None, **sinks: Any) -> Iterator[Radars]:
+    radars = Radars(engines, make or factory(), sinks)
+    for transmitter in radars.transmitters.values():
+        transmitter.start()
+    try:
+        yield radars
+    finally:
+        for transmitter in radars.transmitters.values():
+            transmitter.stop(SOON)
+
+
+def fakes(*ids: str, **options: Any) -> dict[str, FakeEngine]:
+    of = world_scene(*ids, own_ship=options.pop("own_ship", None))
+    return {name: FakeEngine(of.for_radar(name), **options.get(name, {})) for name in ids}
+
+
+def test_one_command_acts_on_all_radars_at_one_time() -> None:
+    with on_air(fakes("bow", "pier")) as radars:
+        radars.stepped("bow", 7)
+        command = radars.put("bow", "buoy", speed_kn=5)
+        newest = max(float(sink.batches[-1].block.time[-1]) for sink in radars.sinks.values())
+        others = [list(radars.engine(name).commands) for name in ("bow", "pier")]
+        assert command.time > newest and others[0] == [command] and others[1][0].time == command.time
+        for name, (its,) in zip(("bow", "pier"), others, strict=True):
+            radar = radars.engine(name).scene.radar
+            assert radar.time_of_spokes(its.spoke - 1.0) < command.time <= radar.time_of_spokes(float(its.spoke))
+        assert radars.put("pier", "buoy", speed_kn=6).time >= command.time
+        radars.stepped("pier", 2 * AZIMUTHS)
+        for name, (its,) in zip(("bow", "pier"), others, strict=True):
+            sink = radars.sinks[name]
+            assert sink.numbers == list(range(len(sink.numbers)))
+            known = {batch.block.first: batch.block.commands for batch in sink.batches}
+            assert all(count == 2 for first, count in known.items() if first > its.spoke + 1)
+
+
+def test_a_slow_radar_does_not_put_off_commands() -> None:
+    """Its next spoke comes in 5 s; the other's in 0.1 s."""
+    with on_air(fakes("bow", "slow")) as radars:
+        radars.stepped("bow", 3)
+        assert [sink.spokes for sink in radars.sinks.values()] == [3, 1]
+        command = radars.put("slow", "buoy", speed_kn=5)
+        assert command.time == pytest.approx(3 * 2.5 / AZIMUTHS) and command.spoke == 1
+
+
+def test_the_time_is_that_of_the_first_spoke_after_all_that_were_sent() -> None:
+    bow, slow = (EngineWorker(engine) for engine in fakes("bow", "slow").values())
+    of, period = bow.engine.scene.radar, 2.5 / AZIMUTHS
+    assert time_of_commands([Steered(bow, 0, -math.inf), Steered(slow, 0, -math.inf)]) == 0.0
+    one = Steered(bow, 7, of.time_of_spokes(6.0))
+    assert time_of_commands([one]) == of.time_of_spokes(7.0)
+    assert time_of_commands([one, Steered(slow, 1, 0.0)]) == of.time_of_spokes(7.0)
+    ahead = Steered(slow, 2, 5.0)  # it has sent the spoke of 5 s, the bow that of 0.6 s
+    assert time_of_commands([one, ahead]) == of.time_of_spokes(math.floor(5.0 / period) + 1.0) > 5.0
+
+
+class HeldSink(RecordingSink):
+    """Waits in each `send` until it is open, as for a lossless client."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open, self.sending = threading.Event(), threading.Event()
+
+    def send(self, batch: Any) -> None:
+        self.sending.set()
+        assert self.open.wait(SOON)
+        super().send(batch)
+
+
+@pytest.mark.parametrize("ids", [("bow",), ("bow", "pier")])
+def test_commands_are_carried_out_while_a_radar_waits_for_a_client(ids: tuple[str, ...]) -> None:
+    """Ten commands, each after the answer to the one before, and no spoke is read meanwhile."""
+    sink = HeldSink()
+    with on_air(fakes(*ids), bow=sink) as radars:
+        radars.run()
+        assert sink.sending.wait(SOON)
+        commands = [radars.put(ids[-1], "buoy", speed_kn=n) for n in range(10)]
+        assert not sink.spokes
+        sink.open.set()
+        its = list(radars.engine("bow").commands)
+        sink.wait_for(lambda: sink.spokes > its[-1].spoke + AZIMUTHS)
+        assert sink.numbers == list(range(len(sink.numbers)))
+        assert [each.time for each in its] == [each.time for each in commands]
+        assert {batch.block.commands for batch in sink.batches if batch.block.first >= its[-1].spoke} == {10}
+
+
+def test_a_flood_of_commands_stops_no_radar() -> None:
+    with on_air(fakes("bow", "pier")) as radars:
+        queue = radars.transmitters["pier"].commands
+
+        def again(time: float) -> dict[str, float]:
+            with contextlib.suppress(NoRadarError):
+                queue.put("buoy", again)
+            return {"speed_kn": 5}
+
+        queue.put("buoy", again)
+        radars.run()
+        for sink in radars.sinks.values():
+            sink.wait_for(lambda sink=sink: sink.batches and sink.batches[-1].block.commands > 20)
+            assert (numbers := sink.numbers) == list(range(len(numbers)))
+
+
+def test_own_ship_that_is_a_body_is_that_body_to_other_radars() -> None:
+    with on_air(fakes("bow", "pier", own_ship={"body": "buoy"})) as radars:
+        assert radars.put("bow", None, course_deg=30).body is None
+        (its,) = radars.engine("pier").commands
+        assert (its.body, its.course_deg) == ("buoy", 30.0)
+        assert radars.engine("bow").commands.latest("buoy") is radars.engine("bow").commands.latest(None)
+
+
+def test_radars_elsewhere_do_not_know_own_ship() -> None:
+    with on_air(fakes("bow", "slow", "pier")) as radars:
+        assert radars.put("bow", None, course_deg=30).course_deg == 30.0
+        assert [len(radars.engine(name).commands) for name in ("bow", "slow", "pier")] == [1, 1, 0]
+        with pytest.raises(NotSteerableError, match="own ship is not steerable"):
+            radars.put("pier", None, course_deg=40)
+
+
+def test_a_refused_command_changes_no_radar() -> None:
+    with on_air(fakes("bow", "pier")) as radars:
+        radars.stepped("bow", 5)
+        for body, values in (("buoy", {"speed_kn": 21}), ("rock", {"speed_kn": 1}), ("nobody", {"speed_kn": 1})):
+            with pytest.raises(CommandError):
+                radars.put("pier", body, **values)
+        assert [len(radars.engine(name).commands) for name in ("bow", "pier")] == [0, 0]
+        assert radars.put("pier", "buoy", speed_kn=20).time > 0.0
+
+
+def test_a_radar_that_has_failed_is_left_out_and_says_so() -> None:
+    engines = fakes("bow", "pier", pier={"dies_at": 0})
+    with on_air(engines, lambda order, progress: FakeEngine(engines["pier"].scene, dies_at=0)) as radars:
+        radars.sinks["pier"].wait_for(lambda: "close" in radars.sinks["pier"].names())
+        with pytest.raises(NoRadarError, match="the wheel came off"):
+            radars.put("pier", "buoy", speed_kn=5)
+        assert radars.put("bow", "buoy", speed_kn=5).spoke == 0
+        radars.stepped("bow", 3)
+
+
+def test_radars_that_are_about_to_begin_another_scene_are_steered_in_that() -> None:
+    """While the sinks of one hold it in the old scene, the other one is in the new scene already."""
+    sink = HeldSink()
+    with on_air(fakes("bow", "pier"), bow=sink) as radars:
+        radars.run()
+        assert sink.sending.wait(SOON)
+        radars.command_worker.clock.restart()
+        workers = {name: prepared(engine) for name, engine in fakes("bow", "pier").items()}
+        for name, worker in workers.items():
+            radars.transmitters[name].switch_to(worker)
+        radars.sinks["pier"].wait_for(lambda: len(radars.sinks["pier"].epochs) == 2)
+        command = radars.put("pier", "buoy", speed_kn=5)
+        assert list(workers["bow"].engine.commands)[0].time == command.time
+        assert not len(radars.transmitters["bow"].epoch.engine.commands)
+        sink.open.set()
+        sink.wait_for(lambda: len(sink.epochs) == 2 and sink.batches[-1].block.commands == 1)
+
+
+def test_the_thread_ends_with_the_last_radar() -> None:
+    with on_air(fakes("bow", "pier")) as radars:
+        waiting = radars.transmitters["bow"].commands
+    assert not any(thread.name == "radar commands" for thread in threading.enumerate())
+    with pytest.raises(NoRadarError, match="stopping"):
+        waiting.put("buoy", lambda time: {"speed_kn": 5})
+
+
+WORLD: dict[str, Any] = {
+    "name": "two radars",
+    "radar": [
+        {"id": "bow", "azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600},
+        {"id": "pier", "azimuths": 64, "beamwidth_deg": 8, "range_max_m": 600, "rpm": 37, "platform": {"position_m": [150, 0]}},
+    ],
+    "environment": {"noise": True},
+    "own_ship": {"body": "ship"},
+    "body": [
+        {"name": "ship", "shape": "box", "length_m": 20, "width_m": 5, "height_m": 5, "steerable": {}},
+        {"name": "buoy", "shape": "point", "position_m": [200, 0, 5], "rcs_dbsm": 10, "steerable": {}},
+    ],
+}  # fmt: skip
+ORDERS: list[
+    tuple[str, int, str | None, dict[str, Any]]
+] = [  # the radar that is asked, after so many spokes more of the bow
+    ("bow", 17, None, {"course_deg": 70, "speed_kn": 20}),
+    ("pier", 30, "buoy", {"position_m": [100, 200], "speed_kn": 12}),
+    ("pier", 41, "ship", {"turn_rate_deg_s": -4}),
+    ("bow", 1, "buoy", {"present": False}),
+    ("bow", 60, "buoy", {"present": True, "heading_deg": 40}),
+]
+
+
+def test_each_radar_replays_to_the_same_bytes_and_their_truths_agree(fork_server: ForkServer) -> None:
+    """In processes of their own, of which one crashes between two commands."""
+    maker = WorldMaker(fork_server, SimulatorOptions(fidelity="fast"))
+    sources = {name: maker(SceneOrder(WORLD, radar=name), UNFOLLOWED) for name in ("bow", "pier")}
+    with on_air(dict(sources), maker) as radars:
+        for number, (radar, spokes, body, values) in enumerate(ORDERS):
+            radars.stepped("bow", spokes)
+            radars.put(radar, body, **values)
+            if number == 2:
+                os.kill(sources["pier"].process, signal.SIGKILL)
+        radars.stepped("bow", 80)
+        times = np.linspace(0.0, radars.transmitters["pier"].simulated, 50)
+        truths = [[radars.engine(name).truth(float(t)) for t in times] for name in ("bow", "pier")]
+        sent = {name: list(radars.engine(name).commands) for name in sources}
+        assert radars.transmitters["pier"].engines.restarts == 1
+    assert [command.time for command in sent["bow"]] == [command.time for command in sent["pier"]]
+    for bow, pier in zip(*truths, strict=True):
+        ships = [bow.own_ship, next(body for body in pier.bodies if body.name == "ship")]
+        buoys = [next(body for body in its.bodies if body.name == "buoy") for its in (bow, pier)]
+        for one, other in (ships, buoys):
+            assert (one.position, one.velocity, one.heading) == (other.position, other.velocity, other.heading)
+    for name, commands in sent.items():
+        recorded = json.loads(json.dumps([command.as_dict() for command in commands]))
+        ours = Simulator(load_scene(WORLD), "fast", radar=name, commands=recorded)
+        expected = {spoke.number: spoke.power for spoke in ours.spokes(6)}
+        numbers = radars.sinks[name].numbers
+        assert len(numbers) > 150 and (name == "pier" or numbers == list(range(len(numbers))))
+        for batch in radars.sinks[name].batches:
+            for number, power in enumerate(batch.block.power, batch.block.first):
+                np.testing.assert_array_equal(power, expected[number])
