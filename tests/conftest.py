@@ -9,6 +9,7 @@ import pytest
 from tests.scenes import ONE_TARGET
 
 SUITE = "not bench and not study"
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start need not each compile the package anew
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
