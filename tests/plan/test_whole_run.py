@@ -20,6 +20,7 @@ from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.plan import plan_for
 from radar_service.plan.settings_search import fidelity_for
 from tests.plan.scenes import made
+from tests.plan.test_body_errors import every_azimuth
 from tests.scenes import point
 
 BUDGET = ErrorBudget()
@@ -42,11 +43,6 @@ def exact(chosen: Fidelity) -> Fidelity:
     """`reference` on the points and in the visibility steps of a fidelity."""
     kept = {name: getattr(chosen, name) for name in ("scatterers_per_cell", "min_scatterers", "visibility_step")}
     return replace(PRESETS["reference"], **kept)
-
-
-def every_azimuth(passages: BeamPassages, n: int, crossing: int) -> np.ndarray[Any, Any]:
-    """Nodes at all azimuths, a degree apart, within 12 beamwidths of a crossing, for `BeamPassages._scheduled`."""
-    return np.asarray(crossing + np.arange(-47, 48))
 
 
 def energy(field: np.ndarray[Any, Any]) -> float:

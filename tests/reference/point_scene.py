@@ -103,10 +103,11 @@ def exact_field(made: rs.Scene, scan: rs.Scan, beam: Callable[[Floats, float], F
             interval = np.inf if not radar.second_time_around else LIGHT / (2 * radar.prf)
             belongs = np.floor(r / interval) == late
             apparent = r - (late * interval if late else 0.0)
-            arrived = 2.0 * rows_of(apparent)[:, None] / LIGHT
-            delay = 2.0 * scan.range[None, :] / LIGHT - arrived
-            weight = belongs * level * beam(scan.azimuth - azimuth, radar.beamwidth)
-            field += (weight * np.exp(-4j * np.pi * r / radar.wavelength))[:, None] * pulse(delay, arrived)
+            if belongs.any():
+                arrived = 2.0 * rows_of(apparent)[:, None] / LIGHT
+                delay = 2.0 * scan.range[None, :] / LIGHT - arrived
+                weight = belongs * level * beam(scan.azimuth - azimuth, radar.beamwidth)
+                field += (weight * np.exp(-4j * np.pi * r / radar.wavelength))[:, None] * pulse(delay, arrived)
             late += 1
             if (r < late * interval).all():
                 break
