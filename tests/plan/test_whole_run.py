@@ -81,7 +81,8 @@ def beyond_budget(height: float, **change: float) -> list[int]:
     scene, (fields, energies) = approach(height), exact_approach(height)
     allowed = 10 ** (BUDGET.field_db / 10)
     errors = [
-        energy(a - e) for a, e in zip(scans(scene, replace(fidelity_for(scene, BUDGET), **change), APPROACH), fields, strict=True)
+        energy(a - e)
+        for a, e in zip(scans(scene, replace(fidelity_for(scene, BUDGET), **change), APPROACH), fields, strict=True)
     ]
     return [
         number
