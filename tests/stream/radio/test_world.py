@@ -47,6 +47,12 @@ def maker(fork_server: ForkServer) -> WorldMaker:
     return WorldMaker(fork_server, SimulatorOptions(fidelity="fast"))
 
 
+def is_stopped(process: int) -> bool:
+    """Whether all threads of a process have obeyed SIGSTOP."""
+    states = [(task / "stat").read_text().rpartition(")")[2].split()[0] for task in Path(f"/proc/{process}/task").iterdir()]
+    return set(states) == {"T"}
+
+
 def taken(source: SpokeSource, spokes: int) -> list[SpokeBlock]:
     """Blocks of so many spokes."""
     blocks, size = [], 0
@@ -191,6 +197,7 @@ def test_a_truth_that_takes_too_long_ends_nothing_and_is_not_taken_for_another(
     source, ours = maker(ORDER, UNFOLLOWED), Simulator(load_scene(SCENE), "fast")
     assert source.truth(1.0) == ours.truth(1.0)
     os.kill(source.process, signal.SIGSTOP)
+    until(lambda: is_stopped(source.process))
     monkeypatch.setattr(world, "TRUTH_TIMEOUT", 0.05)
     for time_asked in (2.0, 3.0):
         with pytest.raises(EngineFault, match=r"after 0.05 s"):
