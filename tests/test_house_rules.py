@@ -3,7 +3,6 @@ tests that mirror the tree."""
 
 import ast
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from statistics import median
 
@@ -40,12 +39,6 @@ def name_of(file: Path) -> str:
     return file.relative_to(ROOT).as_posix()
 
 
-@cache
-def tree_of(file: Path) -> ast.Module:
-    """The syntax tree of a file."""
-    return ast.parse(file.read_text(encoding="utf-8"))
-
-
 def identifiers(tree: ast.AST) -> Iterator[str]:
     """All names that a module defines or uses, but for those inside strings."""
     for node in ast.walk(tree):
@@ -59,7 +52,7 @@ def identifiers(tree: ast.AST) -> Iterator[str]:
 @pytest.mark.parametrize("file", SOURCES, ids=name_of)
 def test_no_retired_identifier_returns(file: Path) -> None:
     retired = {name for folder, names in RETIRED.items() if name_of(file).startswith(folder) for name in names.split()}
-    used = retired & {*identifiers(tree_of(file)), *Path(name_of(file)).with_suffix("").parts}
+    used = retired & {*identifiers(ast.parse(file.read_text(encoding="utf-8"))), *Path(name_of(file)).with_suffix("").parts}
     assert not used, f"{name_of(file)} uses {', '.join(sorted(used))}: docs/glossary.md has the words in use"
 
 
@@ -87,7 +80,7 @@ def test_functions_are_short() -> None:
     functions = [
         node
         for file in SOURCES
-        for node in ast.walk(tree_of(file))
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
     ]
     assert median(map(body_lines, functions)) < MAX_MEDIAN
@@ -111,7 +104,7 @@ def private_reaches(tree: ast.AST) -> Iterator[str]:
 
 @pytest.mark.parametrize("file", [*SOURCES, *TESTS], ids=name_of)
 def test_nobody_reaches_into_private_attributes(file: Path) -> None:
-    reaches = list(private_reaches(tree_of(file)))
+    reaches = list(private_reaches(ast.parse(file.read_text(encoding="utf-8"))))
     assert not reaches, f"{name_of(file)} reaches into {', '.join(reaches)}: give what it needs a public name"
 
 
