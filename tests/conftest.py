@@ -1,5 +1,6 @@
 """How the suite runs: on all cores, except where figures are printed or measured. The file of a scene that tests share."""
 
+import gc
 import json
 import os
 from pathlib import Path
@@ -9,12 +10,20 @@ import pytest
 from tests.scenes import ONE_TARGET
 
 SUITE = "not bench and not study"
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start need not each compile the package anew
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Cores for the suite, at most four; none besides this process for benchmarks, studies and with -s or --pdb."""
     alone = config.option.markexpr != SUITE or config.option.capture == "no" or config.option.usepdb
     return 0 if alone else min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Modules and tests of the suite live to its end: the collector of garbage need not go through them again and again."""
+    if session.config.option.markexpr == SUITE:
+        gc.collect()
+        gc.freeze()
 
 
 @pytest.fixture

@@ -3,10 +3,12 @@
 import re
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import radar_service as rs
+from radar_service.scene.load import load_scene
 from tests.reference.docs_tables import TABLES, renewed
 
 ROOT = Path(__file__).parents[1]
@@ -112,11 +114,28 @@ def test_every_table_of_the_code_is_shown_once() -> None:
     assert sorted(shown) == sorted(TABLES)
 
 
-def test_python_examples_run() -> None:
-    examples = blocks("python")
-    assert examples, "docs/ has no Python example"
-    for name, example in examples:
-        exec(compile(example, name, "exec"), {})
+EXAMPLES = blocks("python")
+COARSE = {"azimuths": 180, "beamwidth_deg": 8.0, "bandwidth_hz": 2.5e6, "sample_rate_hz": 3.75e6}
+
+
+def coarse_scene(source: Any, **options: Any) -> rs.Scene:
+    """A scene as loaded, but the open sea with a sixteenth of its cells."""
+    if source != "open-sea":
+        return load_scene(source, **options)
+    table = tomllib.loads((ROOT / "scenes" / "open-sea.toml").read_text())
+    return load_scene(table | {"radar": table["radar"] | COARSE}, **options)
+
+
+def test_the_documents_have_python_examples() -> None:
+    assert EXAMPLES
+
+
+@pytest.mark.parametrize("cells", ["fewer", pytest.param("as printed", marks=pytest.mark.study)])
+@pytest.mark.parametrize(("name", "example"), EXAMPLES, ids=[f"{k} {name}" for k, (name, _) in enumerate(EXAMPLES)])
+def test_python_examples_run(name: str, example: str, cells: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if cells == "fewer":
+        monkeypatch.setattr(rs, "load_scene", coarse_scene)
+    exec(compile(example, name, "exec"), {})
 
 
 def test_scene_examples_load_without_a_warning() -> None:

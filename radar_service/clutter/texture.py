@@ -4,6 +4,8 @@ Speckle consists of azimuth rows (`azimuth_rows`), which the beam then weights. 
 scan before. Each row depends on its own number alone, not on the order of requests.
 """
 
+from functools import lru_cache
+
 import numpy as np
 import scipy.fft
 from scipy.special import gammainccinv, gammaincinv, ndtr
@@ -44,9 +46,9 @@ class TextureTable:
         levels = max(1, int(np.ceil(np.log(shape.max() / shape.min()) / np.log(SHAPE_RATIO))) + 1)
         shapes = np.geomspace(shape.min(), shape.max(), levels)
         nearest = np.searchsorted(np.sqrt(shapes[1:] * shapes[:-1]), shape)
-        gaussian = np.arange(-MAX_SIGMA, MAX_SIGMA + 0.5 / STEPS, 1.0 / STEPS)
-        self._roots = np.sqrt(gamma_from_gaussian(gaussian, shapes[:, None])).astype(np.float32).ravel()
-        middle = nearest * len(gaussian) + MAX_SIGMA * STEPS + 0.5  # truncation then rounds
+        roots = _root_table(float(shape.min()), float(shape.max()), levels)
+        self._roots = roots.ravel()
+        middle = nearest * roots.shape[1] + MAX_SIGMA * STEPS + 0.5  # truncation then rounds
         self._middle = middle.astype(np.float32)
 
     def roots(self, gaussian: Singles) -> Singles:
@@ -54,6 +56,15 @@ class TextureTable:
         entry = gaussian * np.float32(STEPS)
         entry += self._middle[: gaussian.shape[1]]
         return self._roots.take(entry.astype(np.intp), mode="clip")
+
+
+@lru_cache(maxsize=8)
+def _root_table(minimum: float, maximum: float, levels: int) -> Singles:
+    """The roots (levels, entries) of a table's shapes, kept as scenes with the same sea follow each other."""
+    gaussian = np.arange(-MAX_SIGMA, MAX_SIGMA + 0.5 / STEPS, 1.0 / STEPS)
+    result = np.sqrt(gamma_from_gaussian(gaussian, np.geomspace(minimum, maximum, levels)[:, None])).astype(np.float32)
+    result.flags.writeable = False
+    return np.asarray(result)
 
 
 def gamma_from_gaussian(gaussian: Floats, shape: Floats | float) -> Floats:

@@ -29,11 +29,20 @@ def sampling_error_db(spectrum: Callable[[Floats], Complexes], transform: Callab
 
     spectrum: of the compressed pulse, a function of frequency [Hz]; transform: of the kernel, of frequency [cycles per sample].
     """
+    return _error_db(_band_and_aliases(spectrum, rate), transform)
+
+
+def _band_and_aliases(spectrum: Callable[[Floats], Complexes], rate: float) -> Complexes:
+    """A spectrum (1 + len(ALIASES), FREQUENCIES) in the band that is sampled at `rate` [Hz], and in those of ALIASES."""
     frequency = scipy.fft.fftfreq(FREQUENCIES)
-    inside, own = spectrum(frequency * rate), transform(frequency)
-    error, energy = 0.0, float(np.sum(np.abs(inside) ** 2))
-    for m in ALIASES:
-        folded = spectrum((frequency + m) * rate)
+    return np.stack([spectrum((frequency + m) * rate) for m in (0, *ALIASES)])
+
+
+def _error_db(spectra: Complexes, transform: Callable[[Floats], Floats]) -> float:
+    """The error of sampling_error_db, of spectra as _band_and_aliases gives them."""
+    frequency, inside = scipy.fft.fftfreq(FREQUENCIES), spectra[0]
+    own, error, energy = transform(frequency), 0.0, float(np.sum(np.abs(inside) ** 2))
+    for m, folded in zip(ALIASES, spectra[1:], strict=True):
         error += float(np.sum(np.abs(folded - inside * (transform(frequency + m) / own)) ** 2))
         energy += float(np.sum(np.abs(folded) ** 2))
     return float(10.0 * np.log10(error / energy))
@@ -54,7 +63,13 @@ def least_chirp_error_db(radar: Radar) -> float:
 def _chirp_error_db(chirp: Chirp, ratio: float, width: int) -> float:
     """The same for a chirp of unit bandwidth and for sample rate / bandwidth, on which alone it depends."""
     transform = partial(kernel_transform, width=width, beta=shape_parameter(width, ratio))
-    return sampling_error_db(chirp.compressed, transform, ratio)
+    return _error_db(_chirp_spectra(chirp, ratio), transform)
+
+
+@lru_cache(maxsize=16)
+def _chirp_spectra(chirp: Chirp, ratio: float) -> Complexes:
+    """The spectra of a chirp of unit bandwidth, the same for every kernel."""
+    return _band_and_aliases(chirp.compressed, ratio)
 
 
 def remedies(radar: Radar, error_db: Callable[[Radar], float], limit_db: float) -> str:

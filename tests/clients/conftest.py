@@ -1,4 +1,7 @@
-"""A browser, a service with a known picture, and pages opened on it."""
+"""A browser, a service with a known picture, and pages opened on it.
+
+The browser ends with the tests of this folder: an open page draws on, at the cost of a core.
+"""
 
 from collections.abc import Iterator
 from typing import Any
@@ -10,19 +13,19 @@ from tests.clients.fake_radar import Air, FakeRadar, Served, fake_app
 from tests.clients.screen import DRAWN, TARGETS
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     opened = Browser(tmp_path_factory.mktemp("profile"))
     yield opened
     opened.close()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def air() -> Air:
     return Air()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def served(air: Air) -> Iterator[Served]:
     running = Served(fake_app(air))
     yield running
@@ -37,7 +40,7 @@ def radar(air: Air) -> FakeRadar:
     return air.radar
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def modules(browser: Browser, air: Air, served: Served) -> Iterator[Page]:
     """A page whose modules can be imported."""
     air.radar = FakeRadar()  # whatever an earlier test has left

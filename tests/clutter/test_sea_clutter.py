@@ -51,7 +51,7 @@ def averaged_length(state: int, off_wind: float, distance: float, pulse_length: 
     and of the pulse.
     """
     length = np.pi / 2 * WINDS[state] ** 2 / 9.80665
-    theta = np.arange(-200, 201) * np.deg2rad(0.025)
+    theta = np.arange(-100, 101) * np.deg2rad(0.05)
     beam = sinc2_beam(theta, np.deg2rad(1.0)) ** 2
     beam_overlap = np.correlate(beam, beam, "same")
     s = theta * distance
@@ -64,7 +64,7 @@ def averaged_length(state: int, off_wind: float, distance: float, pulse_length: 
         field = np.exp(-((x / 2 / length) ** 2) - (y / length) ** 2)
         return float(pulse_overlap @ field @ beam_overlap)
 
-    lags = np.linspace(0.0, 4 * length + 3 * 0.01 * distance, 200)
+    lags = np.linspace(0.0, 4 * length + 3 * 0.01 * distance, 80)
     result = np.array([covariance(0.0, lag) if across else covariance(lag, 0.0) for lag in lags])
     return float(np.interp(-np.exp(-1), -result / result[0], lags))
 

@@ -75,11 +75,11 @@ def test_table_serves_every_bin_its_own_shape_and_any_number() -> None:
 
 @pytest.mark.parametrize("shape", [0.3, 1.0, 10.0])
 def test_gaussian_correlation_gives_the_texture_its_own(shape: float) -> None:
-    """400 000 pairs of Gaussians with the correlation found have textures that correlate 1/e: 5 sigma of the products."""
+    """100 000 pairs of Gaussians with the correlation found have textures that correlate 1/e: 5 sigma of the products."""
     rho = gaussian_correlation(shape, np.exp(-1))
     assert np.exp(-1) < rho < 1
     rng = np.random.default_rng(8)
-    a, b = rng.standard_normal((2, 400_000))
+    a, b = rng.standard_normal((2, 100_000))
     x, y = gamma_from_gaussian(a, shape) - 1, gamma_from_gaussian(rho * a + np.sqrt(1 - rho**2) * b, shape) - 1
     products = x * y * shape
-    assert products.mean() == pytest.approx(np.exp(-1), abs=5 * products.std() / np.sqrt(400_000))
+    assert products.mean() == pytest.approx(np.exp(-1), abs=5 * products.std() / np.sqrt(100_000))

@@ -180,10 +180,10 @@ def test_swerling_mean_and_spread(case: int, fourth_moment: float) -> None:
     sim = rs.Simulator(scene([point("t", 0, 500, swerling=case)], radar=COARSE), seed=5)
     steady = rs.Simulator(scene([point("t", 0, 500)], radar=COARSE)).scan()
     column = int(np.argmax(steady.power[0]))
-    draws = np.array([sim.scan().power[0, column] for _ in range(600)]) / steady.power[0, column]
+    draws = np.array([sim.scan().power[0, column] for _ in range(300)]) / steady.power[0, column]
     spread = np.sqrt(fourth_moment - 1)
-    assert draws.mean() == pytest.approx(1.0, abs=5 * spread / np.sqrt(600))
-    sigma = 5 * np.sqrt(20 if fourth_moment == 2 else 5) / np.sqrt(600)  # sd of p^2: exponential 4.47, chi-square 2.2
+    assert draws.mean() == pytest.approx(1.0, abs=5 * spread / np.sqrt(300))
+    sigma = 5 * np.sqrt(20 if fourth_moment == 2 else 5) / np.sqrt(300)  # sd of p^2: exponential 4.47, chi-square 2.2
     assert np.mean(draws**2) == pytest.approx(fourth_moment, abs=sigma)
 
 

@@ -4,6 +4,7 @@ Against `reference` on the same points, whose metal is tested against independen
 each azimuth.
 """
 
+import functools
 from dataclasses import replace
 from typing import Any
 
@@ -59,31 +60,53 @@ def lobe_energy(scene: rs.Scene, scan: int) -> float:
     return float(np.mean(energies))
 
 
-def errors_of_approach(height: float, change: Any = None) -> list[float]:
-    """Errors [dB] of scans of a point that passes 60 m off at 40 kn, each relative to its field or that of its lobe."""
-    scene = made([point("t", 60, 1300, height, 20, speed_kn=40, course_deg=180)], FINE, **SEA)
-    chosen = replace(fidelity_for(scene, BUDGET), **(change or {}))
-    numbers = range(2, 25, 3)
-    pairs = zip(scans(scene, chosen, numbers), scans(scene, exact(chosen), numbers), numbers, strict=True)
-    return [10 * np.log10(energy(a - e) / max(energy(e), lobe_energy(scene, n))) for a, e, n in pairs]
+def approach(height: float) -> rs.Scene:
+    """A point that passes 60 m off at 40 kn, from 1200 to 80 m (5.3 antenna heights), through lobes and nulls."""
+    return made([point("t", 60, 1300, height, 20, speed_kn=40, course_deg=180)], FINE, **SEA)
+
+
+APPROACH = range(2, 25, 3)
+
+
+@functools.cache
+def exact_approach(height: float) -> tuple[list[np.ndarray[Any, Any]], list[float]]:
+    """The fields of `reference` in an approach, and their energies."""
+    scene = approach(height)
+    fields = scans(scene, exact(fidelity_for(scene, BUDGET)), APPROACH)
+    return fields, [energy(field) for field in fields]
+
+
+def beyond_budget(height: float, **change: float) -> list[int]:
+    """The scans of an approach that miss the budget, relative to their field and, as it may be in a null, to that of its lobe."""
+    scene, (fields, energies) = approach(height), exact_approach(height)
+    allowed = 10 ** (BUDGET.field_db / 10)
+    errors = [
+        energy(a - e)
+        for a, e in zip(scans(scene, replace(fidelity_for(scene, BUDGET), **change), APPROACH), fields, strict=True)
+    ]
+    return [
+        number
+        for number, error, own in zip(APPROACH, errors, energies, strict=True)
+        if error >= allowed * own and error >= allowed * lobe_energy(scene, number)
+    ]
 
 
 @pytest.mark.parametrize("height", [2.0, 8.0])
 def test_a_fast_approach_over_the_sea_keeps_the_budget_at_every_range(height: float) -> None:
-    """From 1200 to 80 m (5.3 antenna heights), through lobes and nulls: -40 dB."""
-    assert max(errors_of_approach(height)) < BUDGET.field_db
+    """-40 dB."""
+    assert not beyond_budget(height)
 
 
 def test_a_shorter_beam_misses_the_budget_in_this_approach() -> None:
-    assert max(errors_of_approach(2.0, {"beam_extent": 3.0})) > BUDGET.field_db
+    assert beyond_budget(2.0, beam_extent=3.0)
 
 
 def test_power_is_that_of_reference_out_of_nulls() -> None:
     """0.5 dB, at each scan whose echo is not 10 dB below its lobe."""
-    scene = made([point("t", 60, 1300, 8.0, 20, speed_kn=40, course_deg=180)], FINE, **SEA)
-    chosen, numbers = fidelity_for(scene, BUDGET), range(2, 25, 4)
-    for a, e in zip(scans(scene, chosen, numbers), scans(scene, exact(chosen), numbers), strict=True):
-        assert abs(10 * np.log10(energy(a) / energy(e))) < BUDGET.target_db
+    numbers = APPROACH[::2]
+    scene, (_, energies) = approach(8.0), exact_approach(8.0)
+    for a, exactly in zip(scans(scene, fidelity_for(scene, BUDGET), numbers), energies[::2], strict=True):
+        assert abs(10 * np.log10(energy(a) / exactly)) < BUDGET.target_db
 
 
 STEEL = {"material": "steel", "scattering": "optics"}
@@ -106,7 +129,7 @@ def test_movement_sea_shadow_and_turn_together_keep_the_budget(name: str, monkey
     """The predicted error of the plan in each scan about the closest approach, and 0.5 dB of its power."""
     bodies, sections = COMBINED[name]
     scene = made(bodies, FINE | {"range_max_m": 600}, **sections)
-    chosen, numbers = fidelity_for(scene, BUDGET), range(1, 8, 3)
+    chosen, numbers = fidelity_for(scene, BUDGET), range(1, 7, 3)
     predicted = plan_for(scene, chosen).field_db
     assert aspects_db(scene) in predicted.values()
     fields = scans(scene, chosen, numbers)

@@ -22,15 +22,20 @@ def compressed_pulse(
 
     received_from: time within the echo, from its middle, before which it is not received [s]: then the overlap begins there.
     """
+    result = np.zeros(delay.shape, dtype=np.complex128)
+    near = np.abs(delay) < pulse  # beyond, nothing overlaps
+    delay, begins = delay[near], np.broadcast_to(received_from, delay.shape)[near]
     slope = bandwidth / pulse
-    low = np.maximum(np.maximum(-pulse / 2, -pulse / 2 - delay), received_from - delay)
+    low = np.maximum(np.maximum(-pulse / 2, -pulse / 2 - delay), begins - delay)
     high = np.minimum(pulse / 2, pulse / 2 - delay)
     length = np.maximum(high - low, 0.0)
     total = np.zeros(delay.shape, dtype=np.complex128)
     for m, a in enumerate(window):
-        for tone in (slope * delay + m / pulse, slope * delay - m / pulse):
-            total += a / 2 * length * np.sinc(tone * length) * np.exp(1j * np.pi * tone * (high + low))
-    return np.exp(1j * np.pi * slope * delay**2) * total / (window[0] * pulse)
+        for sign in (1, -1) if m else (1,):
+            tone = slope * delay + sign * m / pulse
+            total += (a / 2 if m else a) * length * np.sinc(tone * length) * np.exp(1j * np.pi * tone * (high + low))
+    result[near] = np.exp(1j * np.pi * slope * delay**2) * total / (window[0] * pulse)
+    return result
 
 
 def sinc2_beam(offset: NDArray[np.float64], beamwidth: float) -> NDArray[np.float64]:
@@ -38,6 +43,11 @@ def sinc2_beam(offset: NDArray[np.float64], beamwidth: float) -> NDArray[np.floa
     wrapped = np.angle(np.exp(1j * offset))
     x = 2.783114752 * wrapped / beamwidth / np.pi  # sinc^2 falls to half at pi x = 1.391557376 (offset = beamwidth / 2)
     return np.sinc(x) ** 2
+
+
+def rows_of(value: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values (A,) as they are, or the first (1,) for all of them where they are equal."""
+    return value[:1] if np.all(value == value[0]) else value
 
 
 def point_field(
@@ -56,7 +66,7 @@ def point_field(
     field = np.zeros((len(boresights), len(ranges)), dtype=np.complex128)
     for t in range(target_range.shape[1]):
         r = target_range[:, t]
-        delay = 2.0 * (ranges[None, :] - r[:, None]) / LIGHT
+        delay = 2.0 * (ranges[None, :] - rows_of(r)[:, None]) / LIGHT
         profile = compressed_pulse(delay, bandwidth, pulse, window)
         weight = amplitude[:, t] * sinc2_beam(boresights - target_azimuth[:, t], beamwidth)
         field += (weight * np.exp(-4j * np.pi * r / wavelength))[:, None] * profile

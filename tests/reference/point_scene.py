@@ -5,15 +5,16 @@ project, from the definitions of docs/conventions.md and the radar equation (Sko
 """
 
 from collections.abc import Callable
-from math import erf, log, pi, sqrt
+from math import log, pi, sqrt
 from typing import Any
 
 import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 import radar_service as rs
-from tests.reference.compressed_pulse import LIGHT, compressed_pulse, sinc2_beam
+from tests.reference.compressed_pulse import LIGHT, compressed_pulse, rows_of, sinc2_beam
 from tests.reference.nonlinear_pulse import correlation, tapered_pulse
 
 Floats = NDArray[np.float64]
@@ -73,8 +74,7 @@ def plain_pulse(radar: Any) -> Pulse:
     deviation sqrt(ln 2) / (pi B), so the answer is a difference of two normal distribution functions."""
     spread = sqrt(log(2)) / (pi * radar.bandwidth)
     half = radar.pulse / 2
-    up_to = np.vectorize(lambda x: 0.5 * (1 + erf(x / sqrt(2))))
-    peak = float(up_to(half / spread) - up_to(-half / spread))
+    peak = float(ndtr(half / spread) - ndtr(-half / spread))
 
     def pulse(delay: Floats, late: Floats) -> Complexes:
         begin = np.clip(half - late, -half, half) if radar.eclipsing else np.full_like(late, -half)
@@ -82,7 +82,7 @@ def plain_pulse(radar: Any) -> Pulse:
         near = np.abs(delay) < half + 8 * spread  # beyond, both functions agree to 1e-15
         rise, fall = (delay - begin)[near] / spread, (delay - half)[near] / spread
         if near.any():
-            answer[near] = (up_to(rise) - up_to(fall)) / peak
+            answer[near] = (ndtr(rise) - ndtr(fall)) / peak
         return answer
 
     return pulse
@@ -103,10 +103,11 @@ def exact_field(made: rs.Scene, scan: rs.Scan, beam: Callable[[Floats, float], F
             interval = np.inf if not radar.second_time_around else LIGHT / (2 * radar.prf)
             belongs = np.floor(r / interval) == late
             apparent = r - (late * interval if late else 0.0)
-            delay = 2.0 * (scan.range[None, :] - apparent[:, None]) / LIGHT
-            weight = belongs * level * beam(scan.azimuth - azimuth, radar.beamwidth)
-            arrived = 2.0 * apparent[:, None] / LIGHT
-            field += (weight * np.exp(-4j * np.pi * r / radar.wavelength))[:, None] * pulse(delay, arrived)
+            if belongs.any():
+                arrived = 2.0 * rows_of(apparent)[:, None] / LIGHT
+                delay = 2.0 * scan.range[None, :] / LIGHT - arrived
+                weight = belongs * level * beam(scan.azimuth - azimuth, radar.beamwidth)
+                field += (weight * np.exp(-4j * np.pi * r / radar.wavelength))[:, None] * pulse(delay, arrived)
             late += 1
             if (r < late * interval).all():
                 break

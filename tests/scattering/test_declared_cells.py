@@ -58,21 +58,23 @@ def motions(kind: str, rng: np.random.Generator) -> dict[str, Any]:
     }[kind]  # fmt: skip
 
 
+@pytest.mark.parametrize("seeds", [6, pytest.param(20, marks=pytest.mark.study)])
 @pytest.mark.parametrize("name", BODIES)
-def test_the_energy_at_rest_is_what_is_declared(name: str) -> None:
-    """Seeds 0 to 19, each at a range, bearing and aspect of its own."""
+def test_the_energy_at_rest_is_what_is_declared(name: str, seeds: int) -> None:
+    """Seeds from 0 on, each at a range, bearing and aspect of its own."""
     rng = np.random.default_rng(1)
-    errors = [error_db(BODIES[name], motions("at rest", rng), seed, RADAR, 1)[0] for seed in range(20)]
+    errors = [error_db(BODIES[name], motions("at rest", rng), seed, RADAR, 1)[0] for seed in range(seeds)]
     assert max(errors) < ALLOWED
 
 
+@pytest.mark.parametrize("seeds", [4, pytest.param(8, marks=pytest.mark.study)])
 @pytest.mark.parametrize("kind", ["under way", "turning"])
 @pytest.mark.parametrize("name", ["freighter", "hull", "wide"])
-def test_the_energy_of_a_moving_body_is_what_is_declared(name: str, kind: str) -> None:
+def test_the_energy_of_a_moving_body_is_what_is_declared(name: str, kind: str, seeds: int) -> None:
     """Over three scans each. Neighbours in azimuth keep their quadrature only at one instant of a visibility step, and
     in a turn of 5 degrees meanwhile their stagger changes too: 0.2 dB holds in the rms, and twice as much always."""
     rng = np.random.default_rng(2)
-    errors = [error for seed in range(8) for error in error_db(BODIES[name], motions(kind, rng), seed, RADAR, 3)]
+    errors = [error for seed in range(seeds) for error in error_db(BODIES[name], motions(kind, rng), seed, RADAR, 3)]
     assert np.sqrt(np.mean(np.square(errors))) < ALLOWED and max(errors) < 2 * ALLOWED
 
 
@@ -95,7 +97,7 @@ def test_two_columns_of_echoes_keep_the_energy_while_they_move_slowly() -> None:
 )
 def test_other_pulses_and_beams_keep_the_energy(settings: dict[str, Any]) -> None:
     rng = np.random.default_rng(3)
-    for seed in range(6):
+    for seed in range(3):
         assert error_db(BODIES["wide"], motions("at rest", rng), seed, {**RADAR, **settings}, 1)[0] < ALLOWED
 
 

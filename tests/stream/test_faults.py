@@ -293,7 +293,8 @@ def test_a_clock_that_jumps_disturbs_nothing(monkeypatch: pytest.MonkeyPatch) ->
     only = station(settings=Settings(pace=Pace(factor=20)))
 
     async def test(server: Server) -> None:
-        feed, began = await server.feed("?mode=lossless&encoding=u8-log"), time.monotonic()
+        began = time.monotonic()
+        feed = await server.feed("?mode=lossless&encoding=u8-log")
         spans = list(await covered(feed, 8 * AZIMUTHS))
         lasted = time.monotonic() - began
         assert all(a[2] == b[1] and a[0] == "spokes" for a, b in zip(spans, spans[1:], strict=False))

@@ -24,20 +24,17 @@ class Straight:
     def search(self) -> CrossingSearch:
         return CrossingSearch(self, len(self.position), PERIOD, SPOKES)
 
-    def ahead(self, point: int, time: float) -> float:
-        """How far the boresight is ahead, -pi to pi."""
-        east, north = self.position[point] + self.velocity[point] * time
-        return (2 * math.pi * time / PERIOD - math.atan2(east, north) + math.pi) % (2 * math.pi) - math.pi
+    def ahead(self, point: int, time: Floats) -> Floats:
+        """How far the boresight is ahead at times (...), -pi to pi."""
+        east, north = (self.position[point, k] + self.velocity[point, k] * time for k in (0, 1))
+        return np.asarray((2 * np.pi * time / PERIOD - np.arctan2(east, north) + np.pi) % (2 * np.pi) - np.pi)
 
     def slow_crossings(self, point: int, scan: int, steps: int = 20_000) -> list[float]:
         """By a fine search for changes of sign, each refined by Brent's method."""
         times = (scan + np.arange(steps + 1) / steps) * PERIOD
-        ahead = [self.ahead(point, t) for t in times]
-        return [
-            brentq(lambda t: self.ahead(point, t), times[k], times[k + 1], xtol=1e-14)
-            for k in range(steps)
-            if ahead[k] * ahead[k + 1] < 0 and abs(ahead[k]) < 1
-        ]
+        ahead = self.ahead(point, times)
+        changes = np.flatnonzero((ahead[:-1] * ahead[1:] < 0) & (np.abs(ahead[:-1]) < 1))
+        return [brentq(lambda t: self.ahead(point, t), times[k], times[k + 1], xtol=1e-14) for k in changes]
 
 
 def test_points_at_rest_are_crossed_when_the_boresight_points_at_them() -> None:

@@ -82,7 +82,7 @@ def checked_file_names(names: Iterable[str], *taken: str) -> None:
 
 
 class SceneStore:
-    """All scenes of a server. Uploads live in the temporary folder `home`, which `close` removes.
+    """All scenes of a server. Uploads live in the temporary folder `home`, which goes with `close` or with the store.
 
     sandbox_all: whether the files of the server's owner, too, are parsed in a limited process.
     """
@@ -90,12 +90,13 @@ class SceneStore:
     def __init__(self, folders: Iterable[Path], sandbox_all: bool = False) -> None:
         self._folders, self._sandbox_all = tuple(folders), sandbox_all
         self.home = Path(tempfile.mkdtemp(prefix="radar-scenes-"))
+        self._remove = weakref.finalize(self, shutil.rmtree, self.home, ignore_errors=True)
         self._uploads: dict[str, SceneEntry] = {}
         self._receiving = 0
 
     def close(self) -> None:
         """Removes the uploads."""
-        shutil.rmtree(self.home, ignore_errors=True)
+        self._remove()
 
     def entries(self) -> list[SceneEntry]:
         """Returns the scenes by name. Of equal names an upload comes before a scene of a folder, that before a packaged one."""

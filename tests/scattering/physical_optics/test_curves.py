@@ -119,15 +119,12 @@ def test_the_simulator_shows_the_cross_section(shape: dict[str, Any], section: f
     """Energy along range and azimuth against a point of the same cross-section, 3 km off, at three headings and flat earth."""
     foot = 15.0 - shape.get("height_m", 0.0) / 2.0
     radar = {"range_max_m": 3500, "azimuths": 360, "pulse_s": 2e-6}
+
+    def energy(body: dict[str, Any]) -> float:
+        made = rs.load_scene({"radar": radar, "environment": {"earth": "flat"}, "body": [body]})
+        return float(rs.Simulator(made).scan().power.sum())
+
+    of_point = energy({"name": "p", "shape": "point", "position_m": [0, 3000, 15], "rcs_dbsm": decibels(section)})
     for heading in (0.0, 17.3, 40.9):
         body = {"name": "b", "scattering": "optics", "position_m": [0, 3000, foot], "heading_deg": heading, **shape}
-        point = {"name": "p", "shape": "point", "position_m": [0, 3000, 15], "rcs_dbsm": decibels(section)}
-        energies = [
-            float(
-                rs.Simulator(rs.load_scene({"radar": radar, "environment": {"earth": "flat"}, "body": [one]}))
-                .scan()
-                .power.sum()
-            )
-            for one in (body, point)
-        ]
-        assert decibels(energies[0] / energies[1]) == pytest.approx(0.0, abs=TOLERANCE)
+        assert decibels(energy(body) / of_point) == pytest.approx(0.0, abs=TOLERANCE)

@@ -21,4 +21,4 @@ def play(test: Callable[[Server], Awaitable[None]], only: Station | None = None,
         async with running(create_app([only or station()], **options)) as server:
             await test(server)
 
-    asyncio.run(asyncio.wait_for(body(), 20))
+    asyncio.run(asyncio.wait_for(body(), 60))

@@ -1,5 +1,6 @@
 """The store of scenes: bounded, and gone with the server."""
 
+import gc
 import json
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,15 @@ def test_uploads_go_with_the_server() -> None:
         patch.setattr(scene_store.SceneStore, "__init__", noting)
         play(test)
     assert kept and not kept[0].exists()
+
+
+def test_a_store_that_nobody_closes_leaves_no_folder() -> None:
+    store = scene_store.SceneStore([])
+    home = store.home
+    assert home.is_dir()
+    del store
+    gc.collect()
+    assert not home.exists()
 
 
 def test_a_scene_of_several_radars_is_summed_up_by_its_first(tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ def play_with(test: Callable[[Server], Awaitable[None]], access: Access) -> None
         async with running(create_app([only], access=access)) as server:
             await test(server)
 
-    asyncio.run(asyncio.wait_for(body(), 20))
+    asyncio.run(asyncio.wait_for(body(), 60))
 
 
 @pytest.mark.parametrize(("method", "path", "body"), CHANGES)

@@ -209,11 +209,11 @@ def test_a_refused_command_drops_nothing() -> None:
 def test_the_next_engine_knows_the_commands_of_the_one_that_failed(failing: int) -> None:
     """With 20 it fails while the radar is paused before the command, with 40 after it."""
     of = steerable_scene()
-    with transmitting(engine=FakeEngine(of, dies_at=failing), make_engine=factory()) as (transmitter, sink):
+    failed = FakeEngine(of, dies_at=failing)
+    with transmitting(engine=failed, make_engine=factory()) as (transmitter, sink):
         transmitter.engines.worker.engine.order = SceneOrder(of)  # type: ignore[misc]
         stepped(transmitter, sink, 7)
         command = transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON)
-        failed = transmitter.epoch.engine
         transmitter.pacer.step(3 * AZIMUTHS)
         sink.wait_for(lambda: sink.numbers[-1] > 2 * AZIMUTHS)
         engine = transmitter.epoch.engine

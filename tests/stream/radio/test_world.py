@@ -40,7 +40,6 @@ SCENE: dict[str, Any] = {
 }  # fmt: skip
 ORDER = SceneOrder(SCENE)
 FLAT_OUT = Settings(pace=Pace("run", math.inf))
-SWAPS = 50
 
 
 @pytest.fixture
@@ -347,7 +346,8 @@ def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: WorldMa
     transmitter.stop(10.0)
 
 
-def test_swaps_leave_no_memory_descriptor_or_process(maker: WorldMaker) -> None:
+@pytest.mark.parametrize("swaps", [10, pytest.param(50, marks=pytest.mark.study)])
+def test_swaps_leave_no_memory_descriptor_or_process(swaps: int, maker: WorldMaker) -> None:
     def resident() -> int:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
@@ -359,7 +359,7 @@ def test_swaps_leave_no_memory_descriptor_or_process(maker: WorldMaker) -> None:
 
     swap()
     memory, descriptors = resident(), len(os.listdir("/proc/self/fd"))
-    processes = [swap() for _ in range(SWAPS)]
+    processes = [swap() for _ in range(swaps)]
     until(lambda: all(is_gone(process) for process in processes))
     assert len(os.listdir("/proc/self/fd")) <= descriptors  # fewer where an earlier test's were still open
     assert resident() - memory < 8 * 2**20  # bytes: the allocator's arenas come and go by less; a world has 20 MiB

@@ -19,7 +19,7 @@ def test_a_figure_shows_its_finding(name: str) -> None:
     boundary = [] if finding.boundary is None else [legend[-1]]
     assert legend == [*(curve.name for curve in finding.curves), "limit", *boundary]
     assert all(text.startswith("boundary, ") for text in boundary)
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     for box in (axes.yaxis.label.get_window_extent(), axes.xaxis.label.get_window_extent(),
                 figure.legends[0].get_window_extent()):  # fmt: skip
         assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= figure.bbox.x1 and box.y1 <= figure.bbox.y1
