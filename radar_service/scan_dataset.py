@@ -1,7 +1,7 @@
 """Scans as xarray datasets, and as files of Zarr and netCDF: arrays with coordinates, units and attributes (CF-1.11).
 
-Dimensions are azimuth and range, and of several scans scan before them. NetCDF has no complex numbers: there `field` is
-`field_real` and `field_imag`. Times are seconds of simulation.
+Dimensions are azimuth and range, of several scans scan before them, and of the power of each source also source. NetCDF has no
+complex numbers: there `field` is `field_real` and `field_imag`. Times are seconds of simulation.
 """
 
 from __future__ import annotations
@@ -32,47 +32,74 @@ DESCRIBED: dict[str, tuple[tuple[str, ...], str, str]] = {  # dimensions, units,
     "speed": (RAY, "m s-1", "speed over ground of own ship"),
     "field": (CELL, "W0.5", "compressed field before detection"),
     "power": (CELL, "W", "received power"),
+    "labels": (CELL, "1", "number of the strongest source"),
+    "powers": (("source", *CELL), "W", "power of each source alone"),
+    "source_name": (("source",), "1", "name of the source of that number"),
 }
 OF_ALL = ("azimuth", "range")  # equal in all scans of a radar
-DATA = ("field", "power")
+DATA = ("field", "power", "labels", "powers")
+OPTIONAL = ("labels", "powers", "source_name")
 
 
-def scans_to_xarray(scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> xarray.Dataset:
+def scans_to_xarray(
+    scans: Sequence[Scan], about: Mapping[str, Any] | None = None, names: Mapping[int, str] | None = None
+) -> xarray.Dataset:
     """Returns scans of one radar as a dataset with the dimensions scan, azimuth and range.
 
-    about: attributes beside those of the scans, as `name`, `seed` and `fidelity`. Raises ValueError for no scan, or for scans
-    of several radars; MissingExtra where xarray is not installed.
+    about: attributes beside those of the scans, as `name`, `seed` and `fidelity`; names: of the sources that labels and powers
+    have the numbers of. Raises ValueError for no scan, for scans of several radars, and for powers without `names` of scans that
+    differ in their sources; MissingExtra where xarray is not installed.
     """
     if not scans:
         raise ValueError("scans: there are none; give at least one scan")
     for name in OF_ALL:
         if any(not np.array_equal(getattr(scan, name), getattr(scans[0], name)) for scan in scans):
             raise ValueError(f"scans: their {name} differs; give scans of one radar")
-    each = [scan_to_xarray(scan, about) for scan in scans]
+    each = [scan_to_xarray(scan, about, names) for scan in scans]
     whole: xarray.Dataset = _library().concat(
         each, "scan", data_vars="all", coords="different", compat="equals", join="exact"
     )
     return whole.assign_coords(scan=("scan", [scan.number for scan in scans], {"long_name": "number of the scan"}))
 
 
-def scan_to_xarray(scan: Scan, about: Mapping[str, Any] | None = None) -> xarray.Dataset:
-    """Returns a scan as a dataset with the dimensions azimuth and range. about: more attributes. Raises MissingExtra."""
+def scan_to_xarray(
+    scan: Scan, about: Mapping[str, Any] | None = None, names: Mapping[int, str] | None = None
+) -> xarray.Dataset:
+    """Returns a scan as a dataset with the dimensions azimuth and range.
+
+    about: more attributes; names: of the sources. Raises MissingExtra.
+    """
     library = _library()
     values = {name: getattr(scan, name, None) for name in DESCRIBED}
     values |= {"east": scan.position[:, 0], "north": scan.position[:, 1]}
+    sources = list(names or scan.powers or ())
+    values |= {"powers": _powers(scan, sources), "source_name": np.array(list(names.values())) if names else None}
     variables = {
         name: library.Variable(dims, values[name], {"units": units, "long_name": text})
         for name, (dims, units, text) in DESCRIBED.items()
+        if name not in OPTIONAL or values[name] is not None
     }
     attributes = {
         "Conventions": "CF-1.11", "title": "scan of a simulated marine radar", "range_step_m": scan.range_step,
         "source": f"radar-service {version('radar-service')}",
     }  # fmt: skip
     coordinates = {name: variables[name] for name in variables if name not in DATA} | {"scan": scan.number}
+    if sources:
+        coordinates["source"] = library.Variable(
+            "source", np.array(sources, np.uint32), {"long_name": "number of the source"}
+        )
     dataset: xarray.Dataset = library.Dataset(
-        {name: variables[name] for name in DATA}, coordinates, attributes | dict(about or {})
+        {name: variables[name] for name in DATA if name in variables}, coordinates, attributes | dict(about or {})
     )
     return dataset
+
+
+def _powers(scan: Scan, sources: Sequence[int]) -> Any:
+    """The power (S, A, N) of the sources of these numbers; None without powers. A missing source has no power."""
+    if scan.powers is None:
+        return None
+    nothing = np.where(np.isnan(scan.power), scan.power, np.float32(0.0))
+    return np.array([scan.powers.get(number, nothing) for number in sources])
 
 
 def scans_from_xarray(dataset: xarray.Dataset) -> list[Scan]:
@@ -93,12 +120,19 @@ def exporter(path: Path) -> Export:
     return EXPORTS[path.suffix.lower()]
 
 
+def _exported(scans: Sequence[Scan], about: Mapping[str, Any] | None) -> xarray.Dataset:
+    """The dataset of scans with what a file of scans says about them, see `scan_file`."""
+    rest = dict(about or {})
+    numbers, names = (rest.pop(key, np.array(())).tolist() for key in ("label_numbers", "label_names"))
+    return scans_to_xarray(scans, rest, dict(zip(numbers, names, strict=True)))
+
+
 def _to_zarr(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
-    scans_to_xarray(scans, about).to_zarr(path, mode="w", consolidated=False)
+    _exported(scans, about).to_zarr(path, mode="w", consolidated=False)
 
 
 def _to_netcdf(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
-    _split(scans_to_xarray(scans, about)).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
+    _split(_exported(scans, about)).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
 
 
 EXPORTS: dict[str, Export] = {".zarr": _to_zarr, ".nc": _to_netcdf}
@@ -125,7 +159,15 @@ def _scan(one: xarray.Dataset) -> Scan:
         field = one["field"].values
     else:
         field = (one["field_real"].values + np.complex64(1j) * one["field_imag"].values).astype(np.complex64)
-    single = {name: one[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")}
+    single: dict[str, Any] = {name: one[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")}
     position = np.stack([one["east"].values, one["north"].values], axis=-1)
     step, power = float(one.attrs["range_step_m"]), np.asarray(one["power"].values, dtype=np.float32)
-    return Scan(number=int(one["scan"]), position=position, range_step=step, field=field, power=power, **single)
+    labels = np.asarray(one["labels"].values, dtype=np.uint32) if "labels" in one else None
+    return Scan(
+        number=int(one["scan"]), position=position, range_step=step, field=field, power=power, labels=labels,
+        powers=_stored_powers(one) if "powers" in one else None, **single,
+    )  # fmt: skip
+
+
+def _stored_powers(one: xarray.Dataset) -> dict[int, np.ndarray[Any, np.dtype[np.float32]]]:
+    return {int(number): np.asarray(one["powers"].sel(source=number).values) for number in one["source"].values}

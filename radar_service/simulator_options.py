@@ -19,6 +19,7 @@ class SimulatorOptions:
     seed: int = 0
     threads: int = 1
     labels: bool = False
+    powers: bool = False
 
     def __call__(self, scene: "Scene") -> "Simulator":
         """Returns the simulator of a scene."""
@@ -26,4 +27,4 @@ class SimulatorOptions:
         from radar_service.simulator import Simulator
 
         fidelity = self.fidelity if self.error_db is None else fidelity_for(scene, self.error_db)
-        return Simulator(scene, fidelity, self.seed, self.threads, labels=self.labels)
+        return Simulator(scene, fidelity, self.seed, self.threads, labels=self.labels, powers=self.powers)

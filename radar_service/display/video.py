@@ -189,6 +189,12 @@ def display_video(
     percent over 50. Auto gain sets the threshold by itself, auto sea the level that is subtracted. Rain lowers the video.
     Any level above the threshold is visible. before: see `without_interference`, which alone uses it.
     """
+    video, cells = video_level_db(power, to, controls, noise_power, before), stretch_cells(to, controls)
+    return quantise(peaks(stretched(video, cells) if cells else video, to), -0.5 * DB_PER_STEP, DB_PER_STEP)
+
+
+def video_level_db(power: Singles, to: Layout, controls: Controls, noise_power: float, before: Singles | None) -> Singles:
+    """Level (K, samples) of the shown cells of (K, N) [W] above the threshold [dB], before echo stretch; as `display_video`."""
     if controls.interference_rejection:
         power = without_interference(power, before)
     cells = power[:, : to.samples]
@@ -203,9 +209,12 @@ def display_video(
         video -= sea_attenuation_db(distance, controls.sea).astype(np.float32)
     if controls.rain > 0:
         video -= rain_level_db(video, to.native_step, controls.rain)
-    if controls.echo_stretch > 0:
-        video = stretched(video, math.ceil(STRETCH * controls.echo_stretch * to.samples))
-    return quantise(peaks(video, to), -0.5 * DB_PER_STEP, DB_PER_STEP)
+    return video
+
+
+def stretch_cells(to: Layout, controls: Controls) -> int:
+    """How many cells echo stretch lengthens an echo by."""
+    return math.ceil(STRETCH * controls.echo_stretch * to.samples)
 
 
 def quantise(level_db: NDArray[np.floating], offset_db: float, db_per_step: float) -> Bytes:

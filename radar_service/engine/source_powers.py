@@ -52,19 +52,20 @@ class SourcePowers:
 
     def tile(self, scan: int, start: int) -> TilePowers:
         """The sources of the tile of a scan that begins at azimuth `start`, a multiple of `Prepared.tile`."""
-        return self._tiles.get((scan, start), lambda: self._computed(scan, start))
+        return self._tiles.get((scan, start), lambda: self.computed(scan, start))
 
     def scan(self, scan: int) -> dict[int, Singles]:
         """The power (A, bins) [W] of each source in one scan, by source number."""
         radar = self.prepared.scene.radar
         powers: dict[int, Singles] = {}
         for start in range(0, radar.azimuths, self.prepared.tile):
-            for number, power in self._computed(scan, start).power.items():
+            for number, power in self.computed(scan, start).power.items():
                 whole = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
                 whole[start : start + len(power)] = power
         return dict(sorted(powers.items()))
 
-    def _computed(self, scan: int, start: int) -> TilePowers:
+    def computed(self, scan: int, start: int) -> TilePowers:
+        """As `tile`, computed anew: for a scene that is steered."""
         azimuths, record = tile_azimuths(self.prepared, scan, start), Contributions()
         profiles(self.prepared, azimuths, record)
         transmitting = record.transmitting

@@ -20,6 +20,7 @@ def add_commands(
         "--scans", default=1, type=partial(whole, minimum=1, maximum=1_000_000), help="revolutions (default 1)"
     )
     record.add_argument("--truth", action="store_true", help="record the truth of each beam crossing too")
+    add_sources(record, "record", " too")
     replay = commands.add_parser("replay", parents=[network], help="serve a recording: feed, REST and page")
     replay.add_argument("recording", type=Path, metavar="FILE", help="a recording, also one that was cut short")
     replay.add_argument(
@@ -29,6 +30,14 @@ def add_commands(
         "--epoch", default=0, type=partial(whole, minimum=0, maximum=1_000_000), metavar="N",
         help="which epoch of the recording, counted from 0 (default 0)",
     )  # fmt: skip
+
+
+def add_sources(command: argparse.ArgumentParser, verb: str, remark: str) -> None:
+    """Adds the options for labels and powers of sources. verb: what is done with them; remark: follows the help."""
+    command.add_argument(
+        "--labels", action="store_true", help=f"{verb} the number of the strongest source of each cell{remark}"
+    )
+    command.add_argument("--powers", action="store_true", help=f"{verb} the power of each source in each cell{remark}")
 
 
 def seconds(text: str) -> float:

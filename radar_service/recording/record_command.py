@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from tqdm import tqdm
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.recording.simulated_source import SimulatedSource
@@ -29,7 +30,7 @@ def record(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> i
         raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(options.out.parent))
     simulator = make(load_scene(options.scene))
     with RecordingFile(options.out) as file:
-        recording = RadarRecording(file, RADAR, options.truth)
+        recording = RadarRecording(file, RADAR, options.truth, SourceRequest(options.labels, options.powers))
         record_scans(recording, SimulatedSource(simulator, SceneOrder(options.scene)), options.scans, options.truth)
     azimuths = simulator.scene.radar.azimuths
     print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
 from radar_service.receive.detection import square_law
 from radar_service.recording.chunk_table import ChunkTable
@@ -28,6 +29,8 @@ NO_TRUTH = (
     "a recording has the truth of beam crossings and of the ends of scans, not of every instant; read the truth's stream"
 )
 
+NO_LABELS = "the recording has none; record them with --labels"
+NO_POWERS = "the recording has none; record them with --powers"
 PLAYS = "this radar replays a recording"
 
 
@@ -74,6 +77,11 @@ class Recording:
         self.range, self.range_step = _ranges(**cells), float(cells["step"])
         commands = (json.loads(message) for message in self._messages("commands", 0.0))
         self.commands = CommandLog(NOT_STEERABLE, (replace(command_from(each), time=each["time"]) for each in commands))
+        told = self.record.get("sources", {"labels": False, "powers": False, "names": []})
+        names = {each["number"]: each["name"] for each in told["names"]}
+        self.sources = SourceList(
+            names, "" if told["labels"] else NO_LABELS, "" if told["powers"] else NO_POWERS, on_request=False
+        )
         self._next_scan = 0
 
     def __repr__(self) -> str:
@@ -107,6 +115,9 @@ class Recording:
     def replay(self, commands: Iterable[Command]) -> None:
         """Does nothing: the recorded spokes follow the commands that were given then."""
 
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        """Does nothing: spokes have the labels and powers that are recorded."""
+
     def truth(self, t: float) -> Truth:
         """Raises EngineFault: it has not been recorded."""
         raise EngineFault(NO_TRUTH)
@@ -139,7 +150,7 @@ class Recording:
 
     def _stored(self) -> Iterator[SpokeBlock]:
         """The recorded blocks of this epoch, from the start that was requested."""
-        first = self._next_scan * self.scene.radar.azimuths
+        first, told = self._next_scan * self.scene.radar.azimuths, self._told()
         for content in self._messages("feed", self._start):
             message = wire.unpack(content)
             if message["type"] != "spokes" or message["epoch"] != self._epoch.name:
@@ -147,7 +158,22 @@ class Recording:
             block = self._block(message)
             keep = max(first - block.first, int(np.searchsorted(block.time, self._start)))
             if keep < len(block):
-                yield block.part(max(0, keep), len(block))
+                yield self._with_sources(block, message["first"], told).part(max(0, keep), len(block))
+
+    def _told(self) -> Iterator[dict[str, Any]]:
+        """The messages of the sources of this epoch; none where they are not recorded."""
+        if not (self.sources.no_labels and self.sources.no_powers):
+            messages = (wire.unpack(content) for content in self._messages("sources", self._start))
+            yield from (message for message in messages if message["epoch"] == self._epoch.name)
+
+    def _with_sources(self, block: SpokeBlock, first: int, told: Iterator[dict[str, Any]]) -> SpokeBlock:
+        """The block with what is recorded of its sources. first: its sequence number. Raises RecordingError."""
+        if self.sources.no_labels and self.sources.no_powers:
+            return block
+        for message in told:
+            if message["first"] == first and message["count"] == len(block):
+                return replace(block, labels=wire.labels(message), powers=wire.powers(message))
+        raise RecordingError(f"sources: those of spoke {first} are missing; copy the file again")
 
     def _messages(self, channel: str, start: float) -> Iterator[bytes]:
         """The messages of a channel in this epoch's chunks that end at a simulated time [s] or later."""

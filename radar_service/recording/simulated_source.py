@@ -1,9 +1,10 @@
 """A Simulator of this process as a source of spokes for the stream."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command
@@ -81,6 +82,14 @@ class SimulatedSource:
     def replay(self, commands: Iterable[Command]) -> None:
         """As SpokeSource.replay. Raises CommandError."""
         self.simulator.replay(commands)
+
+    @property
+    def sources(self) -> SourceList:
+        """As SpokeSource.sources: those that its simulator was made to tell, without a request."""
+        return replace(self.simulator.sources, on_request=False)
+
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        """Does nothing, as SpokeSource.request_sources where spokes always tell their sources."""
 
     def truth(self, t: float) -> Truth:
         """As SpokeSource.truth."""

@@ -1,11 +1,11 @@
 """Sets up what computes the scans of a simulator, for a scene, a fidelity and a seed."""
 
 from collections.abc import Iterator
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
+from radar_service.cell_sources import Labels
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.labels import LabellingEngine
-from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
 from radar_service.engine.stitched import StitchedEngine
 from radar_service.fidelity import Fidelity, fidelity_from_name
@@ -38,6 +38,15 @@ class AzimuthEngine(Protocol):
         ...
 
 
+@runtime_checkable
+class LabelledEngine(Protocol):
+    """An engine that also names the strongest source of each cell. Until that is asked it costs nothing."""
+
+    def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
+        """As `tiles`, each with its labels (K, N)."""
+        ...
+
+
 class EngineSetUp(NamedTuple):
     """engine: computes tiles. set_up: of the pipeline; None: the specification as printed has no plan of its own."""
 
@@ -51,8 +60,8 @@ def engine_set_up(
 ) -> EngineSetUp:
     """Returns the engine of a scene.
 
-    fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs. labels: whether tiles have labels.
-    Raises ValueError for labels that the engine has not.
+    fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs. labels: whether it must be able to
+    name sources (LabelledEngine). Raises ValueError where it is not.
     """
     if labels and scene.radar.near_pulses:
         raise ValueError("labels: a radar with several pulses has none; give it one pulse, or leave labels out")
@@ -62,7 +71,7 @@ def engine_set_up(
         line_of_sight = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
         return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
     set_up = pipeline_set_up(scene, fidelity, seed)
-    engine: AzimuthEngine = (LabellingEngine if labels else Engine)(set_up.prepared, threads)
+    engine: AzimuthEngine = LabellingEngine(set_up.prepared, threads)
     if scene.radar.near_pulses:
         engine = StitchedEngine(
             scene,

@@ -8,10 +8,12 @@ from typing import Any
 from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.stream.codecs.codec import Codec
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
+from radar_service.stream.feed_request import View
 from radar_service.stream.http.access import Access, is_loopback
 from radar_service.stream.http.connection_errors import ConnectionErrors
 from radar_service.stream.http.security import ROLE
@@ -83,10 +85,28 @@ def _admit(
         raise _Refusal(BAD_REQUEST, str(error)) from None
     if request.truth and not station.allow_truth:
         raise _Refusal(FORBIDDEN, "truth: this server does not send it; start it with --truth")
+    _check_sources(station, request.view)
     if request.mode == "lossless" and not may_command:
         raise _Refusal(FORBIDDEN, "mode: lossless delays the radar for everybody; it needs the token to command")
     owner = socket.client.host if socket.client else ""
     return station, ClientQueue(request.view, request.mode, request.truth, owner=owner), request.since
+
+
+def _check_sources(station: Station, view: View) -> None:
+    """Raises _Refusal where the client may not have, or the radar cannot tell, what it requests of the sources."""
+    if view.sources == SourceRequest():
+        return
+    if not station.allow_truth:
+        raise _Refusal(FORBIDDEN, "labels and powers: this server does not send them; start it with --truth")
+    sources = station.engine.sources
+    try:
+        sources.check(view.sources)
+    except ValueError as error:
+        raise _Refusal(BAD_REQUEST, str(error)) from None
+    for number in view.powers if view.powers != "all" else ():
+        if number not in sources.names:
+            known = ", ".join(f"{number} {name}" for number, name in sources.names.items())
+            raise _Refusal(BAD_REQUEST, f"powers: {number} is no source of this scene; it has {known[:400]}")
 
 
 async def _refuse(socket: WebSocket, codec: Codec, code: int, reason: str) -> None:

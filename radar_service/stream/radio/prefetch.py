@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.stream.source import SpokeSource
@@ -31,6 +32,8 @@ class EngineWorker:
         self._changed = threading.Condition()
         self._stopping = False
         self._fault: str | None = None
+        self.requested = SourceRequest()  # what the spokes are to tell of their sources
+        self._requests = self._needed = 0  # how many there were; the last one that a block must follow
         self._thread = threading.Thread(target=self._run, name="radar engine", daemon=True)
 
     @property
@@ -76,6 +79,21 @@ class EngineWorker:
             self._changed.notify_all()
         return command
 
+    def request_sources(self, request: SourceRequest, spoke: int) -> bool:
+        """Changes what the spokes tell of their sources; returns whether that is more than before.
+
+        All from `spoke` on then come again.
+        """
+        with self._changed:
+            is_more = request | self.requested != self.requested
+            self.engine.request_sources(request, spoke if is_more else None)
+            self.requested, self._requests = request, self._requests + 1
+            if is_more:
+                self._needed = self._requests
+                self._blocks.clear()
+                self._changed.notify_all()
+        return is_more
+
     def _run(self) -> None:
         try:
             for block in self.engine.blocks(size=BLOCK):
@@ -90,7 +108,7 @@ class EngineWorker:
     def _queue_block(self, block: SpokeBlock) -> bool:
         """Queues a block and waits for room; returns whether to go on."""
         with self._changed:
-            if block.commands < len(self.engine.commands):
+            if block.commands < len(self.engine.commands) or block.requests < self._needed:
                 return not self._stopping  # it comes again
             self._blocks.append(block)
             self._changed.notify_all()

@@ -6,6 +6,7 @@ When an order acts:
   and where the world has several radars, which all begin it together.
 - commands: from the next spoke on; the blocks that the engine has computed beyond it are dropped. Those that come while the
   next spokes are computed wait until these are sent, so that many commands do not stop the feed.
+- labels and powers of sources: from the next spoke on, when the first client asks; the blocks beyond it come again with them.
 - rpm: a new epoch at the end of a scan that was agreed before its engine was prepared (`handover`); until then nothing is
   sent beyond that scan.
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
@@ -17,6 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.stream.radio.command_queue import CommandQueue
@@ -55,11 +57,12 @@ class Transmitter:
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
         make_engine: MakeSource, *, restarts: int = RESTARTS, world: WorldClock | None = None,
         on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore, held: bool = False,
+        sources: Callable[[], SourceRequest] = SourceRequest,
     ) -> None:  # fmt: skip
         """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
 
         world: its clock, which other radars may share; on_restart, on_failure: called with the reason, from the transmitter's
-        thread; held: until `pacer.release`.
+        thread; held: until `pacer.release`; sources: what the sinks need of the sources of the next spokes.
         """
         self.pacer = Pacer(settings, clock, world, held)
         self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock))
@@ -71,7 +74,7 @@ class Transmitter:
         self._may_command = True  # whether a spoke was sent since the last commands, which would otherwise stop the feed
         self.handover = Handover()
         self._sinks = tuple(sinks)
-        self._on_restart, self._on_failure = on_restart, on_failure
+        self._on_restart, self._on_failure, self._sources = on_restart, on_failure, sources
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
         self._number = 0  # of the next spoke in this epoch
         self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
@@ -141,12 +144,22 @@ class Transmitter:
             orders = self.pacer.orders()
             size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
             part = block.part(at, at + orders.spokes(block, at, min(size, len(block) - at)))
+            if self._request_sources(part):
+                return
             if (self._may_command or not self.pacer.is_due(part, orders)) and self._obey():
                 return
             end = part.first + len(part)
             if self.pacer.wait_until_due(part, orders) and self.handover.claim(part.first, end):
                 self._send(part, orders.settings)
                 at += len(part)
+
+    def _request_sources(self, part: SpokeBlock) -> bool:
+        """Has the engine tell what the sinks need of the sources; returns whether these spokes come again with it."""
+        worker = self.engines.worker
+        request = worker.engine.sources.to_request(self._sources())
+        if request == worker.requested:
+            return False
+        return worker.request_sources(request, part.first)
 
     def _obey(self) -> bool:
         """Carries out the commands that wait, from the next spoke on; returns whether any was accepted."""
