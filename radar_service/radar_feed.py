@@ -13,6 +13,7 @@ from typing import Any, Literal, Protocol, Self
 import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
+from radar_service.cell_sources import PowersOf, SourceRequest, text_of
 from radar_service.receive.detection import square_law
 from radar_service.records import Crossing, OwnShipTruth, SpokeBlock
 from radar_service.scan import Scan, scan_of
@@ -27,9 +28,16 @@ Source = str | Path | Mapping[str, Any] | Scene
 
 
 class RadarFeed(Protocol):
-    """A radar from its first scan on. crossings: of all scans that were taken so far, by time."""
+    """A radar from its first scan on.
+
+    crossings: of all scans that were taken so far, by time; label_names: of the sources, by the numbers that labels have.
+    """
 
     crossings: list[Crossing]
+
+    @property
+    def label_names(self) -> dict[int, str]:
+        """By rising number."""
 
     def scans(self, count: int) -> Iterator[Scan]:
         """Yields the next scans; the crossings of each are known when it comes."""
@@ -44,24 +52,27 @@ class RadarFeeds:
     def __call__(
         self, scene: Source, seed: int = 0, pace: float | Literal["max"] = "max",
         over: Literal["process", "websocket"] = "process", fidelity: str = "auto",
+        labels: bool = False, powers: PowersOf = (),
     ) -> RadarFeed:  # fmt: skip
         """Returns a radar from its spoke 0 on.
 
         scene: a file, the name of a packaged scene, a mapping, or in process a Scene. over: "process" computes a scan when it
         is taken; "websocket" starts a service on a free port of this machine. pace: simulated seconds per second of a service.
+        labels: whether scans have the strongest source of each cell; powers: and the power of sources: `all`, or their numbers.
         Raises ValueError for a value that is not allowed, SceneError, and RuntimeError where a service does not start.
         """
+        told = SourceRequest(labels, powers)
         if over == "process":
             if pace != "max":
                 raise ValueError(
                     f'pace: {pace} has no effect in process, where scans come as they are taken; use over="websocket"'
                 )
-            return ProcessFeed(scene if isinstance(scene, Scene) else load_scene(scene), seed, fidelity)
+            return ProcessFeed(scene if isinstance(scene, Scene) else load_scene(scene), seed, fidelity, told)
         if over != "websocket":
             raise ValueError(f'over: "{over}" is not one of process, websocket')
         if isinstance(scene, Scene):
             raise ValueError("scene: a service reads a file or a mapping, not a Scene; give what you loaded it from")
-        feed = WebsocketFeed(scene, seed, pace, fidelity)
+        feed = WebsocketFeed(scene, seed, pace, fidelity, told)
         self._ending.callback(feed.close)
         return feed
 
@@ -75,9 +86,14 @@ class RadarFeeds:
 class ProcessFeed:
     """A RadarFeed of a simulator in this process."""
 
-    def __init__(self, scene: Scene, seed: int, fidelity: str) -> None:
-        self.simulator = Simulator(scene, fidelity, seed)
+    def __init__(self, scene: Scene, seed: int, fidelity: str, told: SourceRequest) -> None:
+        self.simulator = Simulator(scene, fidelity, seed, labels=told.labels, powers=told.powers)
         self.crossings: list[Crossing] = []
+
+    @property
+    def label_names(self) -> dict[int, str]:
+        """As RadarFeed.label_names."""
+        return self.simulator.label_names
 
     def scans(self, count: int) -> Iterator[Scan]:
         """As RadarFeed.scans."""
@@ -90,18 +106,26 @@ class ProcessFeed:
 class WebsocketFeed:
     """A RadarFeed of a service in a process of its own. address: of the service, as 127.0.0.1:8000; hello: of the feed."""
 
-    def __init__(self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str) -> None:
+    def __init__(
+        self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str, told: SourceRequest
+    ) -> None:
         self.crossings: list[Crossing] = []
         self._ending = ExitStack()
         try:
             self.address = self._ending.enter_context(service(scene, seed, pace, fidelity))
             self._truth = self._connection("truth/stream")  # before the feed, which releases spoke 0
-            self._feed = self._connection("feed?encoding=c64&mode=lossless")
+            asked = ("&labels=1" if told.labels else "") + (f"&powers={text_of(told.powers)}" if told.powers else "")
+            self._feed = self._connection(f"feed?encoding=c64&mode=lossless{asked}")
             self.hello = self._message()
         except BaseException:
             self.close()
             raise
         self._blocks: list[SpokeBlock] = []
+
+    @property
+    def label_names(self) -> dict[int, str]:
+        """As RadarFeed.label_names; empty without labels and powers."""
+        return {source["number"]: source["name"] for source in self.hello.get("sources", ())}
 
     def scans(self, count: int) -> Iterator[Scan]:
         """As RadarFeed.scans. Raises RuntimeError where the service ends the feed, or leaves out spokes."""
@@ -139,7 +163,7 @@ class WebsocketFeed:
         return SpokeBlock(
             first=number, scan=message["scan"], index=message["index"], azimuth=index * (2.0 * np.pi / azimuths),
             range=message["range_first_m"] + cells * message["range_step_m"], range_step=message["range_step_m"], field=field,
-            power=square_law(field), **values,
+            power=square_law(field), labels=wire.labels(dict(message)), powers=wire.powers(dict(message)), **values,
         )  # fmt: skip
 
     def _read_crossings(self, scan: int) -> None:

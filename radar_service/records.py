@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.cell_sources import Labels, Powers, SourceRequest, joined_powers, part_of
+from radar_service.cell_sources import Labels, Powers, joined_powers, part_of
 from radar_service.reports import FeedErrorCounts, Readings, ReportedOwnShip
 
 Floats = NDArray[np.float64]
@@ -82,10 +82,6 @@ class SpokeBlock:
     def readings(self) -> Readings:
         """Azimuth and own ship as reported."""
         return Readings(self.azimuth, self.heading, self.position, self.course, self.speed)
-
-    def tells(self, request: SourceRequest) -> bool:
-        """Whether its spokes have the labels and powers that are requested."""
-        return (self.labels is not None or not request.labels) and (self.powers is not None or not request.powers)
 
     def part(self, start: int, stop: int) -> "SpokeBlock":
         """Spokes start to stop (exclusive) of this block, sharing its memory."""

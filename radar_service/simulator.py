@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.cell_sources import PowersOf, source_request
 from radar_service.engine.source_numbers import source_names
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.errors.tables import changed_errors
@@ -50,16 +50,17 @@ class Simulator:
     def __init__(
         self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1,
         sector: tuple[float, float] | None = None, commands: Iterable[Command | Mapping[str, Any]] = (), labels: bool = False,
-        radar: str | None = None, powers: bool = False,
+        radar: str | None = None, powers: PowersOf = (),
     ) -> None:  # fmt: skip
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
         many compute at once, which changes no byte; sector: from and to, clockwise from true north [rad]: only its azimuths
         are computed, with the bytes that they have in a whole scan; commands: to replay, as `commands` of another run; labels:
         whether spokes name the strongest source of each cell, which changes no other byte; radar: id of one of the
-        scene's radars, by default the first; powers: whether spokes have the power of each source.
+        scene's radars, by default the first; powers: `all`, or the numbers of the sources whose
+        power the spokes have too.
 
         Raises ValueError for an unknown name or radar, a negative seed, fewer than one thread, a sector that is not two angles,
-        labels or powers that the radar cannot tell, or a command that is not possible (CommandError).
+        labels or powers that the radar cannot tell or has no source for, or a command that is not possible (CommandError).
         """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
@@ -78,7 +79,7 @@ class Simulator:
         self._truth = GroundTruth(steering.past, line_of_sight)
         self._sources = SourceTruth(steering, self.fidelity, seed, self._set_up)
         reporter = ErrorReporter(scene.radar, seed, scene.errors, scene.radar_id)
-        tiles = ToldTiles(engine, self._set_up, SourceRequest(labels, powers))
+        tiles = ToldTiles(engine, self._set_up, source_request(labels, powers))
         self.sources = tiles.sources(source_names(scene))
         self.sources.check(tiles.request)
         self._stream = SpokeStream(tiles, steering, Sector(scene.radar, sector), line_of_sight, reporter)
@@ -151,14 +152,15 @@ class Simulator:
         """The name of each source that a label may be the number of, by rising number."""
         return dict(self.sources.names)
 
-    def request_sources(self, labels: bool = False, powers: bool = False, spoke: int | None = None) -> None:
-        """Changes what the spokes tell of their sources: labels, and the power of each. No other byte changes.
+    def request_sources(self, labels: bool = False, powers: PowersOf = (), spoke: int | None = None) -> None:
+        """Changes what the spokes tell of their sources: labels, and powers as `Simulator` takes them. No other byte
+        changes.
 
         spoke: the first one that shows it, by default the first one after the blocks taken so far. With an earlier one, a running
         `blocks` goes back there, and repeats spokes. May be called from any thread. Raises ValueError for what the radar cannot
         tell, and then nothing changes.
         """
-        request = SourceRequest(labels, powers)
+        request = source_request(labels, powers)
         self.sources.check(request)
         self._stream.request_sources(request, spoke)
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from radar_service.cell_sources import PowersOf
 from radar_service.plan.budget import ErrorBudget
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ class SimulatorOptions:
     seed: int = 0
     threads: int = 1
     labels: bool = False
-    powers: bool = False
+    powers: PowersOf = ()
 
     def __call__(self, scene: "Scene") -> "Simulator":
         """Returns the simulator of a scene."""

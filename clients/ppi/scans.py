@@ -43,7 +43,7 @@ class ReceivedScan:
     speed: (A,) of own ship [m/s].
     position: (A, 2) of own ship [m].
     blind: (A,) whether the radar did not transmit.
-    labels: (A, N) number of the strongest source, 0 without a spoke; None where they were not requested.
+    labels: (A, N) number of the strongest source, 0 without a spoke; None where no spoke has them.
     """
 
     def __init__(self, hello: dict[str, Any], first: int) -> None:
@@ -53,8 +53,7 @@ class ReceivedScan:
         self.time, self.heading, self.course, self.speed = (np.full(azimuths, np.nan) for _ in range(4))
         self.position = np.full((azimuths, 2), np.nan)
         self.blind = np.zeros(azimuths, dtype=np.bool_)
-        has_labels = bool(hello.get("view", {}).get("labels"))
-        self.labels = np.zeros(self.ppi.polar.shape, dtype=np.uint32) if has_labels else None
+        self.labels: NDArray[np.uint32] | None = None
 
     @property
     def azimuths(self) -> int:
@@ -97,8 +96,8 @@ class ReceivedScan:
         self.course[row] = wire.radians_from_turn(message["course"])[new]
         self.speed[row] = np.asarray(message["speed"])[new]
         self.position[row] = np.asarray(message["position"])[new]
-        labels = wire.labels(message)
-        if self.labels is not None and labels is not None:
+        if (labels := wire.labels(message)) is not None:
+            self.labels = np.zeros(self.ppi.polar.shape, dtype=np.uint32) if self.labels is None else self.labels
             self.labels[row] = labels[new]
         self.blind[row] = np.asarray(message.get("blind") or [False] * count)[new]
 
@@ -265,11 +264,15 @@ def arrays(scans: Sequence[ReceivedScan]) -> dict[str, Any]:
 
 
 def _labels(scans: Sequence[ReceivedScan]) -> dict[str, Any]:
-    labels, names = [scan.labels for scan in scans if scan.labels is not None], source_names(scans[0].hello)
-    if not labels:
+    """The labels (S, A, N), and the table of sources; none where no scan has them."""
+    if all(scan.labels is None for scan in scans):
         return {}
-    table = {"label_numbers": np.array(list(names), dtype=np.uint32), "label_names": np.array(list(names.values()))}
-    return table | {"labels": np.stack(labels)}
+    names = source_names(scans[0].hello)
+    nothing = np.zeros(scans[0].ppi.polar.shape, dtype=np.uint32)
+    return {
+        "labels": np.stack([nothing if scan.labels is None else scan.labels for scan in scans]),
+        "label_numbers": np.array(list(names), dtype=np.uint32), "label_names": np.array(list(names.values())),
+    }  # fmt: skip
 
 
 def _received(samples: NDArray[Any], missing: NDArray[np.bool_], encoding: dict[str, Any]) -> dict[str, NDArray[Any]]:

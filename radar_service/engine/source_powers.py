@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.block_cache import BlockCache
+from radar_service.cell_sources import PowersOf
 from radar_service.engine.pipeline import Contributions, profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.resting_sources import RestingField, resting_field, resting_numbers
@@ -64,8 +65,8 @@ class SourcePowers:
                 whole[start : start + len(power)] = power
         return dict(sorted(powers.items()))
 
-    def computed(self, scan: int, start: int) -> TilePowers:
-        """As `tile`, computed anew: for a scene that is steered."""
+    def computed(self, scan: int, start: int, of: PowersOf = "all") -> TilePowers:
+        """As `tile`, computed anew: for a scene that is steered. of: the sources that matter; others may be left out."""
         azimuths, record = tile_azimuths(self.prepared, scan, start), Contributions()
         profiles(self.prepared, azimuths, record)
         transmitting = record.transmitting
@@ -84,11 +85,13 @@ class SourcePowers:
         for row, received in record.interference.items():
             power.setdefault(INTERFERENCE, np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
         gridded = source_rows(self.prepared, record.echoes, self._numbers, len(transmitting)).whole
-        for number in gridded.keys() | self._at_rest.keys():
+        echoing = gridded.keys() | self._at_rest.keys()
+        for number in echoing if of == "all" else echoing & set(of):
             alone = self._alone(number, gridded.get(number), start, transmitting)
             if alone.any():
                 power[number] = alone
-        return TilePowers(dict(sorted(power.items())), clutter, transmitting)
+        power = {number: power[number] for number in sorted(power) if of == "all" or number in of}
+        return TilePowers(power, clutter, transmitting)
 
     def _alone(self, number: int, gridded: Profiles | None, start: int, transmitting: Flags) -> Singles:
         """The power (K, bins) [W] of a source made of bodies; gridded: rows (K, size) of what is not at rest, or shadowed."""

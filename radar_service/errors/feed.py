@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.cell_sources import UNKNOWN, Powers, SourceRequest
+from radar_service.cell_sources import UNKNOWN, Powers
 from radar_service.errors.noise import draws
 from radar_service.errors.sensors import is_lost
 from radar_service.radar.parameters import Radar, in_sector
@@ -186,6 +186,5 @@ def runs(spokes: Iterable[SpokeBlock]) -> Iterator[SpokeBlock]:
 
 
 def _continues(block: SpokeBlock, other: SpokeBlock) -> bool:
-    told = SourceRequest(block.labels is not None, block.powers is not None)
-    alike = told == SourceRequest(other.labels is not None, other.powers is not None)
+    alike = (block.labels is None, block.powers is None) == (other.labels is None, other.powers is None)
     return alike and (other.scan, other.first) == (block.scan, block.first + len(block))

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from radar_service.arguments import file_ending, whole
+from radar_service.cell_sources import PowersOf, powers_from_text
 
 
 def add_commands(
@@ -37,7 +38,18 @@ def add_sources(command: argparse.ArgumentParser, verb: str, remark: str) -> Non
     command.add_argument(
         "--labels", action="store_true", help=f"{verb} the number of the strongest source of each cell{remark}"
     )
-    command.add_argument("--powers", action="store_true", help=f"{verb} the power of each source in each cell{remark}")
+    command.add_argument(
+        "--powers", type=_powers, default=(), metavar="NUMBERS",
+        help=f"{verb} the power of these sources in each cell{remark}: all, or numbers of labels, as 1,257",
+    )  # fmt: skip
+
+
+def _powers(text: str) -> PowersOf:
+    """Raises argparse.ArgumentTypeError."""
+    try:
+        return powers_from_text(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def seconds(text: str) -> float:

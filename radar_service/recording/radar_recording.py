@@ -51,11 +51,11 @@ class RadarRecording:
         """with_truth: whether the truth too; recorded: what spokes tell of their sources."""
         self._file, self._with_truth, self._recorded = file, with_truth, recorded
         self._feed = file.channel(f"/radar/{identity}/feed", "msgpack")
-        self._scene = file.channel(f"/radar/{identity}/scene", "json", scene_schema(recorded != NOTHING))
+        self._scene = file.channel(f"/radar/{identity}/scene", "json", scene_schema(bool(recorded)))
         self._truth = file.channel(f"/radar/{identity}/truth", "json", truth_schema())
         self._commands = file.channel(f"/radar/{identity}/commands", "json", COMMAND)
         self._ppi = file.channel(f"/radar/{identity}/ppi", "json", COMPRESSED_IMAGE)
-        self._sources = file.channel(f"/radar/{identity}/sources", "msgpack") if recorded != NOTHING else None
+        self._sources = file.channel(f"/radar/{identity}/sources", "msgpack") if recorded else None
         self._offset = self._logged = 0.0
         self._next = self._known = 0  # number of the next spoke; commands of the epoch that are written
         self._last_scan: LastScan | None = None
@@ -159,15 +159,15 @@ def sources_record(epoch: Epoch, recorded: SourceRequest) -> Mapping[str, Any]:
     A radar that cannot tell them has none: then a line in the log says why.
     """
     sources = epoch.engine.sources
-    if recorded == NOTHING:
+    if not recorded:
         return {}
     for name, is_recorded, reason in (
         ("labels", recorded.labels, sources.no_labels),
-        ("powers", recorded.powers, sources.no_powers),
+        ("powers", bool(recorded.powers), sources.no_powers),
     ):
         if is_recorded and reason:
             log_event(f"{name} are not recorded", logging.WARNING, scene=epoch.engine.scene.name, reason=reason)
-    labels, powers = recorded.labels and not sources.no_labels, recorded.powers and not sources.no_powers
+    labels, powers = recorded.labels and not sources.no_labels, bool(recorded.powers) and not sources.no_powers
     return {"sources": {"labels": labels, "powers": powers, "names": sources.as_list()}}
 
 

@@ -53,4 +53,4 @@ class ToldTiles:
         assert self._set_up is not None, "powers of an engine that has none"
         if self._powers is None:
             self._powers = SourcePowers(self._set_up.prepared, source_numbers(self._set_up.prepared.scene))
-        return self._powers.computed(scan, start).power
+        return self._powers.computed(scan, start, self.request.powers).power

@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.cell_sources import PowersOf, SourceRequest
 
 Mode = Literal["live", "lossless"]
-PowersOf = tuple[int, ...] | Literal["all"]  # numbers of sources
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class View:
     @property
     def sources(self) -> SourceRequest:
         """What the spokes tell of their sources."""
-        return SourceRequest(self.labels, bool(self.powers))
+        return SourceRequest(self.labels, self.powers)
 
     def as_dict(self) -> dict[str, Any]:
         """Returns what the view filters, merges, compresses and adds, as plain data."""

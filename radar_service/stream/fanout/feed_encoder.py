@@ -81,7 +81,7 @@ class FeedEncoder:
         self._output.close(f"the radar has stopped: {reason}")
 
     def _is_answered(self, view: View) -> bool:
-        return view in self._answered or view.sources == SourceRequest()
+        return view in self._answered or not view.sources
 
     def _encoded(self, batch: SpokeBatch, view: View) -> bytes:
         began = self._clock()

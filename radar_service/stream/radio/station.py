@@ -117,7 +117,7 @@ class Station:
         if self.transmitter.fault:
             raise FeedRefused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
         self.hub.join(client, since)
-        if client.view.sources != NOTHING:
+        if client.view.sources:
             self.transmitter.pacer.interrupt()  # what waits to be sent does not tell its sources
         if self.transmitter.pacer.held and len(self.hub.clients) >= self._wait_for:
             self.transmitter.pacer.release()

@@ -4,13 +4,13 @@ import re
 from collections.abc import Mapping
 from typing import cast
 
+from radar_service.cell_sources import powers_from_text
 from radar_service.scene.radar_model import MAX_BINS
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.feed_request import FeedRequest, Mode, PowersOf, View
+from radar_service.stream.feed_request import FeedRequest, Mode, View
 
 PARAMETERS = ("encoding", "bins", "truth", "mode", "since", "sector", "spokes", "compress", "labels", "powers")
 MAX_MERGED = 32  # spokes in a row; a message holds no more
-MAX_POWERS = 64  # sources that are named one by one
 TICKET = "ticket"  # the security layer has read it before the request arrives here
 
 
@@ -30,7 +30,7 @@ def request_from_query(query: Mapping[str, str], is_local: bool = True) -> FeedR
         _sector(query.get("sector", "")),
         _whole("spokes", query.get("spokes", ""), MAX_MERGED, "leave it out for every spoke") or 1,
         {"none": "", "auto": "" if is_local else "zstd"}.get(compression, compression),
-        labels=labels, powers=_powers(query.get("powers", "")),
+        labels=labels, powers=powers_from_text(query.get("powers", "")),
     )  # fmt: skip
     mode = cast(Mode, _one_of("mode", query.get("mode", "live"), ("live", "lossless")))
     return FeedRequest(view, mode, truth, _since(query.get("since", "")))
@@ -40,18 +40,6 @@ def _flag(name: str, text: str) -> bool:
     if text not in ("0", "1"):
         raise ValueError(f'{name}: "{text[:40]}" is not 0 or 1')
     return text == "1"
-
-
-def _powers(text: str) -> PowersOf:
-    if text == "all" or not text:
-        return "all" if text else ()
-    numbers = text.split(",")
-    if len(numbers) > MAX_POWERS or not all(re.fullmatch(r"[0-9]{1,10}", number) for number in numbers):
-        raise ValueError(
-            f'powers: "{text[:40]}" is not all, nor 1 to {MAX_POWERS} numbers of sources with commas between; see `sources` of '
-            "the hello"
-        )
-    return tuple(sorted({int(number) for number in numbers}))
 
 
 def _one_of(name: str, text: str, allowed: tuple[str, ...]) -> str:
