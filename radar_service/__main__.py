@@ -66,8 +66,7 @@ def run_record(options: argparse.Namespace) -> int:
     from radar_service.recording.record_command import record
 
     _check_sources(options, "labels", "powers")
-    make = replace(simulator_options(options, options.threads), labels=options.labels, powers=options.powers)
-    return record(options, make)
+    return record(options, simulator_options(options, options.threads))
 
 
 def run_replay(options: argparse.Namespace) -> int:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from radar_service.cell_sources import PowersOf
 from radar_service.plan.budget import ErrorBudget
 
 if TYPE_CHECKING:
@@ -20,7 +19,6 @@ class SimulatorOptions:
     seed: int = 0
     threads: int = 1
     labels: bool = False
-    powers: PowersOf = ()
 
     def __call__(self, scene: "Scene") -> "Simulator":
         """Returns the simulator of a scene."""
@@ -28,4 +26,4 @@ class SimulatorOptions:
         from radar_service.simulator import Simulator
 
         fidelity = self.fidelity if self.error_db is None else fidelity_for(scene, self.error_db)
-        return Simulator(scene, fidelity, self.seed, self.threads, labels=self.labels, powers=self.powers)
+        return Simulator(scene, fidelity, self.seed, self.threads, labels=self.labels)

@@ -37,7 +37,6 @@ from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 
 FORMAT = 1  # version of these channels
 VIEW = View("c64")
-TOLD = View("c64", labels=True, powers="all")
 CODEC = NativeCodec()
 NOTHING = SourceRequest()
 PICTURE_SIZE = 600  # pixels
@@ -50,6 +49,7 @@ class RadarRecording:
     def __init__(self, file: RecordingFile, identity: str, with_truth: bool, recorded: SourceRequest = NOTHING) -> None:
         """with_truth: whether the truth too; recorded: what spokes tell of their sources."""
         self._file, self._with_truth, self._recorded = file, with_truth, recorded
+        self._view = View("c64", labels=recorded.labels, powers=recorded.powers)
         self._feed = file.channel(f"/radar/{identity}/feed", "msgpack")
         self._scene = file.channel(f"/radar/{identity}/scene", "json", scene_schema(bool(recorded)))
         self._truth = file.channel(f"/radar/{identity}/truth", "json", truth_schema())
@@ -81,8 +81,8 @@ class RadarRecording:
         """Writes spokes, and at the end of a scan its truth and its picture."""
         block = batch.block
         self._write_commands(batch.epoch, float(block.time[0]))
-        told = told_fields(batch, TOLD) if self._sources else {}
-        if told:
+        told = told_fields(batch, self._view)
+        if told and self._sources:
             self._write(self._sources, float(block.time[-1]), wire.pack(sources_message(batch) | told))
         self._write(self._feed, float(block.time[-1]), wire.pack(spokes_message(batch)))
         self._next = batch.first + len(batch)
@@ -161,14 +161,12 @@ def sources_record(epoch: Epoch, recorded: SourceRequest) -> Mapping[str, Any]:
     sources = epoch.engine.sources
     if not recorded:
         return {}
-    for name, is_recorded, reason in (
-        ("labels", recorded.labels, sources.no_labels),
-        ("powers", bool(recorded.powers), sources.no_powers),
-    ):
-        if is_recorded and reason:
-            log_event(f"{name} are not recorded", logging.WARNING, scene=epoch.engine.scene.name, reason=reason)
-    labels, powers = recorded.labels and not sources.no_labels, bool(recorded.powers) and not sources.no_powers
-    return {"sources": {"labels": labels, "powers": powers, "names": sources.as_list()}}
+    try:
+        sources.check(recorded)
+    except ValueError as error:
+        log_event("sources are not all recorded", logging.WARNING, scene=epoch.engine.scene.name, reason=str(error))
+    told = sources.to_request(recorded)
+    return {"sources": {"labels": told.labels, "powers": bool(told.powers), "names": sources.as_list()}}
 
 
 def scene_record(radar: RadarInfo) -> Mapping[str, Any]:

@@ -1,7 +1,7 @@
 """A Simulator of this process as a source of spokes for the stream."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from radar_service.cell_sources import SourceList, SourceRequest
@@ -85,11 +85,12 @@ class SimulatedSource:
 
     @property
     def sources(self) -> SourceList:
-        """As SpokeSource.sources: those that its simulator was made to tell, without a request."""
-        return replace(self.simulator.sources, on_request=False)
+        """As SpokeSource.sources."""
+        return self.simulator.sources
 
     def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
-        """Does nothing, as SpokeSource.request_sources where spokes always tell their sources."""
+        """As SpokeSource.request_sources. Raises ValueError."""
+        self.simulator.request_sources(request.labels, request.powers, spoke)
 
     def truth(self, t: float) -> Truth:
         """As SpokeSource.truth."""
