@@ -13,7 +13,7 @@ from typing import Any, Literal, Protocol, Self
 import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
-from radar_service.cell_sources import PowersOf, SourceRequest, text_of
+from radar_service.cell_sources import PowersOf, SourceRequest, source_request, text_of
 from radar_service.receive.detection import square_law
 from radar_service.records import Crossing, OwnShipTruth, SpokeBlock
 from radar_service.scan import Scan, scan_of
@@ -58,10 +58,11 @@ class RadarFeeds:
 
         scene: a file, the name of a packaged scene, a mapping, or in process a Scene. over: "process" computes a scan when it
         is taken; "websocket" starts a service on a free port of this machine. pace: simulated seconds per second of a service.
-        labels: whether scans have the strongest source of each cell; powers: and the power of sources: `all`, or their numbers.
+        labels: whether scans have the strongest source of each cell; powers: `all`, or the numbers of the sources whose power
+        they have.
         Raises ValueError for a value that is not allowed, SceneError, and RuntimeError where a service does not start.
         """
-        told = SourceRequest(labels, powers)
+        told = source_request(labels, powers)
         if over == "process":
             if pace != "max":
                 raise ValueError(

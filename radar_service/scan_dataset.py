@@ -73,7 +73,10 @@ def scan_to_xarray(
     values = {name: getattr(scan, name, None) for name in DESCRIBED}
     values |= {"east": scan.position[:, 0], "north": scan.position[:, 1]}
     sources = list(names or scan.powers or ())
-    values |= {"powers": _powers(scan, sources), "source_name": np.array(list(names.values())) if names else None}
+    values |= {
+        "powers": _powers(scan, sources),
+        "source_name": np.array(list(names.values()), dtype=object) if names else None,
+    }
     variables = {
         name: library.Variable(dims, values[name], {"units": units, "long_name": text})
         for name, (dims, units, text) in DESCRIBED.items()

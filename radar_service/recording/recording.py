@@ -115,6 +115,11 @@ class Recording:
     def replay(self, commands: Iterable[Command]) -> None:
         """Does nothing: the recorded spokes follow the commands that were given then."""
 
+    @property
+    def label_names(self) -> Mapping[int, str]:
+        """The name of each source that a label may be the number of; empty where neither labels nor powers are recorded."""
+        return self.sources.names
+
     def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
         """Does nothing: spokes have the labels and powers that are recorded."""
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from radar_service.cell_sources import Labels, Powers, SourceList, SourceRequest
+from radar_service.cell_sources import Labels, Powers, PowersOf, SourceList, SourceRequest
 from radar_service.engine.source_numbers import source_numbers
 from radar_service.engine.source_powers import SourcePowers
 from radar_service.plan.cost_model import SetUp
@@ -47,10 +47,12 @@ class ToldTiles:
         else:
             tiles = ((*tile, None) for tile in self.engine.tiles(scan, requested))
         for start, field, power, labels in tiles:
-            yield ToldTile(start, field, power, labels, self._powers_of(scan, start) if request.powers else None)
+            yield ToldTile(
+                start, field, power, labels, self._powers_of(scan, start, request.powers) if request.powers else None
+            )
 
-    def _powers_of(self, scan: int, start: int) -> Powers:
+    def _powers_of(self, scan: int, start: int, of: PowersOf) -> Powers:
         assert self._set_up is not None, "powers of an engine that has none"
         if self._powers is None:
             self._powers = SourcePowers(self._set_up.prepared, source_numbers(self._set_up.prepared.scene))
-        return self._powers.computed(scan, start, self.request.powers).power
+        return self._powers.computed(scan, start, of).power
