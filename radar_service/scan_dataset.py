@@ -1,7 +1,7 @@
 """Scans as xarray datasets, and as files of Zarr and netCDF: arrays with coordinates, units and attributes (CF-1.11).
 
-Dimensions are azimuth and range, of several scans scan before them, and of the power of each source also source. NetCDF has no
-complex numbers: there `field` is `field_real` and `field_imag`. Times are seconds of simulation.
+Dimensions are azimuth and range, of several scans scan before them, and of the power of each source also power_source. NetCDF
+has no complex numbers: there `field` is `field_real` and `field_imag`. Times are seconds of simulation.
 """
 
 from __future__ import annotations
@@ -33,12 +33,14 @@ DESCRIBED: dict[str, tuple[tuple[str, ...], str, str]] = {  # dimensions, units,
     "field": (CELL, "W0.5", "compressed field before detection"),
     "power": (CELL, "W", "received power"),
     "labels": (CELL, "1", "number of the strongest source"),
-    "powers": (("source", *CELL), "W", "power of each source alone"),
+    "powers": (("power_source", *CELL), "W", "power of each source alone"),
+    "power_source": (("power_source",), "1", "number of the source"),
+    "source": (("source",), "1", "number of the source"),
     "source_name": (("source",), "1", "name of the source of that number"),
 }
 OF_ALL = ("azimuth", "range")  # equal in all scans of a radar
 DATA = ("field", "power", "labels", "powers")
-OPTIONAL = ("labels", "powers", "source_name")
+OPTIONAL = ("labels", "powers", "power_source", "source", "source_name")
 
 
 def scans_to_xarray(
@@ -47,15 +49,19 @@ def scans_to_xarray(
     """Returns scans of one radar as a dataset with the dimensions scan, azimuth and range.
 
     about: attributes beside those of the scans, as `name`, `seed` and `fidelity`; names: of the sources that labels and powers
-    have the numbers of. Raises ValueError for no scan, for scans of several radars, and for powers without `names` of scans that
-    differ in their sources; MissingExtra where xarray is not installed.
+    have the numbers of. Raises ValueError for no scan, for scans of several radars, and where not all have labels, or powers;
+    MissingExtra where xarray is not installed.
     """
     if not scans:
         raise ValueError("scans: there are none; give at least one scan")
     for name in OF_ALL:
         if any(not np.array_equal(getattr(scan, name), getattr(scans[0], name)) for scan in scans):
             raise ValueError(f"scans: their {name} differs; give scans of one radar")
-    each = [scan_to_xarray(scan, about, names) for scan in scans]
+    for name in ("labels", "powers"):
+        if len({getattr(scan, name) is None for scan in scans}) > 1:
+            raise ValueError(f"scans: some have {name} and others do not; give scans of one kind")
+    numbers = sorted({number for scan in scans for number in scan.powers or ()})
+    each = [_dataset(scan, about, names, numbers) for scan in scans]
     whole: xarray.Dataset = _library().concat(
         each, "scan", data_vars="all", coords="different", compat="equals", join="exact"
     )
@@ -69,14 +75,20 @@ def scan_to_xarray(
 
     about: more attributes; names: of the sources. Raises MissingExtra.
     """
+    return _dataset(scan, about, names, sorted(scan.powers or ()))
+
+
+def _dataset(
+    scan: Scan, about: Mapping[str, Any] | None, names: Mapping[int, str] | None, numbers: Sequence[int]
+) -> xarray.Dataset:
+    """The dataset of a scan, with the powers of the sources of these numbers."""
     library = _library()
     values = {name: getattr(scan, name, None) for name in DESCRIBED}
     values |= {"east": scan.position[:, 0], "north": scan.position[:, 1]}
-    sources = list(names or scan.powers or ())
-    values |= {
-        "powers": _powers(scan, sources),
-        "source_name": np.array(list(names.values()), dtype=object) if names else None,
-    }
+    if scan.powers is not None:
+        values |= {"powers": _powers(scan, numbers), "power_source": np.array(numbers, dtype=np.uint32)}
+    if names:
+        values |= {"source": np.array(list(names), np.uint32), "source_name": np.array(list(names.values()), dtype=object)}
     variables = {
         name: library.Variable(dims, values[name], {"units": units, "long_name": text})
         for name, (dims, units, text) in DESCRIBED.items()
@@ -87,22 +99,17 @@ def scan_to_xarray(
         "source": f"radar-service {version('radar-service')}",
     }  # fmt: skip
     coordinates = {name: variables[name] for name in variables if name not in DATA} | {"scan": scan.number}
-    if sources:
-        coordinates["source"] = library.Variable(
-            "source", np.array(sources, np.uint32), {"long_name": "number of the source"}
-        )
     dataset: xarray.Dataset = library.Dataset(
         {name: variables[name] for name in DATA if name in variables}, coordinates, attributes | dict(about or {})
     )
     return dataset
 
 
-def _powers(scan: Scan, sources: Sequence[int]) -> Any:
-    """The power (S, A, N) of the sources of these numbers; None without powers. A missing source has no power."""
-    if scan.powers is None:
-        return None
+def _powers(scan: Scan, numbers: Sequence[int]) -> Any:
+    """The power (S, A, N) of the sources of these numbers. A missing source has no power."""
     nothing = np.where(np.isnan(scan.power), scan.power, np.float32(0.0))
-    return np.array([scan.powers.get(number, nothing) for number in sources])
+    powers = [(scan.powers or {}).get(number, nothing) for number in numbers]
+    return np.array(powers, dtype=np.float32).reshape(len(numbers), *scan.power.shape)
 
 
 def scans_from_xarray(dataset: xarray.Dataset) -> list[Scan]:
@@ -173,4 +180,4 @@ def _scan(one: xarray.Dataset) -> Scan:
 
 
 def _stored_powers(one: xarray.Dataset) -> dict[int, np.ndarray[Any, np.dtype[np.float32]]]:
-    return {int(number): np.asarray(one["powers"].sel(source=number).values) for number in one["source"].values}
+    return {int(number): np.asarray(one["powers"].sel(power_source=number).values) for number in one["power_source"].values}

@@ -83,7 +83,9 @@ def test_labels_and_powers_go_through_files(ending: str, tmp_path: Path) -> None
     scans, names = [sim.scan() for _ in range(2)], sim.label_names
     dataset = scans_to_xarray(scans, names=names)
     assert dataset.labels.dims == ("scan", "azimuth", "range") and dataset.labels.dtype == np.uint32
-    assert dataset.powers.dims == ("scan", "source", "azimuth", "range")
+    assert dataset.powers.dims == ("scan", "power_source", "azimuth", "range") and dataset.power_source.values.tolist() == [
+        256
+    ]
     assert str(dataset.source_name.sel(source=256).values) == "p"
     path = tmp_path / f"a{ending}"
     about = {"label_numbers": np.array(list(names), np.uint32), "label_names": np.array(list(names.values()))}
@@ -123,6 +125,8 @@ def test_scans_that_do_not_fit_are_refused() -> None:
         scans_to_xarray([])
     with pytest.raises(ValueError, match="scans: their range differs; give scans of one radar"):
         scans_to_xarray([one, replace(other, range=other.range + 1)])
+    with pytest.raises(ValueError, match="scans: some have labels and others do not"):
+        scans_to_xarray([one, replace(other, labels=np.zeros(other.power.shape, np.uint32))])
     with pytest.raises(ValueError, match="exported to .zarr or .nc; give it one of these endings"):
         exporter(Path("a.hdf"))
 

@@ -32,7 +32,7 @@ def apply_view(message: dict[str, Any], view: View) -> dict[str, Any]:
 def trim(message: dict[str, Any], count: int) -> dict[str, Any]:
     """Returns a message, before or after its view, with only its last `count` spokes."""
     dropped = message["count"] - count
-    plain = wire.unpacked(message)
+    plain, row_count = wire.unpacked(message), len(message["azimuth"])
     if "row_first" not in message:
         kept, extents = slice(dropped, None), {}
     else:
@@ -42,7 +42,8 @@ def trim(message: dict[str, Any], count: int) -> dict[str, Any]:
         extents = {"row_first": first.tolist(), "row_count": (ends[kept] - dropped - first).tolist()}
     rows = {key: message[key][kept] for key in EACH_ROW if key in message}
     numbers = {"first": message["first"] + dropped, "count": count, "index": message["index"] + dropped}
-    arrays = {key: plain[key][kept.start * size :] for key, size in wire.row_bytes(message).items()}
+    begins = {key: kept.start * (len(plain[key]) // max(1, row_count)) for key in wire.ARRAYS if key in plain}
+    arrays = {key: plain[key][begin:] for key, begin in begins.items()}
     result = plain | rows | extents | numbers | arrays
     return wire.packed(result, message["compression"]) if "compression" in message else result
 

@@ -43,6 +43,7 @@ from numpy.typing import NDArray
 PROTOCOL = 1
 TURN = 65_536  # wire units per revolution
 DTYPES = {"u8": "|u1", "u8-log": "|u1", "f16": "<f2", "f32": "<f4", "c64": "<c8"}
+ARRAYS = ("data", "labels", "powers")  # of a `spokes` message; a row of each for each spoke
 COMPRESSIONS = ("zstd", "deflate")
 MAX_MESSAGE = 64 * 2**20  # bytes a decoder accepts
 
@@ -109,24 +110,18 @@ def powers(message: dict[str, Any]) -> dict[int, NDArray[np.float32]] | None:
     return {int(number): power[:, k] for k, number in enumerate(numbers)}
 
 
-def row_bytes(message: dict[str, Any]) -> dict[str, int]:
-    """Returns the bytes of a row, not compressed, in each array of a `spokes` message."""
-    bins = int(message["bins"])
-    sizes = {"labels": 4 * bins, "powers": 4 * bins * len(message.get("power_sources", ()))}
-    if "data" in message:
-        sizes["data"] = bins * np.dtype(DTYPES[message["encoding"]]).itemsize
-    return {key: size for key, size in sizes.items() if key in message}
-
-
 def packed(message: dict[str, Any], compression: str) -> dict[str, Any]:
     """Returns a `spokes` message with its arrays compressed, at the fastest level."""
-    return message | {key: _packed(message[key], compression) for key in row_bytes(message)} | {"compression": compression}
+    arrays = {key: _packed(message[key], compression) for key in ARRAYS if key in message}
+    return message | arrays | {"compression": compression}
 
 
 def unpacked(message: dict[str, Any]) -> dict[str, Any]:
     """Returns a `spokes` message whose arrays are not compressed. Raises ValueError as `samples` does."""
+    if "compression" not in message:
+        return message
     plain = {key: value for key, value in message.items() if key != "compression"}
-    return plain | {key: _bytes(message, key) for key in row_bytes(message)}
+    return plain | {key: _bytes(message, key) for key in ARRAYS if key in message}
 
 
 def _rows(message: dict[str, Any]) -> int:
@@ -140,13 +135,21 @@ def _array(message: dict[str, Any], key: str, dtype: str) -> NDArray[Any]:
 
 def _bytes(message: dict[str, Any], key: str) -> bytes:
     """The bytes of an array, not compressed. Raises ValueError where they are not as many as its shape says."""
-    rows, row = _rows(message), row_bytes(message)[key]
+    rows, row = _rows(message), _row_bytes(message, key)
     data: bytes = message[key]
     if "compression" in message:
         data = _unpacked(key, data, message["compression"], rows * row)
     if len(data) != rows * row:
         raise ValueError(f"{key}: {len(data)} bytes are not {rows} rows of {row} bytes")
     return data
+
+
+def _row_bytes(message: dict[str, Any], key: str) -> int:
+    """Bytes of a row of an array, not compressed."""
+    bins = int(message["bins"])
+    if key == "data":
+        return bins * np.dtype(DTYPES[message["encoding"]]).itemsize
+    return 4 * bins * (len(message["power_sources"]) if key == "powers" else 1)
 
 
 def _packed(data: bytes, compression: str) -> bytes:
