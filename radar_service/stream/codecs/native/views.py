@@ -23,9 +23,9 @@ def apply_view(message: dict[str, Any], view: View) -> dict[str, Any]:
     if view.sector is not None or view.spokes > 1:
         samples = wire.samples(message)
         start, count = _groups(message, view)
-        rows = _strongest_rows(samples, start, count)
-        data = np.take_along_axis(samples, rows, axis=0)
-        message = message | _described(message, start, count) | told_by_rows(message, rows) | {"data": data.tobytes()}
+        if "labels" in message or "powers" in message:
+            message = message | told_by_rows(message, _strongest_rows(samples, start, count))
+        message = message | _described(message, start, count) | {"data": _peaks(samples, start, count).tobytes()}
     return wire.packed(message, view.compression) if view.compression else message
 
 
@@ -83,10 +83,22 @@ def _between(first: int, last: int) -> int:
     return int((first + ((last - first + half) % wire.TURN - half) // 2) % wire.TURN)
 
 
+def _peaks(samples: NDArray[Any], start: Rows, count: Rows) -> NDArray[Any]:
+    """Returns the largest sample of each group (G, bins), of complex samples the one of greatest magnitude."""
+    if np.iscomplexobj(samples):
+        return np.take_along_axis(samples, _strongest_rows(samples, start, count), axis=0)
+    peaks: NDArray[Any] = samples[_group_rows(start, count)].max(axis=1)
+    return peaks
+
+
 def _strongest_rows(samples: NDArray[Any], start: Rows, count: Rows) -> Rows:
-    """Returns the row (G, bins) of the largest sample in each group; of complex samples that of the greatest magnitude."""
-    longest = int(count.max(initial=1))
-    rows = np.minimum(start[:, None] + np.arange(longest), (start + count - 1)[:, None])
-    groups = samples[rows]
+    """Returns the row (G, bins) of the largest sample of each group, the first one where several are equal."""
+    groups = samples[_group_rows(start, count)]
     level = groups.real**2 + groups.imag**2 if np.iscomplexobj(samples) else groups
     return np.asarray(start[:, None] + np.argmax(level, axis=1))
+
+
+def _group_rows(start: Rows, count: Rows) -> Rows:
+    """Returns the rows (G, longest) of each group; the last one again where a group is shorter."""
+    rows = start[:, None] + np.arange(int(count.max(initial=1)))
+    return np.asarray(np.minimum(rows, (start + count - 1)[:, None]))
