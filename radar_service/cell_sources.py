@@ -45,12 +45,12 @@ class SourceList:
     no_powers: str = ""
     on_request: bool = True
 
-    def to_request(self, wanted: SourceRequest) -> SourceRequest:
+    def to_request(self, request: SourceRequest) -> SourceRequest:
         """Returns the part of a request that spokes can tell, and do not tell without it."""
         if not self.on_request:
             return SourceRequest()
-        powers = wanted.powers if wanted.powers == "all" else tuple(each for each in wanted.powers if each in self.names)
-        return SourceRequest(wanted.labels and not self.no_labels, () if self.no_powers else powers)
+        powers = request.powers if request.powers == "all" else tuple(each for each in request.powers if each in self.names)
+        return SourceRequest(request.labels and not self.no_labels, () if self.no_powers else powers)
 
     def check(self, request: SourceRequest) -> None:
         """Raises ValueError that says why the spokes cannot tell what is requested."""

@@ -62,18 +62,18 @@ class RadarFeeds:
         they have.
         Raises ValueError for a value that is not allowed, SceneError, and RuntimeError where a service does not start.
         """
-        told = source_request(labels, powers)
+        request = source_request(labels, powers)
         if over == "process":
             if pace != "max":
                 raise ValueError(
                     f'pace: {pace} has no effect in process, where scans come as they are taken; use over="websocket"'
                 )
-            return ProcessFeed(scene if isinstance(scene, Scene) else load_scene(scene), seed, fidelity, told)
+            return ProcessFeed(scene if isinstance(scene, Scene) else load_scene(scene), seed, fidelity, request)
         if over != "websocket":
             raise ValueError(f'over: "{over}" is not one of process, websocket')
         if isinstance(scene, Scene):
             raise ValueError("scene: a service reads a file or a mapping, not a Scene; give what you loaded it from")
-        feed = WebsocketFeed(scene, seed, pace, fidelity, told)
+        feed = WebsocketFeed(scene, seed, pace, fidelity, request)
         self._ending.callback(feed.close)
         return feed
 
@@ -87,8 +87,8 @@ class RadarFeeds:
 class ProcessFeed:
     """A RadarFeed of a simulator in this process."""
 
-    def __init__(self, scene: Scene, seed: int, fidelity: str, told: SourceRequest) -> None:
-        self.simulator = Simulator(scene, fidelity, seed, labels=told.labels, powers=told.powers)
+    def __init__(self, scene: Scene, seed: int, fidelity: str, request: SourceRequest) -> None:
+        self.simulator = Simulator(scene, fidelity, seed, labels=request.labels, powers=request.powers)
         self.crossings: list[Crossing] = []
 
     @property
@@ -108,15 +108,17 @@ class WebsocketFeed:
     """A RadarFeed of a service in a process of its own. address: of the service, as 127.0.0.1:8000; hello: of the feed."""
 
     def __init__(
-        self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str, told: SourceRequest
+        self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str, request: SourceRequest
     ) -> None:
         self.crossings: list[Crossing] = []
         self._ending = ExitStack()
         try:
             self.address = self._ending.enter_context(service(scene, seed, pace, fidelity))
             self._truth = self._connection("truth/stream")  # before the feed, which releases spoke 0
-            asked = ("&labels=1" if told.labels else "") + (f"&powers={text_of(told.powers)}" if told.powers else "")
-            self._feed = self._connection(f"feed?encoding=c64&mode=lossless{asked}")
+            query = ("&labels=1" if request.labels else "") + (
+                f"&powers={text_of(request.powers)}" if request.powers else ""
+            )
+            self._feed = self._connection(f"feed?encoding=c64&mode=lossless{query}")
             self.hello = self._message()
         except BaseException:
             self.close()

@@ -25,9 +25,9 @@ from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
 from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up
+from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.source_truth import SourceTruth
 from radar_service.simulation.spoke_stream import SpokeStream
-from radar_service.simulation.told_tiles import ToldTiles
 from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
@@ -79,7 +79,7 @@ class Simulator:
         self._truth = GroundTruth(steering.past, line_of_sight)
         self._sources = SourceTruth(steering, self.fidelity, seed, self._set_up)
         reporter = ErrorReporter(scene.radar, seed, scene.errors, scene.radar_id)
-        tiles = ToldTiles(engine, self._set_up, source_request(labels, powers))
+        tiles = SourceTiles(engine, self._set_up, source_request(labels, powers))
         self.sources = tiles.sources(source_names(scene))
         self.sources.check(tiles.request)
         self._stream = SpokeStream(tiles, steering, Sector(scene.radar, sector), line_of_sight, reporter)
@@ -212,8 +212,10 @@ class Simulator:
         radar = self.scene.radar
         origin = Origin(radar.time_of_turns(float(self._stream.next_scan)), self._stream.next_scan)
         scene = scene_at_rpm(replace(self.scene, errors=self.errors), rpm, origin)
-        told = self._stream.request
-        return Simulator(scene, self.fidelity, self.seed, self._threads, self._ends, labels=told.labels, powers=told.powers)
+        request = self._stream.request
+        return Simulator(
+            scene, self.fidelity, self.seed, self._threads, self._ends, labels=request.labels, powers=request.powers
+        )
 
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""

@@ -27,7 +27,7 @@ from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.recording.scene_document import scene_document
 from radar_service.stream.codecs.native import messages, wire
 from radar_service.stream.codecs.native.codec import NativeCodec
-from radar_service.stream.codecs.native.told_sources import told_fields
+from radar_service.stream.codecs.native.source_fields import source_fields
 from radar_service.stream.feed_request import View
 from radar_service.stream.logs import log_event
 from radar_service.stream.radio.last_scan import LastScan, draw
@@ -81,9 +81,9 @@ class RadarRecording:
         """Writes spokes, and at the end of a scan its truth and its picture."""
         block = batch.block
         self._write_commands(batch.epoch, float(block.time[0]))
-        told = told_fields(batch, self._view)
-        if told and self._sources:
-            self._write(self._sources, float(block.time[-1]), wire.pack(sources_message(batch) | told))
+        fields = source_fields(batch, self._view)
+        if fields and self._sources:
+            self._write(self._sources, float(block.time[-1]), wire.pack(sources_message(batch) | fields))
         self._write(self._feed, float(block.time[-1]), wire.pack(spokes_message(batch)))
         self._next = batch.first + len(batch)
         assert self._last_scan is not None, "open_epoch comes first"
@@ -165,8 +165,8 @@ def sources_record(epoch: Epoch, recorded: SourceRequest) -> Mapping[str, Any]:
         sources.check(recorded)
     except ValueError as error:
         log_event("sources are not all recorded", logging.WARNING, scene=epoch.engine.scene.name, reason=str(error))
-    told = sources.to_request(recorded)
-    return {"sources": {"labels": told.labels, "powers": bool(told.powers), "names": sources.as_list()}}
+    recordable = sources.to_request(recorded)
+    return {"sources": {"labels": recordable.labels, "powers": bool(recordable.powers), "names": sources.as_list()}}
 
 
 def scene_record(radar: RadarInfo) -> Mapping[str, Any]:

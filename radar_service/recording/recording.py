@@ -77,10 +77,10 @@ class Recording:
         self.range, self.range_step = _ranges(**cells), float(cells["step"])
         commands = (json.loads(message) for message in self._messages("commands", 0.0))
         self.commands = CommandLog(NOT_STEERABLE, (replace(command_from(each), time=each["time"]) for each in commands))
-        told = self.record.get("sources", {"labels": False, "powers": False, "names": []})
-        names = {each["number"]: each["name"] for each in told["names"]}
+        kept = self.record.get("sources", {"labels": False, "powers": False, "names": []})
+        names = {each["number"]: each["name"] for each in kept["names"]}
         self.sources = SourceList(
-            names, "" if told["labels"] else NO_LABELS, "" if told["powers"] else NO_POWERS, on_request=False
+            names, "" if kept["labels"] else NO_LABELS, "" if kept["powers"] else NO_POWERS, on_request=False
         )
         self._next_scan = 0
 
@@ -155,7 +155,7 @@ class Recording:
 
     def _stored(self) -> Iterator[SpokeBlock]:
         """The recorded blocks of this epoch, from the start that was requested."""
-        first, told = self._next_scan * self.scene.radar.azimuths, self._told()
+        first, messages = self._next_scan * self.scene.radar.azimuths, self._source_messages()
         for content in self._messages("feed", self._start):
             message = wire.unpack(content)
             if message["type"] != "spokes" or message["epoch"] != self._epoch.name:
@@ -163,19 +163,19 @@ class Recording:
             block = self._block(message)
             keep = max(first - block.first, int(np.searchsorted(block.time, self._start)))
             if keep < len(block):
-                yield self._with_sources(block, message["first"], told).part(max(0, keep), len(block))
+                yield self._with_sources(block, message["first"], messages).part(max(0, keep), len(block))
 
-    def _told(self) -> Iterator[dict[str, Any]]:
+    def _source_messages(self) -> Iterator[dict[str, Any]]:
         """The messages of the sources of this epoch; none where they are not recorded."""
         if not (self.sources.no_labels and self.sources.no_powers):
             messages = (wire.unpack(content) for content in self._messages("sources", self._start))
             yield from (message for message in messages if message["epoch"] == self._epoch.name)
 
-    def _with_sources(self, block: SpokeBlock, first: int, told: Iterator[dict[str, Any]]) -> SpokeBlock:
+    def _with_sources(self, block: SpokeBlock, first: int, messages: Iterator[dict[str, Any]]) -> SpokeBlock:
         """The block with what is recorded of its sources. first: its sequence number. Raises RecordingError."""
         if self.sources.no_labels and self.sources.no_powers:
             return block
-        for message in told:
+        for message in messages:
             if message["first"] == first and message["count"] == len(block):
                 return replace(block, labels=wire.labels(message), powers=wire.powers(message))
         raise RecordingError(f"sources: those of spoke {first} are missing; copy the file again")

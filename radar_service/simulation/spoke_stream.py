@@ -17,7 +17,7 @@ from radar_service.reports import Readings
 from radar_service.scene.commands import Command
 from radar_service.scene.steering import Steering
 from radar_service.sector import Sector
-from radar_service.simulation.told_tiles import ToldTile, ToldTiles
+from radar_service.simulation.source_tiles import SourceTile, SourceTiles
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Indices
 
@@ -31,7 +31,7 @@ class SpokeStream:
 
     def __init__(
         self,
-        tiles: ToldTiles,
+        tiles: SourceTiles,
         steering: Steering,
         sector: Sector,
         line_of_sight: OcclusionScene,
@@ -133,7 +133,7 @@ class SpokeStream:
         with self._commanding:
             return int(self._due) if self._due <= self.next_spoke else None
 
-    def _block(self, scan: int, tile: ToldTile) -> SpokeBlock:
+    def _block(self, scan: int, tile: SourceTile) -> SpokeBlock:
         number = scan * self._radar.azimuths + np.arange(tile.start, tile.start + len(tile.field))
         time = self._radar.schedule(number)[1]
         return SpokeBlock(

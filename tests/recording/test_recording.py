@@ -83,7 +83,7 @@ def test_a_labelled_recording_that_was_cut_short_opens_with_its_labels(labelled_
 
 def test_spokes_whose_labels_are_missing_are_an_error(labelled_recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = read(labelled_recording)
-    monkeypatch.setattr(result, "_told", lambda: iter(()))
+    monkeypatch.setattr(result, "_source_messages", lambda: iter(()))
     with pytest.raises(RecordingError, match="sources: those of spoke 0 are missing; copy the file again"):
         next(result.spokes())
 

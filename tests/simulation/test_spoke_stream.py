@@ -14,8 +14,8 @@ from radar_service.scene.load import load_scene
 from radar_service.scene.steering import Steering
 from radar_service.sector import Sector
 from radar_service.simulation.engine_set_up import engine_set_up
+from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.spoke_stream import SpokeStream
-from radar_service.simulation.told_tiles import ToldTiles
 from radar_service.simulator import Simulator
 from tests.scenes import point
 
@@ -33,7 +33,7 @@ def stream() -> SpokeStream:
     scene = load_scene(SCENE)
     steering = Steering(scene)
     engine, set_up, line_of_sight = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
-    tiles = ToldTiles(engine, set_up, SourceRequest())
+    tiles = SourceTiles(engine, set_up, SourceRequest())
     errors: ErrorSettings | None = scene.errors
     truth = line_of_sight.following(steering.past.bodies)
     return SpokeStream(tiles, steering, Sector(scene.radar, None), truth, ErrorReporter(scene.radar, 0, errors))

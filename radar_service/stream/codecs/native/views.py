@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.codecs.native.told_sources import told_by_rows
+from radar_service.stream.codecs.native.source_fields import fields_by_rows
 from radar_service.stream.feed_request import View
 
 EACH_ROW = ("time", "azimuth", "heading", "position", "course", "speed", "blind")
@@ -24,7 +24,7 @@ def apply_view(message: dict[str, Any], view: View) -> dict[str, Any]:
         samples = wire.samples(message)
         start, count = _groups(message, view)
         if "labels" in message or "powers" in message:
-            message = message | told_by_rows(message, _strongest_rows(samples, start, count))
+            message = message | fields_by_rows(message, _strongest_rows(samples, start, count))
         message = message | _described(message, start, count) | {"data": _peaks(samples, start, count).tobytes()}
     return wire.packed(message, view.compression) if view.compression else message
 

@@ -14,7 +14,7 @@ DOCUMENTED = "the fidelity 'documented' has none; choose another fidelity"
 SEVERAL_PULSES = "a radar with several pulses has none; give it one pulse"
 
 
-class ToldTile(NamedTuple):
+class SourceTile(NamedTuple):
     """Some azimuths (K,) of a scan from `start` on: field [sqrt(W)] and power [W] (K, N), and what is requested of sources."""
 
     start: int
@@ -24,7 +24,7 @@ class ToldTile(NamedTuple):
     powers: Powers | None
 
 
-class ToldTiles:
+class SourceTiles:
     """The tiles of an engine. request: what they tell of sources; it may change between scans. Powers are computed anew."""
 
     def __init__(self, engine: AzimuthEngine, set_up: SetUp | None, request: SourceRequest) -> None:
@@ -39,7 +39,7 @@ class ToldTiles:
         has_powers = self._set_up is not None and not self._set_up.prepared.scene.radar.near_pulses
         return SourceList(names, "" if isinstance(self.engine, LabelledEngine) else reason, "" if has_powers else reason)
 
-    def scan(self, scan: int, requested: Flags | None) -> Iterator[ToldTile]:
+    def scan(self, scan: int, requested: Flags | None) -> Iterator[SourceTile]:
         """Yields the tiles of a scan; only those that hold any of the requested azimuths (A,), where there are flags of these."""
         request = self.request
         if request.labels and isinstance(self.engine, LabelledEngine):
@@ -47,7 +47,7 @@ class ToldTiles:
         else:
             tiles = ((*tile, None) for tile in self.engine.tiles(scan, requested))
         for start, field, power, labels in tiles:
-            yield ToldTile(
+            yield SourceTile(
                 start, field, power, labels, self._powers_of(scan, start, request.powers) if request.powers else None
             )
 

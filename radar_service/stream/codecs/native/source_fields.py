@@ -12,7 +12,7 @@ from radar_service.stream.spokes import SpokeBatch
 from radar_service.types import Indices
 
 
-def told_fields(batch: SpokeBatch, view: View) -> dict[str, Any]:
+def source_fields(batch: SpokeBatch, view: View) -> dict[str, Any]:
     """Returns `labels` and `powers` of a batch, as far as the view requests them and the spokes tell them.
 
     Both are those of the cell that a bin shows.
@@ -34,7 +34,7 @@ def told_fields(batch: SpokeBatch, view: View) -> dict[str, Any]:
     return fields
 
 
-def told_by_rows(message: dict[str, Any], rows: Indices) -> dict[str, Any]:
+def fields_by_rows(message: dict[str, Any], rows: Indices) -> dict[str, Any]:
     """Returns the same fields of a message with another row in each bin. rows: (G, bins) numbers of the present rows."""
     fields: dict[str, Any] = {}
     labels, powers = wire.labels(message), wire.powers(message)

@@ -9,7 +9,7 @@ import pytest
 from radar_service.cell_sources import PowersOf, SourceRequest
 from radar_service.display.video import Controls
 from radar_service.stream.codecs.native import messages, wire
-from radar_service.stream.codecs.native.told_sources import told_by_rows, told_fields
+from radar_service.stream.codecs.native.source_fields import fields_by_rows, source_fields
 from radar_service.stream.codecs.native.views import apply_view, trim
 from radar_service.stream.feed_request import View
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
@@ -97,12 +97,12 @@ def test_the_end_of_a_message_has_the_end_of_its_labels(view: View) -> None:
 )  # fmt: skip
 def test_a_message_has_what_is_requested_and_told(told: SourceRequest, view: View, keys: set[str]) -> None:
     made = batch(told=told)
-    assert set(told_fields(made, view)) == keys == set(message(made, view)) & {"labels", "powers", "power_sources"}
+    assert set(source_fields(made, view)) == keys == set(message(made, view)) & {"labels", "powers", "power_sources"}
 
 
 def test_no_row_has_no_labels() -> None:
     whole = messages.spokes(batch(), View("f32", labels=True, powers="all"))
-    nothing = whole | told_by_rows(whole, np.zeros((0, BINS), dtype=np.intp)) | {"azimuth": []}
+    nothing = whole | fields_by_rows(whole, np.zeros((0, BINS), dtype=np.intp)) | {"azimuth": []}
     labels, powers = wire.labels(nothing), wire.powers(nothing)
     assert labels is not None and powers is not None
     assert nothing["labels"] == b"" and labels.shape == powers[256].shape == (0, BINS)

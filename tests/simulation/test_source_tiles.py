@@ -8,7 +8,7 @@ from radar_service.engine import labels, source_powers
 from radar_service.engine.source_numbers import source_names
 from radar_service.fidelity import PRESETS
 from radar_service.simulation.engine_set_up import engine_set_up
-from radar_service.simulation.told_tiles import ToldTiles
+from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulator import Simulator
 from tests.scenes import point, scene
 
@@ -17,9 +17,9 @@ TWO = [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 300}, {"pulse_s": 
 MADE = scene([point("p", 100, 200, speed_kn=10), point("q", -100, 200)], radar=RADAR, environment={"noise": True})
 
 
-def tiles(request: SourceRequest, fidelity: str = "fast") -> ToldTiles:
+def tiles(request: SourceRequest, fidelity: str = "fast") -> SourceTiles:
     engine, set_up, _ = engine_set_up(MADE, PRESETS[fidelity], fidelity, 0, 1, labels=False)
-    return ToldTiles(engine, set_up, request)
+    return SourceTiles(engine, set_up, request)
 
 
 def test_labels_and_powers_are_those_of_a_simulator() -> None:
@@ -57,7 +57,7 @@ def test_a_radar_that_cannot_tell_its_sources_says_why(radar: dict, fidelity: st
     without_pulse = {name: value for name, value in RADAR.items() if name != "pulse_s" or not radar}
     made = scene(radar=without_pulse | radar)
     engine, set_up, _ = engine_set_up(made, PRESETS[fidelity], fidelity, 0, 1, labels=False)
-    sources = ToldTiles(engine, set_up, SourceRequest()).sources(source_names(made))
+    sources = SourceTiles(engine, set_up, SourceRequest()).sources(source_names(made))
     assert words in sources.no_labels and words in sources.no_powers and sources.names[0] == "noise"
     with pytest.raises(ValueError, match=f"powers: .*{words}.* leave powers out"):
         Simulator(made, fidelity, powers="all")
