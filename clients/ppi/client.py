@@ -20,7 +20,7 @@ from radar_service.stream.codecs.native import wire
 from .address import feed_url
 from .errors import FeedError, closed_error, refused_error
 from .sequence import SequenceTracker
-from .spoke import ReceivedSpoke, source_names, spokes_of
+from .spoke import ReceivedSpoke, label_names, spokes_of
 
 BACKOFF = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # s before the first, second ... attempt to reconnect; the last one repeats
 TIMEOUT = 30.0  # s without a message; the slowest radar, 0.01 rpm with four azimuths, needs a longer one
@@ -49,7 +49,7 @@ class FeedClient:
     """A radar's feed. hello: the newest hello message, None before the first; sequence: counts of arrived and lost spokes.
 
     encoding, bins, truth, mode, labels, powers: parameters of the feed, sent to the service; powers: "all", or the numbers of
-    sources. `source_names` then maps numbers to names.
+    sources. `label_names` then maps numbers to names.
     since: (epoch, next number) of an earlier feed, which this one continues.
     reconnect: reconnect after a break, each attempt after a wait of `backoff` [s], and continue with the next number.
     patience: [s] without any message after which the client no longer reconnects.
@@ -83,9 +83,9 @@ class FeedClient:
         self._bye: str | None = None
 
     @property
-    def source_names(self) -> dict[int, str]:
+    def label_names(self) -> dict[int, str]:
         """The name of each source that a label may be the number of; empty before the hello, and without labels and powers."""
-        return source_names(self.hello or {})
+        return label_names(self.hello or {})
 
     async def messages(self) -> AsyncGenerator[dict[str, Any], None]:
         """Yields every message after it is counted. Raises FeedError when the feed ends and cannot be reopened."""

@@ -14,7 +14,7 @@ from radar_service.stream.codecs.native import wire
 
 from .client import FeedClient
 from .errors import FeedError
-from .spoke import source_names
+from .spoke import label_names
 
 MAX_CELLS = 2**27  # azimuths x bins that a hello may announce: a gigabyte as complex64
 
@@ -267,7 +267,7 @@ def _labels(scans: Sequence[ReceivedScan]) -> dict[str, Any]:
     """The labels (S, A, N), and the table of sources; none where no scan has them."""
     if all(scan.labels is None for scan in scans):
         return {}
-    names = source_names(scans[0].hello)
+    names = label_names(scans[0].hello)
     nothing = np.zeros(scans[0].ppi.polar.shape, dtype=np.uint32)
     return {
         "labels": np.stack([nothing if scan.labels is None else scan.labels for scan in scans]),

@@ -56,6 +56,6 @@ def spokes_of(message: dict[str, Any]) -> list[ReceivedSpoke]:
     ]  # fmt: skip
 
 
-def source_names(hello: dict[str, Any]) -> dict[int, str]:
+def label_names(hello: dict[str, Any]) -> dict[int, str]:
     """Returns the name of each source of a hello by its number; empty where no labels or powers were requested."""
     return {int(source["number"]): str(source["name"]) for source in hello.get("sources", ())}

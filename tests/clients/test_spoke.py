@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clients.ppi import FeedError, spokes
-from clients.ppi.spoke import source_names, spokes_of
+from clients.ppi.spoke import label_names, spokes_of
 from tests.clients.fake_feed import DATA, GREETING, Script, batch, running
 
 
@@ -40,7 +40,7 @@ def test_spokes_have_their_labels_and_powers() -> None:
     assert spokes_of(plain)[0].labels is None and spokes_of(plain)[0].powers is None
     with pytest.raises(ValueError, match="labels: 4 bytes are not 2 rows of 400 bytes"):
         spokes_of(plain | {"labels": b"1234"})
-    assert source_names({"sources": [{"number": 1, "name": "sea"}]}) == {1: "sea"} and source_names(GREETING) == {}
+    assert label_names({"sources": [{"number": 1, "name": "sea"}]}) == {1: "sea"} and label_names(GREETING) == {}
 
 
 def test_a_lost_heading_is_nan() -> None:
