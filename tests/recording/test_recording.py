@@ -23,7 +23,7 @@ from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator
-from tests.stream.fake import FakeEngine, scene
+from tests.stream.fake import FakeEngine, labels_of, scene
 
 
 def test_blocks_spokes_and_scans_are_those_of_the_simulator(recording: Path) -> None:
@@ -79,6 +79,22 @@ def test_a_labelled_recording_that_was_cut_short_opens_with_its_labels(labelled_
         (path := tmp_path / "cut.mcap").write_bytes(whole[: int(share * len(whole))])
         spokes = list(read(path).spokes())
         assert 0 < len(spokes) and all(spoke.labels is not None for spoke in spokes)
+
+
+def test_each_epoch_has_its_own_labels(tmp_path: Path) -> None:
+    """Both epochs lie in one chunk, and both count from 0."""
+    engine = FakeEngine(scene())
+    engine.request_sources(SourceRequest(labels=True), None)
+    with RecordingFile(tmp_path / "a.mcap") as file:
+        recording = RadarRecording(file, "0", False, SourceRequest(labels=True))
+        for name, number in (("first", 0), ("second", 7)):
+            controls = {"pace": {"state": "run", "factor": "max"}}
+            epoch = Epoch(name, engine, None)
+            recording.open_epoch(RadarInfo("0", "r", epoch, 0.1 * number, controls, False))
+            recording.send(SpokeBatch(epoch, 0, engine.block(number, 5), Controls()))
+    for k, number in enumerate((0, 7)):
+        (block,) = read(tmp_path / "a.mcap", epoch=k).blocks()
+        np.testing.assert_array_equal(block.labels, labels_of(number + np.arange(5), len(block.range)))
 
 
 def test_spokes_whose_labels_are_missing_are_an_error(labelled_recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,10 +1,12 @@
 """The worker of an engine: bounded, in order, and it always reports its end."""
 
 import threading
+from collections.abc import Iterator
 
 import pytest
 
 from radar_service.cell_sources import SourceRequest
+from radar_service.records import SpokeBlock
 from radar_service.scene.commands import CommandError
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from tests.stream.fake import FakeEngine, scene, steerable_scene
@@ -97,6 +99,32 @@ def test_more_told_of_sources_comes_from_a_spoke_on_and_less_drops_nothing() -> 
     assert numbers == tuple(range(len(spokes)))
     assert labels[:with_less] == (False,) * 5 + (True,) * (with_less - 5) and not labels[-1]
     assert powers == (False,) * with_powers + (True,) * (len(spokes) - with_powers)
+
+
+class Overtaken(FakeEngine):
+    """Has spokes 5 to 9 under way when a request comes that acts from spoke 5 on."""
+
+    def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
+        yield self.block(0, 5)
+        under_way = self.block(5, 5)
+        with self._made:
+            assert self._made.wait_for(lambda: self.requests, SOON)
+        yield under_way
+        yield self.block(5, 5)
+
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        super().request_sources(request, spoke)
+        with self._made:
+            self._made.notify_all()
+
+
+def test_blocks_under_way_that_do_not_follow_a_request_are_dropped() -> None:
+    worker = started(Overtaken(scene()))
+    first = worker.take(SOON)
+    assert first is not None and worker.request_sources(SourceRequest(labels=True), 5)
+    second = worker.take(SOON)
+    worker.stop(SOON)
+    assert second is not None and (second.first, second.requests) == (5, 1) and second.labels is not None
 
 
 def test_an_engine_that_ends_is_a_fault_too() -> None:

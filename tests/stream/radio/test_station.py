@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.stream.controls import ControlError
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
@@ -44,6 +45,29 @@ def test_a_further_sink_receives_what_the_feed_receives() -> None:
         assert [epoch.name for epoch in sink.epochs] == [station.hub.epoch]
 
     play(test, sinks=[sink])
+
+
+def test_a_sink_that_needs_labels_has_them_without_any_client() -> None:
+    sink = RecordingSink()
+
+    async def test(station: Station) -> None:
+        station.transmitter.pacer.step(AZIMUTHS)
+        while sink.spokes < AZIMUTHS:
+            await asyncio.sleep(0)
+
+    play(test, sinks=[sink], recorded=SourceRequest(labels=True))
+    assert sink.numbers == list(range(AZIMUTHS)) and all(batch.block.labels is not None for batch in sink.batches)
+
+
+def test_a_client_with_labels_ends_the_wait_of_spokes_without_them() -> None:
+    async def test(station: Station) -> None:
+        before = station.transmitter.pacer.orders().version
+        station.join(ClientQueue(View("u8")))
+        assert station.transmitter.pacer.orders().version == before
+        station.join(ClientQueue(View("u8", labels=True)))
+        assert station.transmitter.pacer.orders().version > before
+
+    play(test)
 
 
 def test_clients_are_refused_with_the_reason() -> None:
