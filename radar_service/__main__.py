@@ -160,12 +160,24 @@ def run_chart(options: argparse.Namespace) -> int:
 def run_bench_tracker(options: argparse.Namespace) -> int:
     """Tests a tracker, with a progress bar on a terminal."""
     from radar_service.tracking.command import bench_tracker
-    from radar_service.tracking.process_tracker import TrackerError
+    from radar_service.tracking.json_lines import TrackerError
     from radar_service.tracking.scenario import ScenarioError
 
     try:
         return bench_tracker(options)
     except (ScenarioError, TrackerError, ImportError) as error:
+        raise UsageError(str(error)) from None
+
+
+def run_plots(options: argparse.Namespace) -> int:
+    """Extracts plots, and tells what each is of."""
+    from radar_service.tracking.plots_command import plots
+
+    if options.fidelity == "documented":
+        raise UsageError("--fidelity: documented has no labels; choose another fidelity")
+    try:
+        return plots(options, replace(simulator_options(options, options.threads), labels=True))
+    except ValueError as error:
         raise UsageError(str(error)) from None
 
 
@@ -180,6 +192,7 @@ def run_schema(_: argparse.Namespace) -> int:
 RUN: dict[str, Callable[[argparse.Namespace], int]] = {
     "serve": run_serve, "scan": run_scan, "record": run_record, "replay": run_replay, "check": run_check, "plan": run_plan,
     "stability": run_stability, "chart": run_chart, "schema": run_schema, "bench-tracker": run_bench_tracker,
+    "plots": run_plots,
 }  # fmt: skip
 
 

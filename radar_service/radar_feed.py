@@ -4,8 +4,9 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Protocol, Self
@@ -14,8 +15,10 @@ import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
 from radar_service.cell_sources import PowersOf, SourceRequest, source_request, text_of
+from radar_service.frames import wrap_angle
 from radar_service.receive.detection import square_law
-from radar_service.records import Crossing, OwnShipTruth, SpokeBlock
+from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot, SpokeBlock
+from radar_service.reports import FeedErrorCounts
 from radar_service.scan import Scan, scan_of
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
@@ -24,13 +27,14 @@ from radar_service.stream.codecs.native import wire
 
 RECEIVE_TIMEOUT = 60.0  # s until the next message
 STOP_TIMEOUT = 20.0  # s
+HALF_UNIT = 1.0001 * np.pi / 65536  # rad; azimuths on the wire are rounded to 1/65536 turn
 Source = str | Path | Mapping[str, Any] | Scene
 
 
 class RadarFeed(Protocol):
     """A radar from its first scan on.
 
-    crossings: of all scans that were taken so far, by time; label_names: of the sources, by the numbers that labels have.
+    crossings, snapshots: of all scans that were taken so far, by time; label_names: of sources, by the numbers of labels.
     """
 
     crossings: list[Crossing]
@@ -38,6 +42,10 @@ class RadarFeed(Protocol):
     @property
     def label_names(self) -> dict[int, str]:
         """By rising number."""
+
+    @property
+    def snapshots(self) -> Sequence[Snapshot]:
+        """All bodies at the end of each scan."""
 
     def scans(self, count: int) -> Iterator[Scan]:
         """Yields the next scans; the crossings of each are known when it comes."""
@@ -90,6 +98,8 @@ class ProcessFeed:
     def __init__(self, scene: Scene, seed: int, fidelity: str, request: SourceRequest) -> None:
         self.simulator = Simulator(scene, fidelity, seed, labels=request.labels, powers=request.powers)
         self.crossings: list[Crossing] = []
+        self._snapshots: list[Snapshot] = []
+        self._taken = 0
 
     @property
     def label_names(self) -> dict[int, str]:
@@ -101,19 +111,28 @@ class ProcessFeed:
         for _ in range(count):
             scan = self.simulator.scan()
             self.crossings += self.simulator.crossings(scan.number)
+            self._taken = scan.number + 1
             yield scan
 
+    @property
+    def snapshots(self) -> Sequence[Snapshot]:
+        """As RadarFeed.snapshots; computed when they are first taken."""
+        self._snapshots += map(self.simulator.snapshot, range(len(self._snapshots), self._taken))
+        return self._snapshots
 
-class WebsocketFeed:
-    """A RadarFeed of a service in a process of its own. address: of the service, as 127.0.0.1:8000; hello: of the feed."""
 
-    def __init__(
-        self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str, request: SourceRequest
-    ) -> None:
+class RemoteFeed:
+    """A RadarFeed of a service that runs, which waits for this client (mode `lossless`). hello: of the feed."""
+
+    def __init__(self, address: str, radar: str = "0", labels: bool = False, powers: PowersOf = ()) -> None:
+        """address: of the service, as 127.0.0.1:8000; it is started with --truth. A radar on the air begins with its next whole
+        scan. labels, powers: as RadarFeeds. Raises RuntimeError for a service that refuses, and OSError."""
+        request = source_request(labels, powers)
+        self.address, self._radar = address, radar
         self.crossings: list[Crossing] = []
+        self.snapshots: list[Snapshot] = []
         self._ending = ExitStack()
         try:
-            self.address = self._ending.enter_context(service(scene, seed, pace, fidelity))
             self._truth = self._connection("truth/stream")  # before the feed, which releases spoke 0
             query = ("&labels=1" if request.labels else "") + (
                 f"&powers={text_of(request.powers)}" if request.powers else ""
@@ -135,18 +154,20 @@ class WebsocketFeed:
         for _ in range(count):
             blocks, whole = self._blocks, self.hello["radar"]["azimuths"]
             while not blocks or blocks[-1].index + len(blocks[-1]) < whole:
-                blocks.append(self._block(self._message()))
+                block = self._block(self._message())
+                if blocks or block.index == 0:  # the rest of a scan that began before this client came has no use
+                    blocks.append(block)
             self._blocks = []
-            scan = scan_of(blocks)
-            self._read_crossings(scan.number)
+            scan = _as_reported(scan_of(blocks), blocks)
+            self._read_truth(scan.number)
             yield scan
 
     def close(self) -> None:
-        """Disconnects and ends the service."""
+        """Disconnects."""
         self._ending.close()
 
     def _connection(self, path: str) -> ClientConnection:
-        url = f"ws://{self.address}/api/radars/0/{path}"
+        url = f"ws://{self.address}/api/radars/{self._radar}/{path}"
         return self._ending.enter_context(connect(url, max_size=wire.MAX_MESSAGE, compression=None))
 
     def _message(self) -> dict[str, Any]:
@@ -162,20 +183,48 @@ class WebsocketFeed:
         angles = {key: wire.radians_from_turn(message[key]) for key in ("heading", "course")}
         values: dict[str, Any] = angles | {key: np.array(message[key]) for key in ("time", "position", "speed")}
         index = message["index"] + np.arange(len(field))
+        boresight = index * (2.0 * np.pi / azimuths)
+        error = wrap_angle(wire.radians_from_turn(message["azimuth"]) - boresight)
         cells = np.arange(message["bins"], dtype=np.float64)
         return SpokeBlock(
-            first=number, scan=message["scan"], index=message["index"], azimuth=index * (2.0 * np.pi / azimuths),
+            first=number, scan=message["scan"], index=message["index"],
+            azimuth=boresight + np.where(np.abs(error) < HALF_UNIT, 0.0, error),
             range=message["range_first_m"] + cells * message["range_step_m"], range_step=message["range_step_m"], field=field,
             power=square_law(field), labels=wire.labels(dict(message)), powers=wire.powers(dict(message)), **values,
         )  # fmt: skip
 
-    def _read_crossings(self, scan: int) -> None:
+    def _read_truth(self, scan: int) -> None:
         """Reads the truth up to the end of a scan."""
-        while (line := json.loads(self._truth.recv(RECEIVE_TIMEOUT)))["type"] != "snapshot" or line["scan"] < scan:
+        while not self.snapshots or self.snapshots[-1].scan < scan:
+            line = json.loads(self._truth.recv(RECEIVE_TIMEOUT))
             if line["type"] == "crossing":
                 self.crossings.append(crossing_from_line(line))
+            elif line["type"] == "snapshot":
+                self.snapshots.append(snapshot_from_line(line))
             elif line["type"] == "bye":
                 raise RuntimeError(f"the truth ended: {line['reason']}")
+
+
+class WebsocketFeed(RemoteFeed):
+    """A RemoteFeed of a service in a process of its own."""
+
+    def __init__(
+        self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str, request: SourceRequest
+    ) -> None:
+        self._service = ExitStack()
+        address = self._service.enter_context(service(scene, seed, pace, fidelity))
+        super().__init__(address, labels=request.labels, powers=request.powers)
+
+    def close(self) -> None:
+        """Disconnects and ends the service."""
+        super().close()
+        self._service.close()
+
+
+def _as_reported(scan: Scan, blocks: Sequence[SpokeBlock]) -> Scan:
+    """A scan with the azimuths of its blocks, which errors on purpose may have moved off the boresights."""
+    azimuth = np.concatenate([block.azimuth for block in blocks])
+    return scan if len(azimuth) != len(scan.azimuth) else replace(scan, azimuth=azimuth)
 
 
 def crossing_from_line(line: Mapping[str, Any]) -> Crossing:
@@ -184,6 +233,16 @@ def crossing_from_line(line: Mapping[str, Any]) -> Crossing:
     return Crossing(
         **{key: value for key, value in _tupled(line).items() if key not in ("type", "own_ship")}, own_ship=own_ship
     )
+
+
+def snapshot_from_line(line: Mapping[str, Any]) -> Snapshot:
+    """Returns the snapshot of a line of the truth."""
+    errors = line.get("feed_errors")
+    return Snapshot(
+        scan=line["scan"], time=line["time"], radar=line["radar"], own_ship=OwnShipTruth(**_tupled(line["own_ship"])),
+        bodies=tuple(Kinematics(**_tupled(body)) for body in line["bodies"]),
+        feed_errors=errors and FeedErrorCounts(**errors),
+    )  # fmt: skip
 
 
 def _tupled(line: Mapping[str, Any]) -> dict[str, Any]:

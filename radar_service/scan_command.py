@@ -53,7 +53,7 @@ def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int
 
 def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
     """Writes a picture of a scan, as a display with its default controls shows it."""
-    rows = [(np.arange(len(scan.power)), scan.power)]
+    rows = [(np.arange(len(scan.power)), scan.power, None)]
     to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step)
     path.write_bytes(
         last_scan_png(

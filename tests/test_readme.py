@@ -37,7 +37,7 @@ def test_ci_calls_exactly_the_test_command() -> None:
     assert command in (Path(__file__).parents[1] / ".ci" / "run").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("command", ["serve", "scan", "record", "replay", "check", "plan", "chart", "schema"])
+@pytest.mark.parametrize("command", ["serve", "scan", "record", "replay", "check", "plan", "plots", "chart", "schema"])
 def test_the_commands_named_exist(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert f"`{command}" in README or f"radar-service {command}" in README
     with pytest.raises(SystemExit) as ended:

@@ -62,7 +62,7 @@ function connectTo(id) {
 }
 
 function hello(message, isNew) {
-  if (radar?.id === message.radar.id) scenes.tellOthers(message.scene.name);
+  if (radar?.id === message.radar.id) scenes.tellOthers(message.epoch, message.scene.name);
   radar = message.radar;
   origin = message.scene.origin;
   givesTruth = message.truth;

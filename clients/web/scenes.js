@@ -13,6 +13,7 @@ export class Scenes {
     this.entries = [];
     this.running = "";
     this.isWorking = false;
+    this.ownEpoch = null; // of the feed, begun by the newest scene that this page has started
     element("scene").onchange = () => this.showChoice();
     element("load-scene").onclick = () => this.load(element("scene").value);
     element("remove-scene").onclick = () => this.remove(element("scene").value);
@@ -43,9 +44,9 @@ export class Scenes {
     if (this.running !== hello.scene.name || !this.entries.length) this.list(hello.scene.name);
   }
 
-  /** Says that another viewer has started a scene. name: of the scene that runs now. */
-  tellOthers(name) {
-    const isOther = this.running && name !== this.running && !this.isWorking;
+  /** Says that another viewer has started a scene. epoch, name: of the scene that runs now; it may begin long after the answer. */
+  tellOthers(epoch, name) {
+    const isOther = this.running && name !== this.running && !this.isWorking && epoch !== this.ownEpoch;
     if (isOther) toast(`Scene ${name} started by another viewer`, { topic: "Scene" });
   }
 
@@ -71,6 +72,7 @@ export class Scenes {
   load(name, title = name) {
     return this.work(`Preparing ${title} …`, title, async () => {
       const answer = await callApi(`radars/${encodeURIComponent(this.radar())}/scene`, "PUT", { scene: name });
+      this.ownEpoch = answer.epoch;
       if (answer.plan) showPlan(answer.plan);
       const stored = title === name ? "" : ` as ${name}`;
       return `${title} is on the air${stored}: ${answer.bodies} ${answer.bodies === 1 ? "body" : "bodies"}.`;

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from radar_service.display.picture import render_png
 from radar_service.display.video import Controls, Layout, display_video
+from radar_service.types import Singles
 
-Rows = tuple[NDArray[np.intp], NDArray[np.float32]]
+Rows = tuple[NDArray[np.intp], Singles, Singles | None]
 
 
 def last_scan_png(
@@ -18,16 +19,17 @@ def last_scan_png(
 ) -> bytes:  # fmt: skip
     """Returns the PNG of one scan as u8 video, north up; azimuths without a row are grey.
 
-    rows: row numbers (K,) and power (K, N) [W], oldest first; azimuths: of a scan; to: the bins of the video;
+    rows: row numbers (K,), power (K, N) [W] and, for scan correlation, that of the scan before; oldest first;
+    azimuths: of a scan; to: the bins of the video;
     noise_power: of a cell [W]; size: pixels; range_max: edge of the picture [m], None for that of `to`;
     heading: of the heading line [rad from north].
     """
     polar = np.zeros((azimuths, to.bins), dtype=np.uint8)
     filled = np.zeros(azimuths, dtype=bool)
-    last: tuple[int, NDArray[np.float32]] | None = None  # number and power of the row before
-    for numbers, power in rows:
+    last: tuple[int, Singles] | None = None  # number and power of the row before
+    for numbers, power, earlier in rows:
         before = last[1] if last and (last[0] + 1) % azimuths == numbers[0] else None
-        polar[numbers] = display_video(power, to, controls, noise_power, before)
+        polar[numbers] = display_video(power, to, controls, noise_power, before, earlier)
         filled[numbers] = True
         last = int(numbers[-1]), power[-1]
     return render_png(

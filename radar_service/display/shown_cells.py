@@ -7,20 +7,15 @@ from radar_service.types import Indices, Profiles, Singles
 
 
 def shown_cells(
-    encoding: str,
-    power: Singles,
-    field: Profiles,
-    to: Layout,
-    controls: Controls,
-    noise_power: float,
-    before: Singles | None,
-) -> Indices:
+    encoding: str, power: Singles, field: Profiles, to: Layout, controls: Controls, noise_power: float,
+    before: Singles | None = None, earlier: Singles | None = None,
+) -> Indices:  # fmt: skip
     """The number (K, bins) of the cell whose sample each bin shows in an encoding; the first one where several are equal.
 
     Arguments are those of `video.encode`. Echo stretch shows a cell also in the bins behind it.
     """
     if encoding == "u8":
-        level = video_level_db(power, to, controls, noise_power, before)
+        level = video_level_db(power, to, controls, noise_power, before, earlier)
         return _strongest_cells(level, to, stretch_cells(to, controls))
     if encoding == "c64":
         return _strongest_cells(field[:, : to.samples].real ** 2 + field[:, : to.samples].imag ** 2, to, 0)

@@ -2,7 +2,8 @@
 
 The order is that of a logarithmic receiver: log detector, sensitivity time control (STC), gain, differentiation (FTC),
 quantiser. The controls act on `u8` alone; the other encodings have the measured values. Functions of arrays; no state: the
-bytes of a spoke depend on its own cells, the controls and, with interference rejection, the cells of the spoke before.
+bytes of a spoke depend on its own cells, the controls and, where these are on, the spoke before (interference rejection) and
+the scan before (scan correlation).
 """
 
 import math
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.display.local_clutter import MARGIN_DB, SEA_RANGE, SEA_SLOPE_DB, clutter_level
+from radar_service.display.scan_correlation import excess_db
 from radar_service.types import Floats, Profiles, Singles
 
 Bytes = NDArray[np.uint8]
@@ -38,6 +40,7 @@ class Controls:
     sea_auto: the local level of sea clutter is subtracted.
     echo_stretch: 0 to 2; lengthens echoes outward by this many times STRETCH of the display range.
     interference_rejection: a cell counts for at most REJECTION times what the spoke before it has at its range.
+    scan_correlation: a cell counts for at most what the scan before has around its place (`scan_correlation`).
     """
 
     gain: float = 45.0
@@ -47,6 +50,7 @@ class Controls:
     sea_auto: bool = True
     echo_stretch: float = 0.0
     interference_rejection: bool = False
+    scan_correlation: bool = False
 
     def __post_init__(self) -> None:
         for name in ("gain", "sea", "rain"):
@@ -181,19 +185,24 @@ def stretched(video_db: Singles, cells: int) -> Singles:
 
 
 def display_video(
-    power: Singles, to: Layout, controls: Controls, noise_power: float, before: Singles | None = None
-) -> Bytes:
+    power: Singles, to: Layout, controls: Controls, noise_power: float, before: Singles | None = None,
+    earlier: Singles | None = None,
+) -> Bytes:  # fmt: skip
     """Video bytes (K, bins) of cells (K, N) [W]: 0 is below the threshold, b > 0 is b - 1 to b steps above it.
 
     By hand, the threshold before the controls is noise_threshold_db(noise_power), and gain raises the video by 1 dB per
     percent over 50. Auto gain sets the threshold by itself, auto sea the level that is subtracted. Rain lowers the video.
-    Any level above the threshold is visible. before: see `without_interference`, which alone uses it.
+    Any level above the threshold is visible. before: see `without_interference`, which alone uses it. earlier: (K, N) [W] by
+    `ScanMemory.take`, None where it is not known; scan correlation alone uses it. It lowers cells, and no level that is
+    subtracted, so it makes no cell stronger.
     """
-    video, cells = video_level_db(power, to, controls, noise_power, before), stretch_cells(to, controls)
+    video, cells = video_level_db(power, to, controls, noise_power, before, earlier), stretch_cells(to, controls)
     return quantise(peaks(stretched(video, cells) if cells else video, to), -0.5 * DB_PER_STEP, DB_PER_STEP)
 
 
-def video_level_db(power: Singles, to: Layout, controls: Controls, noise_power: float, before: Singles | None) -> Singles:
+def video_level_db(
+    power: Singles, to: Layout, controls: Controls, noise_power: float, before: Singles | None, earlier: Singles | None
+) -> Singles:
     """Level (K, samples) of the shown cells of (K, N) [W] above the threshold [dB], before echo stretch; as `display_video`."""
     if controls.interference_rejection:
         power = without_interference(power, before)
@@ -209,6 +218,8 @@ def video_level_db(power: Singles, to: Layout, controls: Controls, noise_power: 
         video -= sea_attenuation_db(distance, controls.sea).astype(np.float32)
     if controls.rain > 0:
         video -= rain_level_db(video, to.native_step, controls.rain)
+    if controls.scan_correlation and earlier is not None:
+        video -= excess_db(cells, earlier[:, : to.samples])
     return video
 
 
@@ -246,14 +257,15 @@ def encode(
     controls: Controls,
     noise_power: float,
     before: Singles | None = None,
+    earlier: Singles | None = None,
 ) -> NDArray[np.generic]:
     """Cells (K, N) as samples (K, bins) in one of the encodings of the native feed (see stream.codecs.native.wire).
 
     power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the reference of the byte scales; before: (N,) power
-    of the spoke before the first one [W], None where it is not known.
+    of the spoke before the first one [W], None where it is not known; earlier: see `display_video`.
     """
     if encoding == "u8":
-        return display_video(power, to, controls, noise_power, before)
+        return display_video(power, to, controls, noise_power, before, earlier)
     if encoding == "c64":
         return strongest(field, to).astype("<c8")
     top = peaks(power, to)

@@ -117,6 +117,7 @@ CONTROLS = (
     _display_switch(
         "interference_rejection", "Interference rejection", "removes what only one spoke has, such as pulses of other radars"
     ),
+    _display_switch("scan_correlation", "Scan correlation", "removes what only one scan has, such as sea spikes, and fast craft"),
     Control(
         "rpm", "number", "engine", "Antenna", "rate of rotation; a change opens a new epoch at the end of a scan",
         read=lambda settings, scene: 60.0 / scene.radar.rotation_period,

@@ -39,6 +39,7 @@ class SpokeBatch:
     block: the spokes.
     video: the display controls in force.
     before: power (N,) [W] of the spoke before the first one, None where there was none.
+    earlier: power (K, N) [W] that the scan before had around each cell, see `ScanMemory`; None without scan correlation.
     """
 
     epoch: Epoch
@@ -46,6 +47,7 @@ class SpokeBatch:
     block: SpokeBlock
     video: Controls
     before: Singles | None = None
+    earlier: Singles | None = None
 
     def __len__(self) -> int:
         return len(self.block)

@@ -1,11 +1,12 @@
-"""The arguments of the command `bench-tracker`."""
+"""The arguments of the commands `bench-tracker` and `plots`."""
 
 import argparse
 import os
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from radar_service.arguments import whole
+from radar_service.arguments import file_ending, whole
 
 
 def add_bench_tracker(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -20,7 +21,50 @@ def add_bench_tracker(commands: "argparse._SubParsersAction[argparse.ArgumentPar
     )  # fmt: skip
     parser.add_argument(
         "--tracker", default="gnn",
-        help='gnn or jpda (Stone Soup), module:callable, or a command that reads plots and writes tracks (default gnn)',
+        help='gnn or jpda, module:callable, ws://host:port, or a command that gets plots and gives tracks (default gnn)',
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, help="folder for report.json, report.html and the runs; it may exist")
     parser.add_argument("--compare", nargs=2, type=Path, metavar="REPORT", help="print two report.json side by side")
+
+
+def add_plots(
+    commands: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    parents: Sequence[argparse.ArgumentParser],
+    scene_help: str,
+) -> None:
+    """Adds the command."""
+    parser = commands.add_parser("plots", parents=[*parents], help="extract plots, and tell by labels what each is of")
+    parser.add_argument("scene", nargs="?", default="harbour", metavar="SCENE", help=scene_help)
+    parser.add_argument(
+        "--scans", default=10, type=partial(whole, minimum=1, maximum=10_000), help="revolutions (default 10)"
+    )
+    parser.add_argument("--threshold", default="ca", choices=["known", "ca", "os"], help="see docs/plots.md (default ca)")
+    parser.add_argument("--pfa", default=1e-4, type=_probability, help="false alarms per cell of noise (default 1e-4)")
+    for name, default, text in (("guard", 100.0, "beside a cell, not averaged"), ("window", 300.0, "averaged on each side")):
+        parser.add_argument(
+            f"--{name}-m", default=default, type=_length, metavar="M", help=f"length {text} (default {default:g})"
+        )
+    parser.add_argument(
+        "--max-plots", default=10_000, type=partial(whole, minimum=1, maximum=10_000), metavar="N",
+        help="the strongest of a scan (default 10000)",
+    )  # fmt: skip
+    parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".json"), help="file.json to write")
+    parser.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: the plots on the PPI")
+
+
+def _probability(text: str) -> float:
+    return _between(text, 0.0, 1.0, "a probability between 0 and 1, as 1e-4")
+
+
+def _length(text: str) -> float:
+    return _between(text, 0.0, 1e6, "a length above 0 m, as 100")
+
+
+def _between(text: str, lower: float, upper: float, allowed: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = lower
+    if not lower < value < upper:
+        raise argparse.ArgumentTypeError(f"{text:.40} is not allowed; {allowed}")
+    return value

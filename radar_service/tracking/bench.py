@@ -1,6 +1,6 @@
 """The test bench of trackers: scenarios times seeds in parallel processes, each run kept in a file, one report in the end."""
 
-import importlib
+import hashlib
 import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -12,58 +12,31 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import KNOT
 from radar_service.parallel import BLAS_LIMIT
-from radar_service.tracking.process_tracker import ProcessTracker, TrackerError
+from radar_service.tracking.json_lines import LineTracker
 from radar_service.tracking.run import run
-from radar_service.tracking.scenario import Scenario, load_scenario
+from radar_service.tracking.scenario import Scenario
 from radar_service.tracking.scoring import ScanResult, scores
-from radar_service.tracking.stone_soup import StoneSoupTracker, Tuning
-from radar_service.tracking.tracker import Tracker
+from radar_service.tracking.trackers import program_digest, tracker_for
 from radar_service.tracking.verdicts import verdict
 
 SCHEMA = 1
+MAX_NAME = 100  # characters of a run's file: a command may be longer than file systems take
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
-REFERENCE = ("gnn", "jpda")  # names of the reference tracker's associations
 
 
-def tracker_for(name: str, scenario: Scenario, seed: int) -> Tracker:
-    """Returns a new tracker: "gnn" or "jpda", the reference; "module:callable", which returns one; or a command, which gets
-    plots and answers tracks as JSON Lines. Raises TrackerError and ImportError."""
-    if name in REFERENCE:
-        return StoneSoupTracker(tuning_of(scenario, name))
-    if name.count(":") == 1 and " " not in name and "/" not in name:
-        module, _, attribute = name.partition(":")
-        try:
-            made: Tracker = getattr(importlib.import_module(module), attribute)()
-        except (ImportError, AttributeError) as error:
-            raise TrackerError(f"tracker: {name} could not be imported: {error}") from None
-        return made
-    return ProcessTracker(name, {"scenario": scenario.name, "seed": seed, "schema": SCHEMA})
-
-
-def tuning_of(scenario: Scenario, association: str) -> Tuning:
-    """Returns the tuning that a scenario gives the reference tracker."""
-    settings = scenario.tracker
-    return Tuning(
-        association="jpda" if association == "jpda" else "gnn", range_error=settings.range_error_m,
-        bearing_error=float(np.radians(settings.bearing_error_deg)), acceleration=settings.acceleration,
-        speed_error=settings.speed_error_kn * KNOT, detection=settings.detection, clutter=settings.clutter_per_m2,
-    )  # fmt: skip
-
-
-def single_run(scenario_name: str, seed: int, tracker_name: str) -> dict[str, Any]:
+def single_run(scenario: Scenario, seed: int, tracker_name: str) -> dict[str, Any]:
     """Returns one run as plain data: its metrics, and what each scan gave. Raises what its parts raise."""
-    scenario = load_scenario(scenario_name)
-    tracker = tracker_for(tracker_name, scenario, seed)
+    program = program_digest(tracker_name)
+    tracker = tracker_for(tracker_name, scenario, {"scenario": scenario.name, "seed": seed, "schema": SCHEMA})
     try:
         with BLAS_LIMIT.held():
             results = list(run(scenario, seed, tracker))
     finally:
-        if isinstance(tracker, ProcessTracker):
+        if isinstance(tracker, LineTracker):
             tracker.close()
     return {
-        "scenario": scenario.name, "digest": scenario.digest, "seed": seed, "tracker": tracker_name,
+        "scenario": scenario.name, "digest": scenario.digest, "seed": seed, "tracker": tracker_name, "program": program,
         "metrics": scores(results),
         "scans": [_scan_data(result) for result in results],
     }  # fmt: skip
@@ -78,7 +51,7 @@ def _scan_data(result: ScanResult) -> dict[str, Any]:
 
 
 def bench(
-    names: Sequence[str],
+    scenarios: Sequence[Scenario],
     seeds: int,
     tracker: str,
     folder: Path,
@@ -87,22 +60,21 @@ def bench(
 ) -> dict[str, Any]:
     """Runs scenarios with seeds 0 to `seeds` - 1, and returns the report. Runs whose file is in `folder` are not made again.
 
-    jobs: processes at once; progress: wraps the runs that are left, of which it gets the number.
-    Raises ScenarioError, TrackerError, SceneError and OSError.
+    scenarios: of different names; jobs: processes at once; progress: wraps the runs that are left, of which it gets the number.
+    Raises TrackerError, SceneError and OSError.
     """
-    loaded = {(one := load_scenario(name)).name: one for name in names}
     (folder / "runs").mkdir(parents=True, exist_ok=True)
-    orders = [(name, seed) for name in names for seed in range(seeds)]
-    left = [order for order in orders if not _is_kept(folder, load_scenario(order[0]), order[1], tracker)]
+    program = program_digest(tracker)
+    orders = [(scenario, seed) for scenario in scenarios for seed in range(seeds)]
+    left = [(scenario, seed) for scenario, seed in orders if not _is_kept(folder, scenario, seed, tracker, program)]
     for data in progress(_made(left, tracker, jobs), len(left)):
         _write(_file(folder, data["scenario"], data["seed"], tracker), data)
-    return report(loaded, runs_of(names, seeds, tracker, folder), tracker)
+    return report({one.name: one for one in scenarios}, runs_of(scenarios, seeds, tracker, folder), tracker)
 
 
-def runs_of(names: Sequence[str], seeds: int, tracker: str, folder: Path) -> dict[str, list[dict[str, Any]]]:
+def runs_of(scenarios: Sequence[Scenario], seeds: int, tracker: str, folder: Path) -> dict[str, list[dict[str, Any]]]:
     """Returns the runs in a folder, by name of the scenario. Raises OSError where one is missing."""
-    loaded = [load_scenario(name) for name in names]
-    return {one.name: [_read(_file(folder, one.name, seed, tracker)) for seed in range(seeds)] for one in loaded}
+    return {one.name: [_read(_file(folder, one.name, seed, tracker)) for seed in range(seeds)] for one in scenarios}
 
 
 def report(loaded: Mapping[str, Scenario], runs: Mapping[str, Sequence[Mapping[str, Any]]], tracker: str) -> dict[str, Any]:
@@ -134,13 +106,13 @@ def _percentile(values: Sequence[float | None]) -> float | None:
     return float(np.percentile(numbers, 95.0)) if numbers else None
 
 
-def _made(orders: Sequence[tuple[str, int]], tracker: str, jobs: int) -> Iterator[dict[str, Any]]:
+def _made(orders: Sequence[tuple[Scenario, int]], tracker: str, jobs: int) -> Iterator[dict[str, Any]]:
     """The runs as they end, from `jobs` processes, or from this one."""
     if jobs == 1 or len(orders) <= 1:
-        yield from (single_run(name, seed, tracker) for name, seed in orders)
+        yield from (single_run(scenario, seed, tracker) for scenario, seed in orders)
         return
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(single_run, name, seed, tracker) for name, seed in orders]
+        futures = [pool.submit(single_run, scenario, seed, tracker) for scenario, seed in orders]
         try:
             for future in as_completed(futures):
                 yield future.result()
@@ -149,16 +121,17 @@ def _made(orders: Sequence[tuple[str, int]], tracker: str, jobs: int) -> Iterato
 
 
 def _file(folder: Path, scenario: str, seed: int, tracker: str) -> Path:
-    plain = "".join(c if c.isalnum() or c in "-_" else "-" for c in f"{scenario}-{tracker}")
-    return folder / "runs" / f"{plain}-{seed}.json"
+    plain = "".join(c if c.isalnum() or c in "-_" else "-" for c in f"{scenario}-{tracker}")[:MAX_NAME]
+    whole = hashlib.blake2b(f"{scenario} {tracker}".encode(), digest_size=4).hexdigest()
+    return folder / "runs" / f"{plain}-{whole}-{seed}.json"
 
 
-def _is_kept(folder: Path, scenario: Scenario, seed: int, tracker: str) -> bool:
-    """Whether an earlier command made this run with the same scenario, and its file is whole."""
+def _is_kept(folder: Path, scenario: Scenario, seed: int, tracker: str, program: str) -> bool:
+    """Whether an earlier command made this run with the same scenario and program, and its file is whole."""
     try:
         kept = _read(_file(folder, scenario.name, seed, tracker))
-        return bool(kept["digest"] == scenario.digest and kept["tracker"] == tracker)
-    except (OSError, ValueError, KeyError):
+        return (kept["digest"], kept["tracker"], kept["program"]) == (scenario.digest, tracker, program)
+    except (OSError, ValueError, KeyError, TypeError):
         return False
 
 

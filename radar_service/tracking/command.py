@@ -8,9 +8,9 @@ from typing import Any
 from tqdm import tqdm
 
 from radar_service.tracking.bench import bench, runs_of
-from radar_service.tracking.process_tracker import TrackerError
+from radar_service.tracking.json_lines import TrackerError
 from radar_service.tracking.report import comparison, write_report
-from radar_service.tracking.scenario import load_scenario, scenarios
+from radar_service.tracking.scenario import load_scenario, load_scenarios, scenarios
 
 
 def bench_tracker(options: argparse.Namespace) -> int:
@@ -25,8 +25,9 @@ def bench_tracker(options: argparse.Namespace) -> int:
         return 0
     if not options.scenarios or options.out is None:
         raise TrackerError("SCENARIO and -o: name at least one scenario and a folder, or give --list")
-    report = bench(options.scenarios, options.seeds, options.tracker, options.out, options.jobs, _progress)
-    write_report(report, runs_of(options.scenarios, options.seeds, options.tracker, options.out), options.out)
+    loaded = load_scenarios(options.scenarios)
+    report = bench(loaded, options.seeds, options.tracker, options.out, options.jobs, _progress)
+    write_report(report, runs_of(loaded, options.seeds, options.tracker, options.out), options.out)
     words = [(one["name"], verdict) for one in report["scenarios"] for verdict in one["verdicts"]]
     for name, verdict in words:
         print(f"{name}: {verdict['metric']}: {verdict['word']} ({verdict['failures']} of {verdict['runs']} runs miss it)")

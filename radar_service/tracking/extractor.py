@@ -1,7 +1,7 @@
 """The plot extractor: from scans to plots, across north."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,12 +26,14 @@ class ScanPlots:
     plots: by time.
     sidelobes: number of plots that the sidelobe gate removed.
     dropped: number of plots beyond the maximum, the weakest.
+    cells: the detections of each plot.
     """
 
     scan: int
     plots: tuple[Plot, ...]
     sidelobes: int
     dropped: int
+    cells: tuple[Detections, ...] = field(default=(), compare=False, repr=False)
 
 
 class PlotExtractor:
@@ -71,10 +73,13 @@ class PlotExtractor:
         closed = self._closed(fresh, (scan.number + 1) * self._layout.azimuths)
         ended = [cluster.only(part) for cluster in closed for part in parts(cluster, self._rule)]
         kept = [cells for cells in ended if not (self._gate and self._gate.is_sidelobe(cells, recent))]
-        plots = sorted((plot_of(cells, self._layout) for cells in kept), key=lambda plot: -plot.snr_db)
-        best = sorted(plots[: self._max_plots], key=lambda plot: plot.time)
+        plots = sorted(((plot_of(cells, self._layout), cells) for cells in kept), key=lambda pair: -pair[0].snr_db)
+        best = sorted(plots[: self._max_plots], key=lambda pair: pair[0].time)
         self._before = fresh
-        return ScanPlots(scan.number, tuple(best), len(ended) - len(kept), len(plots) - len(best))
+        return ScanPlots(
+            scan.number, tuple(plot for plot, _ in best), len(ended) - len(kept), len(plots) - len(best),
+            tuple(cells for _, cells in best),
+        )  # fmt: skip
 
     def _closed(self, fresh: Detections, end: int) -> list[Detections]:
         """The clusters that cannot go on at spoke `end`, but for those that the start cut; the others wait."""

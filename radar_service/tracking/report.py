@@ -4,11 +4,21 @@ import base64
 import html
 import io
 import json
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from radar_service.tracking.dead_reckoning import distance_at
+from radar_service.types import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MIN_HALF_WIDTH = 100.0  # m, of the map
+MAX_NAMES = 8  # of targets in a legend: more leave no room for the map
 
 STYLE = (
     "body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem}"
@@ -36,7 +46,7 @@ def page(report: Mapping[str, Any], runs: Mapping[str, Sequence[Mapping[str, Any
 def comparison(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
     """Returns a table of the metrics of two reports, scenario by scenario, as text."""
     others = {scenario["name"]: scenario for scenario in other["scenarios"]}
-    lines = [f"{'scenario':32} {'metric':26} {one['tracker'][:14]:>14} {other['tracker'][:14]:>14}"]
+    lines = [f"{'scenario':32} {'metric':26} {one['tracker'][-14:]:>14} {other['tracker'][-14:]:>14}"]
     for scenario in one["scenarios"]:
         second = others.get(scenario["name"], {"metrics": {}})
         for metric, value in scenario["metrics"].items():
@@ -83,17 +93,23 @@ def _figure(run: Mapping[str, Any]) -> str:
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")
     chart, errors = figure.subplots(1, 2)
     scans = run["scans"]
-    plots = np.array([plot for scan in scans for plot in scan["plots"]]).reshape(-1, 2)
-    chart.plot(*plots.T, ".", color="0.7", markersize=2, label="plots")
-    for name in sorted({truth["body"] for scan in scans for truth in scan["truths"]}):
+    plots = _points(scan["plots"] for scan in scans)
+    chart.plot(*plots.T, ".", color="0.6", markersize=2, label="plots")
+    names = sorted({truth["body"] for scan in scans for truth in scan["truths"]})
+    for k, name in enumerate(names):
         truths = [(scan, truth) for scan in scans for truth in scan["truths"] if truth["body"] == name]
         path = np.array([truth["position"] for _, truth in truths])
-        (line,) = chart.plot(*path.T, linewidth=1.0, label=name)
+        label = name if len(names) <= MAX_NAMES else "_" if k else f"{len(names)} targets"  # "_": not in the legend
+        (line,) = chart.plot(*path.T, linewidth=3.0, alpha=0.5, label=label)
         nearest = [(truth["time"], _nearest(truth, scan["tracks"])) for scan, truth in truths]
-        errors.plot(*np.array(nearest, dtype=float).T, color=line.get_color(), label=name)
-    tracks = np.array([[track["east"], track["north"]] for scan in scans for track in scan["tracks"]]).reshape(-1, 2)
-    chart.plot(*tracks.T, "k.", markersize=2, label="tracks")
-    chart.set(xlabel="east [m]", ylabel="north [m]", aspect="equal")
+        errors.plot(*np.array(nearest, dtype=float).T, color=line.get_color())
+    tracks = _points([[track["east"], track["north"]] for track in scan["tracks"]] for scan in scans)
+    chart.plot(*tracks.T, ".", color="black", markersize=3, label="tracks")
+    own = _points([scan["own"]] for scan in scans)
+    chart.plot(*own.T, color="red", linewidth=1.0)
+    chart.plot(*own[-1:].T, "^", color="red", markersize=6, label="own ship")
+    of_interest = np.concatenate([own, tracks, _points([truth["position"] for truth in scan["truths"]] for scan in scans)])
+    _zoom(chart, of_interest, own[-1])
     chart.legend(fontsize="small")
     errors.set(xlabel="time [s]", ylabel="distance of the nearest track [m]", yscale="log")
     buffer = io.BytesIO()
@@ -101,13 +117,33 @@ def _figure(run: Mapping[str, Any]) -> str:
     return base64.b64encode(buffer.getvalue()).decode()
 
 
+def _points(scans: Iterable[Sequence[Sequence[float]]]) -> Floats:
+    """All points (K, 2) of scans."""
+    return np.array([point for points in scans for point in points], dtype=np.float64).reshape(-1, 2)
+
+
+def _zoom(chart: "Axes", points: Floats, centre: Floats) -> None:
+    """Shows points (K, 2), whatever false plots lie elsewhere, with range rings about a centre (2,)."""
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    half = max(0.55 * float(np.ptp(points, axis=0).max()), MIN_HALF_WIDTH)
+    chart.set(
+        xlabel="east [m]", ylabel="north [m]", aspect="equal", xlim=(middle[0] - half, middle[0] + half),
+        ylim=(middle[1] - half, middle[1] + half),
+    )  # fmt: skip
+    step = 10.0 ** math.floor(math.log10(half))
+    bearing = np.linspace(0.0, 2.0 * np.pi, 181)
+    for ring in step * np.arange(1, math.ceil(4.0 * half / step)):
+        chart.plot(
+            *(centre[:, None] + ring * np.stack([np.sin(bearing), np.cos(bearing)])), color="0.85", linewidth=0.6, zorder=0
+        )
+
+
 def _nearest(truth: Mapping[str, Any], tracks: Sequence[Mapping[str, Any]]) -> float:
     """Distance [m] of the nearest track at its own time; nan without tracks."""
     distances = [
-        np.hypot(
-            track["east"] - truth["position"][0] - (track["time"] - truth["time"]) * truth["velocity"][0],
-            track["north"] - truth["position"][1] - (track["time"] - truth["time"]) * truth["velocity"][1],
+        distance_at(
+            (track["east"], track["north"]), track["time"], truth["position"], truth["velocity"], truth["time"]
         )
         for track in tracks
-    ]
-    return float(min(distances, default=np.nan))
+    ]  # fmt: skip
+    return min(distances, default=math.nan)

@@ -3,7 +3,7 @@
 import hashlib
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -132,3 +132,17 @@ def load_scenario(name: str) -> Scenario:
     except ValidationError as error:
         lines = (f"{path}: {'.'.join(map(str, e['loc']))}: {e['msg']}; correct the key" for e in error.errors())
         raise ScenarioError("\n".join(lines)) from None
+
+
+def load_scenarios(names: Sequence[str]) -> list[Scenario]:
+    """Returns scenarios as load_scenario does. Raises ScenarioError, also where two have one name: their runs would mix."""
+    loaded: dict[str, tuple[str, Scenario]] = {}
+    for name in names:
+        scenario = load_scenario(name)
+        if scenario.name in loaded:
+            raise ScenarioError(
+                f"{name}: {loaded[scenario.name][0]} is named {scenario.name} too; give each scenario once, and each file a "
+                f"name of its own"
+            )
+        loaded[scenario.name] = (name, scenario)
+    return [scenario for _, scenario in loaded.values()]

@@ -11,6 +11,7 @@ from scipy.optimize import linear_sum_assignment
 
 from radar_service.constants import KNOT
 from radar_service.frames import wrap_angle
+from radar_service.tracking.dead_reckoning import distance_at, moved_on
 from radar_service.tracking.tracker import TrackerInput, TrackState
 from radar_service.truth.crossings import closest_approach
 from radar_service.types import Floats
@@ -110,8 +111,7 @@ def _track_vector(track: TrackState) -> list[float]:
 def position_error(one: Any, other: Any) -> float:
     """Returns the distance [m] of two states, the second moved along its velocity to the time of the first."""
     a, b = np.ravel(one.state_vector), np.ravel(other.state_vector)
-    later = a[4] - b[4]
-    return float(np.hypot(a[0] - b[0] - later * b[1], a[2] - b[2] - later * b[3]))
+    return distance_at(a[[0, 2]], a[4], b[[0, 2]], b[[1, 3]], b[4])
 
 
 def velocity_error(one: Any, other: Any) -> float:
@@ -130,9 +130,7 @@ def associations(result: ScanResult) -> dict[str, TrackState]:
 
 
 def _distance(track: TrackState, truth: TargetTruth) -> float:
-    later = track.time - truth.time
-    true = np.array(truth.position) + later * np.array(truth.velocity)
-    return _length(np.array([track.east, track.north]) - true)
+    return distance_at((track.east, track.north), track.time, truth.position, truth.velocity, truth.time)
 
 
 def _identity_metrics(results: Sequence[ScanResult]) -> dict[str, float | None]:
@@ -219,7 +217,7 @@ class _Motion(NamedTuple):
     velocity: Floats
 
     def after(self, time: float) -> "_Motion":
-        return _Motion(self.position + time * self.velocity, self.velocity)
+        return _Motion(moved_on(self.position, self.velocity, time), self.velocity)
 
     def relative_to(self, other: "_Motion") -> "_Motion":
         return _Motion(self.position - other.position, self.velocity - other.velocity)

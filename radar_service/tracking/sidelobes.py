@@ -31,14 +31,15 @@ class SidelobeGate:
         """
         peak = int(plot.power.argmax())
         spoke, cell, power = plot.spoke[peak], plot.cell[peak], plot.power[peak]
-        stronger = every.only(every.power * self._margin > power)
-        apart = np.abs(stronger.spoke - spoke)
+        stronger = np.flatnonzero(every.power * self._margin > power)
+        spokes, cells, powers = every.spoke[stronger], every.cell[stronger], every.power[stronger]
+        apart = np.abs(spokes - spoke)
         across = np.minimum(apart % self._azimuths, -apart % self._azimuths)  # the beam meets an echo again a scan later,
         again = (apart > self._azimuths // 2) & (self._azimuth[across] > MAIN_LOBE)  # and the plot's own echo as well
-        along = np.minimum(np.abs(stronger.cell - cell), len(self._range) - 1)
+        along = np.minimum(np.abs(cells - cell), len(self._range) - 1)
         along = np.maximum(along - 1, 0)  # an echo stands between two cells
-        own = np.isin(stronger.spoke * 2**32 + stronger.cell, plot.spoke * 2**32 + plot.cell)
-        level = (stronger.power * self._azimuth[across] * self._range[along])[~again & ~own].max(initial=0.0)
+        own = np.isin(spokes * 2**32 + cells, plot.spoke * 2**32 + plot.cell)
+        level = (powers * self._azimuth[across] * self._range[along])[~again & ~own].max(initial=0.0)
         return bool(np.sqrt(power) <= np.sqrt(level * self._margin) + self._noise)
 
 

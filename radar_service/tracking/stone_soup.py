@@ -55,15 +55,13 @@ class StoneSoupTracker:
             raise ImportError(MISSING) from error
         self._tuning = tuning or Tuning()
         self._feed = _Feed()
-        self._tracker = iter(_multi_target_tracker(self._tuning, self._feed))
+        self._tracker = reference_tracks(self._tuning, self._feed)
         self._names: dict[str, str] = {}
 
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
         """Returns the tracks after a scan, as Tracker.update; each at the time of its last plot, or at the end of the scan."""
-        self._feed.put(EPOCH + timedelta(seconds=scan.time), {_detection(plot, self._tuning) for plot in scan.plots})
+        self._feed.put(EPOCH + timedelta(seconds=scan.time), {detection(plot, self._tuning) for plot in scan.plots})
         _, tracks = next(self._tracker)
-        for track in tracks:
-            _date_by_its_plot(track)
         first = sorted(tracks, key=lambda track: (track[0].timestamp, *np.ravel(track[0].mean).tolist()))
         return sorted((self._state(track) for track in first), key=lambda state: int(state.track))
 
@@ -91,8 +89,8 @@ class _Feed:
             yield given
 
 
-def _detection(plot: Plot, tuning: Tuning) -> Any:
-    """A plot as Stone Soup's detection: its bearing is that of mathematics, from east to north."""
+def detection(plot: Plot, tuning: Tuning) -> Any:
+    """Returns a plot as Stone Soup's Detection: its bearing is that of mathematics, from east to north."""
     from stonesoup.models.measurement.nonlinear import CartesianToBearingRange
     from stonesoup.types.angle import Bearing
     from stonesoup.types.array import StateVector
@@ -109,7 +107,16 @@ def _detection(plot: Plot, tuning: Tuning) -> Any:
     )
 
 
-def _multi_target_tracker(tuning: Tuning, feed: _Feed) -> Any:
+def reference_tracks(tuning: Tuning, reader: Any) -> Iterator[tuple[datetime, set[Any]]]:
+    """Yields the time and Stone Soup's tracks after each scan of a DetectionReader, as that of stone_soup_readers. Each state
+    has the time of its plot, or of the scan where it has none. Raises ImportError."""
+    for time, tracks in _multi_target_tracker(tuning, reader):
+        for track in tracks:
+            _date_by_its_plot(track)
+        yield time, tracks
+
+
+def _multi_target_tracker(tuning: Tuning, feed: Any) -> Any:
     from stonesoup.dataassociator.neighbour import GNNWith2DAssignment
     from stonesoup.dataassociator.probability import JPDA
     from stonesoup.deleter.time import UpdateTimeStepsDeleter

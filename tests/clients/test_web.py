@@ -214,6 +214,8 @@ def test_controls_are_patched_and_refusals_shown(radar: FakeRadar, opened: Opene
     page = opened(f"{BARE}&unit=m")
     page.ask("gain.value = 63, gain.dispatchEvent(new Event('input'))")
     page.wait("document.querySelector('#gain-value').value === '63'")
+    page.ask("document.getElementById('scan_correlation').click(); 1")
+    page.wait("document.getElementById('scan_correlation').ariaPressed === 'true'")
     page.press("-")
     page.wait("document.getElementById('range').value === '1500'")
     page.press("p")
@@ -223,7 +225,13 @@ def test_controls_are_patched_and_refusals_shown(radar: FakeRadar, opened: Opene
     page.wait("document.getElementById('alerts').textContent.includes('unlucky')")
     page.wait("document.getElementById('rpm').value === '24'")  # what was refused is taken back
     assert page.text("#pause") == "Pause"  # one label: the state is in aria-pressed
-    assert radar.patched == [{"gain": 63}, {"range_m": 1500}, {"pace": {"state": "pause"}}, {"rpm": 13}]
+    assert radar.patched == [
+        {"gain": 63},
+        {"scan_correlation": True},
+        {"range_m": 1500},
+        {"pace": {"state": "pause"}},
+        {"rpm": 13},
+    ]
 
 
 def test_scene_is_put(radar: FakeRadar, opened: Opened) -> None:

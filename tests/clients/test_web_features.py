@@ -216,6 +216,10 @@ def test_a_dropped_scene_is_uploaded_started_and_its_plan_shown(radar: FakeRadar
     page.ask(CLICK.format("remove-scene"))
     page.wait("document.getElementById('scene-answer').textContent === 'my bay -2- is removed.'")
     assert radar.removed == ["my bay -2-"]
+    radar.epoch = "two"  # as the answer has said; it begins at the end of a scan
+    radar.send(radar.hello())
+    page.wait("document.getElementById('scene-name').textContent === 'my bay -2-'")
+    assert "another viewer" not in page.text("#toasts")
 
 
 def test_the_page_says_how_far_the_service_falls_behind(radar: FakeRadar, opened: Opened) -> None:

@@ -20,7 +20,7 @@ def picture(rows: list[int], echo_row: int | None = None) -> np.ndarray:
     bins = SCENE.radar.bins
     to = layout(bins, SCENE.radar.range_step / 2, SCENE.radar.range_step)
     last_rows = [
-        (np.array([row]), np.full((1, bins), 1e6 * NOISE if row == echo_row else NOISE, np.float32)) for row in rows
+        (np.array([row]), np.full((1, bins), 1e6 * NOISE if row == echo_row else NOISE, np.float32), None) for row in rows
     ]
     png = last_scan_png(last_rows, 24, to, BY_HAND, NOISE, title="x", size=200, range_max=None, heading=math.radians(90))
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
@@ -46,10 +46,23 @@ def test_interference_rejection_compares_rows_across_batches() -> None:
     power[11, 30] = 1e6 * NOISE
 
     def drawn(power: np.ndarray, *edges: int) -> bytes:
-        parts = [(np.arange(a, b), power[a:b]) for a, b in zip((0, *edges), (*edges, 24), strict=True)]
+        parts = [(np.arange(a, b), power[a:b], None) for a, b in zip((0, *edges), (*edges, 24), strict=True)]
         return last_scan_png(parts, 24, to, controls, NOISE, title="", size=100, range_max=None, heading=0.0)
 
     assert drawn(power) == drawn(power, 11) == drawn(power, 12) == drawn(power, 5, 12, 13) == drawn(quiet)
+
+
+def test_scan_correlation_removes_what_the_scan_before_has_not() -> None:
+    to, controls = layout(64, 1.0, 2.0), Controls(gain=50.0, gain_auto=False, sea_auto=False, scan_correlation=True)
+    quiet = np.full((24, 64), NOISE / 2, np.float32)
+    power = quiet.copy()
+    power[11, 30] = 1e6 * NOISE
+
+    def drawn(power: np.ndarray, earlier: np.ndarray | None) -> bytes:
+        rows = [(np.arange(24), power, earlier)]
+        return last_scan_png(rows, 24, to, controls, NOISE, title="", size=100, range_max=None, heading=0.0)
+
+    assert drawn(power, quiet) == drawn(quiet, None) != drawn(power, power) == drawn(power, None)
 
 
 def test_azimuths_without_a_row_are_grey() -> None:

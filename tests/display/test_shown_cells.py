@@ -51,6 +51,16 @@ def test_video_shows_the_cell_that_is_strongest_after_the_controls(bins: int | N
     np.testing.assert_array_equal(display_video(power, to, controls, NOISE), np.take_along_axis(byte, cells, axis=1))
 
 
+def test_scan_correlation_decides_too() -> None:
+    """A cell that was not there in the scan before is shown below its neighbour that was."""
+    power = np.full((1, 2), 1e-12, dtype=np.float32) * np.array([[2.0, 1.0]], dtype=np.float32)
+    to, field = layout(2, 5.0, 10.0, 1), power.astype(np.complex64)
+    controls = Controls(gain=80, gain_auto=False, sea_auto=False, scan_correlation=True)
+    before = power * np.array([[1e-3, 1.0]], dtype=np.float32)
+    assert shown_cells("u8", power, field, to, controls, NOISE, earlier=None).tolist() == [[0]]
+    assert shown_cells("u8", power, field, to, controls, NOISE, earlier=before).tolist() == [[1]]
+
+
 def test_of_equal_cells_the_first_one_is_shown() -> None:
     power = np.ones((1, 6), dtype=np.float32)
     to = layout(6, 5.0, 10.0, 2)

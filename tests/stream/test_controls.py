@@ -69,6 +69,7 @@ def test_definitions_hold_the_limits_of_this_radar() -> None:
     [
         ({"gain": 60.0}, {"gain": 60.0, "gain_auto": False}), ({"rain": 5.0}, {"rain": 5.0}),
         ({"echo_stretch": 2.0, "interference_rejection": True}, {"echo_stretch": 2.0, "interference_rejection": True}),
+        ({"scan_correlation": True}, {"scan_correlation": True}),
         ({"sea": 20.0, "rain": 5.0}, {"sea": 20.0, "sea_auto": False, "rain": 5.0}),
         ({"gain": 60.0, "gain_auto": True}, {"gain": 60.0}), ({"sea_auto": False}, {"sea_auto": False}),
         ({"transmit": False}, {"transmit": False}), ({"range_m": 150.0}, {"range_m": 150.0}), ({}, {}), ({"rpm": 48.0}, {}),

@@ -1,4 +1,4 @@
-"""The arguments of `bench-tracker`."""
+"""The arguments of `bench-tracker` and `plots`."""
 
 import pytest
 
@@ -15,3 +15,9 @@ def test_defaults_and_values() -> None:
 def test_wrong_values_are_refused(wrong: list[str]) -> None:
     with pytest.raises(SystemExit):
         parser().parse_args(["bench-tracker", *wrong])
+
+
+def test_plots_have_defaults() -> None:
+    options = parser().parse_args(["plots"])
+    assert (options.scene, options.scans, options.threshold, options.pfa) == ("harbour", 10, "ca", 1e-4)
+    assert (options.guard_m, options.window_m, options.out, options.png) == (100.0, 300.0, None, None)

@@ -1,12 +1,13 @@
 """Trackers in other programs: JSON Lines on standard input and output, and every way in which they go wrong."""
 
-import json
 import sys
 from pathlib import Path
 
 import pytest
 
-from radar_service.tracking.process_tracker import ProcessTracker, TrackerError, tracks_from_line
+from radar_service.tracking import process_tracker
+from radar_service.tracking.json_lines import TrackerError
+from radar_service.tracking.process_tracker import ProcessTracker
 from tests.tracking.test_stone_soup import given, plot
 
 ECHO = """
@@ -64,21 +65,38 @@ def test_what_goes_wrong_is_said(code: str, message: str, tmp_path: Path) -> Non
             tracker.close()
 
 
-def test_a_command_that_is_none_is_refused() -> None:
-    with pytest.raises(TrackerError, match="no-such-program.* could not be started"):
-        ProcessTracker("no-such-program --fast", {})
+@pytest.mark.parametrize("command", ["no-such-program --fast", "", "python 'x"])
+def test_a_command_that_is_none_is_refused(command: str) -> None:
+    with pytest.raises(TrackerError, match=f"{command}.* could not be started"):
+        ProcessTracker(command, {})
 
 
-@pytest.mark.parametrize(
-    "change",
-    [{"time": float("nan")}, {"east": None}, {"track": "b"}, {"velocity_east": "fast"}],
-    ids=["nan", "none", "twice", "text"],
-)  # fmt: skip
-def test_tracks_of_rubbish_are_refused(change: dict[str, object]) -> None:
-    state = {"track": "a", "time": 1.0, "east": 1.0, "north": 2.0, "velocity_east": 0.0, "velocity_north": 0.0}
-    line = json.dumps({"type": "tracks", "scan": 4, "tracks": [{**state, **change}, {**state, "track": "b"}]})
-    with pytest.raises(TrackerError, match="answer to scan 4"):
-        tracks_from_line(line, 4)
+def test_a_program_that_reads_nothing_is_ended(tmp_path: Path) -> None:
+    """More plots than the pipe takes: the bench does not wait, and closing ends the program."""
+    tracker = ProcessTracker(program(tmp_path, "import time; time.sleep(600)"), {"seed": 0}, timeout=0.3)
+    with pytest.raises(TrackerError, match="read no plots for 0.3 s"):
+        tracker.update(given(0, (plot(1.0, 100.0, 200.0),) * 1000))
+    tracker.close()
+    assert not tracker.is_stuck
+
+
+def test_a_program_that_writes_more_than_it_is_asked_is_read_no_further(tmp_path: Path) -> None:
+    """It answers all scans before it gets one, for ever: a few lines are kept, the rest is not read."""
+    answer = "{'type': 'tracks', 'scan': k, 'tracks': []}"
+    code = f"import itertools, json\nfor k in itertools.count():\n    print(json.dumps({answer}))\n"
+    tracker = ProcessTracker(program(tmp_path, code), {"seed": 0})
+    with pytest.raises(TrackerError, match="wrote more lines than it got scans"):
+        for scan in range(process_tracker.MAX_WAITING + 1000):
+            tracker.update(given(scan, ()))
+    tracker.close()
+
+
+def test_an_answer_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process_tracker, "MAX_LINE", 1000)
+    tracker = ProcessTracker(program(tmp_path, "print('x' * 10_000, flush=True)\ninput()\ninput()\ninput()"), {"seed": 0})
+    with pytest.raises(TrackerError, match="it has 1000 characters or more"):
+        tracker.update(given(0, ()))
+    tracker.close()
 
 
 def test_an_answer_that_is_no_utf_8_is_refused_at_once(tmp_path: Path) -> None:

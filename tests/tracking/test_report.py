@@ -1,11 +1,14 @@
 """The report of the bench as files and as a table."""
 
 import base64
+import io
 import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from radar_service.tracking.bench import report
 from radar_service.tracking.report import comparison, write_report
@@ -37,6 +40,18 @@ def test_files_are_written_and_can_be_read(tmp_path: Path) -> None:
     )
     (picture,) = re.findall(r'src="data:image/png;base64,([^"]+)"', page)
     assert base64.b64decode(picture).startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("targets", [1, 40])
+def test_any_number_of_targets_leaves_room_for_the_map(targets: int, tmp_path: Path) -> None:
+    """A legend of forty names left nothing of it."""
+    truths = [{**TRUTH, "body": f"a target with a long name {k}"} for k in range(targets)]
+    run = {**RUN, "scans": [{**RUN["scans"][0], "truths": truths}]}
+    write_report(data(), {"small": [run]}, tmp_path)
+    (picture,) = re.findall(r'base64,([^"]+)"', (tmp_path / "report.html").read_text())
+    pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))).convert("L")).astype(int)
+    frame = (pixels[:, : pixels.shape[1] // 2] < 60).sum(axis=0).max()  # the left edge of the map
+    assert frame > pixels.shape[0] / 3
 
 
 def test_two_reports_side_by_side() -> None:

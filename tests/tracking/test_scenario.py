@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from radar_service.scene.load import load_scene
-from radar_service.tracking.scenario import Limit, Scenario, ScenarioError, load_scenario, scenarios
+from radar_service.tracking.scenario import Limit, Scenario, ScenarioError, load_scenario, load_scenarios, scenarios
 
 SMALL: dict[str, Any] = {
     "name": "small", "question": "?", "expected": "!", "source": "this test", "scans": 8, "vary_m": 5.0,
@@ -91,3 +91,16 @@ def test_rubbish_is_refused_with_the_key(content: str, message: str, tmp_path: P
         load_scenario(str(tmp_path / "absent.toml"))
     with pytest.raises(ScenarioError, match="fly: there is no such scenario; there are a823-1, "):
         load_scenario("fly")
+
+
+def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
+    """Their runs would mix: two files of one stem, a file named as a packaged scenario, the same scenario twice."""
+    (tmp_path / "other").mkdir()
+    content = (scenarios()["overtaking"]).read_text()
+    for path in (tmp_path / "mine.toml", tmp_path / "other" / "mine.toml", tmp_path / "overtaking.toml"):
+        path.write_text(content)
+    one, other, packaged = str(tmp_path / "mine.toml"), str(tmp_path / "other/mine.toml"), str(tmp_path / "overtaking.toml")
+    assert [scenario.name for scenario in load_scenarios([one, "overtaking"])] == ["mine", "overtaking"]
+    for names in ([one, other], ["overtaking", packaged], [one, "overtaking", one]):
+        with pytest.raises(ScenarioError, match=f"{names[-1]}: .* is named .* too; give each scenario once"):
+            load_scenarios(names)

@@ -10,15 +10,17 @@ from numpy.typing import NDArray
 from radar_service.display.video import Controls, Layout
 from radar_service.stream.source import SpokeSource
 from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.types import Singles
 
-Rows = tuple[NDArray[np.intp], NDArray[np.float32]]
+Rows = tuple[NDArray[np.intp], Singles, Singles | None]
 
 
 @dataclass(frozen=True)
 class Revolution:
     """The last revolution of an engine.
 
-    rows: row numbers (K,) and power (K, N) [W], oldest first; next: number of the spoke that comes next;
+    rows: row numbers (K,), power (K, N) [W] and that of the scan before, as batches have it, oldest first;
+    next: number of the spoke that comes next;
     heading: of own ship at the newest spoke [rad].
     """
 
@@ -56,8 +58,8 @@ class LastScan:
             self._engine = batch.epoch.engine
             self._next = block.first + len(block)
             self._heading = self._heading if np.isnan(block.heading[-1]) else float(block.heading[-1])
-            self._rows.append((np.arange(block.index, block.index + len(block)), block.power))
-            kept = sum(len(rows) for rows, _ in self._rows)
+            self._rows.append((np.arange(block.index, block.index + len(block)), block.power, batch.earlier))
+            kept = sum(len(rows) for rows, *_ in self._rows)
             while kept - len(self._rows[0][0]) >= azimuths:
                 kept -= len(self._rows.popleft()[0])
 

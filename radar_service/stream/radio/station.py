@@ -20,6 +20,7 @@ from radar_service.stream.fanout.feed_output import FeedOutput
 from radar_service.stream.fanout.hub import FeedRefused, Hub
 from radar_service.stream.logs import log_event
 from radar_service.stream.radio.command_queue import TooManyCommandsError, Values
+from radar_service.stream.radio.correlation_stage import CorrelationStage
 from radar_service.stream.radio.engine_supervisor import RESTARTS
 from radar_service.stream.radio.error_stage import ErrorStage
 from radar_service.stream.radio.last_scan import LastScan
@@ -69,7 +70,7 @@ class Station:
         self.feed = FeedEncoder(output := FeedOutput(self.hub), self.radar_info, clock)
         self.last_scan = LastScan(engine)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
-        self.errors = ErrorStage(engine, (self.feed, self.last_scan, *sinks))
+        self.errors = ErrorStage(engine, [CorrelationStage((self.feed, self.last_scan, *sinks))])
         self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(

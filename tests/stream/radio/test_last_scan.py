@@ -25,7 +25,7 @@ def test_it_keeps_the_newest_revolution() -> None:
     kept = memory.read()
     rows = kept.rows
     assert (kept.next, kept.heading) == (2 * AZIMUTHS, pytest.approx(math.radians(30)))
-    assert kept.engine is epoch.engine and sum(len(numbers) for numbers, _ in rows) == AZIMUTHS
+    assert kept.engine is epoch.engine and sum(len(numbers) for numbers, *_ in rows) == AZIMUTHS
     assert rows[0][0].tolist() == [0, 1, 2, 3]
     np.testing.assert_array_equal(rows[0][1], power_of(AZIMUTHS + np.arange(4), BINS))
 
@@ -42,6 +42,14 @@ def test_another_range_keeps_the_rows_and_another_engine_drops_them() -> None:
     memory.open_epoch(Epoch("g", other, None))
     kept = memory.read()
     assert (kept.engine, kept.rows, kept.next) == (other, [], 0)
+
+
+def test_rows_have_what_the_scan_before_had() -> None:
+    epoch = Epoch("e", FakeEngine(scene()), None)
+    memory, block = LastScan(epoch.engine), epoch.engine.block(0, 4)  # type: ignore[attr-defined]
+    memory.send(SpokeBatch(epoch, 0, block, Controls(), earlier=block.power / 2))
+    (_, _, earlier), *_ = memory.read().rows
+    np.testing.assert_array_equal(earlier, block.power / 2)
 
 
 def test_a_lost_heading_stays_as_it_was_last_reported() -> None:

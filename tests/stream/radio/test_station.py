@@ -5,9 +5,12 @@ import threading
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from radar_service.cell_sources import SourceRequest
+from radar_service.display.video import Controls, display_video
+from radar_service.stream.codecs.native import wire
 from radar_service.stream.controls import ControlError
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
@@ -68,6 +71,35 @@ def test_a_client_with_labels_ends_the_wait_of_spokes_without_them() -> None:
         assert station.transmitter.pacer.orders().version > before
 
     play(test)
+
+
+def test_scan_correlation_is_the_same_for_clients_that_join_late_or_catch_up() -> None:
+    """Of a view with fewer bins, from the third scan on, and of one that catches up: the bytes of the first client."""
+    sink = RecordingSink()
+
+    def bytes_of(client: ClientQueue) -> np.ndarray:
+        messages = [wire.unpack(item.data) for item in client.waiting if item.count]
+        return np.concatenate([wire.samples(message) for message in messages if message["type"] == "spokes"])[-AZIMUTHS:]
+
+    async def test(station: Station) -> None:
+        await station.change({"gain": 0.0, "sea_auto": False, "scan_correlation": True})
+        clients = [ClientQueue(View("u8")), ClientQueue(View("u8", 5)), ClientQueue(View("u8"))]
+        for scan in range(4):
+            if scan in (0, 2):
+                station.hub.join(clients[scan // 2])
+            station.transmitter.pacer.step(AZIMUTHS)
+            while sink.spokes < (scan + 1) * AZIMUTHS:
+                await asyncio.sleep(0)
+        station.hub.join(clients[2], since=(station.hub.epoch, 0))
+        first, late, again = map(bytes_of, clients)
+        np.testing.assert_array_equal(late, first.reshape(AZIMUTHS, 5, -1).max(axis=2))
+        np.testing.assert_array_equal(again, first)
+        power = np.concatenate([batch.block.power for batch in sink.batches])[-AZIMUTHS:]
+        to, by_hand = sink.epochs[0].layout(None), Controls(gain=0.0, gain_auto=False, sea_auto=False)
+        plain = display_video(power, to, by_hand, station.engine.noise_power)
+        assert np.all(first <= plain) and np.all(first[:, -3:] < plain[:, -3:])  # each spoke is stronger than the one before
+
+    play(test, sinks=[sink])
 
 
 def test_clients_are_refused_with_the_reason() -> None:

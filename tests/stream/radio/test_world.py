@@ -219,12 +219,19 @@ def test_a_spare_that_has_died_is_replaced_within_scans(threads: int, fork_serve
     until(lambda: all(is_gone(process) for process in processes))
 
 
+def halt(process: int) -> None:
+    """Stops a process, and waits until each of its threads stands still: the signal alone takes some time."""
+    os.kill(process, signal.SIGSTOP)
+    threads = list(Path(f"/proc/{process}/task").glob("*/stat"))
+    until(lambda: all(thread.read_text().rpartition(")")[2].split()[0] == "T" for thread in threads))
+
+
 def test_a_truth_that_takes_too_long_ends_nothing_and_is_not_taken_for_another(
     maker: WorldMaker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source, ours = maker(ORDER, UNFOLLOWED), Simulator(load_scene(SCENE), "fast")
     assert source.truth(1.0) == ours.truth(1.0)
-    os.kill(source.process, signal.SIGSTOP)
+    halt(source.process)
     monkeypatch.setattr(world, "TRUTH_TIMEOUT", 0.05)
     for time_asked in (2.0, 3.0):
         with pytest.raises(EngineFault, match=r"after 0.05 s"):
@@ -365,7 +372,7 @@ def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: WorldMa
     sink.wait_for(lambda: sink.spokes > 0)
     file.write_text(json.dumps(SCENE | {"radar": SCENE["radar"] | {"azimuths": 72}}))
     assert first.spare_process is not None
-    os.kill(first.process, signal.SIGSTOP)  # so that it makes no other spare
+    halt(first.process)  # so that it makes no other spare
     os.kill(first.spare_process, signal.SIGKILL)
     os.kill(first.process, signal.SIGKILL)
     sink.wait_for(lambda: sink.calls[-1][0] == "close")

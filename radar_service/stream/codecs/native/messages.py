@@ -80,7 +80,7 @@ def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
     """Returns all spokes of a batch in the view's encoding and bins; `views.apply_view` does the rest of a view."""
     block, engine = batch.block, batch.epoch.engine
     to = batch.epoch.layout(view.bins)
-    data = encode(view.encoding, block.power, block.field, to, batch.video, engine.noise_power, batch.before)
+    data = encode(view.encoding, block.power, block.field, to, batch.video, engine.noise_power, batch.before, batch.earlier)
     message = {
         "type": "spokes",
         "epoch": batch.epoch.name,

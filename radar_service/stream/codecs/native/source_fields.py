@@ -23,7 +23,7 @@ def source_fields(batch: SpokeBatch, view: View) -> dict[str, Any]:
     if labels is None and powers is None:
         return {}
     noise_power = batch.epoch.engine.noise_power
-    cells = shown_cells(view.encoding, block.power, block.field, to, batch.video, noise_power, batch.before)
+    cells = shown_cells(view.encoding, block.power, block.field, to, batch.video, noise_power, batch.before, batch.earlier)
     fields = {} if labels is None else _labels_field(np.take_along_axis(labels, cells, axis=1))
     if powers is not None:
         numbers = [number for number in powers if view.powers == "all" or number in view.powers]

@@ -1,0 +1,58 @@
+"""The command `plots`: the plots of a scene, told apart by their sources."""
+
+import argparse
+import errno
+import json
+from collections.abc import Callable
+
+from radar_service.scene.load import load_scene
+from radar_service.scene.world import Scene
+from radar_service.simulator import Simulator
+from radar_service.tracking.extractor import PlotExtractor
+from radar_service.tracking.labelled_plots import PlotReport, labelled_plots
+from radar_service.tracking.plots_picture import write_picture
+from radar_service.tracking.run import threshold_of
+from radar_service.tracking.scenario import PlotSettings
+
+NEVER = "-"
+
+
+def plots(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
+    """Runs the command; returns the exit status. make: makes the simulator, with labels. Raises SceneError, ValueError and
+    OSError."""
+    for path in (options.out, options.png):
+        if path and not path.parent.is_dir():  # refused now, not after minutes of computation
+            raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
+    simulator = make(load_scene(options.scene).for_radar(options.radar))
+    radar = simulator.scene.radar
+    settings = PlotSettings(threshold=options.threshold, pfa=options.pfa, guard_m=options.guard_m, window_m=options.window_m)
+    extractor = PlotExtractor(radar, threshold_of(settings, radar), max_plots=options.max_plots)
+    report = labelled_plots(simulator, extractor, options.scans)
+    print(table(report), end="")
+    if options.out:
+        options.out.write_text(json.dumps(report.as_dict(), indent=1, allow_nan=False), encoding="utf-8")
+    if options.png:
+        write_picture(options.png, report)
+    return 0
+
+
+def table(report: PlotReport) -> str:
+    """Returns the report as text."""
+    lines = [
+        f"{report.scene}: {report.scans} scans, {len(report.plots)} plots", "",
+        f"{'kind':14}{'cells':>12}{'detected':>12}{'share':>11}{'plots per scan':>16}",
+    ]  # fmt: skip
+    for kind in report.kinds:
+        lines.append(f"{kind.kind:14}{kind.cells:12}{kind.detected:12}{_number(kind.share):>11}{kind.plots_per_scan:16.1f}")
+    lines += ["", f"{'body':32}{'kind':6}{'range':>9}{'crossings':>11}{'with cells':>12}{'with plot':>11}{'Pd':>7}"]
+    for body in report.bodies:
+        distance = NEVER if body.range is None else f"{body.range:.0f} m"
+        lines.append(
+            f"{body.name[:31]:32}{body.kind:6}{distance:>9}{body.crossings:11}{body.with_cells:12}{body.with_plot:11}"
+            f"{_number(body.pd):>7}"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _number(value: float | None) -> str:
+    return NEVER if value is None else f"{value:.3g}"
