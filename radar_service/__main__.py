@@ -39,14 +39,23 @@ def run_serve(options: argparse.Namespace) -> int:
     """Serves until stopped."""
     from radar_service.stream.serve import StartError, serve
 
+    _check_sources(options, "labels", "powers")
+    for name in ("labels", "powers"):
+        if getattr(options, name) and options.record is None:
+            raise UsageError(
+                f"--{name}: goes with --record FILE.mcap; a client asks for its own by ?{name}=... where --truth allows it"
+            )
     options.scenes = options.scenes or [DEFAULT_SCENE]
     make = simulator_options(options, options.threads)
     try:
         if options.record is None:
             return serve(options, make)
+        from radar_service.cell_sources import SourceRequest
         from radar_service.recording.service_recorder import ServiceRecorder
 
-        with ServiceRecorder(options.record, options.truth) as recorder:
+        with ServiceRecorder(
+            options.record, options.truth, recorded=SourceRequest(options.labels, options.powers)
+        ) as recorder:
             return serve(options, make, recorder.station)
     except StartError as error:
         raise UsageError(str(error)) from None
@@ -56,6 +65,7 @@ def run_record(options: argparse.Namespace) -> int:
     """Computes scans into a recording, with a progress bar on a terminal."""
     from radar_service.recording.record_command import record
 
+    _check_sources(options, "labels", "powers")
     return record(options, simulator_options(options, options.threads))
 
 
@@ -74,12 +84,17 @@ def run_scan(options: argparse.Namespace) -> int:
     """Computes scans, with a progress bar on a terminal."""
     from radar_service.scan_command import scan
 
-    for name in ("labels", "radiometric"):
-        if getattr(options, name) and options.fidelity == "documented":
-            raise UsageError(f"--{name}: the fidelity documented has none; choose another fidelity, or leave --{name} out")
+    _check_sources(options, "labels", "radiometric")
     if options.radiometric and not options.truth:
         raise UsageError("--radiometric: it needs the file of --truth; add --truth FILE.jsonl, or leave --radiometric out")
     return scan(options, replace(simulator_options(options, options.threads), labels=options.labels))
+
+
+def _check_sources(options: argparse.Namespace, *names: str) -> None:
+    """Raises UsageError for an option that the fidelity has nothing for."""
+    for name in names:
+        if getattr(options, name) and options.fidelity == "documented":
+            raise UsageError(f"--{name}: the fidelity documented has none; choose another fidelity, or leave --{name} out")
 
 
 def run_check(options: argparse.Namespace) -> int:

@@ -9,6 +9,7 @@ from radar_service.arguments import file_ending, pace, thread_count, whole
 from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
 from radar_service.recording.arguments import add_commands as add_recording_commands
+from radar_service.recording.arguments import add_sources
 from radar_service.tracking.arguments import add_bench_tracker, add_plots
 
 DEFAULT_SCENE = "harbour"
@@ -39,6 +40,7 @@ def parser() -> argparse.ArgumentParser:
         "--record", type=partial(file_ending, suffix=".mcap"), metavar="FILE.mcap",
         help="record what the radars send, and with --truth the truth",
     )  # fmt: skip
+    add_sources(serve, "record", ", with --record; clients ask for theirs, where --truth allows it")
 
     chosen = argparse.ArgumentParser(add_help=False)
     chosen.add_argument("--radar", metavar="ID", help="one of the scene's [[radar]] tables, by its id (default the first)")

@@ -14,6 +14,7 @@ from typing import Any, Literal, Protocol, Self
 import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
+from radar_service.cell_sources import PowersOf, SourceRequest, source_request, text_of
 from radar_service.frames import wrap_angle
 from radar_service.receive.detection import square_law
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot, SpokeBlock
@@ -31,9 +32,16 @@ Source = str | Path | Mapping[str, Any] | Scene
 
 
 class RadarFeed(Protocol):
-    """A radar from its first scan on. crossings, snapshots: of all scans that were taken so far, by time."""
+    """A radar from its first scan on.
+
+    crossings, snapshots: of all scans that were taken so far, by time; label_names: of sources, by the numbers of labels.
+    """
 
     crossings: list[Crossing]
+
+    @property
+    def label_names(self) -> dict[int, str]:
+        """By rising number."""
 
     @property
     def snapshots(self) -> Sequence[Snapshot]:
@@ -52,24 +60,28 @@ class RadarFeeds:
     def __call__(
         self, scene: Source, seed: int = 0, pace: float | Literal["max"] = "max",
         over: Literal["process", "websocket"] = "process", fidelity: str = "auto",
+        labels: bool = False, powers: PowersOf = (),
     ) -> RadarFeed:  # fmt: skip
         """Returns a radar from its spoke 0 on.
 
         scene: a file, the name of a packaged scene, a mapping, or in process a Scene. over: "process" computes a scan when it
         is taken; "websocket" starts a service on a free port of this machine. pace: simulated seconds per second of a service.
+        labels: whether scans have the strongest source of each cell; powers: `all`, or the numbers of the sources whose power
+        they have.
         Raises ValueError for a value that is not allowed, SceneError, and RuntimeError where a service does not start.
         """
+        request = source_request(labels, powers)
         if over == "process":
             if pace != "max":
                 raise ValueError(
                     f'pace: {pace} has no effect in process, where scans come as they are taken; use over="websocket"'
                 )
-            return ProcessFeed(scene if isinstance(scene, Scene) else load_scene(scene), seed, fidelity)
+            return ProcessFeed(scene if isinstance(scene, Scene) else load_scene(scene), seed, fidelity, request)
         if over != "websocket":
             raise ValueError(f'over: "{over}" is not one of process, websocket')
         if isinstance(scene, Scene):
             raise ValueError("scene: a service reads a file or a mapping, not a Scene; give what you loaded it from")
-        feed = WebsocketFeed(scene, seed, pace, fidelity)
+        feed = WebsocketFeed(scene, seed, pace, fidelity, request)
         self._ending.callback(feed.close)
         return feed
 
@@ -83,11 +95,16 @@ class RadarFeeds:
 class ProcessFeed:
     """A RadarFeed of a simulator in this process."""
 
-    def __init__(self, scene: Scene, seed: int, fidelity: str) -> None:
-        self.simulator = Simulator(scene, fidelity, seed)
+    def __init__(self, scene: Scene, seed: int, fidelity: str, request: SourceRequest) -> None:
+        self.simulator = Simulator(scene, fidelity, seed, labels=request.labels, powers=request.powers)
         self.crossings: list[Crossing] = []
         self._snapshots: list[Snapshot] = []
         self._taken = 0
+
+    @property
+    def label_names(self) -> dict[int, str]:
+        """As RadarFeed.label_names."""
+        return self.simulator.label_names
 
     def scans(self, count: int) -> Iterator[Scan]:
         """As RadarFeed.scans."""
@@ -107,21 +124,30 @@ class ProcessFeed:
 class RemoteFeed:
     """A RadarFeed of a service that runs, which waits for this client (mode `lossless`). hello: of the feed."""
 
-    def __init__(self, address: str, radar: str = "0") -> None:
+    def __init__(self, address: str, radar: str = "0", labels: bool = False, powers: PowersOf = ()) -> None:
         """address: of the service, as 127.0.0.1:8000; it is started with --truth. A radar on the air begins with its next whole
-        scan. Raises RuntimeError for a service that refuses, and OSError."""
+        scan. labels, powers: as RadarFeeds. Raises RuntimeError for a service that refuses, and OSError."""
+        request = source_request(labels, powers)
         self.address, self._radar = address, radar
         self.crossings: list[Crossing] = []
         self.snapshots: list[Snapshot] = []
         self._ending = ExitStack()
         try:
             self._truth = self._connection("truth/stream")  # before the feed, which releases spoke 0
-            self._feed = self._connection("feed?encoding=c64&mode=lossless")
+            query = ("&labels=1" if request.labels else "") + (
+                f"&powers={text_of(request.powers)}" if request.powers else ""
+            )
+            self._feed = self._connection(f"feed?encoding=c64&mode=lossless{query}")
             self.hello = self._message()
         except BaseException:
             self.close()
             raise
         self._blocks: list[SpokeBlock] = []
+
+    @property
+    def label_names(self) -> dict[int, str]:
+        """As RadarFeed.label_names; empty without labels and powers."""
+        return {source["number"]: source["name"] for source in self.hello.get("sources", ())}
 
     def scans(self, count: int) -> Iterator[Scan]:
         """As RadarFeed.scans. Raises RuntimeError where the service ends the feed, or leaves out spokes."""
@@ -164,7 +190,7 @@ class RemoteFeed:
             first=number, scan=message["scan"], index=message["index"],
             azimuth=boresight + np.where(np.abs(error) < HALF_UNIT, 0.0, error),
             range=message["range_first_m"] + cells * message["range_step_m"], range_step=message["range_step_m"], field=field,
-            power=square_law(field), **values,
+            power=square_law(field), labels=wire.labels(dict(message)), powers=wire.powers(dict(message)), **values,
         )  # fmt: skip
 
     def _read_truth(self, scan: int) -> None:
@@ -182,9 +208,12 @@ class RemoteFeed:
 class WebsocketFeed(RemoteFeed):
     """A RemoteFeed of a service in a process of its own."""
 
-    def __init__(self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str) -> None:
+    def __init__(
+        self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str, request: SourceRequest
+    ) -> None:
         self._service = ExitStack()
-        super().__init__(self._service.enter_context(service(scene, seed, pace, fidelity)))
+        address = self._service.enter_context(service(scene, seed, pace, fidelity))
+        super().__init__(address, labels=request.labels, powers=request.powers)
 
     def close(self) -> None:
         """Disconnects and ends the service."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.cell_sources import Labels, Powers, joined_powers, part_of
 from radar_service.reports import FeedErrorCounts, Readings, ReportedOwnShip
 
 Floats = NDArray[np.float64]
@@ -32,7 +33,8 @@ class Spoke:
     field: NDArray[np.complex64]  # (N,) sqrt(W), compressed, before detection
     power: NDArray[np.float32]  # (N,) W
     true: Readings | None = None
-    labels: NDArray[np.uint32] | None = None  # (N,) number of the strongest source, where labels are asked for
+    labels: Labels | None = None  # (N,) number of the strongest source, where labels are requested
+    powers: Powers | None = None  # (N,) of each source, where powers are requested
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,9 @@ class SpokeBlock:
     power: NDArray[np.float32]  # (K, N)
     commands: int = 0  # that had come when it was computed
     true: Readings | None = None  # (K,) each
-    labels: NDArray[np.uint32] | None = None  # (K, N)
+    labels: Labels | None = None  # (K, N)
+    powers: Powers | None = None  # (K, N) each
+    requests: int = 0  # for labels and powers that had come when it was computed
 
     def __post_init__(self) -> None:
         k, n = self.field.shape
@@ -67,6 +71,12 @@ class SpokeBlock:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its cells."""
+        arrays = (self.field, self.power, self.labels, *(self.powers or {}).values())
+        return sum(array.nbytes for array in arrays if array is not None)
 
     @property
     def readings(self) -> Readings:
@@ -80,7 +90,7 @@ class SpokeBlock:
             self.first + start, self.scan, self.index + start, self.time[cut], self.azimuth[cut], self.heading[cut],
             self.position[cut], self.course[cut], self.speed[cut], self.range, self.range_step, self.field[cut],
             self.power[cut], self.commands, None if self.true is None else self.true.part(cut),
-            None if self.labels is None else self.labels[cut],
+            None if self.labels is None else self.labels[cut], part_of(self.powers, cut), self.requests,
         )  # fmt: skip
 
     def spokes(self) -> Iterator[Spoke]:
@@ -91,7 +101,7 @@ class SpokeBlock:
                 float(self.heading[k]), (float(self.position[k, 0]), float(self.position[k, 1])),
                 float(self.course[k]), float(self.speed[k]), self.range, self.field[k], self.power[k],
                 None if self.true is None else self.true.part(k),
-                None if self.labels is None else self.labels[k],
+                None if self.labels is None else self.labels[k], part_of(self.powers, k),
             )  # fmt: skip
 
 
@@ -119,12 +129,14 @@ def joined(blocks: list[SpokeBlock]) -> SpokeBlock:
         return np.concatenate([getattr(block, name) for block in blocks])
 
     has_errors = any(block.true is not None for block in blocks)
+    powers = [(block.powers or {}, (len(block), len(block.range))) for block in blocks]
     truths = [block.readings if block.true is None else block.true for block in blocks] if has_errors else []
     return replace(
         blocks[0], time=whole("time"), azimuth=whole("azimuth"), heading=whole("heading"), position=whole("position"),
         course=whole("course"), speed=whole("speed"), field=whole("field"), power=whole("power"),
         true=Readings(*map(np.concatenate, zip(*truths, strict=True))) if truths else None,
         labels=None if blocks[0].labels is None else whole("labels"),
+        powers=None if blocks[0].powers is None else joined_powers(powers),
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.cell_sources import Labels, Powers
 from radar_service.display.palettes import colour_map
 from radar_service.display.picture import picture_from_power, render_png
 from radar_service.display.ppi import scan_convert
@@ -43,17 +44,21 @@ class Scan:
     range_step: float  # m
     field: NDArray[np.complex64]  # (A, N) sqrt(W), compressed, before detection
     power: NDArray[np.float32]  # (A, N) W
-    labels: NDArray[np.uint32] | None = None  # (A, N) number of the strongest source, 0 in a missing azimuth
+    labels: Labels | None = None  # (A, N) number of the strongest source, 0 in a missing azimuth
+    powers: Powers | None = None  # (A, N) W of each source, by its number
 
     def save(self, path: str | Path) -> None:
         """Write the scan to a .npz file; `scan_file` has the layout. Raises ValueError for another suffix; OSError."""
         save_scans(path, [self])
 
-    def to_xarray(self) -> xarray.Dataset:
-        """Return the scan as an xarray dataset with coordinates, units and attributes. Raises MissingExtra."""
+    def to_xarray(self, names: Mapping[int, str] | None = None) -> xarray.Dataset:
+        """Return the scan as an xarray dataset with coordinates, units and attributes. Raises MissingExtra.
+
+        names: of the sources, as `Simulator.label_names`.
+        """
         from radar_service.scan_dataset import scan_to_xarray  # here: it needs an extra
 
-        return scan_to_xarray(self)
+        return scan_to_xarray(self, names=names)
 
     def plot(self, axes: Axes | None = None, *, dynamic_range_db: float = 60.0, range_max: float | None = None) -> Axes:
         """Plot the PPI with matplotlib, north up and own ship in the middle, and return its axes.
@@ -119,6 +124,7 @@ def scan_of(blocks: Iterable[SpokeBlock], azimuths: int | None = None) -> Scan:
         whole.scan, spread(whole.time), azimuth, spread(whole.heading), spread(whole.position), spread(whole.course),
         spread(whole.speed), whole.range, whole.range_step, spread(whole.field), spread(whole.power),
         None if whole.labels is None else spread(whole.labels),
+        None if whole.powers is None else {number: spread(power) for number, power in whole.powers.items()},
     )  # fmt: skip
 
 

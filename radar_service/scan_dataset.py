@@ -1,7 +1,7 @@
 """Scans as xarray datasets, and as files of Zarr and netCDF: arrays with coordinates, units and attributes (CF-1.11).
 
-Dimensions are azimuth and range, and of several scans scan before them. NetCDF has no complex numbers: there `field` is
-`field_real` and `field_imag`. Times are seconds of simulation.
+Dimensions are azimuth and range, of several scans scan before them, and of the power of each source also power_source. NetCDF
+has no complex numbers: there `field` is `field_real` and `field_imag`. Times are seconds of simulation.
 """
 
 from __future__ import annotations
@@ -32,37 +32,67 @@ DESCRIBED: dict[str, tuple[tuple[str, ...], str, str]] = {  # dimensions, units,
     "speed": (RAY, "m s-1", "speed over ground of own ship"),
     "field": (CELL, "W0.5", "compressed field before detection"),
     "power": (CELL, "W", "received power"),
+    "labels": (CELL, "1", "number of the strongest source"),
+    "powers": (("power_source", *CELL), "W", "power of each source alone"),
+    "power_source": (("power_source",), "1", "number of the source"),
+    "source": (("source",), "1", "number of the source"),
+    "source_name": (("source",), "1", "name of the source of that number"),
 }
 OF_ALL = ("azimuth", "range")  # equal in all scans of a radar
-DATA = ("field", "power")
+DATA = ("field", "power", "labels", "powers")
+OPTIONAL = ("labels", "powers", "power_source", "source", "source_name")
 
 
-def scans_to_xarray(scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> xarray.Dataset:
+def scans_to_xarray(
+    scans: Sequence[Scan], about: Mapping[str, Any] | None = None, names: Mapping[int, str] | None = None
+) -> xarray.Dataset:
     """Returns scans of one radar as a dataset with the dimensions scan, azimuth and range.
 
-    about: attributes beside those of the scans, as `name`, `seed` and `fidelity`. Raises ValueError for no scan, or for scans
-    of several radars; MissingExtra where xarray is not installed.
+    about: attributes beside those of the scans, as `name`, `seed` and `fidelity`; names: of the sources that labels and powers
+    have the numbers of. Raises ValueError for no scan, for scans of several radars, and where not all have labels, or powers;
+    MissingExtra where xarray is not installed.
     """
     if not scans:
         raise ValueError("scans: there are none; give at least one scan")
     for name in OF_ALL:
         if any(not np.array_equal(getattr(scan, name), getattr(scans[0], name)) for scan in scans):
             raise ValueError(f"scans: their {name} differs; give scans of one radar")
-    each = [scan_to_xarray(scan, about) for scan in scans]
+    for name in ("labels", "powers"):
+        if len({getattr(scan, name) is None for scan in scans}) > 1:
+            raise ValueError(f"scans: some have {name} and others do not; give scans of one kind")
+    numbers = sorted({number for scan in scans for number in scan.powers or ()})
+    each = [_dataset(scan, about, names, numbers) for scan in scans]
     whole: xarray.Dataset = _library().concat(
         each, "scan", data_vars="all", coords="different", compat="equals", join="exact"
     )
     return whole.assign_coords(scan=("scan", [scan.number for scan in scans], {"long_name": "number of the scan"}))
 
 
-def scan_to_xarray(scan: Scan, about: Mapping[str, Any] | None = None) -> xarray.Dataset:
-    """Returns a scan as a dataset with the dimensions azimuth and range. about: more attributes. Raises MissingExtra."""
+def scan_to_xarray(
+    scan: Scan, about: Mapping[str, Any] | None = None, names: Mapping[int, str] | None = None
+) -> xarray.Dataset:
+    """Returns a scan as a dataset with the dimensions azimuth and range.
+
+    about: more attributes; names: of the sources. Raises MissingExtra.
+    """
+    return _dataset(scan, about, names, sorted(scan.powers or ()))
+
+
+def _dataset(
+    scan: Scan, about: Mapping[str, Any] | None, names: Mapping[int, str] | None, numbers: Sequence[int]
+) -> xarray.Dataset:
+    """The dataset of a scan, with the powers of the sources of these numbers."""
     library = _library()
     values = {name: getattr(scan, name, None) for name in DESCRIBED}
     values |= {"east": scan.position[:, 0], "north": scan.position[:, 1]}
+    if scan.powers is not None:
+        values |= {"powers": _powers(scan, numbers), "power_source": np.array(numbers, dtype=np.uint32)}
+    if names:
+        values |= {"source": np.array(list(names), np.uint32), "source_name": np.array(list(names.values()), dtype=object)}
     variables = {
         name: library.Variable(dims, values[name], {"units": units, "long_name": text})
         for name, (dims, units, text) in DESCRIBED.items()
+        if name not in OPTIONAL or values[name] is not None
     }
     attributes = {
         "Conventions": "CF-1.11", "title": "scan of a simulated marine radar", "range_step_m": scan.range_step,
@@ -70,9 +100,16 @@ def scan_to_xarray(scan: Scan, about: Mapping[str, Any] | None = None) -> xarray
     }  # fmt: skip
     coordinates = {name: variables[name] for name in variables if name not in DATA} | {"scan": scan.number}
     dataset: xarray.Dataset = library.Dataset(
-        {name: variables[name] for name in DATA}, coordinates, attributes | dict(about or {})
+        {name: variables[name] for name in DATA if name in variables}, coordinates, attributes | dict(about or {})
     )
     return dataset
+
+
+def _powers(scan: Scan, numbers: Sequence[int]) -> Any:
+    """The power (S, A, N) of the sources of these numbers. A missing source has no power."""
+    nothing = np.where(np.isnan(scan.power), scan.power, np.float32(0.0))
+    powers = [(scan.powers or {}).get(number, nothing) for number in numbers]
+    return np.array(powers, dtype=np.float32).reshape(len(numbers), *scan.power.shape)
 
 
 def scans_from_xarray(dataset: xarray.Dataset) -> list[Scan]:
@@ -93,12 +130,19 @@ def exporter(path: Path) -> Export:
     return EXPORTS[path.suffix.lower()]
 
 
+def _exported(scans: Sequence[Scan], about: Mapping[str, Any] | None) -> xarray.Dataset:
+    """The dataset of scans with what a file of scans says about them, see `scan_file`."""
+    rest = dict(about or {})
+    numbers, names = (rest.pop(key, np.array(())).tolist() for key in ("label_numbers", "label_names"))
+    return scans_to_xarray(scans, rest, dict(zip(numbers, names, strict=True)))
+
+
 def _to_zarr(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
-    scans_to_xarray(scans, about).to_zarr(path, mode="w", consolidated=False)
+    _exported(scans, about).to_zarr(path, mode="w", consolidated=False)
 
 
 def _to_netcdf(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
-    _split(scans_to_xarray(scans, about)).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
+    _split(_exported(scans, about)).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
 
 
 EXPORTS: dict[str, Export] = {".zarr": _to_zarr, ".nc": _to_netcdf}
@@ -125,7 +169,15 @@ def _scan(one: xarray.Dataset) -> Scan:
         field = one["field"].values
     else:
         field = (one["field_real"].values + np.complex64(1j) * one["field_imag"].values).astype(np.complex64)
-    single = {name: one[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")}
+    single: dict[str, Any] = {name: one[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")}
     position = np.stack([one["east"].values, one["north"].values], axis=-1)
     step, power = float(one.attrs["range_step_m"]), np.asarray(one["power"].values, dtype=np.float32)
-    return Scan(number=int(one["scan"]), position=position, range_step=step, field=field, power=power, **single)
+    labels = np.asarray(one["labels"].values, dtype=np.uint32) if "labels" in one else None
+    return Scan(
+        number=int(one["scan"]), position=position, range_step=step, field=field, power=power, labels=labels,
+        powers=_stored_powers(one) if "powers" in one else None, **single,
+    )  # fmt: skip
+
+
+def _stored_powers(one: xarray.Dataset) -> dict[int, np.ndarray[Any, np.dtype[np.float32]]]:
+    return {int(number): np.asarray(one["powers"].sel(power_source=number).values) for number in one["power_source"].values}

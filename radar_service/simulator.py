@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from radar_service.cell_sources import PowersOf, source_request
 from radar_service.engine.source_numbers import source_names
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.errors.tables import changed_errors
@@ -24,6 +25,7 @@ from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
 from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up
+from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.source_truth import SourceTruth
 from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.trace.embree import TREES
@@ -48,16 +50,17 @@ class Simulator:
     def __init__(
         self, scene: Scene, fidelity: str | Fidelity = "auto", seed: int = 0, threads: int = 1,
         sector: tuple[float, float] | None = None, commands: Iterable[Command | Mapping[str, Any]] = (), labels: bool = False,
-        radar: str | None = None,
+        radar: str | None = None, powers: PowersOf = (),
     ) -> None:  # fmt: skip
         """fidelity: a preset's name, a Fidelity, or `auto`: planned for this scene and the default error budget; threads: how
         many compute at once, which changes no byte; sector: from and to, clockwise from true north [rad]: only its azimuths
         are computed, with the bytes that they have in a whole scan; commands: to replay, as `commands` of another run; labels:
         whether spokes name the strongest source of each cell, which changes no other byte; radar: id of one of the
-        scene's radars, by default the first.
+        scene's radars, by default the first; powers: `all`, or the numbers of the sources whose
+        power the spokes have too.
 
         Raises ValueError for an unknown name or radar, a negative seed, fewer than one thread, a sector that is not two angles,
-        labels of the fidelity `documented`, or a command that is not possible (CommandError).
+        labels or powers that the radar cannot tell or has no source for, or a command that is not possible (CommandError).
         """
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
@@ -77,10 +80,13 @@ class Simulator:
         self._truth = GroundTruth(steering.past, line_of_sight)
         self._sources = SourceTruth(steering, self.fidelity, fidelity, seed, pulses)
         reporter = ErrorReporter(scene.radar, seed, scene.errors, scene.radar_id)
-        self._stream = SpokeStream(engine, steering, Sector(scene.radar, sector), line_of_sight, reporter)
+        tiles = SourceTiles(engine, pulses, source_request(labels, powers))
+        self.sources = tiles.sources(source_names(scene))
+        self.sources.check(tiles.request)
+        self._stream = SpokeStream(tiles, steering, Sector(scene.radar, sector), line_of_sight, reporter)
         if commands := tuple(commands):
             self.replay(commands)
-        self._threads, self._ends, self._labels = threads, sector, labels
+        self._threads, self._ends = threads, sector
 
     def __repr__(self) -> str:
         return (
@@ -145,7 +151,19 @@ class Simulator:
     @property
     def label_names(self) -> dict[int, str]:
         """The name of each source that a label may be the number of, by rising number."""
-        return source_names(self.scene)
+        return dict(self.sources.names)
+
+    def request_sources(self, labels: bool = False, powers: PowersOf = (), spoke: int | None = None) -> None:
+        """Changes what the spokes tell of their sources: labels, and powers as `Simulator` takes them. No other byte
+        changes.
+
+        spoke: the first one that shows it, by default the first one after the blocks taken so far. With an earlier one, a running
+        `blocks` goes back there, and repeats spokes. May be called from any thread. Raises ValueError for what the radar cannot
+        tell, and then nothing changes.
+        """
+        request = source_request(labels, powers)
+        self.sources.check(request)
+        self._stream.request_sources(request, spoke)
 
     @BLAS_LIMIT.held()
     def source_powers(self, scan: int | None = None) -> dict[int, Singles]:
@@ -195,7 +213,10 @@ class Simulator:
         origin = Origin(radar.time_of_turns(float(self._stream.next_scan)), self._stream.next_scan)
         scene = scene_at_rpm(replace(self.scene, errors=self.errors), rpm, origin)
         commands = [each.after_change_of_rpm(scene.radar) for each in self.commands]
-        return Simulator(scene, self.fidelity, self.seed, self._threads, self._ends, commands, self._labels)
+        request = self._stream.request
+        return Simulator(
+            scene, self.fidelity, self.seed, self._threads, self._ends, commands, request.labels, powers=request.powers
+        )
 
     def truth(self, t: float) -> Truth:
         """State of own ship and of every body at time t [s]. Safe to call from another thread."""

@@ -8,8 +8,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 GROUND = (
-    "arguments", "block_cache", "constants", "extras", "fidelity", "frames", "kaiser_bessel", "packaged", "parallel", "random",
-    "records", "reports", "scan_file", "types",
+    "arguments", "block_cache", "cell_sources", "constants", "extras", "fidelity", "frames", "kaiser_bessel", "packaged",
+    "parallel", "random", "records", "reports", "scan_file", "types",
 )  # fmt: skip
 ROOMS = ("radar", "scene", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "plan")  # upward
 BELOW: dict[str, tuple[str, ...]] = {

@@ -36,11 +36,28 @@ def test_a_service_gives_the_same_from_spoke_0_on(tmp_path: Path) -> None:
         assert len(feed.crossings) >= 5 and feed.hello["radar"]["azimuths"] == AZIMUTHS
 
 
+def test_labels_and_powers_are_the_same_over_both(tmp_path: Path) -> None:
+    with RadarFeeds() as feeds:
+        own, feed = (
+            feeds(MOVING, over=over, fidelity="fast", labels=True, powers=(256,)) for over in ("process", "websocket")
+        )
+        assert own.label_names == feed.label_names and own.label_names[256] == "a"
+        for one, other in zip(own.scans(2), feed.scans(2), strict=True):
+            assert (
+                one.labels is not None and other.labels is not None and one.powers is not None and other.powers is not None
+            )
+            assert other.labels.tobytes() == one.labels.tobytes() and (one.labels == 256).any()
+            assert other.powers.keys() == one.powers.keys() and other.powers[256].tobytes() == one.powers[256].tobytes()
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         ({"over": "air"}, 'over: "air" is not one of process, websocket'),
         ({"pace": 1.0}, "pace: 1.0 has no effect in process"),
+        ({"powers": True}, "powers: True is not allowed"),
+        ({"powers": (7,), "fidelity": "fast"}, "powers: 7 is no source of this scene"),
+        ({"labels": True, "fidelity": "documented"}, "labels: the fidelity 'documented' has none"),
         ({"scene": rs.load_scene(MOVING), "over": "websocket"}, "scene: a service reads a file or a mapping"),
     ],
 )

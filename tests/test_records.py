@@ -27,6 +27,18 @@ def test_a_part_is_the_block_of_its_spokes() -> None:
     assert same(block(80, 10).part(3, 7), block(83, 4))
 
 
+def test_powers_are_cut_and_joined_with_the_spokes() -> None:
+    first, second = (
+        dataclasses.replace(block(k, 2), powers={256 + k: np.full((2, 3), k, np.float32)}, requests=k) for k in (80, 82)
+    )
+    assert first.part(1, 2).powers[336].shape == (1, 3) and second.part(0, 1).requests == 82  # type: ignore[index]
+    whole = joined([first, second])
+    assert whole.powers is not None and list(whole.powers) == [336, 338]
+    assert whole.powers[338].tolist() == [[0] * 3, [0] * 3, [82] * 3, [82] * 3]
+    assert [spoke.powers[338].tolist() for spoke in second.spokes()] == [[82] * 3] * 2  # type: ignore[index]
+    assert second.nbytes == 2 * 3 * (8 + 4 + 4)
+
+
 @pytest.mark.parametrize("size", [1, 3, 7, 40, 100])
 @pytest.mark.parametrize("parts", [(40,), (5, 35), (1, 1, 17, 21)])
 def test_regrouping_loses_nothing(parts: tuple[int, ...], size: int) -> None:

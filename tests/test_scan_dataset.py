@@ -77,12 +77,56 @@ def test_the_command_exports(ending: str, one_target: Path, tmp_path: Path) -> N
         assert_same(scans_from_xarray(dataset), [made.scan() for _ in range(2)])
 
 
+@pytest.mark.parametrize("ending", [".zarr", ".nc"])
+def test_labels_and_powers_go_through_files(ending: str, tmp_path: Path) -> None:
+    sim = rs.Simulator(rs.load_scene(ONE_TARGET), "fast", labels=True, powers="all", sector=(0.3, 1.0))
+    scans, names = [sim.scan() for _ in range(2)], sim.label_names
+    dataset = scans_to_xarray(scans, names=names)
+    assert dataset.labels.dims == ("scan", "azimuth", "range") and dataset.labels.dtype == np.uint32
+    assert dataset.powers.dims == ("scan", "power_source", "azimuth", "range") and dataset.power_source.values.tolist() == [
+        256
+    ]
+    assert str(dataset.source_name.sel(source=256).values) == "p"
+    path = tmp_path / f"a{ending}"
+    about = {"label_numbers": np.array(list(names), np.uint32), "label_names": np.array(list(names.values()))}
+    exporter(path)(path, scans, about)
+    with xr.open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as stored:
+        assert dict(zip(stored.source.values.tolist(), stored.source_name.values.tolist(), strict=True)) == names
+        for one, other in zip(scans, scans_from_xarray(stored), strict=True):
+            assert (
+                other.labels is not None and one.labels is not None and other.powers is not None and one.powers is not None
+            )
+            assert other.labels.dtype == np.uint32 and other.labels.tobytes() == one.labels.tobytes()
+            for number, power in one.powers.items():
+                np.testing.assert_array_equal(other.powers[number], power)
+
+
+def test_labels_without_names_are_a_variable_alone() -> None:
+    scan = rs.Simulator(rs.load_scene(ONE_TARGET), "fast", labels=True).scan()
+    dataset = scan.to_xarray()
+    assert dataset.labels.attrs["long_name"] == "number of the strongest source" and "source" not in dataset.dims
+    assert scan.labels is not None and scans_from_xarray(dataset)[0].labels.tobytes() == scan.labels.tobytes()  # type: ignore[union-attr]
+    assert scan.to_xarray({0: "noise", 256: "p"}).source_name.values.tolist() == ["noise", "p"]
+
+
+@pytest.mark.parametrize("ending", [".zarr", ".nc"])
+def test_the_command_exports_labels(ending: str, one_target: Path, tmp_path: Path) -> None:
+    path = tmp_path / f"a{ending}"
+    assert main(["scan", str(one_target), "--labels", "-o", str(path)]) == 0
+    made = rs.Simulator(rs.load_scene(one_target), labels=True)
+    with xr.open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as stored:
+        np.testing.assert_array_equal(stored.labels[0], made.scan().labels)
+        assert stored.source_name.values.tolist() == list(made.label_names.values())
+
+
 def test_scans_that_do_not_fit_are_refused() -> None:
     one, other = simulated(2)
     with pytest.raises(ValueError, match="scans: there are none"):
         scans_to_xarray([])
     with pytest.raises(ValueError, match="scans: their range differs; give scans of one radar"):
         scans_to_xarray([one, replace(other, range=other.range + 1)])
+    with pytest.raises(ValueError, match="scans: some have labels and others do not"):
+        scans_to_xarray([one, replace(other, labels=np.zeros(other.power.shape, np.uint32))])
     with pytest.raises(ValueError, match="exported to .zarr or .nc; give it one of these endings"):
         exporter(Path("a.hdf"))
 

@@ -66,7 +66,7 @@ def _show_live(chosen: argparse.Namespace) -> str:
 
 def _receive_and_save(chosen: argparse.Namespace) -> str:
     """Receives scans and writes them; returns a summary."""
-    client = _client(chosen, bins=chosen.bins, patience=chosen.timeout, notice=_print_notice)
+    client = _client(chosen, bins=chosen.bins, patience=chosen.timeout, notice=_print_notice, labels=chosen.labels)
     collector = asyncio.run(_receive(client, chosen.scans, None if chosen.npz or chosen.kind in FILMS else 1))
     _save(list(collector.scans), chosen)
     return _summary(client, collector, [path for path in (chosen.out, chosen.npz) if path])

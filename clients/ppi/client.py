@@ -10,7 +10,7 @@
 import asyncio
 import math
 from collections.abc import AsyncGenerator, Callable, Iterator, Sequence
-from typing import Any, Self, TypedDict, Unpack
+from typing import Any, Literal, Self, TypedDict, Unpack
 
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
@@ -20,7 +20,7 @@ from radar_service.stream.codecs.native import wire
 from .address import feed_url
 from .errors import FeedError, closed_error, refused_error
 from .sequence import SequenceTracker
-from .spoke import ReceivedSpoke, spokes_of
+from .spoke import ReceivedSpoke, label_names, spokes_of
 
 BACKOFF = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # s before the first, second ... attempt to reconnect; the last one repeats
 TIMEOUT = 30.0  # s without a message; the slowest radar, 0.01 rpm with four azimuths, needs a longer one
@@ -41,12 +41,15 @@ class FeedOptions(TypedDict, total=False):
     patience: float
     notice: Callable[[str], None]
     token: str
+    labels: bool
+    powers: Sequence[int] | Literal["all"]
 
 
 class FeedClient:
     """A radar's feed. hello: the newest hello message, None before the first; sequence: counts of arrived and lost spokes.
 
-    encoding, bins, truth, mode: parameters of the feed, sent to the service.
+    encoding, bins, truth, mode, labels, powers: parameters of the feed, sent to the service; powers: "all", or the numbers of
+    sources. `label_names` then maps numbers to names.
     since: (epoch, next number) of an earlier feed, which this one continues.
     reconnect: reconnect after a break, each attempt after a wait of `backoff` [s], and continue with the next number.
     patience: [s] without any message after which the client no longer reconnects.
@@ -60,12 +63,13 @@ class FeedClient:
         self, url: str, *, encoding: str = "u8", bins: int | None = None, truth: bool = False, mode: str = "live",
         since: tuple[str, int] | None = None, reconnect: bool = False, timeout: float = TIMEOUT,
         backoff: Sequence[float] = BACKOFF, patience: float = math.inf, notice: Callable[[str], None] = lambda _: None,
-        token: str = "",
+        token: str = "", labels: bool = False, powers: Sequence[int] | Literal["all"] = (),
     ) -> None:  # fmt: skip
         if encoding not in wire.DTYPES:
             raise ValueError(f'encoding: "{encoding}" is not one of {", ".join(wire.DTYPES)}')
         query = {"encoding": encoding, "mode": mode}
         self._query = query | ({"bins": str(bins)} if bins else {}) | ({"truth": "1"} if truth else {})
+        self._query |= ({"labels": "1"} if labels else {}) | ({"powers": _powers(powers)} if powers else {})
         self._url, self._since, self._timeout = url, since, timeout
         self._backoff = tuple(backoff) if reconnect else ()
         self._patience, self._notice = patience, notice
@@ -77,6 +81,11 @@ class FeedClient:
         self._address = url
         self._sees_beginnings = False  # a new epoch must then begin with number 0
         self._bye: str | None = None
+
+    @property
+    def label_names(self) -> dict[int, str]:
+        """The name of each source that a label may be the number of; empty before the hello, and without labels and powers."""
+        return label_names(self.hello or {})
 
     async def messages(self) -> AsyncGenerator[dict[str, Any], None]:
         """Yields every message after it is counted. Raises FeedError when the feed ends and cannot be reopened."""
@@ -200,6 +209,10 @@ class FeedClient:
     def _check_epoch(self, message: dict[str, Any]) -> None:
         if message["epoch"] != self.sequence.epoch:
             raise ValueError(f"{message['type']} of epoch {message['epoch']!r} without its hello")
+
+
+def _powers(powers: Sequence[int] | Literal["all"]) -> str:
+    return powers if isinstance(powers, str) else ",".join(map(str, powers))
 
 
 def spokes(url: str, **options: Unpack[FeedOptions]) -> Iterator[ReceivedSpoke]:

@@ -24,6 +24,8 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
     chosen = p.parse_args(arguments)
     if chosen.live and (chosen.out or chosen.npz or chosen.scans):
         p.error("--live shows the radar until it is ended and writes nothing; leave out --out, --npz and --scans")
+    if chosen.labels and not chosen.npz:
+        p.error("--labels: goes into the file of --npz; add --npz FILE.npz, or leave --labels out")
     chosen.scans = chosen.scans or 1
     chosen.kind = chosen.out.suffix.lower() if chosen.out else ""
     chosen.size = chosen.size or (FILM_SIZE if chosen.kind in FILMS else PICTURE_SIZE)
@@ -81,6 +83,9 @@ def _add_feed(p: argparse.ArgumentParser) -> None:
         help="u8 is the display's video; controls do not change the others",
     )
     p.add_argument("--bins", type=_whole(1, 65_536), help="range bins per spoke (default: every cell)")
+    p.add_argument(
+        "--labels", action="store_true", help="receive the number of the strongest source of each bin too, for --npz"
+    )
     p.add_argument(
         "--mode", choices=["live", "lossless"], default="live", help="lossless: the simulation waits for this client"
     )

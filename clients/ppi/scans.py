@@ -14,6 +14,7 @@ from radar_service.stream.codecs.native import wire
 
 from .client import FeedClient
 from .errors import FeedError
+from .spoke import label_names
 
 MAX_CELLS = 2**27  # azimuths x bins that a hello may announce: a gigabyte as complex64
 
@@ -42,6 +43,7 @@ class ReceivedScan:
     speed: (A,) of own ship [m/s].
     position: (A, 2) of own ship [m].
     blind: (A,) whether the radar did not transmit.
+    labels: (A, N) number of the strongest source, 0 without a spoke; None where no spoke has them.
     """
 
     def __init__(self, hello: dict[str, Any], first: int) -> None:
@@ -51,6 +53,7 @@ class ReceivedScan:
         self.time, self.heading, self.course, self.speed = (np.full(azimuths, np.nan) for _ in range(4))
         self.position = np.full((azimuths, 2), np.nan)
         self.blind = np.zeros(azimuths, dtype=np.bool_)
+        self.labels: NDArray[np.uint32] | None = None
 
     @property
     def azimuths(self) -> int:
@@ -93,6 +96,9 @@ class ReceivedScan:
         self.course[row] = wire.radians_from_turn(message["course"])[new]
         self.speed[row] = np.asarray(message["speed"])[new]
         self.position[row] = np.asarray(message["position"])[new]
+        if (labels := wire.labels(message)) is not None:
+            self.labels = np.zeros(self.ppi.polar.shape, dtype=np.uint32) if self.labels is None else self.labels
+            self.labels[row] = labels[new]
         self.blind[row] = np.asarray(message.get("blind") or [False] * count)[new]
 
 
@@ -253,7 +259,20 @@ def arrays(scans: Sequence[ReceivedScan]) -> dict[str, Any]:
         "range_step": np.array(ppi.range_step),
         "name": np.array(scans[0].hello["scene"]["name"]),
         "hello": np.array(json.dumps(scans[0].hello, default=str)),
+        **_labels(scans),
     }
+
+
+def _labels(scans: Sequence[ReceivedScan]) -> dict[str, Any]:
+    """The labels (S, A, N), and the table of sources; none where no scan has them."""
+    if all(scan.labels is None for scan in scans):
+        return {}
+    names = label_names(scans[0].hello)
+    nothing = np.zeros(scans[0].ppi.polar.shape, dtype=np.uint32)
+    return {
+        "labels": np.stack([nothing if scan.labels is None else scan.labels for scan in scans]),
+        "label_numbers": np.array(list(names), dtype=np.uint32), "label_names": np.array(list(names.values())),
+    }  # fmt: skip
 
 
 def _received(samples: NDArray[Any], missing: NDArray[np.bool_], encoding: dict[str, Any]) -> dict[str, NDArray[Any]]:

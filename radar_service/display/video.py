@@ -196,6 +196,14 @@ def display_video(
     `ScanMemory.take`, None where it is not known; scan correlation alone uses it. It lowers cells, and no level that is
     subtracted, so it makes no cell stronger.
     """
+    video, cells = video_level_db(power, to, controls, noise_power, before, earlier), stretch_cells(to, controls)
+    return quantise(peaks(stretched(video, cells) if cells else video, to), -0.5 * DB_PER_STEP, DB_PER_STEP)
+
+
+def video_level_db(
+    power: Singles, to: Layout, controls: Controls, noise_power: float, before: Singles | None, earlier: Singles | None
+) -> Singles:
+    """Level (K, samples) of the shown cells of (K, N) [W] above the threshold [dB], before echo stretch; as `display_video`."""
     if controls.interference_rejection:
         power = without_interference(power, before)
     cells = power[:, : to.samples]
@@ -212,9 +220,12 @@ def display_video(
         video -= rain_level_db(video, to.native_step, controls.rain)
     if controls.scan_correlation and earlier is not None:
         video -= excess_db(cells, earlier[:, : to.samples])
-    if controls.echo_stretch > 0:
-        video = stretched(video, math.ceil(STRETCH * controls.echo_stretch * to.samples))
-    return quantise(peaks(video, to), -0.5 * DB_PER_STEP, DB_PER_STEP)
+    return video
+
+
+def stretch_cells(to: Layout, controls: Controls) -> int:
+    """How many cells echo stretch lengthens an echo by."""
+    return math.ceil(STRETCH * controls.echo_stretch * to.samples)
 
 
 def quantise(level_db: NDArray[np.floating], offset_db: float, db_per_step: float) -> Bytes:

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from radar_service.cell_sources import Labels
 from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes
 from radar_service.engine.pipeline import Contributions, Engine, profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared
@@ -16,7 +17,7 @@ from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.resting_sources import RestingField, resting_fields, resting_numbers
 from radar_service.engine.source_numbers import INTERFERENCE, source_numbers
 from radar_service.engine.source_rows import Windows, source_rows
-from radar_service.engine.strongest import Labels, Strongest, unlabelled
+from radar_service.engine.strongest import Strongest, unlabelled
 from radar_service.parallel import in_order
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law

@@ -1,11 +1,12 @@
 """The powers of all sources over consecutive azimuths, which may lie in several tiles and scans, and come from several pulses."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.cell_sources import PowersOf
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.source_powers import SourcePowers, TilePowers
 from radar_service.engine.stitched import pulse_gain
@@ -44,6 +45,35 @@ def scan_powers(pulses: Sequence[PulsePowers], scan: int) -> dict[int, Singles]:
                 whole = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
                 whole[:, pulse.columns] = part
     return dict(sorted(powers.items()))
+
+
+class ScanPowers:
+    """The powers of some sources in one scan, computed anew as far as they are asked for, azimuth after azimuth."""
+
+    def __init__(self, pulses: Sequence[PulsePowers], scan: int, of: PowersOf) -> None:
+        """of: the sources that matter; no other one is computed."""
+        self._pulses, self._scan, self._of = pulses, scan, of
+        self._newest: dict[int, tuple[int, TilePowers]] = {}  # of each pulse: first azimuth of a tile, and the tile
+
+    def between(self, first: int, stop: int) -> dict[int, Singles]:
+        """The power (K, bins) [W] of each source from one azimuth to another; a source without power is left out."""
+        shape = stop - first, self._pulses[-1].columns.stop
+        powers: dict[int, Singles] = {}
+        for k, (of_pulse, columns, gain) in enumerate(self._pulses):
+            at = 0
+            for _, start, rows in _spans(of_pulse.prepared, first, stop):
+                part, at = slice(at, at + rows.stop - rows.start), at + rows.stop - rows.start
+                for number, power in self._tile(k, start).power.items():
+                    served = gain * power[rows, columns]
+                    if served.any():
+                        powers.setdefault(number, np.zeros(shape, dtype=np.float32))[part, columns] = served
+        return dict(sorted(powers.items()))
+
+    def _tile(self, k: int, start: int) -> TilePowers:
+        """The tile of a pulse that begins at an azimuth. Tiles of other pulses end elsewhere, so one may serve twice."""
+        if k not in self._newest or self._newest[k][0] != start:
+            self._newest[k] = start, self._pulses[k].powers.computed(self._scan, start, self._of)
+        return self._newest[k][1]
 
 
 class PowerWindow:
@@ -88,12 +118,15 @@ class PowerWindow:
 
 def _tiles(powers: SourcePowers, first: int, stop: int) -> list[tuple[TilePowers, slice]]:
     """The tiles that hold the azimuths from one number to another, and which rows of each."""
-    azimuths, length = powers.prepared.scene.radar.azimuths, powers.prepared.tile
-    parts: list[tuple[TilePowers, slice]] = []
+    return [(powers.tile(scan, start), rows) for scan, start, rows in _spans(powers.prepared, first, stop)]
+
+
+def _spans(prepared: Prepared, first: int, stop: int) -> Iterator[tuple[int, int, slice]]:
+    """Yields the scan, the first azimuth and the rows of each tile that holds azimuths from one number to another."""
+    azimuths, length = prepared.scene.radar.azimuths, prepared.tile
     while first < stop:
         scan, index = divmod(first, azimuths)
         start = index // length * length
         end = min(start + length, azimuths) + scan * azimuths
-        parts.append((powers.tile(scan, start), slice(index - start, min(stop, end) - scan * azimuths - start)))
+        yield scan, start, slice(index - start, min(stop, end) - scan * azimuths - start)
         first = end
-    return parts

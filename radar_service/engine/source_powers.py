@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.block_cache import BlockCache
+from radar_service.cell_sources import PowersOf
 from radar_service.engine.pipeline import contributions, tile_azimuths
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
@@ -54,19 +55,20 @@ class SourcePowers:
 
     def tile(self, scan: int, start: int) -> TilePowers:
         """The sources of the tile of a scan that begins at azimuth `start`, a multiple of `Prepared.tile`."""
-        return self._tiles.get((scan, start), lambda: self._computed(scan, start))
+        return self._tiles.get((scan, start), lambda: self.computed(scan, start))
 
     def scan(self, scan: int) -> dict[int, Singles]:
         """The power (A, bins) [W] of each source in one scan, by source number."""
         radar = self.prepared.scene.radar
         powers: dict[int, Singles] = {}
         for start in range(0, radar.azimuths, self.prepared.tile):
-            for number, power in self._computed(scan, start).power.items():
+            for number, power in self.computed(scan, start).power.items():
                 whole = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
                 whole[start : start + len(power)] = power
         return dict(sorted(powers.items()))
 
-    def _computed(self, scan: int, start: int) -> TilePowers:
+    def computed(self, scan: int, start: int, of: PowersOf = "all") -> TilePowers:
+        """As `tile`, computed anew: for a scene that is steered. of: the sources that matter; others may be left out."""
         record = contributions(self.prepared, tile_azimuths(self.prepared, scan, start))
         shape = len(record.transmitting), self.prepared.scene.radar.bins
         power: dict[int, Singles] = {}
@@ -74,11 +76,8 @@ class SourcePowers:
             power[NOISE] = np.full(shape, receiver_noise_power(self.prepared.scene.radar), dtype=np.float32)
         clutter = np.zeros(shape, dtype=np.float32)
         if record.clutter is not None:
-            columns, share, drawn = (
-                record.clutter.field.shape[1],
-                record.clutter.rain_share,
-                square_law(record.clutter.field),
-            )
+            columns, share = record.clutter.field.shape[1], record.clutter.rain_share
+            drawn = square_law(record.clutter.field)
             clutter[:, :columns] = np.square(record.clutter.amplitude) * record.transmitting[:, None]
             power[SEA], power[RAIN] = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
             power[RAIN][:, :columns] = drawn * share
@@ -86,15 +85,18 @@ class SourcePowers:
         for row, received in record.interference.items():
             power.setdefault(INTERFERENCE, np.zeros(shape, dtype=np.float32))[row] = np.abs(received) ** 2
         rows = source_rows(self.prepared, record, self._numbers, self._at_rest.keys())
+        echoing = rows.whole.keys() | self._at_rest.keys()
         alone = {
             number: self._alone(number, rows.whole.get(number), start, record.transmitting)
-            for number in rows.whole.keys() | self._at_rest.keys()
+            for number in (echoing if of == "all" else echoing & set(of))
         }
         for w in rows.windows:
             for number, begin, at, width in zip(w.number.tolist(), w.begin, w.at, w.width, strict=True):
-                alone[number] = self._sidelobes.power(w.grid[:, at : at + width], begin, 0, shape[1])
+                if of == "all" or number in of:
+                    alone[number] = self._sidelobes.power(w.grid[:, at : at + width], begin, 0, shape[1])
         power |= {number: each for number, each in alone.items() if each.any()}
-        return TilePowers(dict(sorted(power.items())), clutter, record.transmitting)
+        power = {number: power[number] for number in sorted(power) if of == "all" or number in of}
+        return TilePowers(power, clutter, record.transmitting)
 
     def _alone(self, number: int, gridded: Profiles | None, start: int, transmitting: Flags) -> Singles:
         """The power (K, bins) [W] of a source made of bodies; gridded: rows (K, size) of what is not at rest, or shadowed."""

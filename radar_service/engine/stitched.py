@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.cell_sources import Labels
 from radar_service.clutter.azimuth_rows import AzimuthRowCache
 from radar_service.clutter.resolution_cell import pulse_power
 from radar_service.clutter.texture import SpeckleRows
 from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared
-from radar_service.engine.strongest import Labels
 from radar_service.radar.parameters import Radar
 from radar_service.random import NEAR_PULSE, generator
 from radar_service.receive.compression import receiver_noise_power

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.cell_sources import Labels
 from radar_service.clutter.clutter import ClutterRows
 from radar_service.engine.source_numbers import RAIN, SEA
 from radar_service.receive.detection import square_law
 from radar_service.types import Indices, Singles
 
-Labels = NDArray[np.uint32]
 Cells = NDArray[np.int32]
 EVERY = slice(None)
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.cell_sources import UNKNOWN, Powers
 from radar_service.errors.noise import draws
 from radar_service.errors.sensors import is_lost
 from radar_service.radar.parameters import Radar, in_sector
@@ -145,24 +146,45 @@ class FeedArranger:
         for k in rows:
             old = self._old.setdefault(block.index + k, _with_copied_echoes(block.part(k, k + 1)))
             made.field[k], made.power[k] = old.field[0], old.power[0]
-            if made.labels is not None and old.labels is not None:
-                made.labels[k] = old.labels[0]
+            if made.labels is not None:
+                made.labels[k] = UNKNOWN if old.labels is None else old.labels[0]
+            made = (
+                made
+                if made.powers is None
+                else replace(made, powers=_with_old_powers(made.powers, old.powers, k, made.power.shape))
+            )
         return made
 
 
 def _with_copied_echoes(block: SpokeBlock) -> SpokeBlock:
     """The block with echoes of its own, which may be changed."""
     labels = None if block.labels is None else block.labels.copy()
-    return replace(block, field=block.field.copy(), power=block.power.copy(), labels=labels)
+    powers = None if block.powers is None else {number: power.copy() for number, power in block.powers.items()}
+    return replace(block, field=block.field.copy(), power=block.power.copy(), labels=labels, powers=powers)
+
+
+def _with_old_powers(powers: Powers, old: Powers | None, k: int, shape: tuple[int, ...]) -> Powers:
+    """Powers (K, N) of their own, with those of one old spoke (1, N) in row k; NaN where they are not known."""
+    made = dict(powers)
+    for number in (old or {}).keys() - made.keys():
+        made[number] = np.zeros(shape, dtype=np.float32)
+    for number, power in made.items():
+        power[k] = np.nan if old is None else old[number][0] if number in old else 0.0
+    return made
 
 
 def runs(spokes: Iterable[SpokeBlock]) -> Iterator[SpokeBlock]:
-    """Joins neighbouring blocks whose spokes are consecutive and of one scan."""
+    """Joins neighbouring blocks whose spokes are consecutive, of one scan, and tell the same of their sources."""
     waiting: list[SpokeBlock] = []
     for spoke in spokes:
-        if waiting and (spoke.scan, spoke.first) != (waiting[-1].scan, waiting[-1].first + len(waiting[-1])):
+        if waiting and not _continues(waiting[-1], spoke):
             yield joined(waiting)
             waiting = []
         waiting.append(spoke)
     if waiting:
         yield joined(waiting)
+
+
+def _continues(block: SpokeBlock, other: SpokeBlock) -> bool:
+    alike = (block.labels is None, block.powers is None) == (other.labels is None, other.powers is None)
+    return alike and (other.scan, other.first) == (block.scan, block.first + len(block))

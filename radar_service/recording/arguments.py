@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from radar_service.arguments import file_ending, whole
+from radar_service.cell_sources import PowersOf, powers_from_text
 
 
 def add_commands(
@@ -20,6 +21,7 @@ def add_commands(
         "--scans", default=1, type=partial(whole, minimum=1, maximum=1_000_000), help="revolutions (default 1)"
     )
     record.add_argument("--truth", action="store_true", help="record the truth of each beam crossing too")
+    add_sources(record, "record", " too")
     replay = commands.add_parser("replay", parents=[network], help="serve a recording: feed, REST and page")
     replay.add_argument("recording", type=Path, metavar="FILE", help="a recording, also one that was cut short")
     replay.add_argument(
@@ -29,6 +31,25 @@ def add_commands(
         "--epoch", default=0, type=partial(whole, minimum=0, maximum=1_000_000), metavar="N",
         help="which epoch of the recording, counted from 0 (default 0)",
     )  # fmt: skip
+
+
+def add_sources(command: argparse.ArgumentParser, verb: str, remark: str) -> None:
+    """Adds the options for labels and powers of sources. verb: what is done with them; remark: follows the help."""
+    command.add_argument(
+        "--labels", action="store_true", help=f"{verb} the number of the strongest source of each cell{remark}"
+    )
+    command.add_argument(
+        "--powers", type=_powers, default=(), metavar="NUMBERS",
+        help=f"{verb} the power of these sources in each cell{remark}: all, or numbers of labels, as 1,257",
+    )  # fmt: skip
+
+
+def _powers(text: str) -> PowersOf:
+    """Raises argparse.ArgumentTypeError."""
+    try:
+        return powers_from_text(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def seconds(text: str) -> float:

@@ -29,6 +29,12 @@ def truth_schema() -> dict[str, Any]:
     return {"title": "radar_service.Truth", "type": "object", "properties": properties, "required": ["type"]}
 
 
+def scene_schema(with_sources: bool) -> dict[str, Any]:
+    """Returns the schema of the scene's messages. with_sources: whether they have the table of sources."""
+    more = {"sources": {"type": "object"}} if with_sources else {}
+    return SCENE | {"properties": SCENE["properties"] | more}
+
+
 SCENE: dict[str, Any] = {
     "title": "radar_service.Scene",
     "type": "object",

@@ -1,5 +1,7 @@
 """The channels of one radar in a recording, each under /radar/ID.
 
+sources: where labels or powers are recorded, those of the spokes that come next on feed, as a `sources` message. Its fields are
+those of a `spokes` message, without the samples and what belongs to these.
 feed: the messages of the native feed with every cell, `encoding=c64`. A `spokes` message has three keys more, as the wire
 rounds angles: azimuth_rad, heading_rad and course_rad. Where the power is not the square of the field it is there too.
 scene: at the start of each epoch what is computed, and how; see `scene_record`.
@@ -10,20 +12,24 @@ ppi: a picture at the end of each scan.
 
 import base64
 import json
+import logging
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.display.video import Controls, peaks, strongest
 from radar_service.receive.detection import square_law
-from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, SCENE, truth_schema
+from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, scene_schema, truth_schema
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.recording.scene_document import scene_document
 from radar_service.stream.codecs.native import messages, wire
 from radar_service.stream.codecs.native.codec import NativeCodec
+from radar_service.stream.codecs.native.source_fields import source_fields
 from radar_service.stream.feed_request import View
+from radar_service.stream.logs import log_event
 from radar_service.stream.radio.last_scan import LastScan, draw
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.source import TruthLine
@@ -32,20 +38,24 @@ from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 FORMAT = 1  # version of these channels
 VIEW = View("c64")
 CODEC = NativeCodec()
+NOTHING = SourceRequest()
 PICTURE_SIZE = 600  # pixels
 OUTLINE = ("name", "origin", "body_count", "warnings", "notes")  # fields of a SceneOutline besides the radar
 
 
 class RadarRecording:
-    """Writes what a radar sends. with_truth: whether the truth too. All methods raise OSError."""
+    """Writes what a radar sends. All methods raise OSError."""
 
-    def __init__(self, file: RecordingFile, identity: str, with_truth: bool) -> None:
-        self._file, self._with_truth = file, with_truth
+    def __init__(self, file: RecordingFile, identity: str, with_truth: bool, recorded: SourceRequest = NOTHING) -> None:
+        """with_truth: whether the truth too; recorded: what spokes tell of their sources."""
+        self._file, self._with_truth, self._recorded = file, with_truth, recorded
+        self._view = View("c64", labels=recorded.labels, powers=recorded.powers)
         self._feed = file.channel(f"/radar/{identity}/feed", "msgpack")
-        self._scene = file.channel(f"/radar/{identity}/scene", "json", SCENE)
+        self._scene = file.channel(f"/radar/{identity}/scene", "json", scene_schema(bool(recorded)))
         self._truth = file.channel(f"/radar/{identity}/truth", "json", truth_schema())
         self._commands = file.channel(f"/radar/{identity}/commands", "json", COMMAND)
         self._ppi = file.channel(f"/radar/{identity}/ppi", "json", COMPRESSED_IMAGE)
+        self._sources = file.channel(f"/radar/{identity}/sources", "msgpack") if recorded else None
         self._offset = self._logged = 0.0
         self._next = self._known = 0  # number of the next spoke; commands of the epoch that are written
         self._last_scan: LastScan | None = None
@@ -59,7 +69,8 @@ class RadarRecording:
         self._last_scan.open_epoch(epoch)
         header = self._truth_lines(epoch, None)
         record = {
-            **scene_record(radar), "log_offset": self._offset, "truth_header": json.loads(header[0].text) if header else None,
+            **scene_record(radar), **sources_record(epoch, self._recorded), "log_offset": self._offset,
+            "truth_header": json.loads(header[0].text) if header else None,
         }  # fmt: skip
         self._write(self._scene, time, json.dumps(record, allow_nan=False).encode())
         for line in header:
@@ -70,6 +81,9 @@ class RadarRecording:
         """Writes spokes, and at the end of a scan its truth and its picture."""
         block = batch.block
         self._write_commands(batch.epoch, float(block.time[0]))
+        fields = source_fields(batch, self._view)
+        if fields and self._sources:
+            self._write(self._sources, float(block.time[-1]), wire.pack(sources_message(batch) | fields))
         self._write(self._feed, float(block.time[-1]), wire.pack(spokes_message(batch)))
         self._next = batch.first + len(batch)
         assert self._last_scan is not None, "open_epoch comes first"
@@ -130,6 +144,29 @@ def spokes_message(batch: SpokeBatch) -> dict[str, Any]:
     if not np.array_equal(square_law(field), power):
         exact["power"] = power.astype("<f4").tobytes()
     return messages.spokes(batch, VIEW) | exact
+
+
+def sources_message(batch: SpokeBatch) -> dict[str, Any]:
+    """Returns which spokes a message of the sources channel is of."""
+    block = batch.block
+    which = {"first": batch.first, "count": len(block), "scan": block.scan, "index": block.index}
+    return {"type": "sources", "epoch": batch.epoch.name, **which, "bins": batch.epoch.layout(None).bins}
+
+
+def sources_record(epoch: Epoch, recorded: SourceRequest) -> Mapping[str, Any]:
+    """Returns what the scene's message says of sources: whether labels and powers are recorded, and the table of sources.
+
+    A radar that cannot tell them has none: then a line in the log says why.
+    """
+    sources = epoch.engine.sources
+    if not recorded:
+        return {}
+    try:
+        sources.check(recorded)
+    except ValueError as error:
+        log_event("sources are not all recorded", logging.WARNING, scene=epoch.engine.scene.name, reason=str(error))
+    recordable = sources.to_request(recorded)
+    return {"sources": {"labels": recordable.labels, "powers": bool(recordable.powers), "names": sources.as_list()}}
 
 
 def scene_record(radar: RadarInfo) -> Mapping[str, Any]:

@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 from tqdm import tqdm
 
+from radar_service.cell_sources import SourceRequest
+from radar_service.recording.error import RecordingError
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.recording.simulated_source import SimulatedSource
@@ -24,12 +26,19 @@ BLOCK = 32  # spokes; a message of the feed holds no more
 
 
 def record(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
-    """Records scans, with a progress bar on a terminal; returns the exit status. Raises SceneError and OSError."""
+    """Records scans, with a progress bar on a terminal; returns the exit status.
+
+    Raises SceneError, RecordingError and OSError.
+    """
     if not options.out.parent.is_dir():  # refused now, not after the scene was prepared
         raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(options.out.parent))
-    simulator = make(load_scene(options.scene))
+    simulator, request = make(load_scene(options.scene)), SourceRequest(options.labels, options.powers)
+    try:
+        simulator.request_sources(request.labels, request.powers)
+    except ValueError as error:
+        raise RecordingError(f"--{error}") from None
     with RecordingFile(options.out) as file:
-        recording = RadarRecording(file, RADAR, options.truth)
+        recording = RadarRecording(file, RADAR, options.truth, request)
         record_scans(recording, SimulatedSource(simulator, SceneOrder(options.scene)), options.scans, options.truth)
     azimuths = simulator.scene.radar.azimuths
     print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")

@@ -2,12 +2,14 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
 from radar_service.receive.detection import square_law
 from radar_service.recording.chunk_table import ChunkTable
@@ -27,6 +29,8 @@ NO_TRUTH = (
     "a recording has the truth of beam crossings and of the ends of scans, not of every instant; read the truth's stream"
 )
 
+NO_LABELS = "the recording has none; record them with --labels"
+NO_POWERS = "the recording has none; record them with --powers"
 PLAYS = "this radar replays a recording"
 
 
@@ -73,6 +77,11 @@ class Recording:
         self.range, self.range_step = _ranges(**cells), float(cells["step"])
         commands = (json.loads(message) for message in self._messages("commands", 0.0))
         self.commands = RecordedCommands(NOT_STEERABLE, map(command_from, commands))
+        kept = self.record.get("sources", {"labels": False, "powers": False, "names": []})
+        names = {each["number"]: each["name"] for each in kept["names"]}
+        self.sources = SourceList(
+            names, "" if kept["labels"] else NO_LABELS, "" if kept["powers"] else NO_POWERS, on_request=False
+        )
         self._next_scan = 0
 
     def __repr__(self) -> str:
@@ -109,6 +118,14 @@ class Recording:
     def replay(self, commands: Iterable[Command]) -> None:
         """Does nothing: the recorded spokes follow the commands that were given then."""
 
+    @property
+    def label_names(self) -> Mapping[int, str]:
+        """The name of each source that a label may be the number of; empty where neither labels nor powers are recorded."""
+        return self.sources.names
+
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        """Does nothing: spokes have the labels and powers that are recorded."""
+
     def truth(self, t: float) -> Truth:
         """Raises EngineFault: it has not been recorded."""
         raise EngineFault(NO_TRUTH)
@@ -141,7 +158,7 @@ class Recording:
 
     def _stored(self) -> Iterator[SpokeBlock]:
         """The recorded blocks of this epoch, from the start that was requested."""
-        first = self._next_scan * self.scene.radar.azimuths
+        first, messages = self._next_scan * self.scene.radar.azimuths, self._source_messages()
         for content in self._messages("feed", self._start):
             message = wire.unpack(content)
             if message["type"] != "spokes" or message["epoch"] != self._epoch.name:
@@ -149,7 +166,22 @@ class Recording:
             block = self._block(message)
             keep = max(first - block.first, int(np.searchsorted(block.time, self._start)))
             if keep < len(block):
-                yield block.part(max(0, keep), len(block))
+                yield self._with_sources(block, message["first"], messages).part(max(0, keep), len(block))
+
+    def _source_messages(self) -> Iterator[dict[str, Any]]:
+        """The messages of the sources of this epoch; none where they are not recorded."""
+        if not (self.sources.no_labels and self.sources.no_powers):
+            messages = (wire.unpack(content) for content in self._messages("sources", self._start))
+            yield from (message for message in messages if message["epoch"] == self._epoch.name)
+
+    def _with_sources(self, block: SpokeBlock, first: int, messages: Iterator[dict[str, Any]]) -> SpokeBlock:
+        """The block with what is recorded of its sources. first: its sequence number. Raises RecordingError."""
+        if self.sources.no_labels and self.sources.no_powers:
+            return block
+        for message in messages:
+            if message["first"] == first and message["count"] == len(block):
+                return replace(block, labels=wire.labels(message), powers=wire.powers(message))
+        raise RecordingError(f"sources: those of spoke {first} are missing; copy the file again")
 
     def _messages(self, channel: str, start: float) -> Iterator[bytes]:
         """The messages of a channel in this epoch's chunks that end at a simulated time [s] or later."""

@@ -23,8 +23,17 @@ def scene_document(order: SceneOrder) -> tuple[dict[str, Any] | None, dict[str, 
         return None, {}
     document: dict[str, Any] = model.model_dump(mode="json", exclude_unset=True)
     if order.rpm is not None:
-        document["radar"] = document.get("radar", {}) | {"rpm": order.rpm}
+        document["radar"] = _at_rpm(document.get("radar", {}), order)
     return document, {name: _hash(folder, name) for name in sorted(set(_file_names(document)))}
+
+
+def _at_rpm(radar: Any, order: SceneOrder) -> Any:
+    """The table, or the tables of several radars, with the rate of rotation of an order for the radar that it names."""
+    if isinstance(radar, dict):
+        return radar | {"rpm": order.rpm}
+    names = [each.get("id") for each in radar]
+    number = 0 if order.radar is None else names.index(order.radar)
+    return [each | ({"rpm": order.rpm} if k == number else {}) for k, each in enumerate(radar)]
 
 
 def _file_names(part: Any) -> Iterator[str]:

@@ -9,7 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, NamedTuple, Self
 
-from radar_service.recording.radar_recording import RadarRecording
+from radar_service.cell_sources import SourceRequest
+from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.recording_file import RecordingFile, created
 from radar_service.stream.logs import log_event
 from radar_service.stream.radio.station import Station
@@ -35,11 +36,12 @@ class ServiceRecorder:
     """
 
     def __init__(
-        self, path: Path, with_truth: bool, patience: float = PATIENCE, create: Callable[[Path], IO[bytes]] = created
-    ) -> None:
-        """create: returns the empty file."""
+        self, path: Path, with_truth: bool, patience: float = PATIENCE, create: Callable[[Path], IO[bytes]] = created,
+        recorded: SourceRequest = NOTHING,
+    ) -> None:  # fmt: skip
+        """create: returns the empty file; recorded: what spokes tell of their sources."""
         self.fault: str | None = None
-        self._path, self._with_truth, self._patience = path, with_truth, patience
+        self._path, self._with_truth, self._patience, self._recorded = path, with_truth, patience, recorded
         self._file = RecordingFile(path, create)
         self._work: deque[Work] = deque()
         self._waiting = self._scan_ends = 0
@@ -48,8 +50,8 @@ class ServiceRecorder:
 
     def station(self, identity: str, *arguments: Any, **options: Any) -> Station:
         """Returns a radar that is recorded. Its arguments are those of Station."""
-        sink = RecordingSink(RadarRecording(self._file, identity, self._with_truth), self.put)
-        station = Station(identity, *arguments, sinks=[sink], **options)
+        sink = RecordingSink(RadarRecording(self._file, identity, self._with_truth, self._recorded), self.put)
+        station = Station(identity, *arguments, sinks=[sink], recorded=self._recorded, **options)
         sink.describe = station.radar_info
         return station
 
@@ -128,7 +130,7 @@ class RecordingSink:
         """Takes spokes."""
         block = batch.block
         ends_scan = block.index + len(block) == batch.epoch.engine.scene.radar.azimuths
-        self._put(Work(partial(self._recording.send, batch), block.field.nbytes + block.power.nbytes, ends_scan))
+        self._put(Work(partial(self._recording.send, batch), block.nbytes, ends_scan))
 
     def skip(self, epoch: str, count: int, reason: str) -> None:
         """Takes the notice of spokes that never come."""

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command
@@ -84,6 +85,15 @@ class SimulatedSource:
     def replay(self, commands: Iterable[Command]) -> None:
         """As SpokeSource.replay. Raises CommandError."""
         self.simulator.replay(commands)
+
+    @property
+    def sources(self) -> SourceList:
+        """As SpokeSource.sources."""
+        return self.simulator.sources
+
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        """As SpokeSource.request_sources. Raises ValueError."""
+        self.simulator.request_sources(request.labels, request.powers, spoke)
 
     def truth(self, t: float) -> Truth:
         """As SpokeSource.truth."""

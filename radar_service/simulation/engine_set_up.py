@@ -1,13 +1,13 @@
 """Sets up what computes the scans of a simulator, for a scene, a fidelity and a seed."""
 
 from collections.abc import Iterator
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
+from radar_service.cell_sources import Labels
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.labels import LabellingEngine
-from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.engine.stitched import LabellingStitchedEngine, StitchedEngine, own_noise, pulse_scenes
+from radar_service.engine.stitched import LabellingStitchedEngine, own_noise, pulse_scenes
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
@@ -38,6 +38,15 @@ class AzimuthEngine(Protocol):
         ...
 
 
+@runtime_checkable
+class LabelledEngine(Protocol):
+    """An engine that also names the strongest source of each cell. Until that is asked it costs nothing."""
+
+    def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
+        """As `tiles`, each with its labels (K, N)."""
+        ...
+
+
 class EngineSetUp(NamedTuple):
     """What a simulator computes with.
 
@@ -58,8 +67,8 @@ def engine_set_up(
 ) -> EngineSetUp:
     """Returns the engine of a scene.
 
-    fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs. labels: whether tiles have labels.
-    Raises ValueError for labels that the engine has not.
+    fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs. labels: whether it must be able to
+    name sources (LabelledEngine). Raises ValueError where it is not.
     """
     if fidelity.engine == "documented":
         if labels:
@@ -68,21 +77,15 @@ def engine_set_up(
         return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
     set_up = pipeline_set_up(scene, fidelity, seed)
     pulses = prepared_pulses(scene, set_up.prepared, requested, seed)
-    return EngineSetUp(_engine(pulses, threads, labels), set_up, set_up.prepared.line_of_sight, pulses)
+    engines = [LabellingEngine(prepared, threads) for prepared in pulses]
+    engine = LabellingStitchedEngine(engines) if len(engines) > 1 else engines[0]
+    return EngineSetUp(engine, set_up, set_up.prepared.line_of_sight, pulses)
 
 
 def prepared_pulses(scene: Scene, last: Prepared, requested: str | Fidelity, seed: int) -> tuple[Prepared, ...]:
     """Returns a scene prepared for each pulse of its radar, by rising range; last: for the last one."""
     near = [pipeline_set_up(each, chosen_fidelity(each, requested), seed).prepared for each in pulse_scenes(scene)]
     return (*(own_noise(prepared, k) for k, prepared in enumerate(near)), last)
-
-
-def _engine(pulses: tuple[Prepared, ...], threads: int, labels: bool) -> AzimuthEngine:
-    if labels:
-        labelling = [LabellingEngine(prepared, threads) for prepared in pulses]
-        return LabellingStitchedEngine(labelling) if len(pulses) > 1 else labelling[0]
-    engines = [Engine(prepared, threads) for prepared in pulses]
-    return StitchedEngine(engines) if len(pulses) > 1 else engines[0]
 
 
 def chosen_fidelity(scene: Scene, fidelity: str | Fidelity) -> Fidelity:

@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.engine.labels import LabellingEngine
-from radar_service.engine.stitched import LabellingStitchedEngine
-from radar_service.engine.strongest import Labels
+from radar_service.cell_sources import SourceRequest
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.records import OwnShipTruth, SpokeBlock, regrouped
@@ -19,36 +17,38 @@ from radar_service.reports import Readings
 from radar_service.scene.commands import Command
 from radar_service.scene.steering import Steering
 from radar_service.sector import Sector
-from radar_service.simulation.engine_set_up import AzimuthEngine
+from radar_service.simulation.source_tiles import SourceTile, SourceTiles
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Indices, Profiles, Singles
+from radar_service.types import Indices
 
 
 class SpokeStream:
     """Computes blocks from one spoke on. All but `blocks` and `skip_to` may be called from any thread.
 
     steering: the commands. reporter: the errors of sensors, antenna and feed. next_scan, next_spoke: what comes next.
+    request: what spokes tell of their sources.
     """
 
     def __init__(
         self,
-        engine: AzimuthEngine,
+        tiles: SourceTiles,
         steering: Steering,
         sector: Sector,
         line_of_sight: OcclusionScene,
         reporter: ErrorReporter,
     ) -> None:
-        """line_of_sight: of the truth, which follows the commands too."""
+        """tiles: what the engine computes; line_of_sight: of the truth, which follows the commands too."""
         self.steering, self.reporter = steering, reporter
         self.next_scan = steering.scene.radar.origin.scan
         self.next_spoke = self.next_scan * steering.scene.radar.azimuths
-        self._engine, self._sector, self._line_of_sight = engine, sector, line_of_sight
+        self._tiles, self._sector, self._line_of_sight = tiles, sector, line_of_sight
         self._radar = steering.scene.radar
+        self.request, self._requests, self._again = tiles.request, 0, math.inf
         self._commanding = Lock()
 
     def blocks(self, scans: int | None, size: int) -> Iterator[SpokeBlock]:
-        """Yields blocks as Simulator.blocks. Where a command acts on spokes that were computed, it goes back to the first of
-        them."""
+        """Yields blocks as Simulator.blocks. Where a command or a request acts on spokes that were computed, it goes back to
+        the first of them."""
         azimuths = self._radar.azimuths
         at, left = self.next_scan * azimuths, math.inf if scans is None else scans
         while left > 0:
@@ -58,7 +58,7 @@ class SpokeStream:
                     part = self._as_commanded(block)
                     if part is not None:
                         yield self.reporter.reported(part, self.readings)
-                    if self.steering.due <= self.next_spoke:
+                    if self._due <= self.next_spoke:
                         break
             scan, back = at // azimuths, self._overtaken()
             at = self.next_scan * azimuths if back is None else back
@@ -78,6 +78,12 @@ class SpokeStream:
             self._line_of_sight.motions_changed()  # that of the truth, which takes the command at once
             return command
 
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        """Changes what the spokes tell of their sources, as Simulator.request_sources."""
+        with self._commanding:
+            self.request, self._requests = request, self._requests + 1
+            self._again = min(self._again, self.next_spoke if spoke is None else spoke)
+
     def readings(self, number: Indices) -> Readings:
         """Returns true boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
         boresight, time = self._radar.schedule(number)
@@ -94,39 +100,45 @@ class SpokeStream:
         with self._commanding:
             self.next_scan, self.next_spoke = spoke // self._radar.azimuths + 1, spoke
             if changed := self.steering.go_to(spoke):
-                self._engine.motions_changed(own_ship=self.steering.scene.platform.body in changed)
+                self._tiles.engine.motions_changed(own_ship=self.steering.scene.platform.body in changed)
                 self._line_of_sight.motions_changed()
+            self._tiles.request = self.request
+            self._again = math.inf if self._again >= spoke else self._again
 
     def _rest_of_scan(self, spoke: int, size: int) -> Generator[SpokeBlock, None, None]:
         """The blocks from this spoke to the end of its scan."""
         scan, index = divmod(spoke, self._radar.azimuths)
-        sector, engine = self._sector.after(index), self._engine
-        labelling = LabellingEngine | LabellingStitchedEngine
-        tiles = engine.labelled_tiles if isinstance(engine, labelling) else engine.tiles
-        computed = (self._block(scan, *tile) for tile in tiles(scan, sector.requested))
+        sector = self._sector.after(index)
+        computed = (self._block(scan, tile) for tile in self._tiles.scan(scan, sector.requested))
         for stretch in sector.stretches(computed):
             yield from BLAS_LIMIT.each(regrouped(stretch, size))
 
     def _as_commanded(self, block: SpokeBlock) -> SpokeBlock | None:
-        """The spokes of a block before the next command, which count as taken from now on; None where there are none."""
+        """The spokes of a block before the next command or request, which count as taken from now on; None: there are none."""
         with self._commanding:
-            count = min(len(block), int(min(self.steering.due, block.first + len(block))) - block.first)
+            count = min(len(block), int(min(self._due, block.first + len(block))) - block.first)
             self.next_spoke = block.first + max(count, 0)
             if count <= 0:
                 return None
             part = block if count == len(block) else block.part(0, count)
-            return replace(part, commands=self.steering.count) if self.steering.count else part
+            count, requests = self.steering.count, self._requests
+            return replace(part, commands=count, requests=requests) if count or requests else part
+
+    @property
+    def _due(self) -> float:
+        """The first spoke that what is computed now does not hold for."""
+        return min(self.steering.due, self._again)
 
     def _overtaken(self) -> int | None:
-        """The spoke to go on from where a command acts that the last blocks do not show; else None."""
+        """The spoke to go on from where a command or a request acts that the last blocks do not show; else None."""
         with self._commanding:
-            due = max(self.steering.due, self._radar.origin.scan * self._radar.azimuths)
+            due = max(self._due, self._radar.origin.scan * self._radar.azimuths)
             return int(due) if due <= self.next_spoke else None
 
-    def _block(self, scan: int, start: int, field: Profiles, power: Singles, labels: Labels | None = None) -> SpokeBlock:
-        number = scan * self._radar.azimuths + np.arange(start, start + len(field))
+    def _block(self, scan: int, tile: SourceTile) -> SpokeBlock:
+        number = scan * self._radar.azimuths + np.arange(tile.start, tile.start + len(tile.field))
         time = self._radar.schedule(number)[1]
         return SpokeBlock(
-            int(number[0]), scan, start, time, *self.readings(number), self._engine.range, self._radar.range_step, field, power,
-            labels=labels,
+            int(number[0]), scan, tile.start, time, *self.readings(number), self._tiles.engine.range, self._radar.range_step,
+            tile.field, tile.power, labels=tile.labels, powers=tile.powers,
         )  # fmt: skip

@@ -1,7 +1,9 @@
 """The request of one client of a feed, independent of the protocol."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
+
+from radar_service.cell_sources import PowersOf, SourceRequest
 
 Mode = Literal["live", "lossless"]
 
@@ -15,6 +17,7 @@ class View:
     sector: true bearings [degrees] from and to, clockwise; None for all.
     spokes: at most this many neighbouring azimuths become one row by their peaks.
     compression: of the samples; "" for none.
+    labels: whether spokes name the strongest source of each bin. powers: of which sources they have the power in each bin.
     codec: name of the protocol in `codecs.registry`.
     """
 
@@ -24,10 +27,19 @@ class View:
     spokes: int = 1
     compression: str = ""
     codec: str = "native"
+    labels: bool = False
+    powers: PowersOf = ()
 
-    def as_dict(self) -> dict[str, object]:
-        """Returns what the view filters, merges and compresses, as plain data."""
-        return {"sector_deg": self.sector and list(self.sector), "spokes": self.spokes, "compression": self.compression}
+    @property
+    def sources(self) -> SourceRequest:
+        """What the spokes tell of their sources."""
+        return SourceRequest(self.labels, self.powers)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Returns what the view filters, merges, compresses and adds, as plain data."""
+        changed = {"sector_deg": self.sector and list(self.sector), "spokes": self.spokes, "compression": self.compression}
+        powers = self.powers if self.powers == "all" else list(self.powers)
+        return changed | ({"labels": self.labels, "powers": powers} if self.labels or self.powers else {})
 
 
 @dataclass(frozen=True)

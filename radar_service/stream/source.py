@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import FIRST_ID, Origin, Radar
@@ -155,6 +156,17 @@ class SpokeSource(Protocol):
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Takes all commands of another source of the same scene. Comes before `blocks`."""
+
+    @property
+    def sources(self) -> SourceList:
+        """The sources of its cells, and what its spokes can tell of them."""
+
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        """Changes what spokes tell of their sources, from a spoke on, which is not taken yet; None: the next one computed.
+
+        Blocks that do not follow it may still come, and then all spokes from that one on come again: `SpokeBlock.requests` says
+        how many requests a block follows. From any thread. Does nothing where spokes always tell them.
+        """
 
     def truth(self, t: float) -> Truth:
         """Returns the state of own ship and of every body at time t [s]."""

@@ -13,6 +13,9 @@ def test_options_reach_the_radar() -> None:
     with running(Script([GREETING, batch(5, 1)])) as feed:
         assert numbers(feed.url, 1, encoding="f32", bins=50, truth=True, mode="lossless", since=("a", 5)) == [5]
     assert feed.queries == [{"encoding": "f32", "bins": "50", "truth": "1", "mode": "lossless", "since": "a:5"}]
+    with running(Script([GREETING, batch(5, 1)]), Script([GREETING, batch(5, 1)])) as feed:
+        assert numbers(feed.url, 1, labels=True, powers=(257, 1)) == numbers(feed.url, 1, powers="all") == [5]
+    assert [(query.get("labels"), query["powers"]) for query in feed.queries] == [("1", "257,1"), (None, "all")]
 
 
 def test_repeated_spokes_are_yielded_once() -> None:

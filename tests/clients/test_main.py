@@ -196,6 +196,25 @@ def test_saved_scans_are_loaded_as_those_of_the_simulator(tmp_path: Path, encodi
     assert scan._repr_png_() and "72 azimuths" in repr(scan)
 
 
+def test_labels_are_saved_with_the_scans(tmp_path: Path) -> None:
+    """A spoke without labels, as from a scene that has none, has label 0."""
+    npz, greeting = (
+        tmp_path / "a.npz",
+        hello(encoding="f32", sources=[{"number": 0, "name": "noise"}, {"number": 256, "name": "x"}]),
+    )
+    came = fake_feed.spokes(greeting, DATA.astype("<f4"), 0, 40)
+    came["labels"] = np.where(DATA[:40] > 0, 256, 0).astype("<u4").tobytes()
+    rest = fake_feed.spokes(greeting, DATA.astype("<f4"), 40, 32)
+    with running(Script([greeting, came, rest], wait=True)) as feed:
+        assert main([feed.url, "--encoding", "f32", "--npz", str(npz), "--labels"]) == 0
+    assert feed.queries[0]["labels"] == "1"
+    labels = rs.load_scan(npz).labels
+    assert labels is not None and not labels[40:].any()
+    np.testing.assert_array_equal(labels[:40] == 256, DATA[:40] > 0)
+    with np.load(npz) as file:
+        assert dict(zip(file["label_numbers"].tolist(), file["label_names"].tolist(), strict=True)) == {0: "noise", 256: "x"}
+
+
 def test_the_command_says_that_the_heading_is_lost(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with running(Script([GREETING, batch(0, 72, heading_deg=math.nan)])) as feed:
         assert main([feed.url, "--out", str(tmp_path / "a.png")]) == 0

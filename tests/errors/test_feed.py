@@ -1,11 +1,13 @@
 """What happens to spokes between radar and client. Statistics: bounds of 4.4 standard errors, a level of 1e-5 each."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.cell_sources import UNKNOWN
 from radar_service.errors import feed
 from radar_service.errors.feed import FeedArranger, FeedLaw, runs
 from radar_service.records import SpokeBlock
@@ -179,6 +181,46 @@ def test_counts_say_what_happened_to_the_spokes() -> None:
     sector = made.in_stuck_sector & ~made.dropped
     assert counts.stuck == sector.sum() > 0 and rules.counts(AZIMUTHS, AZIMUTHS, stuck_from=30).stuck == 0
     assert counts.heading_lost == (~made.dropped[:32]).sum() and not (made.dropped & (made.repeated | made.late)).any()
+
+
+def told(block: SpokeBlock, labels: bool = True, powers: bool = True) -> SpokeBlock:
+    """The block with labels, and with a source for each spoke, that are the number of the spoke."""
+    number = block.first + np.arange(len(block))
+    cells = np.repeat(number[:, None], 3, axis=1)
+    return replace(
+        block, labels=cells.astype(np.uint32) if labels else None,
+        powers={256: cells.astype(np.float32), 300 + block.scan: cells.astype(np.float32)} if powers else None,
+    )  # fmt: skip
+
+
+def test_labels_and_powers_go_with_the_echoes_of_a_stuck_sector() -> None:
+    """Those of old echoes are not known where nobody had asked for them then."""
+    rules, arranger = law(stuck_sector_deg=[80, 100]), FeedArranger(RADAR)
+    stuck = rules.decisions(0, AZIMUTHS).in_stuck_sector
+    (first,) = arranger.arranged(told(blocks(1, AZIMUTHS)[0]), rules)
+    whole = told(blocks(1, AZIMUTHS, 1)[0])
+    (second,) = arranger.arranged(whole, rules)
+    assert first.labels is not None and second.labels is not None and second.powers is not None and whole.powers is not None
+    expected = np.where(stuck, np.arange(AZIMUTHS), AZIMUTHS + np.arange(AZIMUTHS))
+    np.testing.assert_array_equal(second.labels[:, 0], expected)
+    np.testing.assert_array_equal(second.powers[256][:, 2], expected)
+    np.testing.assert_array_equal(second.powers[300][:, 0], np.where(stuck, expected, 0))  # a source of the first scan alone
+    np.testing.assert_array_equal(second.powers[301][:, 0], np.where(stuck, 0, expected))
+    assert whole.powers[256][16, 0] == AZIMUTHS + 16  # the engine's own arrays stay
+    late = FeedArranger(RADAR)
+    late.arranged(blocks(1, AZIMUTHS)[0], rules)
+    (unknown,) = late.arranged(told(blocks(1, AZIMUTHS, 1)[0]), rules)
+    assert unknown.labels is not None and unknown.powers is not None
+    assert (unknown.labels[stuck] == UNKNOWN).all() and (unknown.labels[~stuck] != UNKNOWN).all()
+    assert np.isnan(unknown.powers[256][stuck]).all() and not np.isnan(unknown.powers[256][~stuck]).any()
+
+
+def test_late_spokes_keep_their_labels_and_join_no_others() -> None:
+    arranger, rules = FeedArranger(RADAR), law(late_rate=1, late_s=1 / AZIMUTHS)
+    arranger.arranged(blocks(1, 8)[0], rules)  # the last spoke is still to come, without labels
+    parts = arranger.arranged(told(blocks(1, 8)[1]), rules)
+    assert [(part.first, part.labels is None) for part in parts][:2] == [(7, True), (8, False)]
+    assert parts[1].labels is not None and parts[1].labels[:, 0].tolist() == list(range(8, 8 + len(parts[1])))
 
 
 def test_runs_join_what_is_consecutive() -> None:

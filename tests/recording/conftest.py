@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from radar_service.cell_sources import SourceRequest
 from tests.recording.scenes import recorded
 
 
@@ -11,3 +12,10 @@ from tests.recording.scenes import recorded
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three scans of the small scene, with their truth."""
     return recorded(tmp_path_factory.mktemp("recording") / "three.mcap")
+
+
+@pytest.fixture(scope="session")
+def labelled_recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three scans of the small scene, with labels and the power of both ships."""
+    told = SourceRequest(True, (256, 257))
+    return recorded(tmp_path_factory.mktemp("recording") / "labelled.mcap", with_truth=False, told=told)

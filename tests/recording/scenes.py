@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import radar_service as rs
-from radar_service.recording.radar_recording import RadarRecording
+from radar_service.cell_sources import SourceRequest
+from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.recording.simulated_source import SimulatedSource
@@ -33,11 +34,14 @@ def simulator(fidelity: str = "balanced") -> rs.Simulator:
     return rs.Simulator(rs.load_scene(MOVING), fidelity, SEED)
 
 
-def recorded(path: Path, scans: int = 3, fidelity: str = "balanced", with_truth: bool = True) -> Path:
-    """A recording of its first scans."""
+def recorded(
+    path: Path, scans: int = 3, fidelity: str = "balanced", with_truth: bool = True, told: SourceRequest = NOTHING
+) -> Path:
+    """A recording of its first scans. told: of their sources."""
     with RecordingFile(path) as file:
         source = SimulatedSource(simulator(fidelity), SceneOrder(MOVING))
-        record_scans(RadarRecording(file, "0", with_truth), source, scans, with_truth)
+        source.request_sources(told, None)
+        record_scans(RadarRecording(file, "0", with_truth, told), source, scans, with_truth)
     return path
 
 

@@ -1,5 +1,6 @@
 """The command `record`."""
 
+import contextlib
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,42 @@ def test_a_scene_is_recorded_with_its_truth(one_target: Path, tmp_path: Path, ca
 def test_a_recording_without_truth_has_none(one_target: Path, tmp_path: Path) -> None:
     assert main(["record", str(one_target), "-o", str(tmp_path / "a.mcap")]) == 0
     assert not list(read(tmp_path / "a.mcap").crossings())
+
+
+def test_labels_and_powers_are_recorded(one_target: Path, tmp_path: Path) -> None:
+    arguments = [
+        "record",
+        str(one_target),
+        "--fidelity",
+        "fast",
+        "--labels",
+        "--powers",
+        "256",
+        "-o",
+        str(tmp_path / "a.mcap"),
+    ]
+    assert main(arguments) == 0
+    made = rs.Simulator(rs.load_scene(one_target), "fast", labels=True, powers=(256,))
+    (ours,), its = read(tmp_path / "a.mcap").scans(), made.scan()
+    assert ours.labels is not None and its.labels is not None and ours.labels.tobytes() == its.labels.tobytes()
+    assert ours.powers is not None and its.powers is not None and ours.powers[256].tobytes() == its.powers[256].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--powers", "7"], "--powers: 7 is no source of this scene; it has 0 noise"),
+        (["--powers", "ship"], 'powers: "ship" is not all, nor 1 to 64 numbers'),
+        (["--labels", "--fidelity", "documented"], "--labels: the fidelity documented has none"),
+        (["--powers", "all", "--fidelity", "documented"], "--powers: the fidelity documented has none"),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused_and_no_file_made(
+    arguments: list[str], words: str, one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with contextlib.suppress(SystemExit):  # of the parser
+        assert main(["record", str(one_target), *arguments, "-o", str(tmp_path / "a.mcap")]) == 2
+    assert words in capsys.readouterr().err and not (tmp_path / "a.mcap").exists()
 
 
 def test_a_folder_that_is_not_there_is_named_first(

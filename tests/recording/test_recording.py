@@ -8,19 +8,22 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.cell_sources import SourceRequest
 from radar_service.display.video import Controls
 from radar_service.recording import Recording, RecordingError, read
+from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.recording.simulated_source import SimulatedSource
 from radar_service.records import Spoke
 from radar_service.scene.commands import CommandError
+from radar_service.stream.codecs.native import wire
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator
-from tests.stream.fake import FakeEngine, scene
+from tests.stream.fake import FakeEngine, labels_of, scene
 
 
 def test_blocks_spokes_and_scans_are_those_of_the_simulator(recording: Path) -> None:
@@ -34,6 +37,71 @@ def test_blocks_spokes_and_scans_are_those_of_the_simulator(recording: Path) -> 
         assert isinstance(one, Spoke) and (one.number, one.azimuth) == (other.number, other.azimuth)
     made.skip_to(0)
     assert [scan.field.tobytes() for scan in result.scans()] == [made.scan().field.tobytes() for _ in range(3)]
+
+
+def test_labels_and_powers_are_those_of_the_simulator(labelled_recording: Path, recording: Path) -> None:
+    result, made = read(labelled_recording), simulator()
+    made.request_sources(True, (256, 257))
+    assert result.sources.names == made.label_names == result.label_names
+    for ours, its in zip(result.spokes(), made.spokes(3), strict=True):
+        assert ours.labels is not None and its.labels is not None and ours.powers is not None and its.powers is not None
+        assert ours.labels.dtype == np.uint32 and ours.labels.tobytes() == its.labels.tobytes()
+        assert {number: power.tobytes() for number, power in ours.powers.items()} == {
+            number: power.tobytes() for number, power in its.powers.items()
+        }
+        assert ours.field.tobytes() == its.field.tobytes()
+    late = next(read(labelled_recording, start=2.3).spokes())
+    (expected,) = [spoke for spoke in result.spokes() if spoke.number == late.number]
+    assert late.time >= 2.3 and late.labels is not None and late.labels.tobytes() == expected.labels.tobytes()  # type: ignore[union-attr]
+    result.skip_to(2)
+    assert next(result.spokes()).scan == 2
+    plain = read(recording)
+    assert next(plain.spokes()).labels is None and plain.label_names == {}
+    with pytest.raises(ValueError, match="labels: the recording has none; record them with --labels, or leave labels out"):
+        plain.sources.check(SourceRequest(labels=True))
+
+
+def test_labels_change_nothing_else_of_a_recording(labelled_recording: Path, recording: Path) -> None:
+    def feed(path: Path) -> list[dict[str, object]]:
+        return [
+            {key: value for key, value in wire.unpack(message.data).items() if key not in ("epoch", "clocks")}
+            for message in ChunkTable(path).messages(ChunkTable(path).channels["/radar/0/feed"])
+        ]
+
+    plain, labelled = feed(recording), feed(labelled_recording)
+    assert plain[1:] == labelled[1:] and "sources" not in plain[0]
+    assert "/radar/0/sources" not in ChunkTable(recording).channels
+
+
+def test_a_labelled_recording_that_was_cut_short_opens_with_its_labels(labelled_recording: Path, tmp_path: Path) -> None:
+    whole = labelled_recording.read_bytes()
+    for share in (0.5, 0.8, 0.97):
+        (path := tmp_path / "cut.mcap").write_bytes(whole[: int(share * len(whole))])
+        spokes = list(read(path).spokes())
+        assert 0 < len(spokes) and all(spoke.labels is not None for spoke in spokes)
+
+
+def test_each_epoch_has_its_own_labels(tmp_path: Path) -> None:
+    """Both epochs lie in one chunk, and both count from 0."""
+    engine = FakeEngine(scene())
+    engine.request_sources(SourceRequest(labels=True), None)
+    with RecordingFile(tmp_path / "a.mcap") as file:
+        recording = RadarRecording(file, "0", False, SourceRequest(labels=True))
+        for name, number in (("first", 0), ("second", 7)):
+            controls = {"pace": {"state": "run", "factor": "max"}}
+            epoch = Epoch(name, engine, None)
+            recording.open_epoch(RadarInfo("0", "r", epoch, 0.1 * number, controls, False))
+            recording.send(SpokeBatch(epoch, 0, engine.block(number, 5), Controls()))
+    for k, number in enumerate((0, 7)):
+        (block,) = read(tmp_path / "a.mcap", epoch=k).blocks()
+        np.testing.assert_array_equal(block.labels, labels_of(number + np.arange(5), len(block.range)))
+
+
+def test_spokes_whose_labels_are_missing_are_an_error(labelled_recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = read(labelled_recording)
+    monkeypatch.setattr(result, "_source_messages", lambda: iter(()))
+    with pytest.raises(RecordingError, match="sources: those of spoke 0 are missing; copy the file again"):
+        next(result.spokes())
 
 
 def test_the_attributes_are_those_of_the_simulator(recording: Path) -> None:

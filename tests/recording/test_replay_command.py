@@ -68,6 +68,43 @@ def test_a_client_gets_the_bytes_that_the_radar_sent(query: str, recording: Path
     assert again == sent
 
 
+@pytest.mark.parametrize("query", ["encoding=f32&labels=1&powers=all", "encoding=u8&bins=40&labels=1&compress=zstd"])
+def test_labels_and_powers_are_replayed(query: str, labelled_recording: Path) -> None:
+    live = Station(
+        "0", SimulatedSource(simulator(), SceneOrder(MOVING)), refuse, settings=FAST, wait_for=1, allow_truth=True
+    )  # fmt: skip
+    query = query.replace("powers=all", "powers=256,257")
+    sent, again = told(live, query), told(replayed(labelled_recording, allow_truth=True), query)
+    assert len(sent) == 3 * AZIMUTHS and again == sent
+
+
+def told(station: Station, query: str) -> list[tuple[bytes, ...]]:
+    """Samples, labels and powers of each spoke of three scans, as a lossless client gets them."""
+
+    async def test(server: Server) -> list[tuple[bytes, ...]]:
+        socket, got = await server.feed(f"?mode=lossless&{query}"), list[tuple[bytes, ...]]()
+        while len(got) < 3 * AZIMUTHS:
+            message = await socket.receive()
+            if message["type"] == "spokes":
+                arrays = [wire.samples(message), wire.labels(message), *(wire.powers(message) or {}).values()]
+                got += [tuple(array[k].tobytes() for array in arrays if array is not None) for k in range(message["count"])]
+            else:
+                assert message["sources"][-1] == {"number": 257, "name": "b"}
+        return got[: 3 * AZIMUTHS]
+
+    got: list[tuple[bytes, ...]] = served(station, test)
+    return got
+
+
+@pytest.mark.parametrize(("query", "reason"), [("labels=1", "labels: the recording has none"),
+                                               ("powers=all", "powers: the recording has none")])  # fmt: skip
+def test_labels_that_are_not_recorded_are_refused(query: str, reason: str, recording: Path) -> None:
+    async def test(server: Server) -> None:
+        assert reason in (await (await server.feed(f"?{query}")).receive())["reason"]
+
+    served(replayed(recording, allow_truth=True), test)
+
+
 def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording: Path) -> None:
     async def test(server: Server) -> None:
         socket = await server.feed("?mode=lossless&encoding=c64")

@@ -4,6 +4,8 @@ import hashlib
 import json
 from pathlib import Path
 
+import pytest
+
 import radar_service as rs
 from radar_service.recording.scene_document import scene_document
 from radar_service.stream.source import SceneOrder
@@ -21,6 +23,13 @@ def test_the_document_gives_the_same_scene_again(tmp_path: Path) -> None:
 def test_the_rate_of_rotation_is_that_of_the_order() -> None:
     document, _ = scene_document(SceneOrder(MOVING, rpm=12.5))
     assert document is not None and document["radar"]["rpm"] == 12.5 and document["radar"]["azimuths"] == 64
+
+
+@pytest.mark.parametrize(("radar", "rpms"), [("pier", [24, 12.5]), (None, [12.5, 48])])
+def test_of_several_radars_the_rate_is_that_of_the_one_that_is_named(radar: str | None, rpms: list[float]) -> None:
+    tables = [MOVING["radar"] | {"id": "bow", "rpm": 24}, MOVING["radar"] | {"id": "pier", "rpm": 48}]
+    document, _ = scene_document(SceneOrder(MOVING | {"radar": tables}, rpm=12.5, radar=radar))
+    assert document is not None and [table["rpm"] for table in document["radar"]] == rpms
 
 
 def test_files_have_hashes(tmp_path: Path) -> None:

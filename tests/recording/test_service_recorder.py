@@ -9,14 +9,16 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.recording import Recording, read
 from radar_service.recording.service_recorder import MAX_WAITING, ServiceRecorder, Work
 from radar_service.stream.http.app import create_app
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.asgi import running
-from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
+from tests.stream.fake import AZIMUTHS, SOURCES, FakeEngine, factory, labels_of, scene
 
 
 @pytest.fixture
@@ -31,13 +33,15 @@ def lines() -> Any:
     logger.removeHandler(handler)
 
 
-def play(recorder: ServiceRecorder, count: int, before: Callable[[], None] = lambda: None) -> list[int]:
+def play(
+    recorder: ServiceRecorder, count: int, before: Callable[[], None] = lambda: None, engine: FakeEngine | None = None
+) -> list[int]:
     """Runs a fake radar that is recorded; returns the numbers of so many spokes that a lossless client got."""
 
     async def body() -> list[int]:
         station = recorder.station(
             "0",
-            FakeEngine(scene()),
+            engine or FakeEngine(scene()),
             factory(),
             settings=Settings(pace=Pace("run", float("inf"))),
             wait_for=1,
@@ -62,6 +66,28 @@ def test_what_a_client_gets_is_recorded(tmp_path: Path) -> None:
     ).power[0, 1]
     assert [line.time > 0 for line in result.truth_lines(0)] == [True] * 3
     assert result.record["controls"]["pace"]["factor"] == "max" and result.record["plan"] == {"modelled": []}
+
+
+def test_labels_are_recorded_that_no_client_asks_for(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    play(ServiceRecorder(path, False, recorded=SourceRequest(True, (256,))), 3 * AZIMUTHS)
+    result = read(path)
+    assert result.label_names == SOURCES
+    spokes = list(result.spokes())
+    assert len(spokes) >= 3 * AZIMUTHS
+    for spoke in spokes:
+        np.testing.assert_array_equal(spoke.labels, labels_of([spoke.number], len(spoke.power))[0])
+        assert spoke.powers is not None and spoke.powers[256].tobytes() == spoke.power.tobytes()
+
+
+def test_a_radar_without_labels_is_recorded_without_them(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    engine = FakeEngine(scene())
+    engine.sources = SourceList(SOURCES, no_labels="it has several pulses")
+    path = tmp_path / "a.mcap"
+    play(ServiceRecorder(path, False, recorded=SourceRequest(True, (256, 999))), AZIMUTHS, engine=engine)
+    spoke = next(read(path).spokes())
+    assert spoke.labels is None and spoke.powers is not None and list(spoke.powers) == [256]
+    assert "sources are not all recorded" in caplog.text
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

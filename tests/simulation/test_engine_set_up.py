@@ -4,8 +4,7 @@ import pytest
 
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.labels import LabellingEngine
-from radar_service.engine.pipeline import Engine
-from radar_service.engine.stitched import LabellingStitchedEngine, StitchedEngine
+from radar_service.engine.stitched import LabellingStitchedEngine
 from radar_service.fidelity import PRESETS
 from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up, pipeline_set_up
 from tests.scenes import point, scene
@@ -21,8 +20,9 @@ TWO = {
 
 @pytest.mark.parametrize(
     ("radar", "fidelity", "labels", "kind"),
-    [(ONE, "balanced", False, Engine), (ONE, "balanced", True, LabellingEngine), (TWO, "fast", False, StitchedEngine),
-     (TWO, "balanced", True, LabellingStitchedEngine), (ONE, "documented", False, DocumentedEngine)],
+    [(ONE, "balanced", False, LabellingEngine), (ONE, "balanced", True, LabellingEngine),
+     (TWO, "fast", False, LabellingStitchedEngine), (TWO, "balanced", True, LabellingStitchedEngine),
+     (ONE, "documented", False, DocumentedEngine)],
 )  # fmt: skip
 def test_the_engine_is_that_of_the_fidelity_and_the_pulses(radar: dict, fidelity: str, labels: bool, kind: type) -> None:
     made = scene([point("p", 100, 200)], radar=radar)

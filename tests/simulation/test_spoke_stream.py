@@ -1,18 +1,24 @@
 """The stream of spokes of a simulator: commands cut blocks, errors change what is reported."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.fidelity import PRESETS
 from radar_service.radar.parameters import Origin
+from radar_service.records import SpokeBlock
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.load import load_scene
 from radar_service.scene.steering import Steering
 from radar_service.sector import Sector
 from radar_service.simulation.engine_set_up import engine_set_up
+from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.spoke_stream import SpokeStream
+from radar_service.simulator import Simulator
 from tests.scenes import point
 
 SCENE = {
@@ -28,10 +34,11 @@ SCENE = {
 def stream() -> SpokeStream:
     scene = load_scene(SCENE)
     steering = Steering(scene)
-    engine, _, line_of_sight, _ = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
+    engine, _, line_of_sight, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
+    tiles = SourceTiles(engine, pulses, SourceRequest())
     errors: ErrorSettings | None = scene.errors
     truth = line_of_sight.following(steering.past.bodies)
-    return SpokeStream(engine, steering, Sector(scene.radar, None), truth, ErrorReporter(scene.radar, 0, errors))
+    return SpokeStream(tiles, steering, Sector(scene.radar, None), truth, ErrorReporter(scene.radar, 0, errors))
 
 
 def test_blocks_follow_each_other_and_are_reported_with_errors(stream: SpokeStream) -> None:
@@ -57,6 +64,38 @@ def test_an_earlier_command_takes_the_stream_back(stream: SpokeStream) -> None:
     assert next(blocks).first == 4 and sum(map(len, blocks)) == 20
 
 
+def test_a_request_acts_from_its_spoke_on_and_changes_no_byte(stream: SpokeStream) -> None:
+    """The stream goes back for labels, but not where they are no longer requested."""
+    blocks, plain = stream.blocks(2, 8), SpokeBlocks(SCENE)
+    taken = [next(blocks), next(blocks)]
+    stream.request_sources(SourceRequest(labels=True), 12)
+    taken += [next(blocks), next(blocks)]
+    stream.request_sources(SourceRequest(powers=(256,)), None)
+    taken.append(next(blocks))
+    stream.request_sources(SourceRequest(), None)
+    taken += list(blocks)
+    spans = [(block.first, len(block), block.labels is not None, block.powers is not None) for block in taken]
+    assert spans[:6] == [(0, 8, False, False), (8, 8, False, False), (12, 8, True, False), (20, 8, True, False),
+                         (28, 4, False, True), (32, 8, False, False)]  # fmt: skip
+    assert [block.requests for block in taken[:6]] == [0, 0, 1, 1, 2, 3]
+    for block in taken:
+        plain.check(block)
+
+
+class SpokeBlocks:
+    """The spokes of a run with labels and powers from the start."""
+
+    def __init__(self, scene: dict[str, Any]) -> None:
+        self._spokes = list(Simulator(load_scene(scene), "fast", labels=True, powers="all").spokes(2))
+
+    def check(self, block: SpokeBlock) -> None:
+        for spoke in block.spokes():
+            whole = self._spokes[spoke.number]
+            assert spoke.field.tobytes() == whole.field.tobytes() and spoke.heading == whole.heading
+            assert spoke.labels is None or spoke.labels.tobytes() == whole.labels.tobytes()
+            assert spoke.powers is None or spoke.powers[256].tobytes() == whole.powers[256].tobytes()
+
+
 def test_readings_are_those_of_each_time(stream: SpokeStream) -> None:
     stream.command(None, 16, None, {"speed_kn": 20, "course_deg": 90})
     list(stream.blocks(1, 8))
@@ -75,8 +114,9 @@ def test_a_command_before_the_origin_takes_the_stream_back_to_its_first_spoke() 
     """As after a change of rpm: 7 scans have passed at another rate, and a command of that time comes late."""
     scene = scene_at_rpm(load_scene(SCENE), 30, Origin(7.0, 7))
     steering = Steering(scene)
-    engine, _, line_of_sight = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
-    made = SpokeStream(engine, steering, Sector(scene.radar, None), line_of_sight, ErrorReporter(scene.radar, 0, None))
+    engine, _, line_of_sight, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
+    tiles = SourceTiles(engine, pulses, SourceRequest())
+    made = SpokeStream(tiles, steering, Sector(scene.radar, None), line_of_sight, ErrorReporter(scene.radar, 0, None))
     blocks = made.blocks(1, 8)
     assert [next(blocks).first, next(blocks).first] == [7 * 32, 7 * 32 + 8]
     made.command(None, 200, 6.3, {"speed_kn": 10})

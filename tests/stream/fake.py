@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import START
 from radar_service.records import BodyTruth, Crossing, OwnShipTruth, Snapshot, SpokeBlock, Truth
@@ -30,6 +31,7 @@ KINEMATICS: dict[str, Any] = {
 }  # fmt: skip
 
 
+SOURCES = {0: "noise", 1: "sea", 256: "buoy"}
 SAMPLING = 299_792_458.0 / (2.0 * STEP)
 RADAR: dict[str, Any] = {
     "azimuths": AZIMUTHS, "range_max_m": BINS * STEP, "bandwidth_hz": SAMPLING / 1.5, "sample_rate_hz": SAMPLING,
@@ -83,6 +85,8 @@ class FakeEngine:
         self._dies_at, self._turns = dies_at, turns
         self._first = self._next = of.radar.origin.scan
         self.commands = CommandLog(of.steerable)
+        self.sources, self.requests = SourceList(SOURCES), 0
+        self._request = SourceRequest()
         self._made = threading.Condition()
 
     def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
@@ -108,6 +112,12 @@ class FakeEngine:
     def tell(self) -> None:
         pass
 
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        """Goes back to that spoke, as `command` does."""
+        with self._made:
+            self._request, self.requests = request, self.requests + 1
+            self._next = self._next if spoke is None else min(self._next, spoke)
+
     def replay(self, commands: Iterable[Command]) -> None:
         self.commands = CommandLog(self.scene.steerable, commands)
 
@@ -131,7 +141,9 @@ class FakeEngine:
         return SpokeBlock(
             number, number // radar.azimuths, index, time, (index + np.arange(count)) * radar.azimuth_step,
             own.heading, own.position[:, :2], own.course, own.speed, self.range, self.range_step,
-            (np.sqrt(power) * 1j).astype(np.complex64), power, len(self.commands),
+            (np.sqrt(power) * 1j).astype(np.complex64), power, len(self.commands), requests=self.requests,
+            labels=labels_of(n, self.range.size) if self._request.labels else None,
+            powers={256: power} if self._request.powers else None,
         )  # fmt: skip
 
     def set_errors(self, tables: Mapping[str, Any] | None) -> None:
@@ -178,6 +190,11 @@ def dying(of: Scene) -> FakeEngine:
 def power_of(number: Any, bins: int) -> Any:
     """Power (K, bins) of the spokes of these numbers [W]."""
     return (1e-9 * (np.asarray(number)[:, None] + 1.0) * (np.arange(bins) + 1.0)).astype(np.float32)
+
+
+def labels_of(number: Any, bins: int) -> Any:
+    """Labels (K, bins) of the spokes of these numbers: the sources of SOURCES in turn."""
+    return np.array(list(SOURCES), dtype=np.uint32)[(np.asarray(number)[:, None] + np.arange(bins)) % len(SOURCES)]
 
 
 def factory(**options: Any) -> Callable[[SceneOrder, Progress], FakeEngine]:

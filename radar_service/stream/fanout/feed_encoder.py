@@ -1,8 +1,11 @@
 """The feed as a sink of spokes: encodes each batch once for each view that clients have."""
 
 from collections.abc import Callable, Mapping
+from functools import reduce
+from operator import or_
 from typing import Protocol
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.hub import EncodedBatch
 from radar_service.stream.feed_request import Mode, View
@@ -44,11 +47,17 @@ class FeedEncoder:
     def __init__(self, output: EncodedSink, radar_info: Callable[[Epoch], RadarInfo], clock: Callable[[], float]) -> None:
         self._output, self._radar_info, self._clock = output, radar_info, clock
         self._timings: dict[str, tuple[int, float]] = {}
+        self._answered: tuple[View, ...] = ()  # those whose sources the next spokes tell
 
     @property
     def timings(self) -> Mapping[str, tuple[int, float]]:
         """Number of encoded batches, and the time that they took [s], by encoding."""
         return dict(self._timings)
+
+    def requested(self) -> SourceRequest:
+        """Returns what clients need of the sources of the next spokes. Those who join later get the spokes after these."""
+        self._answered = self._output.views
+        return reduce(or_, (view.sources for view in self._answered), SourceRequest())
 
     def open_epoch(self, epoch: Epoch) -> None:
         """Begins an epoch."""
@@ -60,7 +69,7 @@ class FeedEncoder:
 
     def send(self, batch: SpokeBatch) -> None:
         """Encodes a batch for each view and publishes it."""
-        data = {view: self._encoded(batch, view) for view in self._output.views}
+        data = {view: self._encoded(batch, view) for view in self._output.views if self._is_answered(view)}
         self._output.publish(EncodedBatch(batch.epoch.name, batch.first, len(batch), data, self._truths(batch)))
 
     def skip(self, epoch: str, count: int, reason: str) -> None:
@@ -70,6 +79,9 @@ class FeedEncoder:
     def close(self, reason: str) -> None:
         """Ends the feed until another epoch opens."""
         self._output.close(f"the radar has stopped: {reason}")
+
+    def _is_answered(self, view: View) -> bool:
+        return view in self._answered or not view.sources
 
     def _encoded(self, batch: SpokeBatch, view: View) -> bytes:
         began = self._clock()

@@ -12,6 +12,7 @@ from radar_service.stream.codecs.codec import Codec
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
+from radar_service.stream.feed_request import View
 from radar_service.stream.http.access import Access, is_loopback
 from radar_service.stream.http.connection_errors import ConnectionErrors
 from radar_service.stream.http.security import ROLE
@@ -83,10 +84,23 @@ def _admit(
         raise _Refusal(BAD_REQUEST, str(error)) from None
     if request.truth and not station.allow_truth:
         raise _Refusal(FORBIDDEN, "truth: this server does not send it; start it with --truth")
+    _check_sources(station, request.view)
     if request.mode == "lossless" and not may_command:
         raise _Refusal(FORBIDDEN, "mode: lossless delays the radar for everybody; it needs the token to command")
     owner = socket.client.host if socket.client else ""
     return station, ClientQueue(request.view, request.mode, request.truth, owner=owner), request.since
+
+
+def _check_sources(station: Station, view: View) -> None:
+    """Raises _Refusal where the client may not have, or the radar cannot tell, what it requests of the sources."""
+    if not view.sources:
+        return
+    if not station.allow_truth:
+        raise _Refusal(FORBIDDEN, "labels and powers: this server does not send them; start it with --truth")
+    try:
+        station.engine.sources.check(view.sources)
+    except ValueError as error:
+        raise _Refusal(BAD_REQUEST, str(error)) from None
 
 
 async def _refuse(socket: WebSocket, codec: Codec, code: int, reason: str) -> None:

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.cell_sources import PowersOf, SourceList
 from radar_service.fidelity import Fidelity
 from radar_service.records import Crossing, Snapshot, SpokeBlock, Truth
 from radar_service.scene.commands import Command
@@ -23,6 +24,7 @@ class SceneEngine(Protocol):
     noise_power: float
     range: NDArray[np.float64]
     range_step: float
+    sources: SourceList
 
     @property
     def plan(self) -> PlanSummary:
@@ -46,6 +48,9 @@ class SceneEngine(Protocol):
 
     def set_errors(self, tables: Mapping[str, Any] | None) -> None:
         """Changes errors on purpose."""
+
+    def request_sources(self, labels: bool = False, powers: PowersOf = (), spoke: int | None = None) -> None:
+        """Changes what spokes tell of their sources."""
 
     def truth(self, t: float) -> Truth:
         """Returns the truth at time t [s]."""
@@ -74,3 +79,4 @@ class Description:
     noise_power: float
     range: NDArray[np.float64]
     range_step: float
+    sources: SourceList

@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.stream.command_log import CommandLog
@@ -33,6 +34,8 @@ class EngineWorker:
         self._changed = threading.Condition()
         self._stopping = False
         self._fault: str | None = None
+        self.requested = SourceRequest()  # what the spokes are to tell of their sources
+        self._requests = self._needed = 0  # how many there were; the last one that a block must follow
         self._thread = threading.Thread(target=self._run, name="radar engine", daemon=True)
 
     @property
@@ -98,6 +101,21 @@ class EngineWorker:
             return block
         return block.part(0, int(count)) if count > 0 else None
 
+    def request_sources(self, request: SourceRequest, spoke: int) -> bool:
+        """Changes what the spokes tell of their sources; returns whether that is more than before.
+
+        All from `spoke` on then come again.
+        """
+        with self._changed:
+            is_more = request | self.requested != self.requested
+            self.engine.request_sources(request, spoke if is_more else None)
+            self.requested, self._requests = request, self._requests + 1
+            if is_more:
+                self._needed = self._requests
+                self._blocks.clear()
+                self._changed.notify_all()
+        return is_more
+
     def _run(self) -> None:
         try:
             for block in self.engine.blocks(size=BLOCK):
@@ -114,7 +132,7 @@ class EngineWorker:
         if block.first < self._first:  # a command of the time before has taken the engine back
             block = block.part(min(self._first - block.first, len(block)), len(block))
         with self._changed:
-            known = self.known_part(block) if len(block) else None
+            known = self.known_part(block) if len(block) and block.requests >= self._needed else None
             if known is None:
                 return not self._stopping  # it comes again
             self._blocks.append(known)

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.records import Truth
 from radar_service.scene.commands import Command
 from radar_service.stream.controls import changed_order, changed_settings, controls_state
@@ -30,6 +31,7 @@ from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink
 
+NOTHING = SourceRequest()
 LEAVE_TIMEOUT = 2.0  # s for clients to take their bye
 COMMAND_TIMEOUT = 10.0  # s until a command is given up; it takes the time of a batch of spokes
 STOP_TIMEOUT = 3.0  # s to wait for each thread
@@ -54,10 +56,11 @@ class Station:
         self, identity: str, engine: SpokeSource, make_engine: MakeSource, *, name: str | None = None,
         settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
         restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
-        world: StationWorld | None = None, wait_for: int = 0,
+        world: StationWorld | None = None, wait_for: int = 0, recorded: SourceRequest = NOTHING,
     ) -> None:  # fmt: skip
         """restarts: of failed engines, see RestartLimiter; sinks: take the spokes too, beside the feed; world: that
-        it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent."""
+        it shares with other radars, by default its own; wait_for: clients that must listen before the first spoke is sent;
+        recorded: what `sinks` need of the sources of cells."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
         self.failed = failed
         self.stopping = False
@@ -73,6 +76,7 @@ class Station:
             engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts,
             command_worker=self.world.command_worker,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
+            sources=lambda: self.feed.requested() | recorded,
         )  # fmt: skip
         self.preparations = Preparations()
         self._output, self._make_engine = output, make_engine
@@ -114,6 +118,8 @@ class Station:
         if self.transmitter.fault:
             raise FeedRefused(f"the radar has stopped: {self.transmitter.fault}; give it another scene")
         self.hub.join(client, since)
+        if client.view.sources:
+            self.transmitter.pacer.interrupt()  # what waits to be sent does not tell its sources
         if self.transmitter.pacer.held and len(self.hub.clients) >= self._wait_for:
             self.transmitter.pacer.release()
         encoding = client.view.encoding

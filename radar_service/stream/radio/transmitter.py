@@ -5,6 +5,7 @@ When an order acts:
 - range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed,
   and where the world has several radars, which all begin it together.
 - commands: another thread (`command_worker`) carries them out. Spokes that a command changes are dropped, and come anew.
+- labels and powers of sources: from the next spoke on, when the first client asks; the blocks beyond it come again with them.
 - rpm: a new epoch at the end of a scan that was agreed before its engine was prepared (`handover`); until then nothing is
   sent beyond that scan.
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
@@ -16,6 +17,7 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.stream.radio.command_queue import CommandQueue
@@ -55,11 +57,12 @@ class Transmitter:
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
         make_engine: MakeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
         on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore, held: bool = False,
+        sources: Callable[[], SourceRequest] = SourceRequest,
     ) -> None:  # fmt: skip
         """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
 
         command_worker: of its world, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
-        transmitter's thread; held: until `pacer.release`.
+        transmitter's thread; held: until `pacer.release`; sources: what the sinks need of the sources of the next spokes.
         """
         self._command_worker = command_worker or CommandWorker(WorldClock())
         self._world = self._command_worker.clock
@@ -76,7 +79,7 @@ class Transmitter:
         self._in_sinks = False  # whether the sinks have spokes now; they may wait for clients
         self.handover = Handover()
         self._sinks = tuple(sinks)
-        self._on_restart, self._on_failure = on_restart, on_failure
+        self._on_restart, self._on_failure, self._sources = on_restart, on_failure, sources
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
         self._number = 0  # of the next spoke in this epoch
         self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
@@ -175,12 +178,22 @@ class Transmitter:
             block, orders = known, self.pacer.orders()
             size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
             part = block.part(at, at + orders.spokes(block, at, min(size, len(block) - at)))
+            if self._request_sources(part):
+                return
             if self.pacer.wait_until_due(part, orders, self._claim):
                 try:
                     self._send(part, orders.settings)
                 finally:
                     self._in_sinks = False
                 at += len(part)
+
+    def _request_sources(self, part: SpokeBlock) -> bool:
+        """Has the engine tell what the sinks need of the sources; returns whether these spokes come again with it."""
+        worker = self.engines.worker
+        request = worker.engine.sources.to_request(self._sources())
+        if request == worker.requested:
+            return False
+        return worker.request_sources(request, part.first)
 
     def _claim(self, part: SpokeBlock) -> bool:
         """Whether a part is to be sent now, as far as commands and handovers go; then commands act after it."""

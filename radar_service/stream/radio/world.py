@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command
@@ -51,6 +52,8 @@ class WorldSource:
         self.noise_power: float = description.noise_power
         self.range: NDArray[np.float64] = description.range
         self.range_step: float = description.range_step
+        self.sources: SourceList = description.sources
+        self._requests: list[tuple[SourceRequest, int | None]] = []  # that wait for the start
         self._description, self._spare = description, _spare(child)
         self._scan = 0
         self._asking, self._changing = threading.Lock(), threading.Lock()
@@ -92,6 +95,8 @@ class WorldSource:
                 commands = tuple(self.commands)
                 self._child.data.send((self._scan, size, commands))
                 self._started, self._told = True, len(commands)
+                for request in self._requests:
+                    self._child.data.send(request)
             while not isinstance(message := self._child.data.receive(), str):
                 if isinstance(message, NewSpare):
                     self.replace_spare(Child(message.process, *self._child.data.receive_ends(2)))
@@ -112,6 +117,15 @@ class WorldSource:
             for command in self.commands.since(self._told) if self._started else ():
                 self._child.data.send(command)
                 self._told += 1
+
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        """Sends a request to the process, as SpokeSource.request_sources."""
+        with self._telling:
+            if not self._started:
+                self._requests.append((request, spoke))
+                return
+            with contextlib.suppress(OSError):  # as above
+                self._child.data.send((request, spoke))
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Takes all commands of another source, as SpokeSource.replay."""

@@ -2,9 +2,9 @@
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), then its
 spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
-order to run, as (scan, size, commands), arrives on `data`, and further commands after it; from then on it sends (fields of
-a block, number of trees) there, a NewSpare where its spare has died, and at last the text of a fault. The socket holds it back
-while nobody reads.
+order to run, as (scan, size, commands), arrives on `data`, and further commands and requests after it; from then on it sends
+(fields of a block, number of trees) there, a NewSpare where its spare has died, and at last the text of a fault. The socket
+holds it back while nobody reads.
 """
 
 import contextlib
@@ -18,6 +18,7 @@ from functools import partial
 from time import monotonic
 from typing import Any, NoReturn
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.radar.parameters import START
 from radar_service.records import Crossing, Snapshot
@@ -63,7 +64,7 @@ def describe(engine: SceneEngine, plan: Mapping[str, Any] | None = None) -> Desc
     """Returns what the serving process needs of an engine. plan: as plain data, where it is known; otherwise it is made."""
     return Description(
         outline_of(engine.scene), engine.seed, engine.fidelity, dict(plan or engine.plan.as_dict()), engine.noise_power,
-        engine.range, engine.range_step,
+        engine.range, engine.range_step, engine.sources,
     )  # fmt: skip
 
 
@@ -160,12 +161,16 @@ def _renew(spares: Spares, answering: threading.Lock, commanding: threading.Lock
 
 
 def _obey(data: Channel, engine: SceneEngine, commanding: threading.Lock) -> None:
-    """Carries out the commands that arrive. commanding: held meanwhile."""
+    """Carries out the commands and requests that arrive. commanding: held meanwhile."""
     with contextlib.suppress(OSError, EOFError):  # the service is gone: the thread that computes finds out, too
         while True:
-            command: Command = data.receive()
+            order: Command | tuple[SourceRequest, int | None] = data.receive()
             with commanding:
-                engine.command(command.body, spoke=command.spoke, time=command.time, **command.values)
+                if isinstance(order, Command):
+                    engine.command(order.body, spoke=order.spoke, time=order.time, **order.values)
+                else:
+                    request, spoke = order
+                    engine.request_sources(request.labels, request.powers, spoke)
 
 
 def _answer_on(control: Channel, engines: Sequence[SceneEngine], answering: threading.Lock) -> None:

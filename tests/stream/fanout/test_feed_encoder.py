@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.display.video import Controls
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.fanout.feed_encoder import TRUTHS_PER_SCAN, FeedEncoder
@@ -59,6 +60,20 @@ def test_a_batch_is_encoded_once_for_each_view() -> None:
     samples = wire.samples(wire.unpack(published.data[View("f32")]))
     np.testing.assert_array_equal(samples, power_of(5 + np.arange(3), BINS))
     assert feed.timings == {"f32": (2, 2.0), "u8": (1, 1.0)}  # a tick each
+
+
+def test_spokes_are_encoded_with_labels_for_clients_whose_request_they_follow() -> None:
+    """A client that comes after the request for the next spokes gets the spokes after these."""
+    early, late, plain = View("f32", labels=True), View("u8", powers=(256,)), View("f32")
+    output = Output(plain, early)
+    feed = encoder(output)
+    assert feed.requested() == SourceRequest(labels=True)
+    output.views = plain, early, late, View("f32", 4)
+    feed.send(batch(0, 3))
+    assert feed.requested() == SourceRequest(True, (256,))
+    feed.send(batch(3, 3))
+    assert [tuple(published.data) for published in output.batches] == [(plain, early, View("f32", 4)), output.views]
+    assert encoder(Output(plain)).requested() == SourceRequest()
 
 
 def test_truth_is_encoded_so_many_times_a_scan_where_a_client_requests_it() -> None:

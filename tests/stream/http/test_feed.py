@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.cell_sources import SourceList
 from radar_service.display.video import DB_PER_STEP, LOG_DB_PER_STEP
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.http.app import create_app
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.asgi import Closed, Server, running
-from tests.stream.fake import AZIMUTHS, BINS, STEP, FakeEngine, factory, power_of, scene
+from tests.stream.fake import AZIMUTHS, BINS, SOURCES, STEP, FakeEngine, factory, labels_of, power_of, scene
 
 PAUSED = Settings(pace=Pace("pause"))
 
@@ -268,6 +269,84 @@ def test_truth_is_sent_on_request_where_it_is_allowed() -> None:
     play(test, station(allow_truth=True))
 
 
+def test_labels_are_sent_on_request_from_the_first_spoke_on() -> None:
+    async def test(server: Server) -> None:
+        plain = await server.feed("?encoding=f32")
+        hello = await plain.receive()
+        await step(server, 5)
+        before = await plain.spokes(5)
+        feed = await server.feed("?encoding=f32&labels=1&powers=256")
+        greeting = await feed.receive()
+        assert greeting["sources"] == [{"number": number, "name": name} for number, name in SOURCES.items()]
+        assert "sources" not in hello and greeting["epoch"] == hello["epoch"]
+        await step(server, 2 * AZIMUTHS)
+        messages, others = await feed.spokes(2 * AZIMUTHS), [*before, *await plain.spokes(2 * AZIMUTHS)]
+        assert others[0]["first"] == 0 and messages[0]["first"] == 5
+        for message in messages:
+            number = message["first"] + np.arange(message["count"])
+            np.testing.assert_array_equal(wire.labels(message), labels_of(number, BINS))
+            powers = wire.powers(message)
+            assert powers is not None and powers[256].tobytes() == wire.samples(message).tobytes()
+        for message in others:
+            np.testing.assert_array_equal(
+                wire.samples(message), power_of(message["first"] + np.arange(message["count"]), BINS)
+            )
+            assert "labels" not in message and "powers" not in message
+
+    play(test, station(allow_truth=True))
+
+
+def test_spoke_0_waits_for_the_labels_of_a_client() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?mode=lossless&labels=1")
+        messages = await feed.spokes(3)
+        assert messages[0]["first"] == 0
+        np.testing.assert_array_equal(wire.labels(messages[0])[0], labels_of([0], BINS)[0])
+
+    play(test, station(FLAT_OUT, allow_truth=True, wait_for=1))
+
+
+def test_a_client_with_labels_that_comes_back_misses_nothing() -> None:
+    async def test(server: Server) -> None:
+        query = "?encoding=u8&bins=4&labels=1&spokes=2&compress=deflate"
+        first = await server.feed(query)
+        epoch = (await first.until("hello"))["epoch"]
+        await step(server, AZIMUTHS)
+        whole = await first.spokes(AZIMUTHS)
+        await first.leave()
+        await step(server, AZIMUTHS)
+        second = await server.feed(f"{query}&since={epoch}:{whole[1]['first']}")
+        assert (await second.receive())["epoch"] == epoch
+        message = await second.receive()
+        assert message["first"] == whole[1]["first"]
+        np.testing.assert_array_equal(wire.labels(message), wire.labels(whole[1]))
+        while message["first"] + message["count"] < 2 * AZIMUTHS:
+            message = await second.receive()
+            assert message["type"] == "spokes" and "labels" in message
+
+    play(test, station(allow_truth=True))
+
+
+@pytest.mark.parametrize(
+    ("query", "reason"),
+    [
+        ("?labels=1", "labels: it has several pulses, or leave labels out"),
+        ("?powers=1,999", "powers: 999 is no source of this scene; it has 0 noise, 1 sea, 256 buoy"),
+    ],
+)
+def test_sources_that_the_radar_cannot_tell_are_refused(query: str, reason: str) -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed(query)
+        assert (await feed.receive())["reason"] == reason
+        with pytest.raises(Closed) as closed:
+            await feed.receive()
+        assert closed.value.code == 4400
+
+    engine = FakeEngine(scene())
+    engine.sources = SourceList(SOURCES, no_labels="it has several pulses")
+    play(test, station(allow_truth=True, engine=engine))
+
+
 def test_a_client_that_comes_back_misses_nothing() -> None:
     async def test(server: Server) -> None:
         first = await server.feed("?mode=lossless")
@@ -327,6 +406,10 @@ def test_rubbish_from_a_client_harms_nobody() -> None:
         ("?truth=yes", 4400, "truth"),
         ("?colour=red", 4400, "no such parameter"),
         ("?truth=1", 4403, "--truth"),
+        ("?labels=1", 4403, "labels and powers: this server does not send them; start it with --truth"),
+        ("?powers=all", 4403, "--truth"),
+        ("?labels=2", 4400, 'labels: "2" is not 0 or 1'),
+        ("?powers=1,x", 4400, 'powers: "1,x" is not all, nor 1 to 64 numbers of sources'),
     ],
 )
 def test_a_bad_request_is_refused_with_the_reason(query: str, code: int, reason: str) -> None:

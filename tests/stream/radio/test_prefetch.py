@@ -1,10 +1,13 @@
 """The worker of an engine: bounded, in order, and it always reports its end."""
 
 import threading
+from collections.abc import Iterator
 
 import pytest
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.radar.parameters import Origin
+from radar_service.records import SpokeBlock
 from radar_service.scene.commands import CommandError
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
@@ -69,6 +72,61 @@ def test_blocks_that_do_not_know_a_command_are_dropped() -> None:
     block = worker.take(SOON)
     assert block is not None and (block.first, block.commands) == (18, 1)
     worker.stop(SOON)
+
+
+def test_more_told_of_sources_comes_from_a_spoke_on_and_less_drops_nothing() -> None:
+    worker = started(FakeEngine(scene()))
+    spokes: list[tuple[int, bool, bool]] = []
+
+    def take(count: int) -> None:
+        while len(spokes) < count:
+            block = worker.take(SOON)
+            assert block is not None
+            spokes.extend((spoke.number, spoke.labels is not None, spoke.powers is not None) for spoke in block.spokes())
+
+    take(5)
+    assert worker.request_sources(SourceRequest(labels=True), 5) and worker.requested == SourceRequest(labels=True)
+    take(20)
+    assert not worker.request_sources(SourceRequest(), 20)
+    assert worker.request_sources(SourceRequest(labels=True), 20)  # before the first blocks without labels have come
+    take(30)
+    with_powers = len(spokes)
+    assert worker.request_sources(SourceRequest(labels=True, powers=(256,)), with_powers)
+    take(40)
+    with_less = len(spokes)
+    assert not worker.request_sources(SourceRequest(powers=(256,)), with_less)
+    take(60)
+    worker.stop(SOON)
+    numbers, labels, powers = zip(*spokes, strict=True)
+    assert numbers == tuple(range(len(spokes)))
+    assert labels[:with_less] == (False,) * 5 + (True,) * (with_less - 5) and not labels[-1]
+    assert powers == (False,) * with_powers + (True,) * (len(spokes) - with_powers)
+
+
+class Overtaken(FakeEngine):
+    """Has spokes 5 to 9 under way when a request comes that acts from spoke 5 on."""
+
+    def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
+        yield self.block(0, 5)
+        under_way = self.block(5, 5)
+        with self._made:
+            assert self._made.wait_for(lambda: self.requests, SOON)
+        yield under_way
+        yield self.block(5, 5)
+
+    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
+        super().request_sources(request, spoke)
+        with self._made:
+            self._made.notify_all()
+
+
+def test_blocks_under_way_that_do_not_follow_a_request_are_dropped() -> None:
+    worker = started(Overtaken(scene()))
+    first = worker.take(SOON)
+    assert first is not None and worker.request_sources(SourceRequest(labels=True), 5)
+    second = worker.take(SOON)
+    worker.stop(SOON)
+    assert second is not None and (second.first, second.requests) == (5, 1) and second.labels is not None
 
 
 def test_an_engine_that_ends_is_a_fault_too() -> None:

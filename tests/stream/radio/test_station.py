@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.display.video import Controls, display_video
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.controls import ControlError
@@ -47,6 +48,29 @@ def test_a_further_sink_receives_what_the_feed_receives() -> None:
         assert [epoch.name for epoch in sink.epochs] == [station.hub.epoch]
 
     play(test, sinks=[sink])
+
+
+def test_a_sink_that_needs_labels_has_them_without_any_client() -> None:
+    sink = RecordingSink()
+
+    async def test(station: Station) -> None:
+        station.transmitter.pacer.step(AZIMUTHS)
+        while sink.spokes < AZIMUTHS:
+            await asyncio.sleep(0)
+
+    play(test, sinks=[sink], recorded=SourceRequest(labels=True))
+    assert sink.numbers == list(range(AZIMUTHS)) and all(batch.block.labels is not None for batch in sink.batches)
+
+
+def test_a_client_with_labels_ends_the_wait_of_spokes_without_them() -> None:
+    async def test(station: Station) -> None:
+        before = station.transmitter.pacer.orders().version
+        station.join(ClientQueue(View("u8")))
+        assert station.transmitter.pacer.orders().version == before
+        station.join(ClientQueue(View("u8", labels=True)))
+        assert station.transmitter.pacer.orders().version > before
+
+    play(test)
 
 
 def test_scan_correlation_is_the_same_for_clients_that_join_late_or_catch_up() -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.display.video import Controls
 from radar_service.scene.commands import CommandError
 from radar_service.stream.radio.command_queue import NoRadarError
@@ -179,6 +180,42 @@ def test_a_command_acts_from_the_next_spoke_and_no_spoke_is_lost_or_sent_twice()
     assert sink.numbers == list(range(13 + AZIMUTHS))
     known = [batch.block.commands for batch in sink.batches for _ in range(len(batch))]
     assert known == [0] * 7 + [1] * 6 + [2] * AZIMUTHS
+
+
+def test_labels_come_from_the_next_spoke_on_and_no_spoke_is_lost_or_sent_twice() -> None:
+    wanted = [SourceRequest()]
+    with transmitting(sources=lambda: wanted[-1]) as (transmitter, sink):
+        stepped(transmitter, sink, 7)
+        for request in (SourceRequest(True), SourceRequest(), SourceRequest(True, (256, 999)), SourceRequest(powers="all")):
+            wanted.append(request)
+            transmitter.pacer.interrupt()  # as a client does that joins
+            stepped(transmitter, sink, 11)
+    assert sink.numbers == list(range(51))
+    labels = [spoke.labels is not None for batch in sink.batches for spoke in batch.block.spokes()]
+    powers = [spoke.powers is not None for batch in sink.batches for spoke in batch.block.spokes()]
+    assert labels[:18] == [False] * 7 + [True] * 11 and labels[29:40] == [True] * 11
+    assert not any(powers[:29]) and all(powers[29:])
+    for batch in sink.batches:
+        np.testing.assert_array_equal(batch.block.power, power_of(batch.block.first + np.arange(len(batch)), BINS))
+
+
+def test_every_next_engine_tells_what_is_requested() -> None:
+    """Another scene, and the engine that replaces one that has failed."""
+    with transmitting(sources=lambda: SourceRequest(True), make_engine=factory(), restarts=3) as (transmitter, sink):
+        stepped(transmitter, sink, 3)
+        transmitter.switch_to(prepared(FakeEngine(scene("second"), dies_at=20)))
+        sink.wait_for(lambda: len(sink.epochs) == 2)
+        stepped(transmitter, sink, AZIMUTHS)
+        assert transmitter.engines.restarts == 1
+    assert all(batch.block.labels is not None for batch in sink.batches)
+
+
+def test_a_radar_without_labels_sends_its_spokes_all_the_same() -> None:
+    engine = FakeEngine(scene())
+    engine.sources = SourceList(no_labels="none", no_powers="none")
+    with transmitting(engine=engine, sources=lambda: SourceRequest(True, "all")) as (transmitter, sink):
+        stepped(transmitter, sink, AZIMUTHS)
+    assert sink.numbers == list(range(AZIMUTHS)) and engine.requests == 0
 
 
 def test_a_flood_of_commands_does_not_stop_the_feed() -> None:

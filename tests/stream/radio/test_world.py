@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.cell_sources import SourceRequest
 from radar_service.records import SpokeBlock
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
@@ -147,6 +148,38 @@ def test_after_a_crash_the_next_process_knows_the_commands_so_far(maker: WorldMa
         for number, power in enumerate(batch.block.power, batch.block.first):
             np.testing.assert_array_equal(power, expected[number])
     assert sink.numbers[-1] >= 240
+
+
+@pytest.mark.parametrize("kill_after", [0, 70])
+def test_labels_come_when_they_are_requested_also_after_a_crash(maker: WorldMaker, kill_after: int) -> None:
+    """Every spoke that is sent has the bytes of a run with labels from the start, whoever asks when."""
+    sink, wanted = RecordingSink(), [SourceRequest()]
+    source = maker(ORDER, UNFOLLOWED)
+    transmitter = Transmitter(
+        source, Settings(pace=Pace("pause", math.inf)), (sink,), time.monotonic, maker, sources=lambda: wanted[-1]
+    )  # fmt: skip
+    transmitter.start()
+    try:
+        for stop, request in (
+            (20, SourceRequest(True)), (70, SourceRequest(True, (256,))), (150, SourceRequest()), (230, SourceRequest()),
+        ):  # fmt: skip
+            transmitter.pacer.step(stop - sink.spokes)
+            sink.wait_for(lambda stop=stop: sink.spokes >= stop)  # type: ignore[misc]
+            wanted.append(request)
+            transmitter.pacer.interrupt()
+            if stop == kill_after:
+                os.kill(source.process, signal.SIGKILL)
+    finally:
+        transmitter.stop(10.0)
+    ours = {spoke.number: spoke for spoke in Simulator(load_scene(SCENE), "fast", labels=True, powers=(256,)).spokes(6)}
+    told = [(spoke.labels is not None, spoke.powers is not None) for batch in sink.batches for spoke in batch.block.spokes()]
+    assert told[:150] == [(False, False)] * 20 + [(True, False)] * 50 + [(True, True)] * 80
+    assert transmitter.engines.restarts == bool(kill_after) and (kill_after or sink.numbers == list(range(230)))
+    for spoke in (spoke for batch in sink.batches for spoke in batch.block.spokes()):
+        its = ours[spoke.number]
+        assert spoke.field.tobytes() == its.field.tobytes()
+        assert spoke.labels is None or spoke.labels.tobytes() == its.labels.tobytes()
+        assert spoke.powers is None or spoke.powers[256].tobytes() == its.powers[256].tobytes()
 
 
 def test_a_spare_that_has_died_is_no_spare(maker: WorldMaker) -> None:

@@ -8,6 +8,7 @@ from radar_service.display.video import Layout, encode, scale
 from radar_service.radar.parameters import Radar
 from radar_service.records import Truth
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.source_fields import source_fields
 from radar_service.stream.feed_request import Mode, View
 from radar_service.stream.source import SceneOutline
 from radar_service.stream.spokes import RadarInfo, SpokeBatch
@@ -71,6 +72,7 @@ def hello(radar: RadarInfo, view: View, mode: Mode) -> dict[str, Any]:
         "mode": mode,
         "truth": radar.truth_allowed,
         "view": view.as_dict(),
+        **({"sources": engine.sources.as_list()} if view.labels or view.powers else {}),
     }
 
 
@@ -99,6 +101,7 @@ def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
         "encoding": view.encoding,
         "data": data.tobytes(),
     }
+    message |= source_fields(batch, view)
     azimuth, heading = (block.azimuth, block.heading) if block.true is None else block.true[:2]
     is_blind = engine.scene.radar.is_blind(azimuth - heading)
     return message | {"blind": is_blind.tolist()} if is_blind.any() else message

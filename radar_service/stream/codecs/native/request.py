@@ -4,11 +4,12 @@ import re
 from collections.abc import Mapping
 from typing import cast
 
+from radar_service.cell_sources import powers_from_text
 from radar_service.scene.radar_model import MAX_BINS
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.feed_request import FeedRequest, Mode, View
 
-PARAMETERS = ("encoding", "bins", "truth", "mode", "since", "sector", "spokes", "compress")
+PARAMETERS = ("encoding", "bins", "truth", "mode", "since", "sector", "spokes", "compress", "labels", "powers")
 MAX_MERGED = 32  # spokes in a row; a message holds no more
 TICKET = "ticket"  # the security layer has read it before the request arrives here
 
@@ -22,18 +23,23 @@ def request_from_query(query: Mapping[str, str], is_local: bool = True) -> FeedR
         if key not in (*PARAMETERS, TICKET):
             raise ValueError(f"{key[:40]}: the feed has no such parameter; it takes {', '.join(PARAMETERS)}")
     compression = _one_of("compress", query.get("compress", "none"), ("none", "auto", *wire.COMPRESSIONS))
-    truth = query.get("truth", "0")
-    if truth not in ("0", "1"):
-        raise ValueError(f'truth: "{truth[:40]}" is not 0 or 1')
+    truth, labels = (_flag(name, query.get(name, "0")) for name in ("truth", "labels"))
     view = View(
         _one_of("encoding", query.get("encoding", "u8"), tuple(wire.DTYPES)),
         _whole("bins", query.get("bins", ""), MAX_BINS, "leave it out for every cell"),
         _sector(query.get("sector", "")),
         _whole("spokes", query.get("spokes", ""), MAX_MERGED, "leave it out for every spoke") or 1,
         {"none": "", "auto": "" if is_local else "zstd"}.get(compression, compression),
-    )
+        labels=labels, powers=powers_from_text(query.get("powers", "")),
+    )  # fmt: skip
     mode = cast(Mode, _one_of("mode", query.get("mode", "live"), ("live", "lossless")))
-    return FeedRequest(view, mode, truth == "1", _since(query.get("since", "")))
+    return FeedRequest(view, mode, truth, _since(query.get("since", "")))
+
+
+def _flag(name: str, text: str) -> bool:
+    if text not in ("0", "1"):
+        raise ValueError(f'{name}: "{text[:40]}" is not 0 or 1')
+    return text == "1"
 
 
 def _one_of(name: str, text: str, allowed: tuple[str, ...]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.source_fields import fields_by_rows
 from radar_service.stream.feed_request import View
 
 EACH_ROW = ("time", "azimuth", "heading", "position", "course", "speed", "blind")
@@ -22,15 +23,16 @@ def apply_view(message: dict[str, Any], view: View) -> dict[str, Any]:
     if view.sector is not None or view.spokes > 1:
         samples = wire.samples(message)
         start, count = _groups(message, view)
+        if "labels" in message or "powers" in message:
+            message = message | fields_by_rows(message, _strongest_rows(samples, start, count))
         message = message | _described(message, start, count) | {"data": _peaks(samples, start, count).tobytes()}
-    return wire.packed_samples(message, view.compression) if view.compression else message
+    return wire.packed(message, view.compression) if view.compression else message
 
 
 def trim(message: dict[str, Any], count: int) -> dict[str, Any]:
     """Returns a message, before or after its view, with only its last `count` spokes."""
     dropped = message["count"] - count
-    data = wire.samples(message).tobytes() if "compression" in message else message["data"]
-    row_bytes = len(data) // max(1, len(message["azimuth"]))
+    plain, row_count = wire.unpacked(message), len(message["azimuth"])
     if "row_first" not in message:
         kept, extents = slice(dropped, None), {}
     else:
@@ -40,9 +42,10 @@ def trim(message: dict[str, Any], count: int) -> dict[str, Any]:
         extents = {"row_first": first.tolist(), "row_count": (ends[kept] - dropped - first).tolist()}
     rows = {key: message[key][kept] for key in EACH_ROW if key in message}
     numbers = {"first": message["first"] + dropped, "count": count, "index": message["index"] + dropped}
-    plain = {key: value for key, value in message.items() if key != "compression"}
-    result = plain | rows | extents | numbers | {"data": data[kept.start * row_bytes :]}
-    return wire.packed_samples(result, message["compression"]) if "compression" in message else result
+    begins = {key: kept.start * (len(plain[key]) // max(1, row_count)) for key in wire.ARRAYS if key in plain}
+    arrays = {key: plain[key][begin:] for key, begin in begins.items()}
+    result = plain | rows | extents | numbers | arrays
+    return wire.packed(result, message["compression"]) if "compression" in message else result
 
 
 def _groups(message: dict[str, Any], view: View) -> tuple[Rows, Rows]:
@@ -82,11 +85,20 @@ def _between(first: int, last: int) -> int:
 
 def _peaks(samples: NDArray[Any], start: Rows, count: Rows) -> NDArray[Any]:
     """Returns the largest sample of each group (G, bins), of complex samples the one of greatest magnitude."""
-    longest = int(count.max(initial=1))
-    rows = np.minimum(start[:, None] + np.arange(longest), (start + count - 1)[:, None])
-    groups = samples[rows]
-    if not np.iscomplexobj(samples):
-        peaks: NDArray[Any] = groups.max(axis=1)
-        return peaks
-    pick = np.argmax(groups.real**2 + groups.imag**2, axis=1)
-    return np.take_along_axis(groups, pick[:, None], axis=1)[:, 0]
+    if np.iscomplexobj(samples):
+        return np.take_along_axis(samples, _strongest_rows(samples, start, count), axis=0)
+    peaks: NDArray[Any] = samples[_group_rows(start, count)].max(axis=1)
+    return peaks
+
+
+def _strongest_rows(samples: NDArray[Any], start: Rows, count: Rows) -> Rows:
+    """Returns the row (G, bins) of the largest sample of each group, the first one where several are equal."""
+    groups = samples[_group_rows(start, count)]
+    level = groups.real**2 + groups.imag**2 if np.iscomplexobj(samples) else groups
+    return np.asarray(start[:, None] + np.argmax(level, axis=1))
+
+
+def _group_rows(start: Rows, count: Rows) -> Rows:
+    """Returns the rows (G, longest) of each group; the last one again where a group is shorter."""
+    rows = start[:, None] + np.arange(int(count.max(initial=1)))
+    return np.asarray(np.minimum(rows, (start + count - 1)[:, None]))

@@ -9,7 +9,8 @@ hello   first message, and again whenever the epoch changes:
         scene {name, origin {latitude_deg, longitude_deg} or nil, bodies, warnings}, seed, fidelity, plan,
         encoding {name, bins, range_step_m, range_first_m, range_m, dtype, noise_dbw; in u8 and u8-log also db_per_step,
         offset_db}, view {sector_deg, spokes, compression}, controls {...}, clocks {simulated_s, utc, pace}, mode,
-        truth (whether this server sends it)
+        truth (whether this server sends it). Where a view requests labels or powers: both of them in view, and
+        sources [{number, name}]
 spokes  first (sequence number of the first one), count, scan, index (of the first one within the scan),
         time [s of simulation, one each], azimuth [one each], heading [one each; nil while the radar has lost it: azimuth
         then counts from the bow, and course is nil too], position [[east, north] m, one each],
@@ -17,7 +18,9 @@ spokes  first (sequence number of the first one), count, scan, index (of the fir
         edge of the last cell, m), encoding, data (spokes x bins, row-major, little-endian), blind (bool each; absent: none).
         Where a view leaves out or merges spokes: row_first, row_count (a row stands for row_count spokes from
         first + row_first on; lists hold one entry for each row; spokes in no row were left out by the view and count as
-        delivered). Where a view compresses: compression (of data: zstd, or deflate as in RFC 1950)
+        delivered). Where a view compresses: compression (of data, labels, powers: zstd, or deflate as in RFC 1950).
+        Where a view requests them: labels (uint32, spokes x bins, as data: numbers of the strongest sources), powers (float32,
+        W, spokes x sources x bins) of power_sources (their numbers; a source that is not there has no power)
 truth   time, own_ship {...}, bodies [{...}]: see records.BodyTruth, SI and radians
 gap     first, count, reason: exactly the spokes that this client lost
 bye     reason; the server closes after it
@@ -40,6 +43,7 @@ from numpy.typing import NDArray
 PROTOCOL = 1
 TURN = 65_536  # wire units per revolution
 DTYPES = {"u8": "|u1", "u8-log": "|u1", "f16": "<f2", "f32": "<f4", "c64": "<c8"}
+ARRAYS = ("data", "labels", "powers")  # of a `spokes` message; a row of each for each spoke
 COMPRESSIONS = ("zstd", "deflate")
 MAX_MESSAGE = 64 * 2**20  # bytes a decoder accepts
 
@@ -84,29 +88,81 @@ def unpack(data: bytes) -> dict[str, Any]:
 
 def samples(message: dict[str, Any]) -> NDArray[Any]:
     """Returns the samples (rows, bins) of a `spokes` message. Raises ValueError where size and shape disagree."""
-    dtype = np.dtype(DTYPES[message["encoding"]])
-    shape = (len(message["azimuth"]), int(message["bins"]))
-    size = shape[0] * shape[1] * dtype.itemsize
-    data = _unpacked(message["data"], message["compression"], size) if "compression" in message else message["data"]
-    if len(data) != size:
-        raise ValueError(f"data: {len(data)} bytes are not {shape[0]} x {shape[1]} samples of {dtype}")
-    return np.frombuffer(data, dtype=dtype).reshape(shape)
+    return _array(message, "data", DTYPES[message["encoding"]]).reshape(_rows(message), int(message["bins"]))
 
 
-def packed_samples(message: dict[str, Any], compression: str) -> dict[str, Any]:
-    """Returns a `spokes` message with its data compressed, at the fastest level."""
-    data = message["data"]
-    packed = zlib.compress(data, 1) if compression == "deflate" else zstandard.ZstdCompressor(level=1).compress(data)
-    return message | {"data": packed, "compression": compression}
+def labels(message: dict[str, Any]) -> NDArray[np.uint32] | None:
+    """Returns the labels (rows, bins) of a `spokes` message, None where it has none. Raises ValueError as `samples` does."""
+    if "labels" not in message:
+        return None
+    return _array(message, "labels", "<u4").reshape(_rows(message), int(message["bins"]))
 
 
-def _unpacked(data: bytes, compression: str, size: int) -> bytes:
+def powers(message: dict[str, Any]) -> dict[int, NDArray[np.float32]] | None:
+    """Returns the power (rows, bins) [W] of each source of a `spokes` message by its number, None where it has none.
+
+    Raises ValueError as `samples` does.
+    """
+    if "powers" not in message:
+        return None
+    numbers = message["power_sources"]
+    power = _array(message, "powers", "<f4").reshape(_rows(message), len(numbers), int(message["bins"]))
+    return {int(number): power[:, k] for k, number in enumerate(numbers)}
+
+
+def packed(message: dict[str, Any], compression: str) -> dict[str, Any]:
+    """Returns a `spokes` message with its arrays compressed, at the fastest level."""
+    arrays = {key: _packed(message[key], compression) for key in ARRAYS if key in message}
+    return message | arrays | {"compression": compression}
+
+
+def unpacked(message: dict[str, Any]) -> dict[str, Any]:
+    """Returns a `spokes` message whose arrays are not compressed. Raises ValueError as `samples` does."""
+    if "compression" not in message:
+        return message
+    plain = {key: value for key, value in message.items() if key != "compression"}
+    return plain | {key: _bytes(message, key) for key in ARRAYS if key in message}
+
+
+def _rows(message: dict[str, Any]) -> int:
+    """How many rows the arrays have. A view may have fewer than there are spokes."""
+    return len(message["azimuth"]) if "azimuth" in message else int(message["count"])
+
+
+def _array(message: dict[str, Any], key: str, dtype: str) -> NDArray[Any]:
+    return np.frombuffer(_bytes(message, key), dtype=np.dtype(dtype))
+
+
+def _bytes(message: dict[str, Any], key: str) -> bytes:
+    """The bytes of an array, not compressed. Raises ValueError where they are not as many as its shape says."""
+    rows, row = _rows(message), _row_bytes(message, key)
+    data: bytes = message[key]
+    if "compression" in message:
+        data = _unpacked(key, data, message["compression"], rows * row)
+    if len(data) != rows * row:
+        raise ValueError(f"{key}: {len(data)} bytes are not {rows} rows of {row} bytes")
+    return data
+
+
+def _row_bytes(message: dict[str, Any], key: str) -> int:
+    """Bytes of a row of an array, not compressed."""
+    bins = int(message["bins"])
+    if key == "data":
+        return bins * np.dtype(DTYPES[message["encoding"]]).itemsize
+    return 4 * bins * (len(message["power_sources"]) if key == "powers" else 1)
+
+
+def _packed(data: bytes, compression: str) -> bytes:
+    return zlib.compress(data, 1) if compression == "deflate" else zstandard.ZstdCompressor(level=1).compress(data)
+
+
+def _unpacked(key: str, data: bytes, compression: str, size: int) -> bytes:
     """Returns at most size + 1 bytes, so that the caller sees when there are too many.
 
     Raises ValueError where `size` is not allowed or `data` is not compressed in this way.
     """
     if not 0 <= size <= MAX_MESSAGE:
-        raise ValueError(f"data: {size} bytes; at most {MAX_MESSAGE} are allowed")
+        raise ValueError(f"{key}: {size} bytes; at most {MAX_MESSAGE} are allowed")
     try:
         if compression == "deflate":
             return zlib.decompressobj().decompress(data, size + 1)
@@ -115,5 +171,5 @@ def _unpacked(data: bytes, compression: str, size: int) -> bytes:
                 unpacked: bytes = reader.read(size + 1)
                 return unpacked
     except (zlib.error, zstandard.ZstdError) as error:
-        raise ValueError(f"data: not {compression}: {error}") from error
+        raise ValueError(f"{key}: not {compression}: {error}") from error
     raise ValueError(f'compression: "{compression}" is not one of {", ".join(COMPRESSIONS)}')

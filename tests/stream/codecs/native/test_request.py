@@ -20,7 +20,7 @@ def test_compression_is_off_on_this_machine_unless_requested(query: dict[str, st
 
 @pytest.mark.parametrize(
     "query", [{"sector": "1"}, {"sector": "1,361"}, {"sector": "-1,5"}, {"sector": "a,b"}, {"spokes": "0"}, {"spokes": "33"},
-              {"compress": "lz4"}, {"spokes": "1e1"}]
+              {"compress": "lz4"}, {"spokes": "1e1"}, {"labels": "yes"}, {"labels": ""}, {"powers": "0,"}, {"powers": "ship"}]
 )  # fmt: skip
 def test_an_invalid_parameter_is_refused_with_its_name(query: dict[str, str]) -> None:
     with pytest.raises(ValueError, match=f"^{next(iter(query))}: "):
@@ -30,4 +30,6 @@ def test_an_invalid_parameter_is_refused_with_its_name(query: dict[str, str]) ->
 def test_a_query_is_read_as_it_is_written() -> None:
     query = {"encoding": "c64", "bins": "512", "truth": "1", "mode": "lossless", "since": "ab12:99"}
     assert request_from_query(query) == FeedRequest(View("c64", 512), "lossless", True, ("ab12", 99))
+    told = request_from_query({"labels": "1", "powers": "257,1"}).view
+    assert told == View("u8", labels=True, powers=(1, 257)) and request_from_query({"powers": "all"}).view.powers == "all"
     assert request_from_query({}) == FeedRequest(View("u8", None), "live", False, None)

@@ -59,7 +59,7 @@ def test_samples_are_little_endian_rows() -> None:
     data = struct.pack("<6f", 1, 2, 3, 4, 5, 6)
     message = {"encoding": "f32", "azimuth": [0, 1], "bins": 3, "data": data}
     np.testing.assert_array_equal(wire.samples(message), [[1, 2, 3], [4, 5, 6]])
-    with pytest.raises(ValueError, match="24 bytes are not 2 x 4 samples"):
+    with pytest.raises(ValueError, match="24 bytes are not 2 rows of 16 bytes"):
         wire.samples(message | {"bins": 4})
 
 
