@@ -222,14 +222,17 @@ def spokes(url: str, **options: Unpack[FeedOptions]) -> Iterator[ReceivedSpoke]:
     takes longer over one spoke than the service waits. Raises FeedError when the feed ends.
     """
     client = FeedClient(url, **options)
-    feed = client.spokes()
+    feed, received = client.spokes(), list[ReceivedSpoke]()
 
-    async def next_spoke() -> ReceivedSpoke:
-        return await anext(feed)
+    async def receive_spoke() -> (
+        None
+    ):  # without a result: Runner.run formats that of its task, samples and all, and drops it
+        received.append(await anext(feed))
 
     with asyncio.Runner() as runner:
         try:
             while True:
-                yield runner.run(next_spoke())
+                runner.run(receive_spoke())
+                yield received.pop()
         finally:
             runner.run(client.close())
