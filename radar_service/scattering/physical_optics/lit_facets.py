@@ -30,13 +30,14 @@ SAME_NORMAL, SAME_OFFSET = 1e-4, 1e-3  # planes that differ by less, the latter 
 
 class Planes(NamedTuple):
     """Of the triangles (F,) of a mesh: a point (F, 3) [m], the unit normal (F, 3), 0 where there is no area, where other parts of
-    the mesh rise before its front and its back (F, 2), and the number of the plane (F,), one for all triangles in it; and the
-    area of the whole mesh [m^2]."""
+    the mesh rise before its front and its back (F, 2), and the number of the plane (F,), one for all triangles in it; the
+    areas (F,), and that of the whole mesh [m^2]."""
 
     point: Floats
     normal: Floats
     may_rebounce: Flags
     number: Indices
+    size: Floats
     area: float
 
     @classmethod
@@ -46,7 +47,7 @@ class Planes(NamedTuple):
         offset = np.einsum("ij,ij->i", point, normal)[:, None]
         alike = np.round(np.concatenate([normal / SAME_NORMAL, offset / SAME_OFFSET], axis=1)) + 0.0
         number = np.unique(alike, axis=0, return_inverse=True)[1].reshape(-1)
-        return cls(point, normal, concave_sides(mesh), number, float(area.sum()))
+        return cls(point, normal, concave_sides(mesh), number, area, float(area.sum()))
 
 
 @dataclass(frozen=True)

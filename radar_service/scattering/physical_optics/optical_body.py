@@ -13,7 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, centroids, cut_facets, cut_triangles
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, areas, centroids, cut_facets, cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
 from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
@@ -41,6 +41,7 @@ SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by le
 FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PROBE_EDGE, MAX_PROBES = 8.0, 1000  # m between probes for shadows of bodies larger than `model.THIN`, and their number
+WHOLE = 1.0 - 1e-6  # of a triangle's area, above which it is reached as a whole: sums of its parts round
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
 
 
@@ -137,7 +138,7 @@ class OpticalBody:
 
         Without tubes by the faint leg of the sea, those of the direct one stand for both orders of a mixed path.
         """
-        reached = self._reached(lit.surface, len(legs))
+        reached, whole = self._reached(lit.surface, len(legs))
         launches = legs if legs[-1].strength ** 2 >= FAINT else legs[:1]
         every = [len(launches) < len(legs), True][: len(launches)]
         tubes = launched_tubes(lit.surface, launches, self.wave.polarization, self.planes, self.rank, every)
@@ -151,19 +152,24 @@ class OpticalBody:
         for back, receive in enumerate(legs):
             weight = self._weights(tubes, out, back, len(launches) < len(legs))
             which = np.flatnonzero((weight > 0.0) & reached[back, tubes.triangle] & (tubes.centre[2] > water))
-            seen, fields = tube_fields(tubes.chosen(which), receive, self.wave)
+            seen, fields = tube_fields(tubes.chosen(which), receive, self.wave, whole[back])
             which = which[seen]
             factor = weight[which] * self.reflectivity ** (tubes.bounces[which] / 2.0)
             fields = fields._replace(amplitude=fields.amplitude * factor)
             for number in range(len(launches)):
                 yield number + back, PathFields._make(column[out[which] == number] for column in fields)
 
-    def _reached(self, surface: Surface, legs: int) -> Flags:
-        """Which triangles (L, F) each leg reaches in part."""
+    def _reached(self, surface: Surface, legs: int) -> tuple[Flags, Flags]:
+        """Which triangles (L, F) of the mesh each leg reaches in part, and which as a whole."""
         reached = np.zeros((legs, len(self.patch)), dtype=np.bool_)
+        whole = np.zeros_like(reached)
+        size = areas(surface.corners)
         for number in range(legs):
-            reached[number, surface.triangle[surface.share[:, number] > 0.0]] = True
-        return reached
+            share = surface.share[:, number]
+            reached[number, surface.triangle[share > 0.0]] = True
+            free = np.bincount(surface.triangle, size * (share == 1.0), len(self.patch))
+            whole[number] = free > WHOLE * self.planes.size
+        return reached, whole
 
     def _weights(self, tubes: RayTubes, out: Indices, back: int, one_order: bool) -> Floats:
         """How often tubes (M,) count that leave by legs `out` (M,) and return by leg `back`.

@@ -20,7 +20,7 @@ from radar_service.scattering.physical_optics.facet_integral import (
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, dot
-from radar_service.types import Complexes, Floats, Indices
+from radar_service.types import Complexes, Flags, Floats, Indices
 
 
 @dataclass(frozen=True)
@@ -110,10 +110,10 @@ def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Float
     return scattering_amplitude(launch.direction, field, received, normal, surface, wave.wavelength)
 
 
-def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices, PathFields]:
+def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave, whole: Flags) -> tuple[Indices, PathFields]:
     """What tubes scatter where they are into a leg: which of them do, and their fields.
 
-    As of facets, only the lit side of a surface scatters.
+    As of facets, only the lit side of a surface scatters. whole: (F,) triangles of the mesh that the leg reaches as a whole.
 
     A point stands for the whole path. It lies between the path's two ends on the body, and behind them by half of what lies in
     between, at a range of exactly half the path. Then the phase is that of the path, and both change alike as the antenna moves:
@@ -121,7 +121,10 @@ def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices,
     """
     back = receive.rays(tubes.centre.T)
     facing = np.flatnonzero(dot(tubes.normal, back.direction.T) + back.tilt * tubes.normal[2] < 0.0)
-    seen = facing[receive.visible(tubes.centre.T.take(facing, axis=0), tubes.triangle[facing])]
+    free = whole[tubes.triangle[facing]]
+    partly = facing[~free]
+    free[~free] = receive.visible(tubes.centre.T.take(partly, axis=0), tubes.triangle[partly])
+    seen = facing[free]
     tubes, back = tubes.chosen(seen), back.chosen(seen)
     share, cell = (column.take(tubes.source) for column in (tubes.launch.share, tubes.launch.cell))
     surface = areas(tubes.corners.transpose(2, 0, 1)) * share * _mean_phasors(tubes, back, wave)
