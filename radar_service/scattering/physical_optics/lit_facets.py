@@ -49,6 +49,10 @@ class Planes(NamedTuple):
         number = np.unique(alike, axis=0, return_inverse=True)[1].reshape(-1)
         return cls(point, normal, concave_sides(mesh), number, area, float(area.sum()))
 
+    def rotated(self, rotation: Floats) -> "Planes":
+        """The planes of the same mesh rotated by a matrix (3, 3)."""
+        return self._replace(point=self.point @ rotation.T, normal=self.normal @ rotation.T)
+
 
 @dataclass(frozen=True)
 class Surface:

@@ -89,7 +89,7 @@ class OpticalBody:
         """The same body rotated by a matrix (3, 3), so that the sea is level in its frame."""
         mesh = Mesh(self.mesh.vertices @ lean.T, self.mesh.faces)
         scene = self.scene.of_vertices(mesh.vertices)
-        return replace(self, mesh=mesh, planes=Planes.of(mesh), scene=scene, lean=lean)
+        return replace(self, mesh=mesh, planes=self.planes.rotated(lean), scene=scene, lean=lean)
 
     def echoes(self, legs: tuple[BodyLeg, ...], water: float = -np.inf) -> list[PathCentres]:
         """The centres of each path of one leg, or of two: the direct one and the one by the sea.
