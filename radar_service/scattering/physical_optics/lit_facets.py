@@ -30,14 +30,13 @@ SAME_NORMAL, SAME_OFFSET = 1e-4, 1e-3  # planes that differ by less, the latter 
 
 class Planes(NamedTuple):
     """Of the triangles (F,) of a mesh: a point (F, 3) [m], the unit normal (F, 3), 0 where there is no area, where other parts of
-    the mesh rise before its front and its back (F, 2), and the number of the plane (F,), one for all triangles in it; the
-    areas (F,), and that of the whole mesh [m^2]."""
+    the mesh rise before its front and its back (F, 2), and the number of the plane (F,), one for all triangles in it; and the
+    area of the whole mesh [m^2]."""
 
     point: Floats
     normal: Floats
     may_rebounce: Flags
     number: Indices
-    size: Floats
     area: float
 
     @classmethod
@@ -47,7 +46,7 @@ class Planes(NamedTuple):
         offset = np.einsum("ij,ij->i", point, normal)[:, None]
         alike = np.round(np.concatenate([normal / SAME_NORMAL, offset / SAME_OFFSET], axis=1)) + 0.0
         number = np.unique(alike, axis=0, return_inverse=True)[1].reshape(-1)
-        return cls(point, normal, concave_sides(mesh), number, area, float(area.sum()))
+        return cls(point, normal, concave_sides(mesh), number, float(area.sum()))
 
     def rotated(self, rotation: Floats) -> "Planes":
         """The planes of the same mesh rotated by a matrix (3, 3)."""
@@ -98,9 +97,9 @@ class LitFacets:
 
     corner: (3, M) index of each corner in `points`.
     points: (V, 3) in the body's frame [m].
-    corners: (M, 3, 3) [m].
-    centre: (M, 3), the centroid [m].
-    normal: (M, 3) of the mesh's triangle.
+    edges: (3, 3, M) along the edges, by axis and by the opposite corner [m].
+    area: (M,) [m^2].
+    normal: (3, M) of the mesh's triangle, by axis.
     triangle: (M,) of the mesh.
     cell: (M,) size of the cells in which their fields are summed [m].
     side, share: (M, L) as of `Surface`.
@@ -111,8 +110,8 @@ class LitFacets:
 
     corner: Indices
     points: Floats
-    corners: Floats
-    centre: Floats
+    edges: Floats
+    area: Floats
     normal: Floats
     triangle: Indices
     cell: Floats

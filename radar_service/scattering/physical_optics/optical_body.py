@@ -13,7 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, areas, centroids, cut_facets, cut_triangles
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets, cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
 from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
@@ -24,7 +24,7 @@ from radar_service.scattering.physical_optics.path_fields import (
     path_phasor,
     tube_fields,
 )
-from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
+from radar_service.scattering.physical_optics.ray_tubes import RayTubes, by_axis, cross, dot, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.scattering.physical_optics.waterline import above_water
@@ -41,7 +41,6 @@ SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by le
 FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PROBE_EDGE, MAX_PROBES = 8.0, 1000  # m between probes for shadows of bodies larger than `model.THIN`, and their number
-WHOLE = 1.0 - 1e-6  # of a triangle's area, above which it is reached as a whole: sums of its parts round
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
 
 
@@ -125,12 +124,13 @@ class OpticalBody:
         surface = replace(surface, corners=above, facet=np.where((above == surface.corners).all((1, 2)), surface.facet, -1))
         lit = lit_surface(surface, legs, self.planes, self.outside, facets.samples)
         origin, corner, points = facets.cut(lit)
-        corners = points[corner.T]
-        centre, triangle = centroids(corners), lit.triangle[origin]
-        rays, lengths = tuple(leg.rays(centre) for leg in legs), tuple(leg.length(points) for leg in legs)
+        corners, triangle = by_axis(points).take(corner, axis=1), lit.triangle[origin]
+        edges, centre = corners[:, [1, 2, 0]] - corners[:, [2, 0, 1]], (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0
+        across = cross(edges[:, 0], edges[:, 1])
+        rays, lengths = tuple(leg.rays(centre.T) for leg in legs), tuple(leg.length(points) for leg in legs)
         return LitFacets(
-            corner, points, corners, centre, self.planes.normal.take(triangle, axis=0), triangle, lit.cell[origin],
-            lit.side[origin], lit.share[origin], rays, lengths, lit,
+            corner, points, edges, np.sqrt(dot(across, across)) / 2.0, by_axis(self.planes.normal).take(triangle, axis=1),
+            triangle, lit.cell[origin], lit.side[origin], lit.share[origin], rays, lengths, lit,
         )  # fmt: skip
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:
@@ -138,7 +138,7 @@ class OpticalBody:
 
         Without tubes by the faint leg of the sea, those of the direct one stand for both orders of a mixed path.
         """
-        reached, whole = self._reached(lit.surface, len(legs))
+        reached = self._reached(lit.surface, len(legs))
         launches = legs if legs[-1].strength ** 2 >= FAINT else legs[:1]
         every = [len(launches) < len(legs), True][: len(launches)]
         tubes = launched_tubes(lit.surface, launches, self.wave.polarization, self.planes, self.rank, every)
@@ -152,24 +152,19 @@ class OpticalBody:
         for back, receive in enumerate(legs):
             weight = self._weights(tubes, out, back, len(launches) < len(legs))
             which = np.flatnonzero((weight > 0.0) & reached[back, tubes.triangle] & (tubes.centre[2] > water))
-            seen, fields = tube_fields(tubes.chosen(which), receive, self.wave, whole[back])
+            seen, fields = tube_fields(tubes.chosen(which), receive, self.wave)
             which = which[seen]
             factor = weight[which] * self.reflectivity ** (tubes.bounces[which] / 2.0)
             fields = fields._replace(amplitude=fields.amplitude * factor)
             for number in range(len(launches)):
                 yield number + back, PathFields._make(column[out[which] == number] for column in fields)
 
-    def _reached(self, surface: Surface, legs: int) -> tuple[Flags, Flags]:
-        """Which triangles (L, F) of the mesh each leg reaches in part, and which as a whole."""
+    def _reached(self, surface: Surface, legs: int) -> Flags:
+        """Which triangles (L, F) each leg reaches in part."""
         reached = np.zeros((legs, len(self.patch)), dtype=np.bool_)
-        whole = np.zeros_like(reached)
-        size = areas(surface.corners)
         for number in range(legs):
-            share = surface.share[:, number]
-            reached[number, surface.triangle[share > 0.0]] = True
-            free = np.bincount(surface.triangle, size * (share == 1.0), len(self.patch))
-            whole[number] = free > WHOLE * self.planes.size
-        return reached, whole
+            reached[number, surface.triangle[surface.share[:, number] > 0.0]] = True
+        return reached
 
     def _weights(self, tubes: RayTubes, out: Indices, back: int, one_order: bool) -> Floats:
         """How often tubes (M,) count that leave by legs `out` (M,) and return by leg `back`.
