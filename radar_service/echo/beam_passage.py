@@ -1,12 +1,13 @@
 """Echoes of bodies whose echoes depend on aspect: evaluated at instants, the nodes, along each passage of the beam.
 
 A passage is counted from the opposite bearing, so an azimuth never takes the aspect of an older or a later one. Nodes lie on both
-sides of the crossing, which is the spoke nearest to where the boresight points at the body. Between neighbouring nodes the field
-is w E1 + (1 - w) E2, each with its own exact range histories; w falls linearly in time. A body that hardly changes has one node.
+sides of the crossing, which is the spoke nearest to where the boresight points at the body. Between nodes the field is a sum of
+those of the nearest ones, each with its own exact range histories. Weights are cubic in time between four nodes, linear between
+two. A body that hardly changes has one node.
 
 An echo stands for `coherence` metres of the body. Their ends change their phase against its middle at the rate omega, which is
 k coherence x (rate of the line of sight in the body's frame). Echoes on a lattice follow that to first order: a field held
-over the phase theta errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12.
+over the phase theta errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
 """
 
 from dataclasses import replace
@@ -224,9 +225,9 @@ class BeamPassages:
 
     def _tilt_rate(self, n: int, position: Floats, heading: Floats, nearest: Floats) -> Floats:
         """Rates (K,) [rad/s] at which roll and pitch turn body n against the line of sight, at most: aspects are no farther apart
-        where it rests a moment.
+        where it rests a moment. A rotation about the line of sight changes no phase.
 
-        A rotation about the line of sight changes no phase. position: (K, 3) relative to the antenna; nearest: (K,) distances [m].
+        position: (K, 3) relative to the antenna [m]; nearest: distance of the nearest part (K,) [m].
         """
         sway = self._bodies[n].motion.sway
         assert sway is not None

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.echo.beam_passage import MAIN_BEAM, MAX_PHASE, BeamPassages, hats, outward_nodes
+from radar_service.echo.beam_passage import CUBIC, CUBIC_PHASE, MAIN_BEAM, BeamPassages, node_weights, outward_nodes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
@@ -241,7 +241,7 @@ def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_
     assert nodes[0] < crossing < nodes[-1] and gaps[np.argmin(off)] == gaps.min()
     cell = optical_body(made.bodies[0], made.radar, 1).coherence(95_000.0)
     rate = 2 * np.pi / WAVELENGTH * cell * np.deg2rad(3.0)  # of its ends
-    assert gaps.min() == np.floor(MAX_PHASE / rate / made.radar.spoke_period)
+    assert gaps.min() == np.floor(CUBIC_PHASE / rate / made.radar.spoke_period) and len(nodes) >= CUBIC
     every = np.diff(passages(made, "reference").nodes(0, crossing))
     assert len(nodes) < len(every) / 4
     assert set(every.tolist()) == {gaps.min()}
@@ -273,12 +273,40 @@ def test_nodes_are_at_whole_spokes_as_far_apart_as_allowed() -> None:
     assert outward_nodes(offset, np.full(11, 30.0), offset > 35, 15).tolist() == [15, 45]
 
 
-def test_fields_fade_linearly_from_node_to_node_and_stay_beyond() -> None:
-    weights = hats(np.array([10, 20, 24]), np.array([5.0, 10.0, 12.5, 20.0, 23.0, 30.0]))
+def test_fields_fade_linearly_between_few_nodes_and_stay_beyond() -> None:
+    weights = node_weights(np.array([10, 20, 24]), np.array([5.0, 10.0, 12.5, 20.0, 23.0, 30.0]))
     np.testing.assert_allclose(weights.sum(axis=0), 1.0)
     np.testing.assert_allclose(weights[:, 2], [0.75, 0.25, 0.0])
     np.testing.assert_allclose(weights[:, 4], [0.0, 0.25, 0.75])
     np.testing.assert_allclose(weights[:, [0, 5]], [[1, 0], [0, 0], [0, 1]])
+    np.testing.assert_array_equal(node_weights(np.array([7]), np.array([3.0, 9.0])), [[1, 1]])
+
+
+def test_between_four_nodes_and_more_fields_follow_cubics() -> None:
+    """Exact at unlike gaps for any cubic of time, to single precision; a phase that runs by theta from node to node is lost by
+    3 theta^4 / 128 in inner intervals and theta^4 / 24 in outer ones, at most."""
+    nodes, spoke = np.array([10, 14, 20, 29, 33]), np.linspace(10, 33, 70)
+    weights = node_weights(nodes, spoke)
+    for power in range(4):
+        np.testing.assert_allclose(((nodes - 20.0) ** power) @ weights, (spoke - 20.0) ** power, atol=5e-6 * 13.0**power)
+    np.testing.assert_allclose(node_weights(nodes, np.array([3.0, 50.0])).T, np.eye(5)[[0, 4]], atol=1e-7)
+    nodes, theta = np.arange(0, 60, 10), CUBIC_PHASE
+    spoke = np.linspace(0, 50, 101)
+    gap = np.abs(np.exp(1j * theta * nodes / 10) @ node_weights(nodes, spoke) - np.exp(1j * theta * spoke / 10))
+    inner = (spoke > 10) & (spoke < 40)
+    assert 0.8 < gap[inner].max() / (3 * theta**4 / 128) < 1.1 and gap.max() < theta**4 / 24
+
+
+def test_roll_makes_nodes_where_it_turns_a_body_against_the_line_of_sight() -> None:
+    """Rotation about the line of sight changes no phase: end on a plate that rolls has fewer nodes than abeam; pitch is the other way."""
+
+    def count(course: int, angle: str) -> int:
+        sway = {f"{angle}_deg": 3, f"{angle}_period_s": 4, "speed_kn": 1, "course_deg": course}
+        each = passages(scene([PLATE | sway | {"position_m": [0, 4000, 14.5]}], radar={"range_max_m": 5000}), "reference")
+        return len(each.nodes(0, each.crossing(0, 1.0)))
+
+    assert count(90, "roll") > 4 * count(0, "roll")
+    assert count(0, "pitch") > 4 * count(90, "pitch")
 
 
 def test_bytes_do_not_depend_on_threads_or_history() -> None:

@@ -116,4 +116,3 @@ class BodyLeg:
     def _leg(self, points: Floats) -> Leg:
         position = map_from_body(points, self.pose.position, self.pose.heading)
         return (sea_leg if self.by_sea else direct_leg)(position, self.antenna, self.earth_radius)
-

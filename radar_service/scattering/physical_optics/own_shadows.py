@@ -10,7 +10,7 @@ from radar_service.scene.poses import BodyPose
 from radar_service.trace.occluder import Occluder
 from radar_service.types import Flags, Floats, Indices
 
-MARGIN = 1.0  # m that a reflection point may lie before the body and still count as below it
+MARGIN = 1.0  # m by which a reflection point must lie before the body, so that it needs no search
 
 
 class OwnShadows(NamedTuple):
@@ -30,19 +30,16 @@ class OwnShadows(NamedTuple):
 
     def visible(self, points: Floats, triangle: Indices) -> Flags:
         """Which points (M, 3) in the frame of the upright body [m], on triangles (M,), no other part of it occludes."""
-        antenna = (self.antenna - self.pose.position) @ body_rotation(self.pose.heading)
-        x, y, z = points.T
+        at_x, at_y, at_z = (self.antenna - self.pose.position) @ body_rotation(self.pose.heading)
         if not self.by_sea:
-            begin = antenna[0], antenna[1], antenna[2] - self._drop(antenna[0], antenna[1])
-            return ~self._occluded(points, begin, triangle)
-        across, along = x - antenna[0], y - antenna[1]
-        distance = np.sqrt(across * across + along * along)
+            return ~self._occluded(points, at_x, at_y, at_z - self._drop(at_x, at_y), triangle)
+        x, y, z = points.T
+        distance = np.sqrt((x - at_x) ** 2 + (y - at_y) ** 2)
         share = reflection_distance(distance, z + self.pose.position[2], float(self.antenna[2]), self.earth_radius)
         share /= np.maximum(distance, MARGIN)
-        begin = antenna[0] + share * across, antenna[1] + share * along
-        height = -self.pose.position[2]
-        free = ~self._occluded(points, (*begin, height - self._drop(*begin)), triangle)
-        return self._reached(free, np.stack([*begin, np.full(len(x), height)], axis=1), distance * (1.0 - share))
+        begin_x, begin_y, sea = at_x + share * (x - at_x), at_y + share * (y - at_y), -self.pose.position[2]
+        free = ~self._occluded(points, begin_x, begin_y, sea - self._drop(begin_x, begin_y), triangle)
+        return self._reached(free, np.stack([begin_x, begin_y, np.full(len(x), sea)], axis=1), distance * (1.0 - share))
 
     def _reached(self, free: Flags, reflection: Floats, beyond: Floats) -> Flags:
         """Those of points (M,) that are free whose rays reach the sea before the body.
@@ -55,13 +52,13 @@ class OwnShadows(NamedTuple):
             free[near] = ~self.occluder.occludes(self.pose, self.antenna, position)
         return free
 
-    def _occluded(self, points: Floats, begin: tuple[Floats, Floats, Floats], triangle: Indices) -> Flags:
-        """Which points (M, 3) are occluded from begins in the upright body's curved frame, one or one each (M,)."""
+    def _occluded(self, points: Floats, begin_x: Floats, begin_y: Floats, begin_z: Floats, triangle: Indices) -> Flags:
+        """Which points (M, 3) are occluded from begins in the upright body's curved frame [m], one for all or one each (M,)."""
         end = points.copy()
         end[:, 2] -= self._drop(end[:, 0], end[:, 1])
         line = np.empty_like(end)
-        for axis, start in enumerate(begin):
-            np.subtract(end[:, axis], start, out=line[:, axis])
+        for axis, begin in enumerate((begin_x, begin_y, begin_z)):
+            np.subtract(end[:, axis], begin, out=line[:, axis])
         lean = self.pose.lean
         if lean is not None:
             end, line = end @ lean, line @ lean
