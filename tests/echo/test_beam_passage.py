@@ -298,7 +298,7 @@ def test_between_four_nodes_and_more_fields_follow_cubics() -> None:
 
 
 def test_roll_makes_nodes_where_it_turns_a_body_against_the_line_of_sight() -> None:
-    """Rotation about the line of sight changes no phase: end on a plate that rolls has fewer nodes than abeam; pitch is the other way."""
+    """Rotation about the line of sight changes no phase: end on, roll makes fewer nodes than abeam; pitch is the other way."""
 
     def count(course: int, angle: str) -> int:
         sway = {f"{angle}_deg": 3, f"{angle}_period_s": 4, "speed_kn": 1, "course_deg": course}
