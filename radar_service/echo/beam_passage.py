@@ -18,19 +18,18 @@ import numpy as np
 from radar_service.block_cache import BlockCache
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
+from radar_service.echo.passage_nodes import CUBIC, node_weights, outward_nodes, waterline_rise
 from radar_service.echo.visibility import mast_speed
 from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Flags, Floats, Indices, Singles
+from radar_service.types import Floats, Indices
 
 MAX_PHASE = 0.4  # rad between nodes: on the way from one to the next, cells lose up to theta^2 / 12, 1.3 % or 0.12 dB
-CUBIC = 4  # nodes, between which fields are interpolated by cubics
 CUBIC_PHASE = 0.8  # rad between nodes of these: up to 3 theta^4 / 128 is lost on the way, 1 %, in the outer intervals 1.7 %
 HELD_PHASE = 0.33  # rad times gain, or rms over the beam: up to it a node is held; 3 times as much errs no more (tests)
 EDGE_PHASE = 0.25  # rad at the edge of the main beam: one node errs by 4 %, at 0.5 rad by 12 % (tests/echo)
@@ -277,52 +276,3 @@ def _sidelobe_envelope(radar: Radar) -> Floats:
     count = int(np.pi / radar.beamwidth * GAINS_PER_BEAMWIDTH) + 2
     gain = radar.azimuth_gain(np.linspace(0.0, np.pi, count))
     return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
-
-
-def waterline_rise(body: Body) -> float:
-    """The highest speed [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
-
-    The waterline stays at the sea: its echoes leave those of the body by 2 k z sin(elevation). Twice that is counted: else a
-    heaving hull errs by up to -7 dB between nodes, and now by -23 dB (tests/test_sway_of_bodies.py).
-    """
-    sway = body.motion.sway
-    assert sway is not None and body.mesh is not None
-    lowest = float(body.motion.position[:, 2].min() + body.mesh.vertices[:, 2].min())
-    if lowest > sway.max_heave + body.arm * np.sin(sway.max_tilt):
-        return 0.0
-    aside, ahead = np.abs(body.mesh.vertices[:, :2]).max(axis=0)
-    roll, pitch, _, heave = sway.max_rates
-    return float(heave + aside * roll + ahead * pitch)
-
-
-def outward_nodes(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:
-    """Whole offsets (M,) from `first` on [spokes], as far apart as `spacing` (S,) allows at each of `offset` (S,).
-
-    They end past the last offset, or where the last node may be held (S,) from there on.
-    """
-    nodes = [first]
-    while nodes[-1] < offset[-1]:
-        after = min(int(np.searchsorted(offset, nodes[-1], side="right")), len(offset) - 1)
-        if held[after - 1]:
-            break
-        nodes.append(nodes[-1] + max(1, int(min(spacing[after - 1], spacing[after]))))
-    return np.array(nodes, dtype=np.int64)
-
-
-def node_weights(nodes: Indices, spoke: Floats) -> Singles:
-    """Weights (M, K) of nodes (M,) at spokes (K,), those of the outer nodes beyond them.
-
-    Of four nodes or more they are cubic between the nearest four (Lagrange), of fewer linear between neighbours.
-    """
-    within = np.clip(spoke, nodes[0], nodes[-1])
-    order = CUBIC if len(nodes) >= CUBIC else min(2, len(nodes))
-    after = np.searchsorted(nodes, within, side="right")
-    first = np.clip(after - order // 2, 0, len(nodes) - order)
-    near = first + np.arange(order)[:, None]
-    gap = within - nodes[near]
-    weight = np.zeros((len(nodes), len(spoke)), dtype=np.float32)
-    for one in range(order):
-        others = [other for other in range(order) if other != one]
-        apart = np.prod(nodes[near[one]] - nodes[near[others]], axis=0)
-        weight[near[one], np.arange(len(spoke))] = np.prod(gap[others], axis=0) / apart
-    return weight

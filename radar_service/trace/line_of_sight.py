@@ -154,8 +154,8 @@ class OcclusionScene:
 
     def own_occluder(self, body: int, antenna: Floats, time: float) -> tuple[Occluder, BodyPose] | None:
         """The occluder and the pose at `time` [s] of a body that moves and occludes; None of any other."""
-        found = self.moving.chosen([body], antenna, time)
-        return (found[0][0], found[0][1]) if found else None
+        own = self.moving.chosen([body], antenna, time)
+        return own[0][:2] if own else None
 
     def following(self, bodies: Sequence[Body]) -> Self:
         """The same occluders, moving as other `bodies` of the scene do."""
