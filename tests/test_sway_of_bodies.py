@@ -262,3 +262,19 @@ def test_a_heaving_hull_has_its_waterline_at_the_sea_at_every_spoke_of_the_main_
     crossing = prepare(made, BALANCED, 3).moving.passages.crossing(0, scan)
     errors = frozen_errors(bodies, [crossing - 2, crossing - 1, crossing, crossing + 1, crossing + 2])
     assert max(errors) < REST_DB, errors
+
+
+@pytest.mark.parametrize(("scan", "error_db"), [(1, -70.0), (2, -20.0)], ids=["one aspect", "another"])
+def test_a_heaving_hull_keeps_its_waterline_at_the_sea_between_nodes(
+    monkeypatch: pytest.MonkeyPatch, scan: int, error_db: float
+) -> None:
+    """Spokes so dense that none of these is a node, at two aspects."""
+    monkeypatch.setitem(RADAR, "azimuths", 512)
+    hull = {**METAL["turning hull"], "turn_rate_deg_s": 0.0}
+    bodies = [{"name": "b", "scattering": "optics", **hull, "heave_m": 0.8, "heave_period_s": 4.0}]
+    passages = prepare(scene(bodies, radar=RADAR), BALANCED, 3).moving.passages
+    crossing = passages.crossing(0, scan)
+    spokes = [crossing - 3, crossing, crossing + 2]
+    assert not set(spokes) & set(passages.nodes(0, crossing).tolist())
+    errors = frozen_errors(bodies, spokes)
+    assert max(errors) < error_db, errors

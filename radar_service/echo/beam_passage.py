@@ -1,12 +1,13 @@
 """Echoes of bodies whose echoes depend on aspect: evaluated at instants, the nodes, along each passage of the beam.
 
 A passage is counted from the opposite bearing, so an azimuth never takes the aspect of an older or a later one. Nodes lie on both
-sides of the crossing, which is the spoke nearest to where the boresight points at the body. Between neighbouring nodes the field
-is w E1 + (1 - w) E2, each with its own exact range histories; w falls linearly in time. A body that hardly changes has one node.
+sides of the crossing, which is the spoke nearest to where the boresight points at the body. Between nodes the field is a sum of
+those of the nearest ones, each with its own exact range histories. Weights are cubic in time between four nodes, linear between
+two. A body that hardly changes has one node.
 
 An echo stands for `coherence` metres of the body. Their ends change their phase against its middle at the rate omega, which is
 k coherence x (rate of the line of sight in the body's frame). Echoes on a lattice follow that to first order: a field held
-over the phase theta errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12.
+over the phase theta errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
 """
 
 from dataclasses import replace
@@ -17,18 +18,19 @@ import numpy as np
 from radar_service.block_cache import BlockCache
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
+from radar_service.echo.passage_nodes import CUBIC, node_weights, outward_nodes, waterline_rise
 from radar_service.echo.visibility import mast_speed
 from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Flags, Floats, Indices, Singles
+from radar_service.types import Floats, Indices
 
 MAX_PHASE = 0.4  # rad between nodes: on the way from one to the next, cells lose up to theta^2 / 12, 1.3 % or 0.12 dB
+CUBIC_PHASE = 0.8  # rad between nodes of these: up to 3 theta^4 / 128 is lost on the way, 1 %, in the outer intervals 1.7 %
 HELD_PHASE = 0.33  # rad times gain, or rms over the beam: up to it a node is held; 3 times as much errs no more (tests)
 EDGE_PHASE = 0.25  # rad at the edge of the main beam: one node errs by 4 %, at 0.5 rad by 12 % (tests/echo)
 MAIN_BEAM = 0.1  # one-way gain: 20 dB of two-way power, down to which each spoke keeps its aspect to 1 dB
@@ -98,7 +100,7 @@ class BeamPassages:
             if not present[n]:
                 continue
             nodes = self.nodes(n, crossing)
-            for node, fade in zip(nodes, hats(nodes, spoke), strict=True):
+            for node, fade in zip(nodes, node_weights(nodes, spoke), strict=True):
                 if fade.any():
                     parts.append(self._node(n, int(node), azimuths.middle))
                     fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
@@ -176,11 +178,14 @@ class BeamPassages:
         if float(np.max(rate)) * self._held_spokes(reach, aside) <= 1.0:
             return np.array([crossing])
         gain, half = self._gain(np.abs(offset) * radar.azimuth_step - aside), SAMPLES // 2
-        spacing = np.sqrt(np.maximum(1.0, MAIN_BEAM / gain)) * MAX_PHASE / np.maximum(rate, MAX_PHASE / reach / 2.0)
         held = rate * (reach - np.abs(offset)) * gain <= HELD_PHASE
-        first = max(1, int(spacing[half - 1 : half + 2].min()))
-        before = outward_nodes(offset[half:], spacing[half::-1], held[half::-1], first // 2)
-        after = outward_nodes(offset[half:], spacing[half:], held[half:], first - first // 2)
+        for phase, power in ((CUBIC_PHASE, 4), (MAX_PHASE, 2)):
+            spacing = np.maximum(1.0, MAIN_BEAM / gain) ** (1.0 / power) * phase / np.maximum(rate, phase / reach / 2.0)
+            first = max(1, int(spacing[half - 1 : half + 2].min()))
+            before = outward_nodes(offset[half:], spacing[half::-1], held[half::-1], first // 2)
+            after = outward_nodes(offset[half:], spacing[half:], held[half:], first - first // 2)
+            if len(before) + len(after) >= CUBIC:
+                break
         return crossing + np.concatenate([-before[::-1], after])
 
     def _held_spokes(self, reach: float, aside: float) -> float:
@@ -208,14 +213,28 @@ class BeamPassages:
         rate = np.abs(np.gradient(np.unwrap(heading), time)) + np.minimum(across, speed) / nearest
         sway = self._bodies[n].motion.sway
         if sway is not None:
-            rate += float(sway.max_rates[:2].sum())  # at any time: aspects are no farther apart where it rests a moment
+            rate += self._tilt_rate(n, position, heading, nearest)
         if self._scene.environment.multipath:
             rate += 2.0 * radar.height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
         coherence = min(self._size[n], aspect.model.coherence(aspect.local, float(distance[len(distance) // 2])))
         wavenumber = 2.0 * np.pi / radar.wavelength
         if sway is None:
             return np.asarray(wavenumber * coherence * rate)
-        return np.asarray(wavenumber * (coherence * rate + 2.0 * waterline_rise(self._bodies[n]) * radar.height / nearest))
+        return np.asarray(wavenumber * (coherence * rate + 4.0 * waterline_rise(self._bodies[n]) * radar.height / nearest))
+
+    def _tilt_rate(self, n: int, position: Floats, heading: Floats, nearest: Floats) -> Floats:
+        """Rates (K,) [rad/s] at which roll and pitch turn body n against the line of sight, at most: aspects are no farther apart
+        where it rests a moment. A rotation about the line of sight changes no phase.
+
+        position: (K, 3) relative to the antenna [m]; nearest: distance of the nearest part (K,) [m].
+        """
+        sway = self._bodies[n].motion.sway
+        assert sway is not None
+        roll, pitch, _, _ = sway.max_rates
+        off_bow = np.arctan2(position[:, 0], position[:, 1]) - heading
+        spread = (self._radius[n] + np.abs(position[:, 2]) + self._scene.radar.height) / nearest + np.sin(sway.max_tilt)
+        about_bow, about_beam = (np.minimum(np.abs(part) + spread, 1.0) for part in (np.sin(off_bow), np.cos(off_bow)))
+        return np.asarray(roll * about_bow + pitch * about_beam)
 
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
@@ -257,39 +276,3 @@ def _sidelobe_envelope(radar: Radar) -> Floats:
     count = int(np.pi / radar.beamwidth * GAINS_PER_BEAMWIDTH) + 2
     gain = radar.azimuth_gain(np.linspace(0.0, np.pi, count))
     return np.asarray(np.maximum.accumulate(gain[::-1])[::-1])
-
-
-def waterline_rise(body: Body) -> float:
-    """The highest speed [m/s] at which a swaying body rises through the sea at its waterline; 0 where it has none.
-
-    The waterline stays at the sea: its echoes leave those of the body by 2 k z sin(elevation).
-    """
-    sway = body.motion.sway
-    assert sway is not None and body.mesh is not None
-    lowest = float(body.motion.position[:, 2].min() + body.mesh.vertices[:, 2].min())
-    if lowest > sway.max_heave + body.arm * np.sin(sway.max_tilt):
-        return 0.0
-    aside, ahead = np.abs(body.mesh.vertices[:, :2]).max(axis=0)
-    roll, pitch, _, heave = sway.max_rates
-    return float(heave + aside * roll + ahead * pitch)
-
-
-def outward_nodes(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:
-    """Whole offsets (M,) from `first` on [spokes], as far apart as `spacing` (S,) allows at each of `offset` (S,).
-
-    They end past the last offset, or where the last node may be held (S,) from there on.
-    """
-    nodes = [first]
-    while nodes[-1] < offset[-1]:
-        after = min(int(np.searchsorted(offset, nodes[-1], side="right")), len(offset) - 1)
-        if held[after - 1]:
-            break
-        nodes.append(nodes[-1] + max(1, int(min(spacing[after - 1], spacing[after]))))
-    return np.array(nodes, dtype=np.int64)
-
-
-def hats(nodes: Indices, spoke: Floats) -> Singles:
-    """Weights (M, K) of nodes (M,) at spokes (K,): linear between neighbours, and those of the outer nodes beyond."""
-    place = np.interp(spoke, nodes, np.arange(len(nodes)))
-    weight: Singles = np.maximum(0.0, 1.0 - np.abs(place - np.arange(len(nodes))[:, None])).astype(np.float32)
-    return weight

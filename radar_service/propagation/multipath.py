@@ -80,7 +80,7 @@ def specular_geometry(
     solves the cubic of Kerr (Propagation of Short Radio Waves, 1951, ch. 2); by Fermat its error enters in second order.
     """
     d, h = np.broadcast_arrays(np.asarray(distance, np.float64), np.maximum(np.asarray(height, np.float64), 0.0))
-    x = _reflection_point(d, h, antenna_height, earth_radius)
+    x = reflection_distance(d, h, antenna_height, earth_radius)
     direct, first, second, excess, rise, z = _lengths(x, d, h, antenna_height, earth_radius)
     grazing = np.arctan2(antenna_height - x * x / (2.0 * earth_radius), x)
     return SpecularGeometry(
@@ -120,7 +120,7 @@ class ReflectedRay(NamedTuple):
 def reflected_ray(distance: Floats, height: Floats, antenna_height: float, earth_radius: float) -> ReflectedRay:
     """As `specular_geometry`, the ray by the sea alone and without its angles: a third of the time."""
     height = np.maximum(height, 0.0)
-    x = _reflection_point(distance, height, antenna_height, earth_radius)
+    x = reflection_distance(distance, height, antenna_height, earth_radius)
     bulge = x * x / (2.0 * earth_radius)
     rise, fall = height - distance * distance / (2.0 * earth_radius) + bulge, antenna_height - bulge
     first, second = np.sqrt(x * x + (antenna_height + bulge) ** 2), np.sqrt((distance - x) ** 2 + rise * rise)
@@ -240,7 +240,7 @@ def reflected_field_ratio(
     return ratio
 
 
-def _reflection_point(d: Floats, h: Floats, antenna_height: Floats | float, earth_radius: float) -> Floats:
+def reflection_distance(d: Floats, h: Floats, antenna_height: Floats | float, earth_radius: float) -> Floats:
     """Distance from the antenna to the reflection point [m]: 2x^3 - 3dx^2 + (d^2 - 2ae(h1 + h2))x + 2ae h1 d = 0."""
     flat: Floats = d * antenna_height / (antenna_height + h)
     if np.isinf(earth_radius):

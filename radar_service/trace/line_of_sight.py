@@ -152,6 +152,11 @@ class OcclusionScene:
         near[body] = False
         return np.flatnonzero(near), radius[near]
 
+    def own_occluder(self, body: int, antenna: Floats, time: float) -> tuple[Occluder, BodyPose] | None:
+        """The occluder and the pose at `time` [s] of a body that moves and occludes; None of any other."""
+        own = self.moving.chosen([body], antenna, time)
+        return own[0][:2] if own else None
+
     def following(self, bodies: Sequence[Body]) -> Self:
         """The same occluders, moving as other `bodies` of the scene do."""
         other = copy(self)

@@ -8,8 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.echo.beam_passage import MAIN_BEAM, MAX_PHASE, BeamPassages, hats, outward_nodes
+from radar_service.echo.beam_passage import CUBIC_PHASE, MAIN_BEAM, BeamPassages
 from radar_service.echo.echoes import AzimuthTimes
+from radar_service.echo.passage_nodes import CUBIC
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
@@ -241,7 +242,7 @@ def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_
     assert nodes[0] < crossing < nodes[-1] and gaps[np.argmin(off)] == gaps.min()
     cell = optical_body(made.bodies[0], made.radar, 1).coherence(95_000.0)
     rate = 2 * np.pi / WAVELENGTH * cell * np.deg2rad(3.0)  # of its ends
-    assert gaps.min() == np.floor(MAX_PHASE / rate / made.radar.spoke_period)
+    assert gaps.min() == np.floor(CUBIC_PHASE / rate / made.radar.spoke_period) and len(nodes) >= CUBIC
     every = np.diff(passages(made, "reference").nodes(0, crossing))
     assert len(nodes) < len(every) / 4
     assert set(every.tolist()) == {gaps.min()}
@@ -264,21 +265,16 @@ def test_sea_reflection_and_nearness_make_more_nodes() -> None:
     assert count(position_m=[0, 300, 14.5], **passing) > count(position_m=[0, 1500, 14.5], **passing)
 
 
-def test_nodes_are_at_whole_spokes_as_far_apart_as_allowed() -> None:
-    offset, never = np.linspace(0.0, 100.0, 11), np.zeros(11, dtype=bool)
-    np.testing.assert_array_equal(outward_nodes(offset, np.full(11, 30.0), never, 15), [15, 45, 75, 105])
-    np.testing.assert_array_equal(outward_nodes(np.array([0.0, 2.0, 4.0]), np.full(3, 0.2), never[:3], 1), [1, 2, 3, 4])
-    assert outward_nodes(offset, np.where(offset > 45, 50.0, 10.0), never, 10).tolist() == [10, 20, 30, 40, 50, 100]
-    assert outward_nodes(offset, np.full(11, 300.0), never, 150).tolist() == [150]
-    assert outward_nodes(offset, np.full(11, 30.0), offset > 35, 15).tolist() == [15, 45]
+def test_roll_makes_nodes_where_it_turns_a_body_against_the_line_of_sight() -> None:
+    """Rotation about the line of sight changes no phase: end on, roll makes fewer nodes than abeam; pitch is the other way."""
 
+    def count(course: int, angle: str) -> int:
+        sway = {f"{angle}_deg": 3, f"{angle}_period_s": 4, "speed_kn": 1, "course_deg": course}
+        each = passages(scene([PLATE | sway | {"position_m": [0, 4000, 14.5]}], radar={"range_max_m": 5000}), "reference")
+        return len(each.nodes(0, each.crossing(0, 1.0)))
 
-def test_fields_fade_linearly_from_node_to_node_and_stay_beyond() -> None:
-    weights = hats(np.array([10, 20, 24]), np.array([5.0, 10.0, 12.5, 20.0, 23.0, 30.0]))
-    np.testing.assert_allclose(weights.sum(axis=0), 1.0)
-    np.testing.assert_allclose(weights[:, 2], [0.75, 0.25, 0.0])
-    np.testing.assert_allclose(weights[:, 4], [0.0, 0.25, 0.75])
-    np.testing.assert_allclose(weights[:, [0, 5]], [[1, 0], [0, 0], [0, 1]])
+    assert count(90, "roll") > 4 * count(0, "roll")
+    assert count(0, "pitch") > 4 * count(90, "pitch")
 
 
 def test_bytes_do_not_depend_on_threads_or_history() -> None:

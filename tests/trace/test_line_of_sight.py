@@ -186,3 +186,15 @@ def test_a_body_among_many_movers_is_tested_against_those_before_it(monkeypatch:
     others = np.array(each) & ~np.eye(400, dtype=np.bool_)
     np.testing.assert_array_equal(visible, ~others.any(axis=0))
     assert 50 < np.count_nonzero(visible) < 350
+
+
+def test_only_a_moving_body_that_occludes_has_an_occluder_of_its_own() -> None:
+    """At rest a body is one with all others; a transparent one occludes nothing."""
+    here = bodies(box(100.0), box(200.0, speed_kn=10, course_deg=90))
+    antenna = np.array([0.0, 0.0, 15.0])
+    line_of_sight = OcclusionScene(here, np.inf)
+    assert line_of_sight.own_occluder(0, antenna, 3.0) is None
+    own = line_of_sight.own_occluder(1, antenna, 3.0)
+    assert own is not None and own[0] is line_of_sight.own_occluder(1, antenna, 5.0)[0]  # type: ignore[index]
+    np.testing.assert_array_equal(own[1].position, pose_at(here[1], 3.0).position)
+    assert OcclusionScene(here, np.inf, without=[1]).own_occluder(1, antenna, 3.0) is None

@@ -15,23 +15,39 @@ Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles
 
 
 class LegRays(NamedTuple):
-    """The rays of one leg at points (M,), vectors in the body's own frame.
+    """The rays of one leg at points (M,), in the body's own frame. Vectors are made of numbers where they are asked for.
 
     length: of the leg [m].
-    direction: (M, 3) of travel, of unit length.
-    level, upright: (M, 3) unit vectors across it: horizontal, and in the vertical plane.
+    east, north: (M,) horizontal unit vector of travel, along the frame's x and y.
+    rise, flat: (M,) sine and cosine of the elevation of travel.
     curvature: (M,) of the wavefront in the vertical plane [1/m]; across it is 1 / length.
     tilt: (M,) by which the ray rises more steeply against the body, as the earth curves away from the antenna [rad].
     arrives: (M,) whether a ray gets there over the curved earth.
     """
 
     length: Floats
-    direction: Floats
-    level: Floats
-    upright: Floats
+    east: Floats
+    north: Floats
+    rise: Floats
+    flat: Floats
     curvature: Floats
     tilt: Floats
     arrives: Flags
+
+    @property
+    def direction(self) -> Floats:
+        """Unit vectors (M, 3) of travel."""
+        return np.stack([self.east * self.flat, self.north * self.flat, self.rise], axis=1)
+
+    @property
+    def level(self) -> Floats:
+        """Horizontal unit vectors (M, 3) across the rays."""
+        return np.stack([self.north, -self.east, np.zeros(len(self.rise))], axis=1)
+
+    @property
+    def upright(self) -> Floats:
+        """Unit vectors (M, 3) across the rays in the vertical plane."""
+        return np.stack([-self.east * self.rise, -self.north * self.rise, self.flat], axis=1)
 
     def polarization(self, name: str) -> Floats:
         """Unit electric field (M, 3) of "h" (level) or "v" (upright) waves, the same out and back."""
@@ -41,18 +57,25 @@ class LegRays(NamedTuple):
         """The rays `which` (N,)."""
         return LegRays._make(column.take(which, axis=0) for column in self)
 
-    def joined(self, other: "LegRays") -> "LegRays":
-        """These rays, then the other ones."""
-        return LegRays._make(np.concatenate(pair) for pair in zip(self, other, strict=True))
+    def along(self, vector: Floats) -> Floats:
+        """Components (..., M) of vectors (3, ..., M) along the rays."""
+        return np.asarray((vector[0] * self.east + vector[1] * self.north) * self.flat + vector[2] * self.rise)
+
+    def along_field(self, vector: Floats, name: str) -> Floats:
+        """Components (..., M) of vectors (3, ..., M) along the field of a polarization."""
+        if name == "h":
+            return np.asarray(vector[0] * self.north - vector[1] * self.east)
+        return np.asarray(vector[2] * self.flat - (vector[0] * self.east + vector[1] * self.north) * self.rise)
 
     def detours(self, offset: Floats) -> Floats:
-        """How much longer the legs to neighbouring points are (N, M) [m], to second order; offset: (N, M, 3) from the points."""
-        return _along(offset, self.direction) - self.sags(offset)
+        """How much longer the legs to neighbouring points are (N, M) [m], to second order; offset: (3, N, M) from the points."""
+        return self.along(offset) - self.sags(offset)
 
     def sags(self, edge: Floats) -> Floats:
-        """-1/2 of the wavefront's bend over vectors (N, M, 3) [m]; an eighth of it is how much less the leg to the middle of an
+        """-1/2 of the wavefront's bend over vectors (3, N, M) [m]; an eighth of it is how much less the leg to the middle of an
         edge is than the mean of those to its ends, negative."""
-        return -0.5 * (_along(edge, self.level) ** 2 / self.length + _along(edge, self.upright) ** 2 * self.curvature)
+        level, upright = self.along_field(edge, "h"), self.along_field(edge, "v")
+        return np.asarray(-0.5 * (level * level / self.length + upright * upright * self.curvature))
 
 
 @dataclass(frozen=True)
@@ -81,13 +104,9 @@ class BodyLeg:
     def rays(self, points: Floats) -> LegRays:
         """The rays at points (M, 3) in the body's frame [m]."""
         leg = self._leg(points)
-        plan = leg.level @ body_rotation(self.pose.heading)[:2, :2]
+        east, north = (leg.level @ body_rotation(self.pose.heading)[:2, :2]).T
         flat = np.sqrt(np.maximum(1.0 - leg.rise**2, 0.0))
-        zero = np.zeros(len(flat))
-        direction = np.stack([plan[:, 0] * flat, plan[:, 1] * flat, leg.rise], axis=1)
-        level = np.stack([plan[:, 1], -plan[:, 0], zero], axis=1)
-        upright = np.stack([-plan[:, 0] * leg.rise, -plan[:, 1] * leg.rise, flat], axis=1)
-        return LegRays(leg.length, direction, level, upright, leg.curvature, leg.tilt, leg.arrives)
+        return LegRays(leg.length, east, north, leg.rise, flat, leg.curvature, leg.tilt, leg.arrives)
 
     def length(self, points: Floats) -> Floats:
         """Lengths (M,) of the leg to points (M, 3) in the body's frame [m]."""
@@ -97,8 +116,3 @@ class BodyLeg:
     def _leg(self, points: Floats) -> Leg:
         position = map_from_body(points, self.pose.position, self.pose.heading)
         return (sea_leg if self.by_sea else direct_leg)(position, self.antenna, self.earth_radius)
-
-
-def _along(vectors: Floats, axis: Floats) -> Floats:
-    """Components (N, M) of vectors (N, M, 3) along an axis of each (M, 3)."""
-    return np.asarray(np.einsum("nmi,mi->nm", vectors, axis))

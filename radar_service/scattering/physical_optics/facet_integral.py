@@ -11,8 +11,13 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+Indices = NDArray[np.int64]
 
 NEARLY_FLAT = 0.05  # rad of phase across a triangle; below it the series' next term is 0.05^4/720 = 9e-9 of the area
+NOT_ONE: Indices = np.zeros(0, dtype=np.int64)
+GENTLE = 0.5  # rad of bend up to which exp(j x) - 1 is taken by its series, to 2e-11 of it
+CYCLES = np.array([[2, 0, 1], [0, 1, 2], [1, 2, 0]])  # corners in cyclic order, by column the one that comes second
+CURRENT = -2j * np.sqrt(np.pi)  # amplitude over current, surface and 1 / wavelength
 SMALL = 0.3  # argument of a spherical Bessel function below which its series errs by less than 1e-9
 
 
@@ -38,7 +43,7 @@ def mean_phasor(phases: Floats) -> Complexes:
     around = middle[gentle]
     result = np.empty(len(low), dtype=np.complex128)
     result[gentle] = _flat_mean(low[gentle] - around, np.zeros(len(gentle)), high[gentle] - around) * np.exp(1j * around)
-    result[steep] = _linear_mean(_Edges.of(ordered[:, steep], phasors(ordered[:, steep])))
+    result[steep] = _linear_mean(_Edges.of(ordered[:, steep], phasors(ordered[:, steep]), NOT_ONE))
     return result
 
 
@@ -50,22 +55,41 @@ def corner_phasors(phases: Floats, bends: Floats) -> Complexes:
     these. Linear phases are integrated in closed form; the factor of the bends is interpolated from corners and middles of
     edges (Filon 1928), its products with the linear phase are integrated too, and half of each goes to either end of its edge.
     """
-    return shared_means(phases, phasors(phases), 4.0 * (phasors(bends) - 1.0))
-
-
-def shared_means(phases: Floats, at_corner: Complexes, bubble: Complexes) -> Complexes:
-    """As `corner_phasors`, by exp(j phi) at the corners and 4 (exp(j bend) - 1) at the edges, each (3, M)."""
-    order = np.argsort(phases, axis=0)
-    ordered = np.take_along_axis(phases, order, axis=0)
-    at_corner, opposite = (np.take_along_axis(each, order, axis=0) for each in (at_corner, bubble))
-    flat = ordered[2] - ordered[0] <= NEARLY_FLAT
-    gentle, steep = np.flatnonzero(flat), np.flatnonzero(~flat)
+    order = middle_second(phases)
+    ordered = phases.take(order)
     result = np.empty(phases.shape, dtype=np.complex128)
-    result[:, gentle] = _flat_corners(ordered[:, gentle] - ordered[1, gentle], opposite[:, gentle]) * at_corner[1, gentle]
-    result[:, steep] = _steep_corners(_Edges.of(ordered[:, steep], at_corner[:, steep]), opposite[:, steep])
-    own = np.empty_like(result)
-    np.put_along_axis(own, order, result, axis=0)
-    return own
+    result.ravel()[order] = ordered_means(ordered, phasors(ordered), bubbles(bends.take(order)))
+    return result
+
+
+def middle_second(phases: Floats) -> Indices:
+    """Where corners (3, M) lie in flat phases (3, M) when the one between the others comes second, in cyclic order."""
+    first, second, third = phases - phases[[1, 2, 0]]
+    middle = np.where(first * third >= 0.0, 0, np.where(first * second >= 0.0, 1, 2))
+    count = phases.shape[1]
+    return np.asarray(CYCLES.take(middle, axis=1) * count + np.arange(count))
+
+
+def bubbles(bends: Floats) -> Complexes:
+    """4 (exp(j bend) - 1) (3, M): weights of the products lambda_i lambda_j, by bends (3, M) of opposite edges [rad]."""
+    if np.abs(bends).max(initial=0.0) > GENTLE:
+        return np.asarray(4.0 * (phasors(bends) - 1.0))
+    square = bends * bends
+    result = np.empty(bends.shape, dtype=np.complex128)
+    result.real = -2.0 * square * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)))
+    result.imag = 4.0 * bends * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0))))
+    return result
+
+
+def ordered_means(phases: Floats, at_corner: Complexes, bubble: Complexes) -> Complexes:
+    """As `corner_phasors` of triangles whose corners are in the order of `middle_second`, by exp(j phi) at them and `bubbles`."""
+    span = phases[2] - phases[0]
+    flat = np.flatnonzero(np.abs(span) <= NEARLY_FLAT)
+    result = _steep_corners(_Edges.of(phases, at_corner, flat), bubble)
+    if len(flat):
+        gentle = phases[:, flat]
+        result[:, flat] = _flat_corners(gentle - gentle[1], bubble[:, flat]) * at_corner[1, flat]
+    return result
 
 
 def phasors(phase: Floats) -> Complexes:
@@ -89,9 +113,12 @@ class _Edges(NamedTuple):
     upper_bubble: Complexes
 
     @classmethod
-    def of(cls, phases: Floats, at_corner: Complexes) -> "_Edges":
+    def of(cls, phases: Floats, at_corner: Complexes, flat: Indices) -> "_Edges":
+        """flat: those whose span is not used."""
         (low, middle, high), (begin, end, top) = phases, at_corner
-        return cls(high - low, *_edge_moments(middle - low, begin, end), *_edge_moments(middle - high, top, end))
+        span = high - low
+        span[flat] = 1.0
+        return cls(span, *_edge_moments(middle - low, begin, end), *_edge_moments(middle - high, top, end))
 
 
 def _edge_moments(rise: Floats, begin: Complexes, end: Complexes) -> tuple[Complexes, Complexes, Complexes]:
@@ -184,7 +211,7 @@ def scattering_amplitude(
     """
     along, facing = _dot(received, incident), _dot(normal, incident)
     current = along * _dot(normal, field) - _dot(received, field) * facing
-    return np.asarray(-2j * np.sqrt(np.pi) / wavelength * current * surface)
+    return np.asarray(CURRENT / wavelength * current * surface)
 
 
 def specular_reflection(direction: Floats, field: Floats, normal: Floats) -> tuple[Floats, Floats]:

@@ -48,6 +48,10 @@ class Planes(NamedTuple):
         number = np.unique(alike, axis=0, return_inverse=True)[1].reshape(-1)
         return cls(point, normal, concave_sides(mesh), number, float(area.sum()))
 
+    def rotated(self, rotation: Floats) -> "Planes":
+        """The planes of the same mesh rotated by a matrix (3, 3)."""
+        return self._replace(point=self.point @ rotation.T, normal=self.normal @ rotation.T)
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -93,9 +97,9 @@ class LitFacets:
 
     corner: (3, M) index of each corner in `points`.
     points: (V, 3) in the body's frame [m].
-    corners: (M, 3, 3) [m].
-    centre: (M, 3), the centroid [m].
-    normal: (M, 3) of the mesh's triangle.
+    edges: (3, 3, M) along the edges, by axis and by the opposite corner [m].
+    area: (M,) [m^2].
+    normal: (3, M) of the mesh's triangle, by axis.
     triangle: (M,) of the mesh.
     cell: (M,) size of the cells in which their fields are summed [m].
     side, share: (M, L) as of `Surface`.
@@ -106,8 +110,8 @@ class LitFacets:
 
     corner: Indices
     points: Floats
-    corners: Floats
-    centre: Floats
+    edges: Floats
+    area: Floats
     normal: Floats
     triangle: Indices
     cell: Floats

@@ -11,11 +11,12 @@ from radar_service.fidelity import Fidelity
 from radar_service.frames import map_from_body
 from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
-from radar_service.radar.parameters import Radar
+from radar_service.radar.parameters import Radar, horizon
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, Visible
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement
+from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.shared_bodies import optical_bodies
 from radar_service.scattering.surface_sampling import triangle_frames
@@ -102,9 +103,18 @@ class PhysicalOptics:
 
         thin = bool((radius < THIN).any())
         crowded = thin or (len(among) > 0 and _is_shaded(optical, pose, partial(visible, bodies=among.tolist())))
-        seen = partial(visible, bodies=among.tolist() if crowded else [])
+        seen: Visible = partial(visible, bodies=among.tolist() if crowded else [])
+        own = scene.own_occluder(key, antenna, instant.time) if instant.movers and not crowded else None
+        if own is not None and self._in_reach(b, pose, antenna, instant):
+            seen = OwnShadows(*own, antenna, scene.earth_radius, by_sea).visible
         strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, crowded, thin, strength)
+
+    def _in_reach(self, b: int, pose: BodyPose, antenna: Floats, instant: Instant) -> bool:
+        """Whether all of body b above the sea lies this side of the horizon and of the maximum range."""
+        middle = map_from_body(self.bodies[b].middle, pose.position, pose.heading)
+        horizon_distance = horizon(0.0, max(float(antenna[2]), 0.0), instant.line_of_sight.earth_radius)
+        return math.dist(middle, antenna) + self.bodies[b].diagonal < min(instant.max_range, float(horizon_distance))
 
     def _strength(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> float:
         """The most that the field by the sea has of the direct one on body b: at the ends and the middle of its range and

@@ -13,7 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, centroids, cut_facets, cut_triangles
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets, cut_triangles
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
 from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
@@ -24,7 +24,7 @@ from radar_service.scattering.physical_optics.path_fields import (
     path_phasor,
     tube_fields,
 )
-from radar_service.scattering.physical_optics.ray_tubes import RayTubes, launched_tubes
+from radar_service.scattering.physical_optics.ray_tubes import RayTubes, by_axis, cross, dot, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.scattering.physical_optics.waterline import above_water
@@ -88,7 +88,7 @@ class OpticalBody:
         """The same body rotated by a matrix (3, 3), so that the sea is level in its frame."""
         mesh = Mesh(self.mesh.vertices @ lean.T, self.mesh.faces)
         scene = self.scene.of_vertices(mesh.vertices)
-        return replace(self, mesh=mesh, planes=Planes.of(mesh), scene=scene, lean=lean)
+        return replace(self, mesh=mesh, planes=self.planes.rotated(lean), scene=scene, lean=lean)
 
     def echoes(self, legs: tuple[BodyLeg, ...], water: float = -np.inf) -> list[PathCentres]:
         """The centres of each path of one leg, or of two: the direct one and the one by the sea.
@@ -124,12 +124,13 @@ class OpticalBody:
         surface = replace(surface, corners=above, facet=np.where((above == surface.corners).all((1, 2)), surface.facet, -1))
         lit = lit_surface(surface, legs, self.planes, self.outside, facets.samples)
         origin, corner, points = facets.cut(lit)
-        corners = points[corner.T]
-        centre, triangle = centroids(corners), lit.triangle[origin]
-        rays, lengths = tuple(leg.rays(centre) for leg in legs), tuple(leg.length(points) for leg in legs)
+        corners, triangle = by_axis(points).take(corner, axis=1), lit.triangle[origin]
+        edges, centre = corners[:, [1, 2, 0]] - corners[:, [2, 0, 1]], (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0
+        across = cross(edges[:, 0], edges[:, 1])
+        rays, lengths = tuple(leg.rays(centre.T) for leg in legs), tuple(leg.length(points) for leg in legs)
         return LitFacets(
-            corner, points, corners, centre, self.planes.normal.take(triangle, axis=0), triangle, lit.cell[origin],
-            lit.side[origin], lit.share[origin], rays, lengths, lit,
+            corner, points, edges, np.sqrt(dot(across, across)) / 2.0, by_axis(self.planes.normal).take(triangle, axis=1),
+            triangle, lit.cell[origin], lit.side[origin], lit.share[origin], rays, lengths, lit,
         )  # fmt: skip
 
     def _tube_fields(self, lit: LitFacets, legs: tuple[BodyLeg, ...], water: float) -> Iterator[tuple[int, PathFields]]:

@@ -12,10 +12,13 @@ import numpy as np
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
 from radar_service.scattering.physical_optics.facet_integral import (
+    CURRENT,
+    bubbles,
     corner_phasors,
+    middle_second,
+    ordered_means,
     phasors,
     scattering_amplitude,
-    shared_means,
 )
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
@@ -54,25 +57,20 @@ class LegPhases(NamedTuple):
 
     corner: (V,) phase at the points [rad].
     at_corner: (V,) exp(j corner).
-    at_edge: (3, M) exp(j x), x by how much the phase at the middle of each edge exceeds the mean of its ends, by the opposite
-        corner.
-    spreading: (3, M) by how much the spreading lowers the field at the corners, a share.
+    bend: (3, M) by how much the phase at the middle of each edge exceeds the mean of its ends, by the opposite corner [rad].
     """
 
     corner: Floats
     at_corner: Complexes
-    at_edge: Complexes
-    spreading: Floats
+    bend: Floats
 
 
 def facet_phases(lit: LitFacets, wave: Wave) -> list[LegPhases]:
     """The phases of each leg over lit facets."""
-    by_corner = np.ascontiguousarray(lit.corners.transpose(1, 0, 2))
-    edges = by_corner[[1, 2, 0]] - by_corner[[2, 0, 1]]
     result = []
     for rays, lengths in zip(lit.rays, lit.lengths, strict=True):
-        phase, bend = -wave.wavenumber * lengths, rays.sags(edges) * (-wave.wavenumber / 4.0)
-        result.append(LegPhases(phase, phasors(phase), phasors(bend), lengths[lit.corner] / rays.length - 1.0))
+        phase = -wave.wavenumber * lengths
+        result.append(LegPhases(phase, phasors(phase), rays.sags(lit.edges) * (-wave.wavenumber / 4.0)))
     return result
 
 
@@ -84,30 +82,44 @@ def facet_fields(lit: LitFacets, phases: Sequence[LegPhases], one: int, other: i
     """
     share = lit.share[:, one] * (lit.share[:, other] if other != one else 1.0)
     both = np.flatnonzero((share > 0.0) & (lit.side[:, one] == lit.side[:, other]))
-    first, second, out, back = lit.rays[one].chosen(both), lit.rays[other].chosen(both), phases[one], phases[other]
-    normal = lit.normal.take(both, axis=0) * lit.side[both, one, None]
-    surface = areas(lit.corners.take(both, axis=0)) * share[both]
-    amplitude = _amplitude(first, second, normal, surface, wave)
+    current = _current(lit, one, other, wave)
     if other != one:
-        amplitude += _amplitude(second, first, normal, surface, wave)
-    corner = lit.corner.take(both, axis=1)
-    at_corner, at_edge = out.at_corner * back.at_corner, (out.at_edge * back.at_edge).take(both, axis=1)
-    parts = shared_means((out.corner + back.corner)[corner], at_corner[corner], 4.0 * (at_edge - 1.0))
-    parts *= (1.0 - 0.5 * (out.spreading + back.spreading).take(both, axis=1)) * amplitude
+        current += _current(lit, other, one, wave)
+    strength = (current * lit.area * share * lit.side[:, one]).take(both)
+    out, back, corner = phases[one], phases[other], lit.corner.take(both, axis=1)
+    phase = (out.corner + back.corner).take(corner)
+    order = middle_second(phase)
+    corner, bend = corner.take(order), (out.bend + back.bend).take(both, axis=1).take(order)
+    parts = ordered_means(phase.take(order), (out.at_corner * back.at_corner).take(corner), bubbles(bend))
+    parts *= (1.0 - 0.5 * (_spreading(lit, one, both, corner) + _spreading(lit, other, both, corner))) * strength
     index, total = corner.ravel(), np.empty(len(lit.points), dtype=np.complex128)
     total.real = np.bincount(index, parts.real.ravel(), len(total))
     total.imag = np.bincount(index, parts.imag.ravel(), len(total))
+    total *= CURRENT / wave.wavelength
     return total
+
+
+def _current(lit: LitFacets, one: int, other: int, wave: Wave) -> Floats:
+    """(p . d)(n . E) - (p . E)(n . d) of facets (M,) from a leg into another, as of `scattering_amplitude`."""
+    out, back, name = lit.rays[one], lit.rays[other], wave.polarization
+    beside = back.north * out.east - back.east * out.north
+    alike = out.east * back.east + out.north * back.north
+    if name == "h":
+        along, same = beside * out.flat, alike
+    else:
+        along = back.flat * out.rise - back.rise * out.flat * alike
+        same = back.rise * out.rise * alike + back.flat * out.flat
+    return np.asarray(along * out.along_field(lit.normal, name) - same * out.along(lit.normal))
+
+
+def _spreading(lit: LitFacets, leg: int, which: Indices, corner: Indices) -> Floats:
+    """By how much the spreading of a leg lowers the field at corners (3, N) of facets `which` (N,), a share."""
+    return np.asarray(lit.lengths[leg].take(corner) / lit.rays[leg].length.take(which) - 1.0)
 
 
 def path_phasor(length: Floats, wave: Wave) -> Complexes:
     """exp(-j k length) (M,) of paths [m]."""
     return phasors(-wave.wavenumber * length)
-
-
-def _amplitude(launch: LegRays, receive: LegRays, normal: Floats, surface: Floats, wave: Wave) -> Complexes:
-    field, received = launch.polarization(wave.polarization), receive.polarization(wave.polarization)
-    return scattering_amplitude(launch.direction, field, received, normal, surface, wave.wavelength)
 
 
 def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices, PathFields]:

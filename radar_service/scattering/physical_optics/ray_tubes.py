@@ -168,7 +168,7 @@ def _mirrored_back(across: Floats, tubes: RayTubes) -> Floats:
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """Cross products (3, M) of vectors (3, M)."""
+    """Cross products (3, ..., M) of vectors (3, ..., M)."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 

@@ -112,6 +112,9 @@ def _joined(parts: list[Cells], members: list[Indices], count: int) -> Lattice:
 def strongest(level: Floats) -> NDArray[np.int64]:
     """Indices of amplitudes (C,), in their order, without the faintest, whose powers add up to DROPPED of the strongest's."""
     power = np.square(level)
-    order = np.argsort(power)
-    faint = int(np.searchsorted(np.cumsum(power[order]), DROPPED * power.max(initial=0.0), side="right"))
-    return np.sort(order[faint:])
+    limit = DROPPED * power.max(initial=0.0)
+    below = np.flatnonzero(power <= limit)  # none above can be among them
+    order = below[np.argsort(power[below])]
+    kept = np.ones(len(power), dtype=np.bool_)
+    kept[order[: np.searchsorted(np.cumsum(power[order]), limit, side="right")]] = False
+    return np.flatnonzero(kept)

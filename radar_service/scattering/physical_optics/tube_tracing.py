@@ -14,7 +14,7 @@ import numpy as np
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
 from radar_service.scattering.physical_optics.facets import line_through
 from radar_service.scattering.physical_optics.lit_facets import Planes
-from radar_service.scattering.physical_optics.ray_tubes import EVERY, RayTubes, by_axis, dot, halved, moved
+from radar_service.scattering.physical_optics.ray_tubes import EVERY, RayTubes, by_axis, cross, dot, halved, moved
 from radar_service.scene.body import Mesh
 from radar_service.trace.embree import TriangleScene
 from radar_service.types import Flags, Floats, Indices
@@ -171,10 +171,10 @@ def _cut_at_edges(
     explained = np.arange(len(which)) if final else np.flatnonzero((beside == np.stack([tip, tip, one, one])).all(axis=0))
     own, rest = np.take_along_axis(hit[1:, which], turn[:2], axis=0)
     parts = [(np.stack([a, ab, ac]), own, tip), (np.stack([ab, b, c]), rest, one), (np.stack([ab, c, ac]), rest, one)]
-    return which[explained], RayTubes.joined([
-        moved(replace(some.chosen(kept), triangle=triangle[kept]), corners[:, :, kept])
-        for corners, triangle, lands in parts for kept in [explained[lands[explained] >= 0]]
-    ])  # fmt: skip
+    kept = [explained[lands[explained] >= 0] for _, _, lands in parts]
+    triangle = np.concatenate([hits[some_kept] for (_, hits, _), some_kept in zip(parts, kept, strict=True)])
+    cut = np.concatenate([corners[:, :, some_kept] for (corners, _, _), some_kept in zip(parts, kept, strict=True)], axis=2)
+    return which[explained], moved(replace(some.chosen(np.concatenate(kept)), triangle=triangle), cut)
 
 
 def _counting(hit: Indices, tubes: RayTubes, targets: _Targets) -> Indices:
@@ -200,17 +200,15 @@ def _crossings(tubes: RayTubes, corners: Floats, hit: Indices, tip: Indices, tar
     every = np.concatenate([np.broadcast_to(hit[0], (1, 2, len(tubes))), struck, hit[None, 1:]])
     ends = np.take_along_axis(every, np.stack([passed, passed + 1]), axis=0)
     middle = (passed + 0.5) / SECTIONS
-    best, nearest = middle.copy(), np.full(middle.shape, 0.6 / SECTIONS)
-    for triangle in ends:
-        vertices = targets.mesh.vertices[targets.mesh.faces[triangle]].transpose(2, 3, 0, 1)
-        for one, other in ((0, 1), (1, 2), (2, 0)):
-            (x, y, z), (u, v, w) = vertices[other] - vertices[one], tubes.direction
-            across = np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
-            slope = dot(way.transpose(1, 0, 2), across)
-            height = dot(vertices[one] - inset[0][:, None], across)
-            place = np.divide(height, slope, out=np.full(slope.shape, np.inf), where=np.abs(slope) > 1e-12)
-            better = (triangle >= 0) & (np.abs(place - middle) < nearest)
-            best[better], nearest[better] = place[better], np.abs(place - middle)[better]
+    vertices = targets.mesh.vertices[targets.mesh.faces[ends]].transpose(4, 0, 3, 1, 2)  # axis, end, corner, edge, tube
+    direction, way = tubes.direction[:, None, None, None], way.transpose(1, 0, 2)[:, None, None]
+    across = cross(vertices[:, :, [1, 2, 0]] - vertices, direction)
+    slope, height = dot(way, across), dot(vertices - inset[0][:, None, None, None], across)
+    usable = (np.abs(slope) > 1e-12) & (ends[:, None] >= 0)
+    place = np.divide(height, slope, out=np.full(slope.shape, np.inf), where=usable).reshape(6, *middle.shape)
+    nearest = np.abs(place - middle).argmin(axis=0)
+    best = np.take_along_axis(place, nearest[None], axis=0)[0]
+    best = np.where(np.abs(best - middle) < 0.6 / SECTIONS, best, middle)
     return line_through(best, INSET)
 
 

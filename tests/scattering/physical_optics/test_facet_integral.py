@@ -1,13 +1,17 @@
 """The closed form over one triangle against brute force, and the single facet against theory."""
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from radar_service.scattering.physical_optics.facet_integral import (
     NEARLY_FLAT,
+    bubbles,
     corner_phasors,
     mean_phasor,
+    middle_second,
     polarization_of,
     scattering_amplitude,
     specular_reflection,
@@ -136,6 +140,23 @@ def test_corner_means_follow_their_corners() -> None:
         np.testing.assert_allclose(turned, first[order], rtol=1e-12)
     alike = corner_phasors(np.array([[1.0], [1.0], [4.0]]), np.zeros((3, 1)))[:, 0]
     assert alike[0] == pytest.approx(alike[1], rel=1e-9)
+
+
+def test_weights_of_bends_are_exact_by_their_series_too() -> None:
+    """Where the largest bend asks for the series or for sines, to a rounding of 1."""
+    for largest in (1e-3, 0.1, 0.499, 0.501, 2.0):
+        bends = np.linspace(-largest, largest, 30).reshape(3, 10)
+        np.testing.assert_allclose(bubbles(bends), 4.0 * (np.exp(1j * bends) - 1.0), atol=2e-11 * largest + 2e-15)
+
+
+def test_the_middle_corner_comes_second_in_cyclic_order() -> None:
+    phases = np.array([list(order) for order in permutations([1.0, 2.0, 3.0])] + [[1.0, 1.0, 4.0], [2.0, 2.0, 2.0]]).T
+    index = middle_second(phases)
+    ordered = phases.take(index)
+    assert ((ordered[0] - ordered[1]) * (ordered[1] - ordered[2]) >= 0.0).all()
+    corner = index // phases.shape[1]
+    np.testing.assert_array_equal((corner[1:] - corner[:-1]) % 3, 1)
+    np.testing.assert_array_equal(index % phases.shape[1], np.broadcast_to(np.arange(8), (3, 8)))
 
 
 @pytest.mark.parametrize("polarization", ["h", "v"])

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from radar_service.frames import map_from_deck
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scene.body import Mesh
 from radar_service.scene.poses import BodyPose
@@ -36,7 +38,19 @@ def test_a_flare_is_lit_from_below_alone() -> None:
     pose, antenna = BodyPose(np.array([0.0, 100.0, 0.0]), 0.0), np.array([0.0, 0.0, 300.0])
     legs = tuple(BodyLeg(by_sea, pose, antenna, np.inf, seen, crowded=False, thin=False) for by_sea in (False, True))
     lit = flare.lit_facets(legs, 0.0)
-    south, deck = lit.normal[:, 1] < -0.5, lit.normal[:, 2] > 0.9
+    south, deck = lit.normal[1] < -0.5, lit.normal[2] > 0.9
     assert south.any() and not (lit.share[south, 0] > 0).any() and (lit.share[south, 1] == 1.0).all()
     assert deck.any() and (lit.share[deck, 0] == 1.0).all() and not (lit.share[deck, 1] > 0).any()
     assert (lit.side[south, 1] == lit.side[south, 1][0]).all()
+
+
+def test_planes_of_a_leaning_body_are_those_of_the_rotated_mesh() -> None:
+    box = scene([BOX]).bodies[0].mesh
+    assert box is not None
+    lean = map_from_deck(np.array(0.3), np.array(0.2), np.array(-0.1))
+    rotated, anew = Planes.of(box).rotated(lean), Planes.of(Mesh(box.vertices @ lean.T, box.faces))
+    np.testing.assert_allclose(rotated.point, anew.point, atol=1e-12)
+    np.testing.assert_allclose(rotated.normal, anew.normal, atol=1e-12)
+    np.testing.assert_array_equal(rotated.may_rebounce, anew.may_rebounce)
+    same = rotated.number[:, None] == rotated.number
+    np.testing.assert_array_equal(same, anew.number[:, None] == anew.number)

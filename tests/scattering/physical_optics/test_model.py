@@ -17,6 +17,7 @@ from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContex
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres
+from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scene.poses import pose_at
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
@@ -163,6 +164,39 @@ def test_the_strength_of_the_way_by_the_sea_is_its_most(
     ratio = np.abs(radar_two_rays(made.radar, made.environment, distance, height, antenna[2]).ratio)
     assert [leg.strength for leg in legs][0] == 1.0
     assert ratio.max() / 1.01 <= legs[1].strength <= ratio.max() * 1.000001
+
+
+def test_a_moving_body_shadows_itself_as_rays_on_the_map_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sphere of flat parts and a corner in one mesh, over the sea: by its own frame and by the scene, to a decision of single
+    precision or two."""
+    corner = scene([{**CORNER, "edge_m": 2.0, "position_m": [0, 700, 2], "speed_kn": 5, "course_deg": 90}],
+                   environment={**FLAT, "multipath": True})  # fmt: skip
+    antenna, asked = corner.antenna(0.0)[0], []
+    original = OwnShadows.visible
+    monkeypatch.setattr(OwnShadows, "visible", lambda self, *rest: (asked.append(len(rest[0])), original(self, *rest))[1])
+    own = build(corner).body_echoes(0, antenna, instant(corner))
+    assert sum(asked) > 0
+    monkeypatch.setattr(OcclusionScene, "own_occluder", lambda *rest: None)
+    asked.clear()
+    by_map = build(corner).body_echoes(0, antenna, instant(corner))
+    assert not asked
+    for path in (0, 1, 2):
+        one, other = (field(corner, echoes.chosen(np.flatnonzero(echoes.path == path)), antenna) for echoes in (own, by_map))
+        assert abs(one - other) < 1e-3 * abs(other)
+
+
+@pytest.mark.parametrize(("range_m", "limit", "asked"), [(700.0, 1e5, True), (700.0, 702.0, False), (40_000.0, 1e5, False)])
+def test_shadows_are_asked_of_the_scene_where_a_body_may_be_out_of_reach(
+    monkeypatch: pytest.MonkeyPatch, range_m: float, limit: float, asked: bool
+) -> None:
+    """Beyond the horizon, or across the maximum range."""
+    calls = []
+    original = OwnShadows.visible
+    monkeypatch.setattr(OwnShadows, "visible", lambda self, *rest: (calls.append(1), original(self, *rest))[1])
+    made = scene([{**CORNER, "edge_m": 8.0, "position_m": [0, range_m, 2], "speed_kn": 5}])
+    at = Instant(0.0, OcclusionScene(made.bodies, 8.5e6), limit)
+    build(made).body_echoes(0, made.antenna(0.0)[0], at)
+    assert bool(calls) == asked
 
 
 def test_bodies_beside_a_sector_are_not_evaluated() -> None:
