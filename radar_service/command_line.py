@@ -9,7 +9,7 @@ from radar_service.arguments import file_ending, pace, thread_count, whole
 from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
 from radar_service.recording.arguments import add_commands as add_recording_commands
-from radar_service.tracking.arguments import add_bench_tracker
+from radar_service.tracking.arguments import add_bench_detection, add_bench_tracker
 
 DEFAULT_SCENE = "harbour"
 
@@ -66,6 +66,7 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--realtime-factor", type=finite_pace, metavar="F", help=PACE_HELP)
     _add_studies(commands, scene_help)
     add_bench_tracker(commands)
+    add_bench_detection(commands)
     commands.add_parser("schema", help="print the JSON Schema of a scene")
     return top
 

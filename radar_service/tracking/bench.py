@@ -14,6 +14,8 @@ import numpy as np
 
 from radar_service.constants import KNOT
 from radar_service.parallel import BLAS_LIMIT
+from radar_service.tracking.plot_scores import plot_metrics
+from radar_service.tracking.power_centroids import at_power_centroids
 from radar_service.tracking.process_tracker import ProcessTracker, TrackerError
 from radar_service.tracking.run import run
 from radar_service.tracking.scenario import Scenario, load_scenario
@@ -58,13 +60,13 @@ def single_run(scenario_name: str, seed: int, tracker_name: str) -> dict[str, An
     tracker = tracker_for(tracker_name, scenario, seed)
     try:
         with BLAS_LIMIT.held():
-            results = list(run(scenario, seed, tracker))
+            results = at_power_centroids(list(run(scenario, seed, tracker)))
     finally:
         if isinstance(tracker, ProcessTracker):
             tracker.close()
     return {
         "scenario": scenario.name, "digest": scenario.digest, "seed": seed, "tracker": tracker_name,
-        "metrics": scores(results),
+        "metrics": {**scores(results), **plot_metrics(results)},
         "scans": [_scan_data(result) for result in results],
     }  # fmt: skip
 
