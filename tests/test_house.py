@@ -66,7 +66,12 @@ HOMES = {
     "websockets": ("clients.ppi", "radar_service.radar_feed"),
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),
     "stonesoup": ("radar_service.tracking",),
-    "matplotlib": ("radar_service.tracking.report", "radar_service.tracking.detection_report", "radar_service.scan", "radar_service.study"),
+    "matplotlib": (
+        "radar_service.tracking.report",
+        "radar_service.tracking.detection_report",
+        "radar_service.scan",
+        "radar_service.study",
+    ),
     "threadpoolctl": ("radar_service.parallel",),
     "xarray": ("radar_service.scan", "radar_service.scan_dataset"),
     "zarr": ("radar_service.scan_dataset",),

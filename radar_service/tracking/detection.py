@@ -1,7 +1,7 @@
 """Probability of detection of a point target in noise: the radar equation, and the declared law of fluctuation."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -16,8 +16,8 @@ from radar_service.scene.environment import Environment
 from radar_service.types import Floats
 
 SHAPES = {1: 1.0, 2: 1.0, 3: 2.0, 4: 2.0}  # of the gamma distribution of a Swerling case's power
-DRAWS = 400  # equally probable powers that stand for a distribution: errs by 1e-4 where 0.05 < Pd < 0.95
-LEVELS_DB = np.arange(-30.0, 60.1, 0.25)  # at which a curve is computed; between them it is interpolated, to 1e-5
+DRAWS = 200  # equally probable powers that stand for a distribution: errs by less than 1e-3
+LEVELS_DB = np.arange(-20.0, 50.1, 0.5)  # at which a curve is computed; between them it is interpolated, to 1e-4
 PFA = 1e-4  # MSC.192(79) 5.3.1.1
 SCANS_NEEDED, OF_SCANS = 8, 10  # the same
 CRITERION = 0.8  # Pd per scan: 8 of 10 scans in the mean
@@ -69,19 +69,18 @@ class ScanDetection:
 
     def of(self, snr: Floats) -> Floats:
         """Returns Pd per scan for signal-to-noise ratios on boresight, of any shape."""
-        level = 10.0 * np.log10(np.clip(snr, 1e-3, 1e6))
-        return np.clip(np.asarray(self._curve(level)), 0.0, 1.0)
+        level = 10.0 * np.log10(np.clip(snr, 1e-2, 1e5))
+        return np.clip(np.asarray(_curve(tuple(self.gain.tolist()), self.swerling, self.pfa)(level)), 0.0, 1.0)
 
-    @cached_property
-    def _curve(self) -> PchipInterpolator:
-        return PchipInterpolator(LEVELS_DB, self._exact(10.0 ** (LEVELS_DB / 10.0)))
 
-    def _exact(self, snr: Floats) -> Floats:
-        """Pd (S,) at ratios (S,). Cases 1 and 3 have one draw for all spokes of a scan, 2 and 4 one for each."""
-        single = steady_detection(snr[:, None, None] * drawn_powers(self.swerling)[:, None] * self.gain, self.pfa)
-        if per_azimuth(self.swerling):
-            return np.asarray(1.0 - np.prod(1.0 - single.mean(axis=1), axis=1))
-        return np.asarray((1.0 - np.prod(1.0 - single, axis=2)).mean(axis=1))
+@lru_cache(64)
+def _curve(gain: tuple[float, ...], swerling: int, pfa: float) -> PchipInterpolator:
+    """Pd over the level [dB]. Cases 1 and 3 have one draw for all spokes of a scan, 2 and 4 one for each."""
+    snr = 10.0 ** (LEVELS_DB / 10.0)
+    single = steady_detection(snr[:, None, None] * drawn_powers(swerling)[:, None] * np.array(gain), pfa)
+    if per_azimuth(swerling):
+        return PchipInterpolator(LEVELS_DB, 1.0 - np.prod(1.0 - single.mean(axis=1), axis=1))
+    return PchipInterpolator(LEVELS_DB, (1.0 - np.prod(1.0 - single, axis=2)).mean(axis=1))
 
 
 def spoke_gains(radar: Radar) -> Floats:
@@ -111,12 +110,12 @@ def signal_to_noise(radar: Radar, environment: Environment, ground: Floats, targ
     return np.where(ground < horizon, 10.0 ** (target.rcs_dbsm / 10.0) * amplitude**2 / receiver_noise_power(radar), 0.0)
 
 
-def ground_distance(slant: float, height: float, radar: Radar, environment: Environment) -> float:
-    """Returns the distance along the earth [m] of a point that appears at a slant range [m]; height: above the sea [m]."""
+def ground_distance(slant: Floats, height: float, radar: Radar, environment: Environment) -> Floats:
+    """Returns the distances along the earth (R,) [m] of points at slant ranges (R,) [m]; height: above the sea [m]."""
     radius, ground = effective_earth_radius(environment.earth_factor), slant
     for _ in range(8):
         z = height - radar.height - ground**2 / (2.0 * radius)
-        ground = float(np.sqrt(max(slant**2 - z**2, 0.0)))
+        ground = np.sqrt(np.maximum(slant**2 - z**2, 0.0))
     return ground
 
 
@@ -124,6 +123,5 @@ def predicted_curve(radar: Radar, environment: Environment, target: Target) -> t
     """Returns slant ranges (C,) [m], the middles of cells of the radar, and the Pd per scan (C,) of a target in them."""
     cell = np.unique(np.linspace(min(10, radar.bins - 1), radar.bins - 1, FINE).astype(np.int64))
     distance = np.asarray((cell + 0.5) * radar.range_step, dtype=np.float64)
-    ground = np.array([ground_distance(slant, target.height, radar, environment) for slant in distance.tolist()])
-    snr = signal_to_noise(radar, environment, ground, target)
+    snr = signal_to_noise(radar, environment, ground_distance(distance, target.height, radar, environment), target)
     return distance, ScanDetection(spoke_gains(radar), target.swerling, PFA).of(snr)

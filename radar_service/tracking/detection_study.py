@@ -121,16 +121,17 @@ def study_scene(scenario: Scenario, multipath: bool, ranges: int) -> tuple[Scene
             f"{scenario.name}: no range has a Pd between {LOWEST} and {HIGHEST}; change range_max_m or power_w"
         )
     spokes = np.rint(np.arange(len(rows)) * bare.radar.azimuths / len(rows)).astype(np.int64)
+    slant = np.array([(cell + 0.5) * bare.radar.range_step for _, cell in rows])
     bodies, predicted = [], []
-    for (number, cell), spoke in zip(rows, spokes.tolist(), strict=True):
+    for (number, cell), spoke, distance in zip(rows, spokes.tolist(), slant, strict=True):
         its, angle = targets[number], spoke * bare.radar.azimuth_step
-        ground = ground_distance((cell + 0.5) * bare.radar.range_step, its.height, bare.radar, bare.environment)
-        position = [ground * np.sin(angle), ground * np.cos(angle), its.height]
+        ground = ground_distance(np.array([distance]), its.height, bare.radar, bare.environment)
+        position = [float(ground[0] * np.sin(angle)), float(ground[0] * np.cos(angle)), its.height]
         bodies.append({
             "name": f"{its.name} {cell}", "shape": "point", "rcs_dbsm": its.rcs_dbsm, "swerling": its.swerling,
-            "position_m": [float(value) for value in position],
+            "position_m": position,
         })  # fmt: skip
-        predicted.append(float(signal_to_noise(bare.radar, bare.environment, np.array([ground]), its)[0]))
+        predicted.append(float(signal_to_noise(bare.radar, bare.environment, ground, its)[0]))
     scene = load_scene({**scenario.scene, "name": scenario.name, "own_ship": {}, "environment": air, "body": bodies})
     layout = Layout(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), spokes, np.array(predicted))
     return scene, layout
@@ -185,7 +186,7 @@ def _series(made: tuple[Scene, Layout], targets: Sequence[Target], counts: Count
 def _judged(scene: Scene, layout: Layout, counts: Counts, target: Target, own: Flags) -> dict[str, Any]:
     """One target of a series. own: which bodies (B,) are hers."""
     measured = Measured(
-        np.asarray((layout.cell[own] + 0.5) * scene.radar.range_step, dtype=np.float64), layout.predicted[own], counts.scans, counts.hits[own], counts.snr[own],
-        counts.square[own],
+        np.asarray((layout.cell[own] + 0.5) * scene.radar.range_step, dtype=np.float64), layout.predicted[own], counts.scans,
+        counts.hits[own], counts.snr[own], counts.square[own],
     )  # fmt: skip
     return judged(scene.radar, scene.environment, target, measured)

@@ -28,6 +28,7 @@ def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]
         threshold_of(scenario.plots, scene.radar),
         rule=rule_of(scenario.plots),
         max_plots=scenario.plots.max_plots,
+        nearest=scenario.plots.nearest_m,
     )
     for _ in range(scenario.scans):
         scan = simulator.scan()

@@ -62,6 +62,7 @@ class PlotSettings(_Table):
     gap_cells: Annotated[int, Field(ge=1, le=1000)] = 2
     split_db: Annotated[float, Field(gt=0)] = 9.0
     max_plots: Annotated[int, Field(ge=1, le=10_000)] = 40
+    nearest_m: Annotated[float, Field(ge=0)] = 0.0
 
 
 class Scenario(_Table):

@@ -15,3 +15,8 @@ def test_defaults_and_values() -> None:
 def test_wrong_values_are_refused(wrong: list[str]) -> None:
     with pytest.raises(SystemExit):
         parser().parse_args(["bench-tracker", *wrong])
+
+
+def test_bench_detection_has_a_default_scenario() -> None:
+    options = parser().parse_args(["bench-detection", "-o", "out"])
+    assert (options.scenario, options.scans, options.ranges, str(options.out)) == ("msc192-table2", 100, 16, "out")
