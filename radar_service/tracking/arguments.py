@@ -40,6 +40,7 @@ def add_bench_detection(commands: "argparse._SubParsersAction[argparse.ArgumentP
     parser.add_argument(
         "--ranges", default=16, type=partial(whole, minimum=2, maximum=200), metavar="N", help="of each target (default 16)"
     )
+    parser.add_argument("--seed", default=0, type=partial(whole, minimum=0, maximum=2**32), metavar="N", help="default 0")
     _add_jobs(parser)
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder for detection.json and detection.html")
 

@@ -15,7 +15,7 @@ def bench_detection(options: argparse.Namespace) -> int:
     """Runs the command; returns the exit status: 1 where detection is not as predicted. Raises ScenarioError, SceneError and
     OSError."""
     scenario = load_scenario(options.scenario)
-    study = detection_study(scenario, options.scans, options.ranges, options.jobs, _progress)
+    study = detection_study(scenario, options.scans, options.ranges, options.jobs, _progress, options.seed)
     write_detection(study, options.out)
     print(f"{criterion(study)}\n{summary(study)}{options.out / 'detection.html'}")
     return 1 if any(one["word"] == "fail" for series in study["series"] for one in series["targets"]) else 0

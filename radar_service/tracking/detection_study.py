@@ -66,17 +66,23 @@ class Counts:
 
 
 def detection_study(
-    scenario: Scenario, scans: int, ranges: int, jobs: int, progress: Progress = lambda parts, count: parts
+    scenario: Scenario,
+    scans: int,
+    ranges: int,
+    jobs: int,
+    progress: Progress = lambda parts, count: parts,
+    seed: int = 0,
 ) -> dict[str, Any]:
     """Returns the study of a scenario as plain data: in free space, and over the sea where the scenario has multipath.
 
-    scans: of each range; ranges: of each target; jobs: processes at once; progress: wraps the parts of the work.
+    scans: of each range; ranges: of each target; jobs: processes at once; progress: wraps the parts of the work; seed: of
+    the first part, each of SCANS_PER_JOB scans; the next ones have the next seeds.
     Raises ScenarioError for targets or an environment that the radar equation does not cover, and SceneError.
     """
     targets = targets_of(scenario)
     kinds = [False, True] if scenario.scene.get("environment", {}).get("multipath") else [False]
     shares = [min(SCANS_PER_JOB, scans - first) for first in range(0, scans, SCANS_PER_JOB)]
-    parts = [(scenario, multipath, ranges, seed, share) for multipath in kinds for seed, share in enumerate(shares)]
+    parts = [(scenario, multipath, ranges, seed + k, share) for multipath in kinds for k, share in enumerate(shares)]
     counted = list(progress(_counted(parts, jobs), len(parts)))
     series = []
     for number, multipath in enumerate(kinds):

@@ -39,20 +39,20 @@ def plot_metrics(results: Sequence[ScanResult]) -> dict[str, float | None]:
     """
     matched, truths = matches(results)[1:], [result.truths for result in results[1:]]
     seen = [{truth.body for truth in some if truth.echo} for some in truths]
-    found = [{match.truth.body for match in some} for some in matched]
-    shares = {body: _share(body, seen, found) for body in sorted(set().union(*seen))}
+    detected = [{match.truth.body for match in some} for some in matched]
+    shares = {body: _share(body, seen, detected) for body in sorted(set().union(*seen))}
     plots = sum(len(result.given.plots) for result in results[1:])
     return {
         "detected": _mean(list(shares.values())), "detected_worst": min(shares.values(), default=None),
-        "resolved": _mean([float(one == every) for one, every in zip(found, seen, strict=True) if every]),
+        "resolved": _mean([float(one == every) for one, every in zip(detected, seen, strict=True) if every]),
         "false_plots": (plots - sum(map(len, matched))) / len(matched) if matched else None,
         **_errors([match for some in matched for match in some]),
     }  # fmt: skip
 
 
-def _share(body: str, seen: Sequence[set[str]], found: Sequence[set[str]]) -> float:
+def _share(body: str, seen: Sequence[set[str]], detected: Sequence[set[str]]) -> float:
     """The share of a target's crossings that have a plot."""
-    return sum(body in some for some in found) / sum(body in some for some in seen)
+    return sum(body in some for some in detected) / sum(body in some for some in seen)
 
 
 def _errors(matched: Sequence[PlotMatch]) -> dict[str, float | None]:

@@ -1,7 +1,7 @@
 """How far the plots of a ship lie from the middle of her waterline, by aspect, and from where her power lies.
 
-`python -m tests.reference.plot_offsets` measures and writes the table of docs/plots.md anew, between `<!-- measured: plot-offsets -->`
-and `<!-- end -->`. It takes some minutes.
+`python -m tests.reference.plot_offsets` measures and writes the table of docs/plots.md anew, which stands between
+`<!-- measured: plot-offsets -->` and `<!-- end -->`. It takes a minute.
 """
 
 import re
@@ -21,7 +21,7 @@ from radar_service.tracking.run import tracker_input, truths_of
 from radar_service.tracking.scoring import ScanResult
 from tests.reference.docs_tables import DOCS, table
 
-PAGE = DOCS / "plots.md"
+PAGE = DOCS.parent / "docs/plots.md"
 BLOCK = re.compile(r"(<!-- measured: plot-offsets -->\n).*?(<!-- end -->)", flags=re.S)
 ASPECTS = (0, 15, 30, 45, 60, 75, 90, 105, 120, 135, 150, 165, 180)  # degrees; a ship is alike on both sides, nearly
 DISTANCE = 2000.0  # m
@@ -79,22 +79,19 @@ def _offsets(aspect: float, found: Sequence[PlotMatch]) -> Offsets:
 def rows(every: Sequence[Offsets]) -> str:
     """The table."""
     head = (
-        "aspect",
-        "along, mean",
-        "along, standard deviation",
-        "across, mean",
-        "across, standard deviation",
-        "plot less power, in range",
-        "across the line of sight",
-    )
-    return table(
-        head,
-        [
-            (f"{one.aspect:g}", *(f"{value:.1f}" for value in (one.along.mean(), one.along.std(ddof=1), one.across.mean(), one.across.std(ddof=1))),
-             *(f"{value.mean():+.2f} ± {value.std(ddof=1) / np.sqrt(len(value)):.2f}" for value in (one.in_range, one.in_bearing)))
-            for one in every
-        ],
+        "aspect", "along, mean", "along, standard deviation", "across, mean", "across, standard deviation",
+        "plot less power, in range", "across the line of sight",
     )  # fmt: skip
+    return table(head, [(f"{one.aspect:g}", *_glint(one), *map(_mean, (one.in_range, one.in_bearing))) for one in every])
+
+
+def _glint(one: Offsets) -> tuple[str, ...]:
+    """Mean and standard deviation of where her power lies, along and across."""
+    return tuple(f"{value:.1f}" for x in (one.along, one.across) for value in (x.mean(), x.std(ddof=1)))
+
+
+def _mean(errors: np.ndarray) -> str:
+    return f"{errors.mean():+.2f} ± {errors.std(ddof=1) / np.sqrt(len(errors)):.2f}"
 
 
 def renewed(text: str, made: str) -> str:

@@ -33,7 +33,7 @@ def test_plots_of_a_freighter_lie_where_her_power_lies() -> None:
 
 def test_the_table_is_put_in_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = Offsets(15.0, np.array([1.0, 3.0]), np.array([0.0, 0.0]), np.array([0.1, 0.3]), np.array([0.0, 0.0]))
-    page = tmp_path / "page.md"
+    page = tmp_path / "page.txt"
     page.write_text("a\n<!-- measured: plot-offsets -->\nold\n<!-- end -->\nb\n")
     monkeypatch.setattr(plot_offsets, "measured", lambda *_: [made])
     plot_offsets.main(page)

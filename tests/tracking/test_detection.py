@@ -8,7 +8,14 @@ import pytest
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scene.world import Scene
 from radar_service.tracking.detection import (
-    ScanDetection, Target, drawn_powers, eight_of_ten, ground_distance, predicted_curve, signal_to_noise, spoke_gains,
+    ScanDetection,
+    Target,
+    drawn_powers,
+    eight_of_ten,
+    ground_distance,
+    predicted_curve,
+    signal_to_noise,
+    spoke_gains,
     steady_detection,
 )  # fmt: skip
 from tests.scenes import scene

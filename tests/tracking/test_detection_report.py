@@ -14,7 +14,8 @@ TARGET = {
     "ranges": [{"range_m": 1852.0, "predicted": 0.9, "detected": 0.8, "eight_of_ten": 0.9, "snr_db": 12.0, "tested": True}],
 }  # fmt: skip
 UNSEEN = {
-    **TARGET, "target": "ship", "standard_nm": None, "p": None, "snr_difference_db": None, "word": "no range to test", "ranges": []
+    **TARGET, "target": "ship", "standard_nm": None, "p": None, "snr_difference_db": None, "word": "no range to test",
+    "ranges": [],
 }  # fmt: skip
 STUDY = {
     "schema": 1, "scenario": "s & s", "question": "?", "source": "a <test>", "scans": 40, "pfa": 1e-4, "criterion": 0.8,

@@ -6,7 +6,13 @@ from scipy.stats import binomtest
 
 from radar_service.tracking.detection import PFA, ScanDetection, spoke_gains
 from radar_service.tracking.detection_verdicts import (
-    Measured, binomial_p, first_lost, judged, last_held, snr_difference_db, word,
+    Measured,
+    binomial_p,
+    first_lost,
+    judged,
+    last_held,
+    snr_difference_db,
+    word,
 )  # fmt: skip
 from tests.tracking.test_detection import BUOY, radar_scene
 
