@@ -181,6 +181,17 @@ def run_plots(options: argparse.Namespace) -> int:
         raise UsageError(str(error)) from None
 
 
+def run_bench_detection(options: argparse.Namespace) -> int:
+    """Compares detection with the radar equation, with a progress bar on a terminal."""
+    from radar_service.tracking.detection_command import bench_detection
+    from radar_service.tracking.scenario import ScenarioError
+
+    try:
+        return bench_detection(options)
+    except ScenarioError as error:
+        raise UsageError(str(error)) from None
+
+
 def run_schema(_: argparse.Namespace) -> int:
     """Prints the schema."""
     from radar_service.scene.describe import json_schema
@@ -192,7 +203,7 @@ def run_schema(_: argparse.Namespace) -> int:
 RUN: dict[str, Callable[[argparse.Namespace], int]] = {
     "serve": run_serve, "scan": run_scan, "record": run_record, "replay": run_replay, "check": run_check, "plan": run_plan,
     "stability": run_stability, "chart": run_chart, "schema": run_schema, "bench-tracker": run_bench_tracker,
-    "plots": run_plots,
+    "plots": run_plots, "bench-detection": run_bench_detection,
 }  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
 from radar_service.recording.arguments import add_commands as add_recording_commands
 from radar_service.recording.arguments import add_sources
-from radar_service.tracking.arguments import add_bench_tracker, add_plots
+from radar_service.tracking.arguments import add_bench_detection, add_bench_tracker, add_plots
 
 DEFAULT_SCENE = "harbour"
 
@@ -69,6 +69,7 @@ def parser() -> argparse.ArgumentParser:
     _add_studies(commands, scene_help)
     add_bench_tracker(commands)
     add_plots(commands, [common, threaded, chosen], scene_help)
+    add_bench_detection(commands)
     commands.add_parser("schema", help="print the JSON Schema of a scene")
     return top
 

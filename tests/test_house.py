@@ -69,6 +69,7 @@ HOMES = {
     "matplotlib": (
         "radar_service.tracking.report",
         "radar_service.tracking.plots_picture",
+        "radar_service.tracking.detection_report",
         "radar_service.scan",
         "radar_service.study",
     ),

@@ -14,6 +14,8 @@ import numpy as np
 
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.tracking.json_lines import LineTracker
+from radar_service.tracking.plot_scores import plot_metrics
+from radar_service.tracking.power_centroids import at_power_centroids
 from radar_service.tracking.run import run
 from radar_service.tracking.scenario import Scenario
 from radar_service.tracking.scoring import ScanResult, scores
@@ -31,13 +33,13 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str) -> dict[str, An
     tracker = tracker_for(tracker_name, scenario, {"scenario": scenario.name, "seed": seed, "schema": SCHEMA})
     try:
         with BLAS_LIMIT.held():
-            results = list(run(scenario, seed, tracker))
+            results = at_power_centroids(list(run(scenario, seed, tracker)))
     finally:
         if isinstance(tracker, LineTracker):
             tracker.close()
     return {
         "scenario": scenario.name, "digest": scenario.digest, "seed": seed, "tracker": tracker_name, "program": program,
-        "metrics": scores(results),
+        "metrics": {**scores(results), **plot_metrics(results)},
         "scans": [_scan_data(result) for result in results],
     }  # fmt: skip
 

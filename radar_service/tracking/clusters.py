@@ -49,9 +49,12 @@ def parts(detections: Detections, rule: ClusterRule) -> list[Indices]:
     The cells are taken from the strongest to the weakest. A cell without a stronger neighbour begins a part. Where two parts
     meet, they become one unless both have risen `split_db` above the cell where they meet (watershed by prominence).
     """
-    if np.isinf(rule.split_db) or not 1 < len(detections) <= MAX_SPLIT_CELLS:
+    if not 1 < len(detections) <= MAX_SPLIT_CELLS or np.isinf(rule.split_db):
         return [np.arange(len(detections))]
-    return groups(_watershed(10.0 * np.log10(detections.power), _neighbours(detections, rule), rule.split_db))
+    level = 10.0 * np.log10(detections.power)
+    if np.ptp(level) < rule.split_db:  # no valley is that deep
+        return [np.arange(len(detections))]
+    return groups(_watershed(level, _neighbours(detections, rule), rule.split_db))
 
 
 def groups(label: Indices) -> list[Indices]:

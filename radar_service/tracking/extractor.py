@@ -1,7 +1,7 @@
 """The plot extractor: from scans to plots, across north."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from radar_service.receive.compression import receiver_noise_power
 from radar_service.scan import Scan
 from radar_service.tracking.clusters import ClusterRule, clusters, groups, parts
 from radar_service.tracking.detections import Detections, detections_of, no_detections
+from radar_service.tracking.peak_gate import about_peak
 from radar_service.tracking.plot import Plot, SpokeLayout, plot_of
 from radar_service.tracking.sidelobes import SidelobeGate
 from radar_service.tracking.thresholds import KnownThreshold, Threshold
@@ -45,16 +46,19 @@ class PlotExtractor:
 
     def __init__(
         self, radar: Radar, threshold: Threshold | None = None, *, rule: ClusterRule | None = None, max_plots: int = 200,
-        sidelobe_margin_db: float | None = MARGIN_DB,
+        sidelobe_margin_db: float | None = MARGIN_DB, nearest: float = 0.0, gate_db: float = np.inf,
     ) -> None:  # fmt: skip
-        """threshold: by default the known noise with PFA; max_plots: per scan; sidelobe_margin_db: None for no sidelobe gate.
+        """threshold: by default the known noise with PFA; max_plots: per scan; sidelobe_margin_db: None for no sidelobe gate;
+        nearest: plots nearer than this [m] are left out, such as sea clutter about own ship; gate_db: cells
+        count that connect with the peak of a plot and are this much weaker at most: 20 is the gate of the truth.
 
         Raises ValueError for a maximum below 1.
         """
         if max_plots < 1:
             raise ValueError(f"max_plots: {max_plots} is not allowed; 1 or more, best 20 to 200")
         self.threshold: Threshold = threshold or KnownThreshold(radar)
-        self._rule, self._max_plots = rule or ClusterRule(), max_plots
+        self._rule, self._max_plots, self._nearest = rule or ClusterRule(), max_plots, nearest
+        self._gate_db = gate_db
         self._gate = None if sidelobe_margin_db is None else SidelobeGate(radar, sidelobe_margin_db)
         self._layout = SpokeLayout(radar.azimuths, 0.5 * radar.range_step, radar.range_step, receiver_noise_power(radar))
         self._open = self._before = no_detections()  # of clusters that may go on, and all of the scan before
@@ -71,15 +75,20 @@ class PlotExtractor:
         fresh = detections_of(scan, self.threshold.of(scan.power))
         recent = self._before.and_then(fresh)
         closed = self._closed(fresh, (scan.number + 1) * self._layout.azimuths)
-        ended = [cluster.only(part) for cluster in closed for part in parts(cluster, self._rule)]
+        ended = [self._gated(cluster.only(part)) for cluster in closed for part in parts(cluster, self._rule)]
         kept = [cells for cells in ended if not (self._gate and self._gate.is_sidelobe(cells, recent))]
-        plots = sorted(((plot_of(cells, self._layout), cells) for cells in kept), key=lambda pair: -pair[0].snr_db)
+        layout = replace(self._layout, first=float(scan.range[0]))  # where the feed says that samples stand
+        plotted = ((plot_of(cells, layout), cells) for cells in kept)
+        plots = sorted((pair for pair in plotted if pair[0].range >= self._nearest), key=lambda pair: -pair[0].snr_db)
         best = sorted(plots[: self._max_plots], key=lambda pair: pair[0].time)
         self._before = fresh
         return ScanPlots(
             scan.number, tuple(plot for plot, _ in best), len(ended) - len(kept), len(plots) - len(best),
             tuple(cells for _, cells in best),
         )  # fmt: skip
+
+    def _gated(self, cells: Detections) -> Detections:
+        return cells if np.isinf(self._gate_db) else about_peak(cells, self._gate_db)
 
     def _closed(self, fresh: Detections, end: int) -> list[Detections]:
         """The clusters that cannot go on at spoke `end`, but for those that the start cut; the others wait."""

@@ -1,6 +1,7 @@
 """One run of the test bench: a scenario, a seed and a tracker."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,13 +21,14 @@ from radar_service.tracking.tracker import Tracker, TrackerInput
 
 def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]:
     """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises SceneError."""
-    scene = load_scene(scenario.scene_for(seed))
+    scene = load_scene(scenario.scene_for(seed), folder=scenario.folder)
     simulator = Simulator(scene, scenario.fidelity, seed)
     extractor = PlotExtractor(
         scene.radar,
         threshold_of(scenario.plots, scene.radar),
         rule=rule_of(scenario.plots),
         max_plots=scenario.plots.max_plots,
+        nearest=scenario.plots.nearest_m,
     )
     for _ in range(scenario.scans):
         scan = simulator.scan()
@@ -60,18 +62,35 @@ def tracker_input(scan: Scan, plots: Sequence[Plot], rotation_period: float) -> 
 
 
 def truths_of(simulator: Simulator, scan: int, targets: Sequence[str]) -> tuple[TargetTruth, ...]:
-    """Returns each target at its last crossing in a scan, or at the end of the scan where it has none."""
+    """Returns each target at its last crossing in a scan, or at the end of the scan where it has none.
+
+    Where a target is no point, its power is measured, as far as the simulation can.
+    """
     snapshot = simulator.snapshot(scan)
-    latest: Mapping[str, Crossing] = {crossing.body: crossing for crossing in simulator.crossings(scan)}
-    bodies = (body for body in snapshot.bodies if body.body in targets)
+    bodies = [body for body in snapshot.bodies if body.body in targets]
+    measured = any(body.length for body in bodies) and _measures_power(simulator)
+    latest: Mapping[str, Crossing] = {one.body: one for one in simulator.crossings(scan, radiometric=measured)}
     return tuple(
-        _truth(crossing, crossing.own_ship) if (crossing := latest.get(body.body)) else _truth(body, snapshot.own_ship)
-        for body in bodies
+        _crossed(crossing) if (crossing := latest.get(body.body)) else _truth(body, snapshot.own_ship) for body in bodies
     )
+
+
+def _measures_power(simulator: Simulator) -> bool:
+    """Whether the simulator has radiometric truth."""
+    return simulator.fidelity.name != "documented" and not simulator.scene.radar.near_pulses
+
+
+def _crossed(crossing: Crossing) -> TargetTruth:
+    """A target at its crossing, with where its power lies: of a point at the point itself."""
+    truth = _truth(crossing, crossing.own_ship)
+    if not crossing.length or crossing.centroid_range is None or crossing.centroid_bearing is None:
+        return replace(truth, echo=(crossing.range, crossing.bearing))
+    along, across = crossing.centroid_along or 0.0, crossing.centroid_across or 0.0
+    return replace(truth, echo=(crossing.centroid_range, crossing.centroid_bearing), centroid=(along, across))
 
 
 def _truth(body: Kinematics, own: OwnShipTruth) -> TargetTruth:
     return TargetTruth(
         body=body.body, time=body.time, position=body.position[:2], velocity=body.velocity[:2], own_position=own.position[:2],
-        own_velocity=own.velocity[:2], visible=body.visible,
+        own_velocity=own.velocity[:2], visible=body.visible, heading=body.heading, length=body.length,
     )  # fmt: skip

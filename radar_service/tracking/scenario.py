@@ -62,6 +62,7 @@ class PlotSettings(_Table):
     gap_cells: Annotated[int, Field(ge=1, le=1000)] = 2
     split_db: Annotated[float, Field(gt=0)] = 9.0
     max_plots: Annotated[int, Field(ge=1, le=10_000)] = 40
+    nearest_m: Annotated[float, Field(ge=0)] = 0.0
 
 
 class Scenario(_Table):
@@ -71,6 +72,8 @@ class Scenario(_Table):
     targets: names of the bodies that are to be tracked; all by default.
     vary_m: each seed moves the start of each target by up to this much east and north [m].
     scene: a scene, as a scene file has it.
+    standard_nm: ranges of first detection that a standard states, by target [NM]: shown beside those of detection studies.
+    folder: of its meshes, height maps and tracks.
     """
 
     name: str = ""
@@ -85,6 +88,8 @@ class Scenario(_Table):
     tracker: TrackerSettings = TrackerSettings()
     limit: tuple[Limit, ...] = ()
     scene: Mapping[str, Any]
+    standard_nm: Mapping[str, Annotated[float, Field(gt=0)]] = {}
+    folder: Annotated[Path | None, Field(exclude=True)] = None
 
     @cached_property
     def tracked(self) -> tuple[str, ...]:
@@ -117,14 +122,14 @@ def scenarios() -> dict[str, Path]:
 
 def load_scenario(name: str) -> Scenario:
     """Returns a packaged scenario by name, or that of a file. Raises ScenarioError."""
-    path = Path(name) if name.endswith(SUFFIX) else scenarios().get(name)
+    packaged = scenarios()
+    path = Path(name) if name.endswith(SUFFIX) else packaged.get(name)
     if path is None:
-        raise ScenarioError(
-            f"{name}: there is no such scenario; there are {', '.join(scenarios())}, or give a {SUFFIX} file"
-        )
+        raise ScenarioError(f"{name}: there is no such scenario; there are {', '.join(packaged)}, or give a {SUFFIX} file")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-        return Scenario(**{"name": path.stem, **content})
+        folder = path.parent if name.endswith(SUFFIX) else path.parent.parent
+        return Scenario(**{"name": path.stem, **content, "folder": folder})
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -29,7 +29,9 @@ class TargetTruth:
     """A target at an instant: at its beam crossing, or at the end of a scan without one. SI; east and north.
 
     body: its name. time [s]. position, velocity: of its reference point. own_position, own_velocity: of own ship, truly.
-    visible: whether the radar can see it.
+    visible: whether the radar can see it. heading: of its bow [rad]. length: 0 for a point [m].
+    echo: slant range [m] and bearing [rad] of its power, or of a point itself, in this crossing; None without one.
+    centroid: of its power, from the reference point to the bow and to starboard [m]; None for a point, or without power.
     """
 
     body: str
@@ -39,6 +41,10 @@ class TargetTruth:
     own_position: tuple[float, float]
     own_velocity: tuple[float, float]
     visible: bool
+    heading: float = 0.0
+    length: float = 0.0
+    echo: tuple[float, float] | None = None
+    centroid: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -21,3 +21,8 @@ def test_plots_have_defaults() -> None:
     options = parser().parse_args(["plots"])
     assert (options.scene, options.scans, options.threshold, options.pfa) == ("harbour", 10, "ca", 1e-4)
     assert (options.guard_m, options.window_m, options.out, options.png) == (100.0, 300.0, None, None)
+
+
+def test_bench_detection_has_a_default_scenario() -> None:
+    options = parser().parse_args(["bench-detection", "-o", "out"])
+    assert (options.scenario, options.scans, options.ranges, str(options.out)) == ("msc192-table2", 100, 16, "out")

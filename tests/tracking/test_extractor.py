@@ -1,6 +1,7 @@
 """Plots of simulated scans against the truth: bias, noise, discrimination, sidelobes, the seam at north, and limits."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -173,6 +174,39 @@ def test_missing_spokes_hold_no_plots() -> None:
 def test_a_maximum_below_one_is_refused() -> None:
     with pytest.raises(ValueError, match="max_plots: 0 is not allowed"):
         PlotExtractor(quiet(64, 20), max_plots=0)
+
+
+def test_ranges_are_those_of_the_feed() -> None:
+    """A feed whose samples stand half a cell farther gives plots that far off."""
+    power = np.ones((64, 80))
+    power[10, 40] = 1000.0
+    scan = scan_of_power(power, 0)
+    ranges = []
+    for shift in (0.0, 0.5):
+        extractor = PlotExtractor(quiet(64, 80), threshold=Above(50.0), sidelobe_margin_db=None)
+        ranges.append(extractor.add(replace(scan, range=scan.range + shift)).plots[0].range)
+    assert ranges[1] - ranges[0] == pytest.approx(0.5)
+
+
+def test_near_plots_are_left_out_before_the_strongest_are_kept() -> None:
+    power = np.ones((64, 80))
+    power[10, 4], power[30, 40] = 1000.0, 100.0
+    extractor = PlotExtractor(quiet(64, 80), threshold=Above(50.0), max_plots=1, sidelobe_margin_db=None, nearest=30.0)
+    report = extractor.add(scan_of_power(power, 0))
+    assert [round(plot.range / extractor_step()) for plot in report.plots] == [40] and report.dropped == 0
+
+
+def test_the_gate_leaves_weak_parts_out() -> None:
+    power = np.ones((64, 80))
+    power[10, 40:43] = 1e5, 2e3, 100.0
+    counts = [
+        PlotExtractor(quiet(64, 80), threshold=Above(50.0), sidelobe_margin_db=None, gate_db=gate)
+        .add(scan_of_power(power, 0))
+        .plots[0]
+        .cells
+        for gate in (np.inf, 20.0)
+    ]
+    assert counts == [3, 2]
 
 
 class Above:

@@ -84,3 +84,33 @@ def test_plots_are_extracted_as_the_scenario_says() -> None:
     assert kinds == {"known": KnownThreshold, "ca": CellAveraging, "os": OrderedStatistic}
     rule = rule_of(PlotSettings(split_db=20.0, gap_cells=5))
     assert (rule.split_db, rule.spokes, rule.cells) == (20.0, 2, 5)
+
+
+HULL = {"name": "t", "shape": "hull", "length_m": 60, "beam_m": 12, "height_m": 8, "position_m": [800, 300, 0], "rcs_dbsm": 20,
+        "course_deg": 90, "speed_kn": 20}  # fmt: skip
+
+
+def test_a_hull_comes_with_where_her_power_lies() -> None:
+    """Range and bearing of the centroid, and the same in the hull's frame; a point has neither, but is its own echo."""
+    (hull,) = results(scene={**SMALL["scene"], "body": [HULL]}, scans=2, vary_m=0.0)[1].truths
+    (point,) = results(scans=2, vary_m=0.0)[1].truths
+    assert (
+        hull.length == 60.0
+        and hull.heading == pytest.approx(np.pi / 2)
+        and hull.centroid is not None
+        and hull.echo is not None
+    )
+    along, across = hull.centroid
+    east, north = hull.position[0] + along, hull.position[1] - across
+    assert hull.echo[1] == pytest.approx(np.arctan2(east, north), abs=1e-3) and abs(along) + abs(across) > 1.0
+    assert point.centroid is None and point.echo is not None and point.echo[0] == pytest.approx(np.hypot(800, 300), abs=60.0)
+
+
+def test_a_simulator_without_sources_gives_the_reference_point() -> None:
+    (truth,) = results(scene={**SMALL["scene"], "body": [HULL]}, scans=1, fidelity="documented")[0].truths
+    assert truth.centroid is None and truth.echo is not None
+
+
+def test_near_plots_are_left_out_as_the_scenario_says() -> None:
+    assert all(one.given.plots for one in results(scans=3)[1:])
+    assert not any(one.given.plots for one in results(scans=3, plots={"nearest_m": 1200}))

@@ -25,13 +25,24 @@ SMALL: dict[str, Any] = {
 def test_every_scenario_loads_and_says_what_it_asks(name: str) -> None:
     scenario = load_scenario(name)
     assert scenario.name == name and scenario.question.endswith("?") and scenario.limit
-    scene = load_scene(scenario.scene_for(3))
+    scene = load_scene(scenario.scene_for(3), folder=scenario.folder)
     assert set(scenario.tracked) <= {body.name for body in scene.bodies} and not scene.warnings
 
 
 def test_the_library_has_the_standards_and_crossings() -> None:
     names = set(scenarios())
     assert {f"a823-{n}" for n in (1, 2, 3, 4)} | {f"crossing-cpa-{cpa}" for cpa in (0, 100, 500)} <= names
+    assert {
+        "crossing-hulls",
+        "crossing-freighters",
+        "discrimination-range",
+        "discrimination-bearing",
+        "minimum-range",
+        "land-near",
+    } <= names
+    assert {f"reflector-sea-state-{state}" for state in (2, 3, 5)} <= names
+    table_2 = load_scenario("msc192-table2")
+    assert set(table_2.standard_nm) == set(table_2.tracked) and not any(limit.decides for limit in table_2.limit)
     assert all(not limit.decides for n in (1, 2, 3, 4) for limit in load_scenario(f"a823-{n}").limit)
 
 
@@ -59,6 +70,17 @@ def test_seeds_move_each_target_by_a_draw_of_its_own() -> None:
         }
     )
     assert two.scene_for(3)["body"][1] == scenario.scene_for(3)["body"][0]
+
+
+def test_meshes_are_read_from_the_folder_of_the_file(tmp_path: Path) -> None:
+    packaged = load_scenario("crossing-freighters")
+    assert (
+        packaged.folder == scenarios()["crossing-freighters"].parent.parent and (packaged.folder / "freighter.obj").is_file()
+    )
+    path = tmp_path / "mine.toml"
+    path.write_text('question = "?"\nexpected = "!"\nsource = "s"\n[scene]\n')
+    assert load_scenario(str(path)).folder == tmp_path
+    assert Scenario(**SMALL).digest == Scenario(**{**SMALL, "folder": tmp_path}).digest  # where a file lies changes no run
 
 
 def test_a_changed_scenario_has_another_digest() -> None:

@@ -1,0 +1,56 @@
+"""The command `bench-detection` as a user runs it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from radar_service.__main__ import main
+
+FILE = """
+question = "?"
+expected = "!"
+source = "this test"
+[scene.radar]
+azimuths = 120
+beamwidth_deg = 6
+range_max_m = 5000
+modulation = "none"
+pulse_s = 2.5e-7
+power_w = 50
+[scene.environment]
+noise = true
+[[scene.body]]
+name = "buoy"
+shape = "point"
+position_m = [0, 2000, 3.5]
+rcs_dbsm = 0
+"""
+
+
+def test_a_study_writes_its_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = tmp_path / "buoy.toml", tmp_path / "out"
+    path.write_text(FILE)
+    assert main(["bench-detection", str(path), "--scans", "40", "--ranges", "4", "--jobs", "1", "-o", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert "free space: buoy: " in printed and str(out / "detection.html") in printed
+    assert json.loads((out / "detection.json").read_text())["scans"] == 40
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [(["fly"], "there is no such scenario"), (["crossing-freighters"], 'body "eastbound": detection is judged for points')],
+)
+def test_wrong_input_is_one_sentence(
+    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["bench-detection", *arguments, "--jobs", "1", "-o", str(tmp_path)]) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("wrong", [["--scans", "39"], ["--ranges", "1"], []])
+def test_wrong_values_are_refused(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """Fewer than 40 scans, a single range, and no folder."""
+    with pytest.raises(SystemExit):
+        main(["bench-detection", *wrong])
+    assert "error" in capsys.readouterr().err
