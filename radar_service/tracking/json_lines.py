@@ -32,6 +32,7 @@ class LineTracker(ABC):
     def __init__(self, name: str, timeout: float) -> None:
         """name: for messages; timeout: for each line, there and back [s]."""
         self.name, self.timeout = name, timeout
+        self.end = "has ended"  # what has become of it, where it takes or gives no more
         self._sending: Thread | None = None
         self._fault: Exception | None = None
 
@@ -50,7 +51,7 @@ class LineTracker(ABC):
         if self.is_stuck:
             raise TrackerError(f"tracker: {self.name!r} read no plots for {self.timeout:g} s")
         if self._fault is not None:
-            raise TrackerError(f"tracker: {self.name!r} has ended and takes no more plots") from self._fault
+            raise TrackerError(f"tracker: {self.name!r} {self.end} and takes no more plots") from self._fault
 
     @property
     def is_stuck(self) -> bool:

@@ -26,7 +26,6 @@ class ProcessTracker(LineTracker):
         except (OSError, ValueError, IndexError) as error:
             raise TrackerError(f"tracker: {command!r} could not be started: {error}") from None
         self._answers: Queue[str] = Queue()
-        self._end = "ended"
         Thread(target=self._read, name="tracker's answers", daemon=True).start()
         try:
             self.send({"type": "header", **header})
@@ -47,7 +46,7 @@ class ProcessTracker(LineTracker):
         except Empty:
             raise self.silent(scan) from None
         if not line:
-            raise TrackerError(f"tracker: {self.name!r} {self._end} before it answered scan {scan}")
+            raise TrackerError(f"tracker: {self.name!r} {self.end} before it answered scan {scan}")
         if len(line) == MAX_LINE:
             raise TrackerError(f"tracker: the answer to scan {scan} is not understood: it has {MAX_LINE} characters or more")
         return line
@@ -71,7 +70,7 @@ class ProcessTracker(LineTracker):
         with self._process.stdout as output:
             while line := output.readline(MAX_LINE):
                 if self._answers.qsize() >= MAX_WAITING:
-                    self._end = "wrote more lines than it got scans"
+                    self.end = "wrote more lines than it got scans"
                     break
                 self._answers.put(line)
         self._answers.put("")

@@ -47,7 +47,7 @@ def test_a_program_gets_plots_and_gives_tracks(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("code", "message"),
     [
-        ("import sys; sys.exit(1)", "ended|takes no more"),
+        ("import sys; sys.exit(1)", "has ended"),
         ("import sys\nfor line in sys.stdin: print('hello', flush=True)", "not understood .*hello"),
         ("import sys, json\nfor line in sys.stdin: print(json.dumps({'type': 'tracks', 'scan': 9, 'tracks': []}), flush=True)",
          "the answer to scan 0 has type 'tracks', scan 9"),
@@ -85,10 +85,12 @@ def test_a_program_that_writes_more_than_it_is_asked_is_read_no_further(tmp_path
     answer = "{'type': 'tracks', 'scan': k, 'tracks': []}"
     code = f"import itertools, json\nfor k in itertools.count():\n    print(json.dumps({answer}))\n"
     tracker = ProcessTracker(program(tmp_path, code), {"seed": 0})
-    with pytest.raises(TrackerError, match="wrote more lines than it got scans"):
-        for scan in range(process_tracker.MAX_WAITING + 1000):
-            tracker.update(given(scan, ()))
-    tracker.close()
+    try:
+        with pytest.raises(TrackerError, match="wrote more lines than it got scans"):
+            for scan in range(process_tracker.MAX_WAITING + 1000):
+                tracker.update(given(scan, ()))
+    finally:
+        tracker.close()
 
 
 def test_an_answer_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
