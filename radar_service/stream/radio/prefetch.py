@@ -59,19 +59,23 @@ class EngineWorker:
     def wait_until_ready(self, timeout: float | None = None) -> bool:
         """Waits for a block; returns False after `timeout` [s]. Raises EngineFault when none will come."""
         with self._changed:
-            self._changed.wait_for(lambda: self._blocks or self._fault or self._stopping, timeout)
-            if self._fault and not self._blocks:
-                raise EngineFault(self._fault)
-            return bool(self._blocks)
+            return self._has_block(timeout)
 
     def take(self, timeout: float) -> SpokeBlock | None:
         """Returns the next block, None after `timeout` [s]. Raises EngineFault after the last block of a failed engine."""
-        if not self.wait_until_ready(timeout):
-            return None
-        with self._changed:
+        with self._changed:  # held throughout: a command may drop the block that was waited for
+            if not self._has_block(timeout):
+                return None
             block = self._blocks.popleft()
             self._changed.notify_all()
         return block
+
+    def _has_block(self, timeout: float | None) -> bool:
+        """As `wait_until_ready`, with the lock held."""
+        self._changed.wait_for(lambda: self._blocks or self._fault or self._stopping, timeout)
+        if self._fault and not self._blocks:
+            raise EngineFault(self._fault)
+        return bool(self._blocks)
 
     def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
         """Notes a command from a spoke on, or at a time [s], and drops the spokes that it changes; `tell` comes next.

@@ -1,7 +1,8 @@
 """The worker of an engine: bounded, in order, and it always reports its end."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
@@ -127,6 +128,32 @@ def test_blocks_under_way_that_do_not_follow_a_request_are_dropped() -> None:
     second = worker.take(SOON)
     worker.stop(SOON)
     assert second is not None and (second.first, second.requests) == (5, 1) and second.labels is not None
+
+
+class Interrupted(threading.Condition):
+    """Lets another thread in wherever the thread that made it releases the lock: `then` is called there, once."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.then: Callable[[], object] | None = None
+        self._maker = threading.current_thread()
+
+    def __exit__(self, *details: Any) -> None:
+        super().__exit__(*details)
+        if self.then and threading.current_thread() is self._maker:
+            then, self.then = self.then, None
+            then()
+
+
+def test_a_command_never_takes_away_the_block_that_was_waited_for() -> None:
+    worker = EngineWorker(FakeEngine(steerable_scene()))
+    worker._changed = changed = Interrupted()
+    worker.start()
+    assert worker.wait_until_ready(SOON)
+    changed.then = lambda: worker.command(0, "buoy", {"speed_kn": 5})
+    block = worker.take(SOON)
+    assert block is not None and block.first == 0 and changed.then is None
+    worker.stop(SOON)
 
 
 def test_an_engine_that_ends_is_a_fault_too() -> None:
