@@ -26,6 +26,7 @@ from radar_service.simulator import Simulator
 from radar_service.stream.codecs.native import wire
 
 RECEIVE_TIMEOUT = 60.0  # s until the next message
+CLOSE_TIMEOUT = 1.0  # s to say goodbye: messages that nobody reads any more may stand before the answer
 STOP_TIMEOUT = 20.0  # s
 HALF_UNIT = 1.0001 * np.pi / 65536  # rad; azimuths on the wire are rounded to 1/65536 turn
 Source = str | Path | Mapping[str, Any] | Scene
@@ -168,7 +169,9 @@ class RemoteFeed:
 
     def _connection(self, path: str) -> ClientConnection:
         url = f"ws://{self.address}/api/radars/{self._radar}/{path}"
-        return self._ending.enter_context(connect(url, max_size=wire.MAX_MESSAGE, compression=None))
+        return self._ending.enter_context(
+            connect(url, max_size=wire.MAX_MESSAGE, compression=None, close_timeout=CLOSE_TIMEOUT)
+        )
 
     def _message(self) -> dict[str, Any]:
         """The next message of the feed, a hello or spokes."""
