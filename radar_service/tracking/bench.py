@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
@@ -13,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from radar_service.parallel import BLAS_LIMIT
+from radar_service.scan import Scan
 from radar_service.tracking.json_lines import LineTracker
 from radar_service.tracking.plot_scores import plot_metrics
 from radar_service.tracking.power_centroids import at_power_centroids
+from radar_service.tracking.ppi_picture import ppi_of
 from radar_service.tracking.run import run
 from radar_service.tracking.scenario import Scenario
 from radar_service.tracking.scoring import ScanResult, scores
@@ -23,6 +26,7 @@ from radar_service.tracking.trackers import program_digest, tracker_for
 from radar_service.tracking.verdicts import verdict
 
 SCHEMA = 1
+FIRST_SEED = 0  # the one that the report draws
 MAX_NAME = 100  # characters of a run's file: a command may be longer than file systems take
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
@@ -31,9 +35,10 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str) -> dict[str, An
     """Returns one run as plain data: its metrics, and what each scan gave. Raises what its parts raise."""
     program = program_digest(tracker_name)
     tracker = tracker_for(tracker_name, scenario, {"scenario": scenario.name, "seed": seed, "schema": SCHEMA})
+    latest = deque[Scan](maxlen=1)
     try:
         with BLAS_LIMIT.held():
-            results = at_power_centroids(list(run(scenario, seed, tracker)))
+            results = at_power_centroids(list(run(scenario, seed, tracker, latest.append)))
     finally:
         if isinstance(tracker, LineTracker):
             tracker.close()
@@ -41,6 +46,7 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str) -> dict[str, An
         "scenario": scenario.name, "digest": scenario.digest, "seed": seed, "tracker": tracker_name, "program": program,
         "metrics": {**scores(results), **plot_metrics(results)},
         "scans": [_scan_data(result) for result in results],
+        "ppi": ppi_of(latest[0]) if seed == FIRST_SEED else None,
     }  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from radar_service.tracking.dead_reckoning import distance_at
+from radar_service.tracking.ppi_picture import image_of
 from radar_service.types import Floats
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def _section(scenario: Mapping[str, Any], run: Mapping[str, Any]) -> str:
         f"<h2>{text['name']}</h2><p>{text['question']} Expected: {text['expected']} ({text['source']})</p>"
         f"<table><tr><th>limit</th><th>95 % value</th><th>runs that miss it</th><th>verdict</th><th>source</th></tr>"
         f"{''.join(map(_verdict_row, scenario['verdicts']))}</table>"
-        f'<img alt="plots, tracks and truth of the first seed" src="data:image/png;base64,{_figure(run)}">'
+        f'<img alt="plots, tracks and truth over the PPI of the last scan" src="data:image/png;base64,{_figure(run)}">'
         f"<details><summary>all metrics</summary><table><tr><th>metric</th><th>mean</th><th>95th percentile</th></tr>{metrics}"
         f"</table></details>"
     )
@@ -87,7 +88,7 @@ def _verdict_row(verdict: Mapping[str, Any]) -> str:
 
 
 def _figure(run: Mapping[str, Any]) -> str:
-    """Plots, tracks and truth on the map, and the distance of the nearest track over time, as a PNG in base 64."""
+    """Plots, tracks and truth over the PPI of the last scan, and how far the nearest track is over time; a PNG in base 64."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")
@@ -108,6 +109,8 @@ def _figure(run: Mapping[str, Any]) -> str:
     own = _points([scan["own"]] for scan in scans)
     chart.plot(*own.T, color="red", linewidth=1.0)
     chart.plot(*own[-1:].T, "^", color="red", markersize=6, label="own ship")
+    if run.get("ppi"):
+        _draw_ppi(chart, run["ppi"], own[-1])
     of_interest = np.concatenate([own, tracks, _points([truth["position"] for truth in scan["truths"]] for scan in scans)])
     _zoom(chart, of_interest, own[-1])
     chart.legend(fontsize="small")
@@ -115,6 +118,13 @@ def _figure(run: Mapping[str, Any]) -> str:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=100)
     return base64.b64encode(buffer.getvalue()).decode()
+
+
+def _draw_ppi(chart: "Axes", ppi: dict[str, Any], centre: Floats) -> None:
+    """Draws the PPI of the last scan about own ship (2,) behind all else; echoes are dark."""
+    (east, north), reach = centre, ppi["range"]
+    extent = (east - reach, east + reach, north - reach, north + reach)
+    chart.imshow(image_of(ppi), cmap="Greys", vmin=0.0, vmax=1.5, extent=extent, interpolation="nearest", zorder=0)
 
 
 def _points(scans: Iterable[Sequence[Sequence[float]]]) -> Floats:

@@ -1,6 +1,6 @@
 """One run of the test bench: a scenario, a seed and a tracker."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,8 +19,13 @@ from radar_service.tracking.thresholds import CellAveraging, KnownThreshold, Ord
 from radar_service.tracking.tracker import Tracker, TrackerInput
 
 
-def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]:
-    """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises SceneError."""
+def run(
+    scenario: Scenario, seed: int, tracker: Tracker, watch: Callable[[Scan], object] = lambda scan: None
+) -> Iterator[ScanResult]:
+    """Yields the result of each scan: the radar turns, plots are extracted, the tracker answers. Raises SceneError.
+
+    watch: gets each scan.
+    """
     scene = load_scene(scenario.scene_for(seed), folder=scenario.folder)
     simulator = Simulator(scene, scenario.fidelity, seed)
     extractor = PlotExtractor(
@@ -32,6 +37,7 @@ def run(scenario: Scenario, seed: int, tracker: Tracker) -> Iterator[ScanResult]
     )
     for _ in range(scenario.scans):
         scan = simulator.scan()
+        watch(scan)
         given = tracker_input(scan, extractor.add(scan).plots, scene.radar.rotation_period)
         yield ScanResult(given, tuple(tracker.update(given)), truths_of(simulator, scan.number, scenario.tracked))
 
@@ -77,7 +83,7 @@ def truths_of(simulator: Simulator, scan: int, targets: Sequence[str]) -> tuple[
 
 def _measures_power(simulator: Simulator) -> bool:
     """Whether the simulator has radiometric truth."""
-    return simulator.fidelity.name != "documented" and not simulator.scene.radar.near_pulses
+    return simulator.fidelity.name != "documented"
 
 
 def _crossed(crossing: Crossing) -> TargetTruth:

@@ -4,6 +4,7 @@ import base64
 import io
 import json
 import re
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from PIL import Image
 
 from radar_service.tracking.bench import report
+from radar_service.tracking.ppi_picture import SIZE
 from radar_service.tracking.report import comparison, write_report
 from radar_service.tracking.scenario import Limit, Scenario
 from tests.tracking.test_scenario import SMALL
@@ -52,6 +54,21 @@ def test_any_number_of_targets_leaves_room_for_the_map(targets: int, tmp_path: P
     pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))).convert("L")).astype(int)
     frame = (pixels[:, : pixels.shape[1] // 2] < 60).sum(axis=0).max()  # the left edge of the map
     assert frame > pixels.shape[0] / 3
+
+
+def test_tracks_stand_on_the_ppi_of_the_last_scan(tmp_path: Path) -> None:
+    """An echo all over the north-east darkens that quarter of the map alone, whose middle is own ship's."""
+    echo = np.zeros((SIZE, SIZE), dtype=np.uint8)
+    echo[: SIZE // 2, SIZE // 2 :] = 255
+    ppi = {"pixels": base64.b64encode(zlib.compress(echo.tobytes())).decode(), "range": 5000.0}
+    pixels = []
+    for run in (RUN, {**RUN, "ppi": ppi}):
+        write_report(data(), {"small": [run]}, tmp_path)
+        (picture,) = re.findall(r'base64,([^"]+)"', (tmp_path / "report.html").read_text())
+        pixels.append(np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))).convert("L")).astype(int))
+    changed = np.argwhere(pixels[1] < pixels[0] - 50)
+    left, right = np.nonzero((pixels[0] < 60).sum(axis=0) > pixels[0].shape[0] / 3)[0][:2]  # the edges of the map
+    assert len(changed) > 1000 and left + 0.4 * (right - left) < changed[:, 1].min() < changed[:, 1].max() <= right
 
 
 def test_two_reports_side_by_side() -> None:
