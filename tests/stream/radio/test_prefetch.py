@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
@@ -133,10 +133,13 @@ def test_blocks_under_way_that_do_not_follow_a_request_are_dropped() -> None:
 class Interrupted(threading.Condition):
     """Lets another thread in wherever the thread that made it releases the lock: `then` is called there, once."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    made: ClassVar[list["Interrupted"]] = []
+
+    def __init__(self, lock: Any = None) -> None:
+        super().__init__(lock)
         self.then: Callable[[], object] | None = None
         self._maker = threading.current_thread()
+        self.made.append(self)
 
     def __exit__(self, *details: Any) -> None:
         super().__exit__(*details)
@@ -145,9 +148,12 @@ class Interrupted(threading.Condition):
             then()
 
 
-def test_a_command_never_takes_away_the_block_that_was_waited_for() -> None:
-    worker = EngineWorker(FakeEngine(steerable_scene()))
-    worker._changed = changed = Interrupted()
+def test_a_command_never_takes_away_the_block_that_was_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = FakeEngine(steerable_scene())
+    with monkeypatch.context() as patch:
+        patch.setattr(threading, "Condition", Interrupted)
+        worker = EngineWorker(engine)
+    changed = Interrupted.made[0]  # the worker's own; the next ones are its thread's
     worker.start()
     assert worker.wait_until_ready(SOON)
     changed.then = lambda: worker.command(0, "buoy", {"speed_kn": 5})
