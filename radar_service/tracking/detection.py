@@ -9,7 +9,7 @@ from scipy.stats import binom, gamma, ncx2
 
 from radar_service.frames import effective_earth_radius
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays, received_amplitude
-from radar_service.radar.parameters import Radar
+from radar_service.radar.parameters import Radar, horizon
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scattering.swerling import per_azimuth
 from radar_service.scene.environment import Environment
@@ -92,14 +92,12 @@ def spoke_gains(radar: Radar) -> Floats:
 def signal_to_noise(radar: Radar, environment: Environment, ground: Floats, target: Target) -> Floats:
     """Returns the signal-to-noise ratio (R,) of a point on boresight of a radar at rest, in the middle of its range cell.
 
-    ground: distances along the earth (R,) [m]. The radar equation, with gas, the
-    elevation pattern and, with multipath, the two rays (Skolnik 2001, 1.7; Kerr 1951, ch. 2). 0 beyond the horizon. Clutter is
-    left out.
+    ground: distances along the earth (R,) [m]. The radar equation, with gas, the elevation pattern and, with multipath, the two
+    rays (Skolnik 2001, 1.7; Kerr 1951, ch. 2). 0 beyond the horizon. Clutter is left out.
     """
     radius, height = effective_earth_radius(environment.earth_factor), target.height
     z = height - radar.height - ground**2 / (2.0 * radius)
-    horizon = np.sqrt(2.0 * radius) * (height**0.5 + radar.height**0.5)
-    distance = np.hypot(ground, z)
+    distance, is_above = np.hypot(ground, z), ground < horizon(height, radar.height, radius)
     amplitude = received_amplitude(radar, distance) * attenuation(radar, environment, distance)
     if environment.multipath:
         rays = radar_two_rays(radar, environment, ground, np.full(len(ground), height), radar.height)
@@ -107,7 +105,7 @@ def signal_to_noise(radar: Radar, environment: Environment, ground: Floats, targ
         amplitude = amplitude * rays.gain * np.abs(factor) ** 2
     else:
         amplitude = amplitude * elevation_gain(radar, np.arctan2(z, ground))
-    return np.where(ground < horizon, 10.0 ** (target.rcs_dbsm / 10.0) * amplitude**2 / receiver_noise_power(radar), 0.0)
+    return np.where(is_above, 10.0 ** (target.rcs_dbsm / 10.0) * amplitude**2 / receiver_noise_power(radar), 0.0)
 
 
 def ground_distance(slant: Floats, height: float, radar: Radar, environment: Environment) -> Floats:

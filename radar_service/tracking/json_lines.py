@@ -36,6 +36,14 @@ class LineTracker(ABC):
         self._sending: Thread | None = None
         self._fault: Exception | None = None
 
+    def begin(self, header: Mapping[str, Any]) -> None:
+        """Sends the header; ends the tracker where it does not take it. Raises TrackerError."""
+        try:
+            self.send({"type": "header", **header})
+        except BaseException:
+            self.close()
+            raise
+
     def update(self, scan: TrackerInput) -> Sequence[TrackState]:
         """Returns the tracks after a scan, as Tracker.update. Raises TrackerError."""
         self.send(scan.as_dict())

@@ -27,11 +27,7 @@ class ProcessTracker(LineTracker):
             raise TrackerError(f"tracker: {command!r} could not be started: {error}") from None
         self._answers: Queue[str] = Queue()
         Thread(target=self._read, name="tracker's answers", daemon=True).start()
-        try:
-            self.send({"type": "header", **header})
-        except BaseException:
-            self.close()
-            raise
+        self.begin(header)
 
     def write(self, line: str) -> None:
         """As LineTracker.write."""

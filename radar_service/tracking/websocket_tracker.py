@@ -32,11 +32,7 @@ class WebsocketTracker(LineTracker):
             self._connection = self._ending.enter_context(opening)
         except (OSError, InvalidHandshake, InvalidURI, ValueError, EOFError) as error:
             raise TrackerError(f"tracker: {url} could not be reached: {error or type(error).__name__}") from None
-        try:
-            self.send({"type": "header", **header})
-        except BaseException:
-            self.close()
-            raise
+        self.begin(header)
 
     def write(self, line: str) -> None:
         """As LineTracker.write."""
