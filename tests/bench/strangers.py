@@ -5,8 +5,8 @@ flood with pings, post bodies of 60 MB, upload worlds of 4 and 5 million triangl
 the scene 200 times in all. Afterwards each child process is killed. The last lines name what is beyond its limit;
 the status is then 1.
 
-Loopback only. Service, clients and strangers are processes; strangers have the lowest priority and make what they send
-once, because in truth they are other machines. --strangers chooses among them, `planning` and `small` too.
+Loopback only. Service, clients and strangers are processes; strangers have the lowest priority, leave a processor free, and make
+what they send once, because in truth they are other machines. --strangers chooses among them, `planning` and `small` too.
 """
 
 import argparse
@@ -31,7 +31,7 @@ import httpx
 import numpy as np
 from PIL import Image
 
-from radar_service.stream.processes.limits import set_session_niceness
+from radar_service.stream.processes.limits import leave_processor_free, set_session_niceness
 from radar_service.stream.radio.preparation import KEPT_SECONDS
 from tests.bench.load import UPGRADE, Listener, Message
 from tests.bench.load_table import memory
@@ -320,6 +320,7 @@ def _attacked(command: tuple[str, ...]) -> str:
 def attack(host: str, port: str, seconds: str, swaps: str, kinds: str) -> None:
     """Is the life of the strangers; prints their answers."""
     os.nice(LOWEST)
+    leave_processor_free()
     set_session_niceness(LOWEST)
     strangers = Strangers((host, int(port)), int(swaps), float(seconds))
     strangers.attack(kinds.split(","))

@@ -1,7 +1,9 @@
-"""Limits of a child process, and the priority of its set-up.
+"""Limits of a child process, and the priority and processors of its set-up.
 
 Linux shares processors among threads by their niceness, or, where it groups them by session (autogroup in sched(7)), among
 sessions by the niceness of each: that of threads then acts within their session only. So both are set.
+
+A thread that wakes up may still wait for milliseconds until one of lower priority makes room. So set-up leaves a processor free.
 """
 
 import contextlib
@@ -51,15 +53,26 @@ def set_session_niceness(niceness: int) -> None:
         time.sleep(SESSION_PAUSE)
 
 
+def leave_processor_free() -> None:
+    """Keeps this thread, and those that it starts, off the first processor that it may use, where there are more."""
+    if sys.platform == "linux":
+        usable = os.sched_getaffinity(0)
+        if len(usable) > 1:
+            with contextlib.suppress(PermissionError):  # some containers forbid it
+                os.sched_setaffinity(0, usable - {min(usable)})
+
+
 def lower_priority() -> None:
-    """Lowers the priority of this process for good."""
+    """Lowers the priority of this process for good, and keeps it off a processor."""
+    leave_processor_free()
     if sys.platform != "win32":
         os.nice(SET_UP_NICENESS)
     set_session_niceness(SET_UP_NICENESS)
 
 
 def at_low_priority(work: Callable[[], Result]) -> Result:
-    """Returns work(), computed in a thread of low priority: a process may lower its priority but not raise it again.
+    """Returns work(), computed in a thread of low priority off a processor: a process may lower its priority but not raise it
+    again.
 
     The session of this process has that priority meanwhile; it must be of this process alone.
     """
@@ -70,6 +83,7 @@ def at_low_priority(work: Callable[[], Result]) -> Result:
         try:
             if sys.platform == "linux":  # where a thread has a priority of its own
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), SET_UP_NICENESS)
+                leave_processor_free()
             results.append(work())
         except BaseException as error:
             errors.append(error)

@@ -1,6 +1,7 @@
 """Limits of processes and the priority of set-up."""
 
 import os
+import sys
 import threading
 
 import pytest
@@ -57,6 +58,42 @@ def test_a_busy_kernel_is_asked_again_for_a_while(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(limits, "SESSION", session := Session([BlockingIOError] * 1000))
     limits.set_session_niceness(5)
     assert not session.written
+
+
+linux_only = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has processors of threads")
+
+
+@linux_only
+@pytest.mark.parametrize(
+    ("usable", "kept"), [({0, 1}, [{1}]), ({3, 2, 7}, [{3, 7}]), ({5}, [])], ids=["two", "some of many", "one"]
+)
+def test_set_up_leaves_the_first_processor_free(
+    usable: set[int], kept: list[set[int]], only_threads: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen: list[set[int]] = []
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: usable)
+    monkeypatch.setattr(os, "sched_setaffinity", lambda _, processors: chosen.append(processors))
+    limits.at_low_priority(lambda: None)
+    assert chosen == kept
+
+
+@linux_only
+def test_what_follows_set_up_may_use_all_processors(fork_server: ForkServer, only_threads: None) -> None:
+    usable = os.sched_getaffinity(0)
+    left = usable - {min(usable)} or usable
+    assert limits.at_low_priority(lambda: os.sched_getaffinity(0)) == left
+    assert os.sched_getaffinity(0) == usable
+    assert call_in_process(fork_server, UNFOLLOWED, os.sched_getaffinity, 0) == left
+
+
+@linux_only
+def test_a_container_may_forbid_it(only_threads: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    monkeypatch.setattr(os, "sched_setaffinity", refused)
+    assert limits.at_low_priority(lambda: 7) == 7
 
 
 def test_an_error_of_set_up_is_raised(only_threads: None) -> None:
