@@ -71,7 +71,7 @@ class Simulator:
         scene = scene.for_radar(radar)
         steering = Steering(scene)
         self.scene, self.seed, self.fidelity = scene, seed, chosen_fidelity(scene, fidelity)
-        made = engine_set_up(steering.scene, self.fidelity, fidelity, seed, threads, labels)
+        made = engine_set_up(steering.scene, self.fidelity, fidelity, seed, threads)
         engine, self._set_up, line_of_sight, pulses = made
         self.range, self.range_step = engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)

@@ -22,6 +22,7 @@ from radar_service.types import Flags, Floats, Indices, Profiles, Singles
 
 ROWS_PER_BEAM = 1.506  # rows in the width of two-way power: 2 in the half-power width of a sinc^2 beam, above its band
 BEAM_EXTENT = 4.0  # two-way widths each side: for a sinc^2 beam to its fourth null, beyond which lies 1e-4 of the power
+NEARLY_ALL = 1.0 - 1e-6  # share of the rain above which the rest is rounding of single precision, at most 2^-22
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,8 @@ class ClutterRows:
         rain = np.pad(self.rain[:columns], (0, max(0, columns - len(self.rain))))
         mean = self.amplitude * self.amplitude
         share = np.divide(rain, mean, out=np.zeros_like(mean), where=mean > 0.0)
-        return np.asarray(np.minimum(share, 1.0, out=share))  # rounding may exceed 1
+        share[share > NEARLY_ALL] = 1.0
+        return np.asarray(share)
 
 
 @dataclass(frozen=True)

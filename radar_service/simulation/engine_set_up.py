@@ -62,17 +62,12 @@ class EngineSetUp(NamedTuple):
     pulses: tuple[Prepared, ...] = ()
 
 
-def engine_set_up(
-    scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int, labels: bool
-) -> EngineSetUp:
-    """Returns the engine of a scene.
+def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int) -> EngineSetUp:
+    """Returns the engine of a scene: a LabelledEngine but for the specification as printed.
 
-    fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs. labels: whether it must be able to
-    name sources (LabelledEngine). Raises ValueError where it is not.
+    fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs.
     """
     if fidelity.engine == "documented":
-        if labels:
-            raise ValueError("labels: the fidelity 'documented' has none; choose another fidelity, or leave labels out")
         line_of_sight = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
         return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
     set_up = pipeline_set_up(scene, fidelity, seed)

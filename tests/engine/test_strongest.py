@@ -64,3 +64,10 @@ def test_clutter_is_divided_by_the_local_means_of_sea_and_rain() -> None:
     assert strongest.labels.tolist() == [[SEA, RAIN, 0, 0]]  # the sea has 6 W, the rain 8
     strongest.offer(9, powers([6.01, 8.01, 0, 0]))
     assert strongest.labels.tolist() == [[9, 9, 0, 0]]
+
+
+def test_rain_alone_leaves_nothing_to_the_sea() -> None:
+    """Not even what rounding leaves of the square of a root."""
+    rain = np.linspace(0.1, 10.0, 999, dtype=np.float32)
+    clutter = ClutterRows(np.zeros((1, 999), dtype=np.complex64), np.sqrt(rain)[None], rain)
+    assert (clutter.rain_share == 1.0).all()

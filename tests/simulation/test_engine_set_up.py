@@ -19,26 +19,19 @@ TWO = {
 
 
 @pytest.mark.parametrize(
-    ("radar", "fidelity", "labels", "kind"),
-    [(ONE, "balanced", False, LabellingEngine), (ONE, "balanced", True, LabellingEngine),
-     (TWO, "fast", False, LabellingStitchedEngine), (TWO, "balanced", True, LabellingStitchedEngine),
-     (ONE, "documented", False, DocumentedEngine)],
+    ("radar", "fidelity", "kind"),
+    [(ONE, "balanced", LabellingEngine), (TWO, "fast", LabellingStitchedEngine), (TWO, "balanced", LabellingStitchedEngine),
+     (ONE, "documented", DocumentedEngine)],
 )  # fmt: skip
-def test_the_engine_is_that_of_the_fidelity_and_the_pulses(radar: dict, fidelity: str, labels: bool, kind: type) -> None:
+def test_the_engine_is_that_of_the_fidelity_and_the_pulses(radar: dict, fidelity: str, kind: type) -> None:
     made = scene([point("p", 100, 200)], radar=radar)
-    engine, set_up, line_of_sight, pulses = engine_set_up(made, PRESETS[fidelity], fidelity, 0, 1, labels)
+    engine, set_up, line_of_sight, pulses = engine_set_up(made, PRESETS[fidelity], fidelity, 0, 1)
     assert type(engine) is kind and (set_up is None) == (fidelity == "documented")
     expected = [] if set_up is None else [300, 600] if radar is TWO else [600]
     assert [prepared.scene.radar.range_max for prepared in pulses] == expected
     assert set_up is None or set_up.prepared.line_of_sight is line_of_sight
     (start, field, power), *_ = engine.tiles(0)
     assert start == 0 and field.shape == power.shape and field.shape[1] == made.radar.bins == len(engine.range)
-
-
-@pytest.mark.parametrize("radar", [ONE, TWO])
-def test_the_specification_as_printed_has_no_labels(radar: dict) -> None:
-    with pytest.raises(ValueError, match="labels: .* or leave labels out"):
-        engine_set_up(scene(radar=radar), PRESETS["documented"], "documented", 0, 1, labels=True)
 
 
 def test_auto_is_planned_and_names_are_presets() -> None:

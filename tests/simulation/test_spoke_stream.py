@@ -34,7 +34,7 @@ SCENE = {
 def stream() -> SpokeStream:
     scene = load_scene(SCENE)
     steering = Steering(scene)
-    engine, _, line_of_sight, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
+    engine, _, line_of_sight, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1)
     tiles = SourceTiles(engine, pulses, SourceRequest())
     errors: ErrorSettings | None = scene.errors
     truth = line_of_sight.following(steering.past.bodies)
@@ -114,7 +114,7 @@ def test_a_command_before_the_origin_takes_the_stream_back_to_its_first_spoke() 
     """As after a change of rpm: 7 scans have passed at another rate, and a command of that time comes late."""
     scene = scene_at_rpm(load_scene(SCENE), 30, Origin(7.0, 7))
     steering = Steering(scene)
-    engine, _, line_of_sight, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1, labels=False)
+    engine, _, line_of_sight, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1)
     tiles = SourceTiles(engine, pulses, SourceRequest())
     made = SpokeStream(tiles, steering, Sector(scene.radar, None), line_of_sight, ErrorReporter(scene.radar, 0, None))
     blocks = made.blocks(1, 8)
