@@ -5,8 +5,8 @@ flood with pings, post bodies of 60 MB, upload worlds of 4 and 5 million triangl
 the scene 200 times in all. Afterwards each child process is killed. The last lines name what is beyond its limit;
 the status is then 1.
 
-Loopback only. Service, clients and strangers are processes; strangers have the lowest priority, leave a processor free, and make
-what they send once, because in truth they are other machines. --strangers chooses among them, `planning` and `small` too.
+Loopback only. Service, clients and strangers are processes. Strangers run where nothing else does, leave a processor free, and
+make what they send once, because in truth they are other machines. --strangers chooses among them, `planning` and `small` too.
 """
 
 import argparse
@@ -320,6 +320,8 @@ def _attacked(command: tuple[str, ...]) -> str:
 def attack(host: str, port: str, seconds: str, swaps: str, kinds: str) -> None:
     """Is the life of the strangers; prints their answers."""
     os.nice(LOWEST)
+    if sys.platform == "linux":
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
     leave_processor_free()
     set_session_niceness(LOWEST)
     strangers = Strangers((host, int(port)), int(swaps), float(seconds))
