@@ -82,12 +82,15 @@ def run_replay(options: argparse.Namespace) -> int:
 
 def run_scan(options: argparse.Namespace) -> int:
     """Computes scans, with a progress bar on a terminal."""
-    from radar_service.scan_command import scan
+    from radar_service.scan_command import SourcesError, scan
 
-    _check_sources(options, "labels", "radiometric")
+    _check_sources(options, "labels", "powers", "radiometric")
     if options.radiometric and not options.truth:
         raise UsageError("--radiometric: it needs the file of --truth; add --truth FILE.jsonl, or leave --radiometric out")
-    return scan(options, replace(simulator_options(options, options.threads), labels=options.labels))
+    try:
+        return scan(options, simulator_options(options, options.threads))
+    except SourcesError as error:
+        raise UsageError(str(error)) from None
 
 
 def _check_sources(options: argparse.Namespace, *names: str) -> None:

@@ -55,7 +55,7 @@ def parser() -> argparse.ArgumentParser:
         "--truth", type=partial(file_ending, suffix=".jsonl"), help="file.jsonl to write: the truth of each beam crossing"
     )
     scan.add_argument("--radiometric", action="store_true", help="measure the power of each body too, for --truth")
-    scan.add_argument("--labels", action="store_true", help="write the number of the strongest source of each cell too")
+    add_sources(scan, "write", " too")
 
     add_recording_commands(commands, [common, threaded], network, scene_help)
     for name, text in (

@@ -137,23 +137,30 @@ def save_scans(path: str | Path, scans: Sequence[Scan], about: Mapping[str, Any]
     """Write whole scans of one radar to a .npz file. about: `name`, `fidelity` and `seed`. Raises ValueError and OSError."""
     first, number = scans[0], np.array([scan.number for scan in scans])
     azimuths, reported = len(first.azimuth), np.stack([scan.azimuth for scan in scans])
-    keys = [
-        "time",
-        "heading",
-        "course",
-        "speed",
-        "position",
-        "field",
-        "power",
-        *(["labels"] if first.labels is not None else []),
-    ]
+    keys = ["time", "heading", "course", "speed", "position", "field", "power"]
+    keys += ["labels"] if first.labels is not None else []
     spoke = number[:, None] * azimuths + np.arange(azimuths)
     each = {key: np.stack([getattr(scan, key) for scan in scans]) for key in keys}
     shared: dict[str, Any] = {"azimuth": _boresight(azimuths), "range": first.range, "range_step": first.range_step}
     if not np.array_equal(reported, np.broadcast_to(shared["azimuth"], reported.shape)):
         shared["reported_azimuth"] = reported
+    if first.powers is not None:
+        shared["power_sources"] = np.array(powered(scans), dtype=np.uint32)
+        each["powers"] = np.stack([powers_of(scan, powered(scans)) for scan in scans])
     came = ~np.isnan(each["time"])
     write_arrays(path, each | shared | {"number": number, "spoke": np.where(came, spoke, -1)} | dict(about or {}))
+
+
+def powered(scans: Iterable[Scan]) -> list[int]:
+    """The numbers of the sources (P,) that any of the scans has the power of, rising."""
+    return sorted({number for scan in scans for number in scan.powers or ()})
+
+
+def powers_of(scan: Scan, numbers: Sequence[int]) -> NDArray[np.float32]:
+    """The power (P, A, N) of the sources of these numbers [W]. A source that the scan does not have has no power."""
+    nothing = np.where(np.isnan(scan.power), scan.power, np.float32(0.0))
+    powers = [(scan.powers or {}).get(number, nothing) for number in numbers]
+    return np.array(powers, dtype=np.float32).reshape(len(numbers), *scan.power.shape)
 
 
 def load_scan(path: str | Path, index: int = 0) -> Scan:
@@ -175,4 +182,5 @@ def load_scan(path: str | Path, index: int = 0) -> Scan:
         int(numbers[index]), arrays["time"][index], azimuth, arrays["heading"][index], arrays["position"][index],
         arrays["course"][index], arrays["speed"][index], arrays["range"], float(arrays["range_step"]),
         arrays["field"][index] if "field" in arrays else nothing, power, arrays["labels"][index] if "labels" in arrays else None,
+        dict(zip(arrays["power_sources"].tolist(), arrays["powers"][index], strict=True)) if "powers" in arrays else None,
     )  # fmt: skip

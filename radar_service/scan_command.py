@@ -25,13 +25,21 @@ from radar_service.truth.truth_file import TruthFile
 PICTURE_SIZE = 900  # pixels
 
 
+class SourcesError(ValueError):
+    """Sources that the scans cannot tell of. The text names the option and says why."""
+
+
 def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
-    """Computes scans, with a progress bar on a terminal; returns the exit status. Raises SceneError and OSError."""
+    """Computes scans, with a progress bar on a terminal; returns the exit status. Raises SceneError, SourcesError and OSError."""
     for path in (options.out, options.png, options.truth):
         if path and not path.parent.is_dir():  # refused now, not after an hour of computation
             raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
     save = save_scans if options.out.suffix.lower() == SUFFIX else exporter(options.out)
     simulator = make(load_scene(options.scene).for_radar(options.radar))
+    try:
+        simulator.request_sources(options.labels, options.powers)
+    except ValueError as error:
+        raise SourcesError(f"--{error}") from None
     azimuths = simulator.scene.radar.azimuths
     with tqdm(total=options.scans * azimuths, unit="spokes", disable=None) as bar, _truth_noted(options, simulator) as note:
         scans = []
@@ -41,7 +49,7 @@ def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int
     metadata: dict[str, Any] = {
         "name": simulator.scene.name, "seed": simulator.seed, "fidelity": simulator.fidelity.name
     }  # fmt: skip
-    if options.labels:
+    if options.labels or options.powers:
         names = simulator.label_names
         metadata |= {"label_numbers": np.array(list(names), dtype=np.uint32), "label_names": np.array(list(names.values()))}
     save(options.out, scans, metadata)

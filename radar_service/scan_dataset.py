@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from radar_service.extras import MissingExtra
-from radar_service.scan import Scan
+from radar_service.scan import Scan, powered, powers_of
 
 if TYPE_CHECKING:
     import xarray
@@ -60,7 +60,7 @@ def scans_to_xarray(
     for name in ("labels", "powers"):
         if len({getattr(scan, name) is None for scan in scans}) > 1:
             raise ValueError(f"scans: some have {name} and others do not; give scans of one kind")
-    numbers = sorted({number for scan in scans for number in scan.powers or ()})
+    numbers = powered(scans)
     each = [_dataset(scan, about, names, numbers) for scan in scans]
     whole: xarray.Dataset = _library().concat(
         each, "scan", data_vars="all", coords="different", compat="equals", join="exact"
@@ -75,7 +75,7 @@ def scan_to_xarray(
 
     about: more attributes; names: of the sources. Raises MissingExtra.
     """
-    return _dataset(scan, about, names, sorted(scan.powers or ()))
+    return _dataset(scan, about, names, powered([scan]))
 
 
 def _dataset(
@@ -86,7 +86,7 @@ def _dataset(
     values = {name: getattr(scan, name, None) for name in DESCRIBED}
     values |= {"east": scan.position[:, 0], "north": scan.position[:, 1]}
     if scan.powers is not None:
-        values |= {"powers": _powers(scan, numbers), "power_source": np.array(numbers, dtype=np.uint32)}
+        values |= {"powers": powers_of(scan, numbers), "power_source": np.array(numbers, dtype=np.uint32)}
     if names:
         values |= {"source": np.array(list(names), np.uint32), "source_name": np.array(list(names.values()), dtype=object)}
     variables = {
@@ -103,13 +103,6 @@ def _dataset(
         {name: variables[name] for name in DATA if name in variables}, coordinates, attributes | dict(about or {})
     )
     return dataset
-
-
-def _powers(scan: Scan, numbers: Sequence[int]) -> Any:
-    """The power (S, A, N) of the sources of these numbers. A missing source has no power."""
-    nothing = np.where(np.isnan(scan.power), scan.power, np.float32(0.0))
-    powers = [(scan.powers or {}).get(number, nothing) for number in numbers]
-    return np.array(powers, dtype=np.float32).reshape(len(numbers), *scan.power.shape)
 
 
 def scans_from_xarray(dataset: xarray.Dataset) -> list[Scan]:

@@ -18,7 +18,9 @@ A file holds S scans, one or more, of the same radar: A azimuths and N range cel
 | power, optional | (S, A, N) | float32 | W |
 | field, optional | (S, A, N) | complex64 | sqrt(W) |
 | labels, optional | (S, A, N) | uint32 | number of the strongest source |
-| label_numbers, label_names, optional | (L,) | uint32, str | the sources that labels may name |
+| powers, optional | (S, P, A, N) | float32 | W, of each source alone |
+| power_sources, optional | (P,) | uint32 | the numbers of these sources |
+| label_numbers, label_names, optional | (L,) | uint32, str | the numbers and names of all sources |
 | samples, optional | (S, A, N) | any | as the feed sent them |
 | blind, optional | (S, A) | bool | whether the radar does not transmit (blind sector) |
 | name, fidelity, optional | () | str | of the scene, of the simulator |
@@ -44,8 +46,8 @@ SHAPES = {
     "azimuth": "A", "range": "N", "range_step": "",
 }  # fmt: skip
 OPTIONAL = {
-    "power": "SAN", "field": "SAN", "samples": "SAN", "blind": "SA", "labels": "SAN", "label_numbers": "L", "label_names": "L",
-    "name": "", "fidelity": "", "seed": "", "hello": "", "reported_azimuth": "SA",
+    "power": "SAN", "field": "SAN", "samples": "SAN", "blind": "SA", "labels": "SAN", "powers": "SPAN", "power_sources": "P",
+    "label_numbers": "L", "label_names": "L", "name": "", "fidelity": "", "seed": "", "hello": "", "reported_azimuth": "SA",
 }  # fmt: skip
 
 

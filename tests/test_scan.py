@@ -64,6 +64,23 @@ def test_a_scan_has_the_reported_azimuths_and_keeps_them(tmp_path: Path) -> None
         assert file["reported_azimuth"].shape == (2, 60)
 
 
+def test_a_source_that_a_scan_does_not_have_has_no_power_in_its_file(simulator: rs.Simulator, tmp_path: Path) -> None:
+    """A missing azimuth keeps NaN."""
+    plain = simulator.scan()
+    power = np.where(np.arange(len(plain.power))[:, None] == 3, np.float32(np.nan), plain.power)
+    scans = [dataclasses.replace(plain, power=power, powers={number: 0.5 * power}) for number in (300, 256)]
+    save_scans(tmp_path / "two.npz", scans)
+    for index, own, other in ((0, 300, 256), (1, 256, 300)):
+        powers = rs.load_scan(tmp_path / "two.npz", index).powers
+        assert powers is not None and list(powers) == [256, 300]
+        np.testing.assert_array_equal(powers[own], 0.5 * power)
+        np.testing.assert_array_equal(powers[other], 0.0 * power)
+    save_scans(tmp_path / "none.npz", [dataclasses.replace(plain, powers={})])
+    assert rs.load_scan(tmp_path / "none.npz").powers == {}
+    save_scans(tmp_path / "plain.npz", [plain])
+    assert rs.load_scan(tmp_path / "plain.npz").powers is None
+
+
 def test_a_plot_shows_the_target_where_it_stands(simulator: rs.Simulator) -> None:
     matplotlib.use("Agg")
     axes = simulator.scan().plot(dynamic_range_db=30.0)

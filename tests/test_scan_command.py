@@ -70,12 +70,35 @@ def test_labels_are_written_with_their_names_and_read_again(one_target: Path, tm
     assert rs.load_scan(out).labels is None
 
 
-def test_the_specification_as_printed_has_no_labels(
-    one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(("text", "numbers"), [("all", [0, 256]), ("256", [256])])
+def test_powers_are_written_and_read_again(text: str, numbers: list[int], one_target: Path, tmp_path: Path) -> None:
+    one_target.write_text(json.dumps(json.loads(one_target.read_text()) | {"environment": {"noise": True}}))
+    out = tmp_path / "scans.npz"
+    assert main(["scan", str(one_target), "-o", str(out), "--scans", "2", "--powers", text]) == 0
+    simulator = rs.Simulator(rs.load_scene(one_target), powers="all")
+    _, second = simulator.scan(), simulator.scan()
+    with np.load(out) as file:
+        assert file["power_sources"].tolist() == numbers and file["powers"].shape == (2, len(numbers), *second.power.shape)
+        assert file["label_names"][file["label_numbers"] == 256].tolist() == ["p"]
+    read = rs.load_scan(out, 1)
+    assert read.labels is None and second.powers is not None and read.powers is not None
+    assert list(read.powers) == numbers and second.powers[256].any()
+    for number, power in read.powers.items():
+        np.testing.assert_array_equal(power, second.powers[number])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [(["--labels", "--fidelity", "documented"], "--labels: the fidelity documented has none"),
+     (["--powers", "all", "--fidelity", "documented"], "--powers: the fidelity documented has none"),
+     (["--powers", "0,77"], "--powers: 77 is no source of this scene; it has 0 noise")],
+)  # fmt: skip
+def test_sources_that_are_not_there_are_refused(
+    arguments: list[str], message: str, one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "a.npz"
-    assert main(["scan", str(one_target), "-o", str(out), "--labels", "--fidelity", "documented"]) == 2
-    assert "--labels: the fidelity documented has none" in capsys.readouterr().err and not out.exists()
+    assert main(["scan", str(one_target), "-o", str(out), *arguments]) == 2
+    assert message in capsys.readouterr().err and not out.exists()
 
 
 def test_radiometric_truth_is_written_where_it_is_asked_for(one_target: Path, tmp_path: Path) -> None:
