@@ -17,6 +17,7 @@ from radar_service.scene.world import Scene
 from radar_service.trace.ray_sampling import missed_area_range
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
+SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, not of optics"
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
 
@@ -140,7 +141,8 @@ def _multipath(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -
         how = "the sea reflects too little: too rough, grazing angle too large, or outside the beam"
         return PlanItem("multipath", False, how, field_db=statistics.culling.effects["multipath"])
     error = multipath_db(scene, fidelity)
-    return PlanItem("multipath", True, TWO_RAY, field_db=error if math.isfinite(error) else None)
+    how = SERIES if scene.environment.diffraction else TWO_RAY
+    return PlanItem("multipath", True, how, field_db=error if math.isfinite(error) else None)
 
 
 def _air(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:

@@ -121,6 +121,9 @@ class EnvironmentModel(Section):
     )
     noise: Flag = False
     multipath: Flag = False
+    diffraction: Flag = Field(
+        False, description="over the horizon of a smooth sea, of all but physical optics; needs multipath and a curved earth"
+    )
     gas_db_per_km: Literal["itu"] | Annotated[float, Field(strict=True, ge=0, le=10)] = Field(0.0, description="one way")
     rain_mm_h: Number = Field(0.0, ge=0, le=300)
     sea_state: Whole = Field(0, ge=0, le=9, description="Douglas scale")
@@ -129,6 +132,14 @@ class EnvironmentModel(Section):
     )
     wind_from_deg: Bearing = 0.0
     ground_plane: Flag = Field(False, description="a flat reflecting plane at height 0, for the documented fidelity only")
+
+    @model_validator(mode="after")
+    def _check_diffraction(self) -> Self:
+        if self.diffraction and not self.multipath:
+            raise ValueError("diffraction: true needs the sea's reflection; give multipath = true, or diffraction = false")
+        if self.diffraction and self.earth == "flat":
+            raise ValueError('diffraction: true needs a curved earth, and earth is "flat"; give earth = "4/3" or a number')
+        return self
 
 
 SHAPE_SIZES: dict[str, tuple[str, ...]] = {
