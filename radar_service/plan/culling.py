@@ -80,14 +80,17 @@ def cull(scene: Scene, fidelity: Fidelity) -> Culling:
 
 def culled_bodies(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
     """The bodies that the error budget of a fidelity allows to cull, by index in the scene."""
-    culled = {key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene, fidelity)) is not None}
+    culled = {
+        key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene, fidelity)) is not None
+    }
     return culled | _below_noise(scene, fidelity, [key for key in range(len(scene.bodies)) if key not in culled])
 
 
 def _never_visible(body: Body, scene: Scene, fidelity: Fidelity) -> CulledBody | None:
-    """Why a body is never visible: out of range, below the sea or, where it does not diffract, beyond the horizon at all times; else None.
+    """Why a body is never visible: out of range, below the sea or beyond the horizon at all times; else None.
 
-    Such a body occludes nothing visible: it lies farther away, or below the line of sight that touches the sea.
+    Such a body occludes nothing visible: it lies farther away, or below the line of sight that touches the sea. No horizon counts
+    for bodies that have echoes beyond it.
     """
     nearest, top = nearest_and_top(body, scene)
     if nearest > max_echo_range(scene.radar):

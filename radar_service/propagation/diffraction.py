@@ -1,10 +1,10 @@
 """Diffraction over a smooth round sea: the residue series, joined to the two rays.
 
 The field behind the horizon is a sum over modes that creep along the sea (van der Pol and Bremmer 1937; Fock, Electromagnetic
-Diffraction and Propagation Problems, 1965, ch. 10; the first mode is Recommendation ITU-R P.526-15, 3.1). The series also holds in
-front of the horizon, where more modes count. There it agrees with the two rays, so that the field passes from one to the other.
+Diffraction and Propagation Problems, 1965, ch. 10). Recommendation ITU-R P.526, 3.1.1, is a fit to the first mode. The series also
+holds in front of the horizon, where more modes count. There it agrees with the two rays, and the field passes from one to the other.
 
-Lengths are in natural units: x = m d / ae along the earth and y = k h in height over m, with m = (k ae / 2)^(1/3). At 9.41 GHz over
+Lengths are in natural units: x = m d / ae along the earth and y = k h / m in height, with m = (k ae / 2)^(1/3). At 9.41 GHz over
 a 4/3 earth they are 9.0 km and 4.8 m.
 """
 
@@ -23,7 +23,7 @@ from radar_service.types import Complexes, Flags, Floats
 
 MIXED = (1.5, 2.0)  # m sin(grazing): below, the series alone (two rays err by 5 %); above, two rays alone (2.5 %)
 NEAR = (0.05, 0.1)  # x: nearer, two rays alone, as the series needs ever more modes; only antennas below a metre have this
-MODES, NEAR_MODES, FEW_MODES = 100, 400, 0.3  # modes that agree with thrice as many to 1e-5; many where x is below 0.3
+MODES, NEAR_MODES, FEW_MODES = 100, 400, 0.4  # modes that agree with thrice as many to 1e-7; many where x is below 0.4
 MAX_HEIGHT = 30.0  # y: of the antenna and of targets; terms of higher ones cancel to more than double precision holds
 PANEL, DEGREE = 2.0, 32  # y of a panel of height gains and degree of its Chebyshev series: rounding alone is left
 PART = 2048  # echoes whose modes are computed together: 3 MB
@@ -39,11 +39,11 @@ def diffraction_height(radar: Radar, environment: Environment) -> float:
 def with_diffraction(
     rays: TwoRays, site: Site, wavelength: float, earth_radius: float, polarization: str, diffracts: Flags
 ) -> TwoRays:
-    """The rays with a ratio by which 1 + ratio exp(-jk (R1 + R2 - R)) is the field over a smooth sea, on either side of the horizon.
+    """The rays with a ratio by which 1 + ratio exp(-jk (R1 + R2 - R)) is the field on either side of the horizon.
 
-    rays: of any shape, at a `site` that broadcasts to it; wavelength, earth_radius: ae [m]; polarization: "h" or "v";
-    diffracts: (E,) which targets do, along the last axis. The share of the two rays in the field falls smoothly from 1 to 0 over MIXED; it stays 1 above MAX_HEIGHT. The elevation gain in the
-    series is that of the direct ray.
+    rays: of any shape, at a `site` that broadcasts to it; wavelength, earth_radius: ae [m]; polarization: "h" or "v"; diffracts:
+    (E,) which targets do, along the last axis. The share of the two rays in the field falls smoothly from 1 to 0 over MIXED. It
+    stays 1 above MAX_HEIGHT. The series has the elevation gain of the direct ray and a smooth sea.
     """
     distance, height, antenna = (np.broadcast_to(each, rays.gain.shape) for each in site)
     along, up, m = _natural_units(wavelength, earth_radius)

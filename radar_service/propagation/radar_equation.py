@@ -43,8 +43,8 @@ def radar_two_rays(
     """The direct ray and the ray by the sea for a radar over the sea of an environment.
 
     distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height: above the sea as it sways, broadcast
-    [m]; tilt_error: added to the elevations of both rays in the beam, where the antenna sways [rad]; diffracts: (E,) which targets
-    do where the environment has diffraction, along the last axis; None: none.
+    [m]; tilt_error: added to the elevations of both rays in the beam, where the antenna sways [rad]; diffracts: (E,) which
+    targets do where the environment has diffraction, along the last axis; None: none.
     """
     earth_radius = effective_earth_radius(environment.earth_factor)
     rays = two_rays(
