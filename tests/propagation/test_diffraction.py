@@ -7,11 +7,13 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
+from radar_service.echo.sea_paths import Paths, sea_paths
 from radar_service.propagation.diffraction import diffraction_height, series_field
 from radar_service.propagation.multipath import specular_geometry
 from radar_service.propagation.radar_equation import radar_two_rays, received_amplitude
 from radar_service.propagation.sea_surface import sea_water_permittivity
 from radar_service.receive.compression import receiver_noise_power
+from radar_service.scattering.model import ALL_PATHS
 from radar_service.scattering.models import height_over_horizon
 from radar_service.scene.error import SceneError
 from radar_service.tracking.detection import Target, signal_to_noise
@@ -23,7 +25,7 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 SEA = {"multipath": True, "diffraction": True}
-RADAR = {  # 128 bins of 234 m, 64 spokes
+RADAR = {  # 200 bins of 150 m, 64 spokes
     "azimuths": 64, "beamwidth_deg": 12, "beamwidth_el_deg": 20, "height_m": 15, "range_max_m": 30_000,
     "modulation": "none", "pulse_s": 4e-6, "sample_rate_hz": 1e6, "rpm": 60,
 }  # fmt: skip
@@ -76,20 +78,21 @@ def test_the_series_is_the_contour_integral(frequency: float, polarization: str)
 
 
 @pytest.mark.parametrize("polarization", ["h", "v"])
-def test_the_recommendation_errs_by_a_decibel_beyond_the_horizon(polarization: str) -> None:
-    """P.526 has the first mode with fitted height gains: within 1 dB one way, half a natural distance beyond the horizon."""
+def test_the_recommendation_agrees_beyond_the_horizon(polarization: str) -> None:
+    """P.526 has the first mode with fitted height gains: within 0.8 dB one way from a natural distance beyond the horizon on (400
+    draws had 0.78 dB at most; 2.6 dB at the horizon itself)."""
     along, up, _ = units(9.41e9)
     permittivity = sea_water_permittivity(9.41e9)
     conductivity = -permittivity.imag * 9.41e9 * 2.0 * np.pi * 8.854e-12
     for first, second in ((2.0, 0.4), (2.0, 2.0), (8.0, 8.0), (3.0, 25.0)):
-        x = np.sqrt(first) + np.sqrt(second) + np.array([0.5, 1.0, 3.0])
+        x = np.sqrt(first) + np.sqrt(second) + np.array([1.0, 2.0, 3.0])
         heights = np.full(3, first * up), np.full(3, second * up)
         found = series_field(x * along, heights[1], heights[0], LIGHT / 9.41e9, EARTH, polarization)
         for distance, value in zip(x * along, found, strict=True):
             loss = recommended_loss_db(
                 distance, first * up, second * up, 9.41e9, permittivity.real, conductivity, polarization
             )
-            assert loss == pytest.approx(-20.0 * np.log10(abs(value)), abs=1.0)
+            assert loss == pytest.approx(-20.0 * np.log10(abs(value)), abs=0.8)
 
 
 @pytest.mark.parametrize("polarization", ["h", "v"])
@@ -115,7 +118,7 @@ def test_neither_the_field_nor_its_slope_has_a_step(frequency: float, polarizati
 
 
 def test_where_they_are_joined_the_two_rays_are_nearly_right() -> None:
-    """m sin(grazing) from 1.5 to 2: the series is exact, and the joined field differs from it by 0.03 at most, where fields reach 2."""
+    """m sin(grazing) from 1.5 to 2: the series is exact, and the joined field errs by 0.03 at most, and fields reach 2."""
     made = over_sea()
     _, _, m = units(9.41e9)
     for antenna, target in ((15.0, 2.0), (5.0, 5.0), (20.0, 60.0), (100.0, 100.0)):
@@ -164,8 +167,8 @@ def test_a_point_sails_over_the_horizon_without_a_step() -> None:
     """Before the joint, on both sides of the horizon of 21.8 km, and beyond: each run has the power of the radar equation.
     Spokes and samples lose 0.1 dB of it, for all alike to 0.02 dB."""
     lost = []
-    for north in (14_960.0, 21_660.0, 21_890.0, 25_960.0):
-        under_way = point("buoy", 0.0, north, 2.0, rcs_dbsm=40, course_deg=0, speed_kn=60)
+    for north in 14_960.0 + LIGHT / 2e6 * np.array([0, 45, 46, 73]):  # whole samples apart
+        under_way = point("buoy", 0.0, float(north), 2.0, rcs_dbsm=40, course_deg=0, speed_kn=60)
         made = scene([under_way], radar=RADAR, environment=SEA)
         power, time = peak(made)
         distance = np.array([north + 60.0 * 1852.0 / 3600.0 * time])
@@ -197,7 +200,7 @@ def test_land_casts_its_shadow_beyond_the_horizon_too() -> None:
     for motion in ({}, {"course_deg": 90, "speed_kn": 2}):
         bodies = [hill, point("behind", 0, 26_000, 2.0, **motion), point("clear", 26_000, 0, 2.0, **motion)]
         simulator = rs.Simulator(scene(bodies, radar=RADAR, environment=SEA), fidelity="reference")
-        far = simulator.scan().power[:, 100:].max(axis=1)
+        far = simulator.scan().power[:, 160:].max(axis=1)
         assert far[16] > 0.0 and far[0] < 1e-4 * far[16]  # sidelobes of the other
         assert [body.reason for body in simulator.truth(0.0).bodies] == ["", "shadowed", ""]
 
@@ -220,6 +223,34 @@ def test_metal_by_optics_stays_behind_its_horizon() -> None:
     assert plan.count("always beyond the radar horizon") == 1 and "smooth-sea diffraction" in plan
     hidden = rs.Simulator(scene(bodies, radar=RADAR, environment={"multipath": True}))
     assert {body.reason for body in hidden.truth(0.0).bodies} == {"below horizon"} and hidden.scan().power.max() == 0.0
+
+
+def test_metal_by_optics_keeps_its_bytes() -> None:
+    """At 12 km, where the field of a point is that of the series: metal has the two rays that it has without diffraction."""
+    ship = {"name": "metal", "shape": "box", "length_m": 20, "width_m": 20, "height_m": 6, "scattering": "optics"}
+    for motion in ({}, {"course_deg": 30, "speed_kn": 12}):
+        fields = [
+            rs.Simulator(scene([{**ship, **motion, "position_m": [0, 12_000, 0]}], radar=RADAR, environment=each))
+            .scan()
+            .field
+            for each in (SEA, {"multipath": True})
+        ]
+        assert np.abs(fields[0]).max() > 0.0
+        np.testing.assert_array_equal(fields[0], fields[1])
+
+
+def test_an_extent_has_no_step_where_the_two_rays_end() -> None:
+    """A scatterer that stands for 3 m of height: the mean over its height fades out with the two rays. Differences halve on a
+    grid twice as fine."""
+    made = over_sea()
+    steps = []
+    for count in (4001, 8001):
+        distance = np.linspace(4_000.0, 26_000.0, count)
+        heights, span = np.full(count, 3.0), np.full(count, 3.0)
+        paths = Paths(np.full(count, ALL_PATHS), span)
+        factor = sea_paths(made.radar, made.environment, (distance, heights, np.full(count, 15.0)), paths).factor()
+        steps.append(np.abs(np.diff(factor)).max())
+    assert steps[0] / steps[1] == pytest.approx(2.0, abs=0.1)
 
 
 def test_what_rays_sample_stays_behind_its_horizon() -> None:
