@@ -211,8 +211,17 @@ def test_nothing_is_received_beyond_the_horizon() -> None:
     assert abs(factor[0]) > 0 and factor[1] == 0
 
 
-@pytest.mark.parametrize("own", [{}, {**SWAY, "heave_m": 1.5, "heave_period_s": 7}, {"course_deg": 90, "speed_kn": 30}])
-@pytest.mark.parametrize("distance", [9_000.0, 10_300.0, 15_000.0, 21_800.0, 28_000.0])
+@pytest.mark.parametrize(
+    "own",
+    [
+        {},
+        {**SWAY, "heave_m": 1.5, "heave_period_s": 7},
+        {"roll_deg": 5, "roll_period_s": 15},
+        {"course_deg": 90, "speed_kn": 30},
+    ],
+    ids=["anchored", "heaving", "rolling", "under way"],
+)
+@pytest.mark.parametrize("distance", [9_000.0, 10_300.0, 15_000.0, 21_800.0, 28_000.0, 48_000.0])
 def test_a_diffracted_echo_is_exact_at_each_azimuth(
     own: dict[str, Any], distance: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -220,7 +229,7 @@ def test_a_diffracted_echo_is_exact_at_each_azimuth(
     over those of empty space are the square of the field at each azimuth's distance and height of the antenna (sway leans
     the mast): -50 dB, as in `test_sea_reflection_is_exact_at_each_azimuth_of_an_approach`."""
     body = point("t", distance, 0, 2.0, course_deg=270, speed_kn=40)
-    over = {"radar": {**RADAR, "range_max_m": 30_000}, "own_ship": own}
+    over = {"radar": {**RADAR, "range_max_m": 50_000}, "own_ship": own}
     made = scene([body], **over, environment={"multipath": True, "diffraction": True})
     azimuths = block_on_the_point(made, 1)
     echoes = prepare(made, PRESETS["balanced"], 3).moving.echoes(azimuths)
