@@ -26,11 +26,11 @@ NEAR = (0.05, 0.1)  # x: nearer, two rays alone, as the series needs ever more m
 MODES, NEAR_MODES, FEW_MODES = 100, 400, 0.4  # modes that agree with thrice as many to 1e-7; many where x is below 0.4
 MAX_HEIGHT = 30.0  # y: of the antenna and of targets; terms of higher ones cancel to more than double precision holds
 PANEL, DEGREE = 2.0, 32  # y of a panel of height gains and degree of its Chebyshev series: rounding alone is left
-PART = 2048  # echoes whose modes are computed together: 3 MB
+PART = 2048  # echoes whose modes are computed together: 3 MB, or 13 MB of NEAR_MODES
 
 
 def diffraction_height(radar: Radar, environment: Environment) -> float:
-    """Height [m] up to which targets diffract over the horizon: 30 natural units, 143 m in X band; 0 without diffraction."""
+    """Height [m] up to which antennas and targets diffract: 30 natural units, 143 m in X band; 0 without diffraction."""
     if not environment.diffraction:
         return 0.0
     return MAX_HEIGHT * _natural_units(radar.wavelength, effective_earth_radius(environment.earth_factor))[1]
@@ -49,7 +49,7 @@ def with_diffraction(
     along, up, m = _natural_units(wavelength, earth_radius)
     share = _rise(m * np.sin(rays.geometry.grazing), *MIXED)
     share = 1.0 - (1.0 - share) * _rise(distance / along, *NEAR)
-    share[(np.maximum(height, antenna) > MAX_HEIGHT * up) | ~diffracts] = 1.0
+    share[(np.maximum(height, antenna) >= MAX_HEIGHT * up) | ~diffracts] = 1.0
     some = np.nonzero(share < 1.0)
     field = series_field(
         distance[some], np.maximum(height[some], 0.0), antenna[some], wavelength, earth_radius, polarization

@@ -135,8 +135,8 @@ class EnvironmentModel(Section):
     def _check_diffraction(self) -> Self:
         if self.diffraction and not self.multipath:
             raise ValueError("diffraction: true needs the sea's reflection; give multipath = true, or diffraction = false")
-        if self.diffraction and self.earth == "flat":
-            raise ValueError('diffraction: true needs a curved earth, and earth is "flat"; give earth = "4/3" or a number')
+        if self.diffraction and self.earth != "4/3" and not (isinstance(self.earth, float) and 0.1 <= self.earth <= 100.0):
+            raise ValueError(f"diffraction: true needs a round earth, not earth = {self.earth}; give 4/3, or 0.1 to 100")
         return self
 
 

@@ -135,11 +135,11 @@ def beyond_horizon(
     """Whether the sea occludes: beyond the `horizon`, and below the surface.
 
     distance: along the earth (E,) [m]; height above the sea (E,) [m]; antenna_height: one, or one each (E,) [m]. With
-    earth_radius inf nothing above 0 is occluded. over_horizon: height [m] up to which a field reaches points beyond
-    the horizon, one, or one each (E,); 0: none.
+    earth_radius inf nothing above 0 is occluded. over_horizon: height [m] of antenna and point up to which a field
+    reaches beyond the horizon, one, or one each (E,); 0: none.
     """
-    beyond = distance > horizon(height, antenna_height, earth_radius)
-    return np.asarray((height < 0) | (beyond & ~(height < over_horizon)))
+    blocked = np.maximum(height, antenna_height) >= over_horizon
+    return np.asarray((height < 0) | (blocked & (distance > horizon(height, antenna_height, earth_radius))))
 
 
 def _slack(line: Floats) -> Floats:

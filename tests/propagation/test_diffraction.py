@@ -226,6 +226,23 @@ def test_metal_by_optics_stays_behind_its_horizon() -> None:
     assert {body.reason for body in hidden.truth(0.0).bodies} == {"below horizon"} and hidden.scan().power.max() == 0.0
 
 
+def test_an_antenna_above_all_diffraction_has_a_horizon() -> None:
+    """At 200 m in X band: engine, truth and plan agree that nothing reaches beyond it."""
+    made = scene([point("buoy", 0, 80_000, 2.0)], radar={**RADAR, "height_m": 200, "range_max_m": 90_000}, environment=SEA)
+    simulator = rs.Simulator(made, fidelity="reference")
+    assert simulator.truth(0.0).bodies[0].reason == "below horizon" and simulator.scan().power.max() == 0.0
+    assert "nothing diffracts" in str(simulator.plan)
+
+
+@pytest.mark.parametrize("earth", [0.1, 100.0])
+def test_other_earths_yield_numbers(earth: float) -> None:
+    """The smallest and the largest that are allowed, at both ends of the band: finite, and no more than both rays in phase."""
+    for frequency in (1e9, 100e9):
+        made = over_sea(frequency, "v", earth=earth)
+        found = np.abs(field(made, np.geomspace(1.0, 3e6, 400), np.geomspace(0.01, 100.0, 400), 0.5))
+        assert np.isfinite(found).all() and found.max() < 2.1
+
+
 def test_metal_by_optics_keeps_its_bytes() -> None:
     """At 12 km, where the field of a point is that of the series: metal has the two rays that it has without diffraction."""
     ship = {"name": "metal", "shape": "box", "length_m": 20, "width_m": 20, "height_m": 6, "scattering": "optics"}
@@ -289,8 +306,9 @@ def test_detection_is_predicted_across_the_horizon() -> None:
         ({"diffraction": True}, "environment.diffraction: true needs the sea's reflection; give multipath = true, or"),
         (
             {**SEA, "earth": "flat"},
-            'environment.diffraction: true needs a curved earth, and earth is "flat"; give earth = "4/3"',
+            "environment.diffraction: true needs a round earth, not earth = flat; give 4/3, or 0.1 to 100",
         ),
+        ({**SEA, "earth": 0.01}, "needs a round earth, not earth = 0.01; give 4/3, or 0.1 to 100"),
         ({**SEA, "diffraction": "yes"}, "environment.diffraction: "),
     ],
 )
