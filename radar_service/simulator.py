@@ -77,7 +77,7 @@ class Simulator:
         self.noise_power = receiver_noise_power(scene.radar)
         if steering.past is not steering.scene:
             line_of_sight = line_of_sight.following(steering.past.bodies)
-        self._truth = GroundTruth(steering.past, line_of_sight)
+        self._truth = GroundTruth(steering.past, line_of_sight, self.fidelity.sampler)
         self._sources = SourceTruth(steering, self.fidelity, fidelity, seed, pulses)
         reporter = ErrorReporter(scene.radar, seed, scene.errors, scene.radar_id)
         tiles = SourceTiles(engine, pulses, source_request(labels, powers))

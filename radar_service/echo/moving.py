@@ -129,7 +129,7 @@ class MovingEchoes:
         history, near = interpolated_history(part.nodes, part.apparent, distance, earth, block.over)
         sea = self._sea_history(observed, which, part, block)
         if sea is not None:
-            near |= sea.middle.steep(radar, history.range_migration, distance)
+            near |= sea.middle.steep(radar, history.range_migration, distance) | sea.rising
         exact = np.flatnonzero(near | block.rough[observed.echoes.body[which]])
         exact_gain = self._exact_history(history, sea, observed, which, exact, part, block)
         weight = self._beam_weight(history, part.azimuth, block.azimuths)
@@ -189,8 +189,8 @@ class MovingEchoes:
         each = exact_history(history, exact, positions, level, part.azimuth[exact], earth)
         if sea is not None:
             tilt_error = each.T - elevation_above(positions, earth)
-            site = _site(positions, block.antenna[3:, 2, None])
-            return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error))
+            site, diffracts = _site(positions, block.antenna[3:, 2, None]), sea.middle.paths.diffract[exact]
+            return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error, diffracts))
         middle, gain = (elevation_gain(radar, angle) for angle in (part.elevation[exact], each))
         relative = np.where(middle[:, None] < ELEVATION_NULL, 1.0, gain / np.maximum(middle, ELEVATION_NULL)[:, None])
         return relative.astype(np.float32)

@@ -14,11 +14,13 @@ from radar_service.frames import Polar
 from radar_service.propagation.multipath import Site, TwoRays, mean_square_factor, moved_excess
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
 from radar_service.radar.parameters import Radar
+from radar_service.scattering.model import ALL_PATHS
 from radar_service.scene.environment import Environment
 from radar_service.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 
 MAX_PHASE = 5e-4  # rad over half a block: F^2 held over less errs by -69 dB (0.67 of it, rms)
 MAX_ELEVATION = 1e-3  # of the vertical beamwidth: roots of gains held over less err by 1.3e-3 of boresight, -62 dB rms
+MAX_RISE = 1e-3  # of a height over half a block: a diffracted F^2 held over less errs by -60 dB (0.5 of 2e-3, rms)
 NULL = 1e-6  # of boresight: lower gains count as this one where a ratio of gains follows the sway
 
 
@@ -32,6 +34,11 @@ class Paths(NamedTuple):
     def by_sea(self) -> Floats:
         """Share (E,) of an echo's way that goes by the sea: 0, 1/2 or 1; 0 for echoes of all paths."""
         return np.asarray(np.maximum(self.path, 0) / 2.0)
+
+    @property
+    def diffract(self) -> Flags:
+        """Which echoes (E,) diffract where the environment says so: those of all paths."""
+        return np.asarray(self.path == ALL_PATHS)
 
     def chosen(self, which: Indices) -> "Paths":
         """Those of echoes `which` (N,)."""
@@ -69,17 +76,19 @@ class SeaPaths:
     @property
     def phase_span(self) -> Floats:
         """How far the phase between both rays runs over the height that each echo stands for [rad]."""
-        return self.wavenumber * self.rays.geometry.excess_slope * self.paths.height_span
+        return self.wavenumber * self.rays.geometry.excess_slope * self.paths.height_span * self.rays.share
 
     def factor(self) -> Complexes:
-        """Two-way factor (E,) of elevation gain and paths at this instant; 0 beyond the horizon, as nothing diffracts."""
+        """Two-way factor (E,) of elevation gain and paths at this instant; 0 beyond the horizon where nothing diffracts."""
         phase = self.wavenumber * self.rays.geometry.excess
-        return np.asarray(self.above_horizon * self.rays.gain * self.paths.factor(self.rays.ratio, phase, self.phase_span))
+        return np.asarray(self.rays.arrives * self.rays.gain * self.paths.factor(self.rays.ratio, phase, self.phase_span))
 
-    @property
-    def above_horizon(self) -> Flags:
-        """Which echoes have a ray by the sea."""
-        return np.asarray(self.rays.geometry.grazing > 0.0)
+    def rises(self, sites: list[Site]) -> Flags:
+        """Which diffracted echoes change their height, or the antenna's, by more than MAX_RISE of it between three nodes."""
+        changed = [
+            np.abs(sites[n][part] - sites[1][part]) > MAX_RISE * np.abs(sites[1][part]) for n in (0, 2) for part in (1, 2)
+        ]
+        return np.asarray((self.rays.share < 1.0) & np.any(np.broadcast_arrays(*changed), axis=0))
 
     def steep(self, radar: Radar, range_migration: Singles, distance: Floats) -> Flags:
         """Which echoes change the elevation of their reflected ray by more than MAX_ELEVATION within a block.
@@ -99,20 +108,24 @@ class SeaHistory:
     excess_change: (E, K) of R' - R since the middle [m].
     ratio: (E, K) of `TwoRays` at each azimuth; None where it stays that at the middle.
     changing: (E,) whether the factor is formed at each azimuth.
+    rising: (E,) diffracted echoes whose height, or the antenna's, changes too much for a field held over the block.
     """
 
     middle: SeaPaths
     excess_change: Singles
     ratio: Profiles | None
     changing: Flags
+    rising: Flags
 
     @classmethod
     def interpolated(cls, middle: SeaPaths, sites: list[Site], earth_radius: float, over: Parabola) -> "SeaHistory":
         """By parabolas through three nodes, at which the targets are at `sites`; earth_radius: effective [m]."""
         geometry = middle.rays.geometry
         first, last = (moved_excess(geometry, sites[1], sites[n], earth_radius) - geometry.excess for n in (0, 2))
+        rays = middle.rays.share == 1.0  # a diffracted field is held over the block (where it does not rise)
+        first, last = first * rays, last * rays
         changing = np.maximum(np.abs(first), np.abs(last)) * middle.wavenumber > MAX_PHASE
-        return cls(middle, over.change(first, last), None, changing & (middle.paths.path < 0))
+        return cls(middle, over.change(first, last), None, changing & (middle.paths.path < 0), middle.rises(sites))
 
     def sway(self, radar: Radar, tilt_errors: list[Floats], over: Parabola) -> None:
         """Adds the change of the gains of both rays, for errors of tilt (E,) at the three nodes [rad]."""
@@ -122,7 +135,8 @@ class SeaHistory:
         for tilt in tilt_errors:
             direct, reflected = (np.maximum(elevation_gain(radar, angle, tilt), NULL) for angle in directions)
             roots.append(np.sqrt(reflected / direct))
-        change = over.change(roots[0] / roots[1] - 1.0, roots[2] / roots[1] - 1.0)
+        rays = self.middle.rays.share == 1.0  # the series has the direct ray's gain alone
+        change = over.change(rays * (roots[0] / roots[1] - 1.0), rays * (roots[2] / roots[1] - 1.0))
         self.ratio = self.middle.rays.ratio.astype(np.complex64)[:, None] * (change + np.float32(1.0))
         self.changing[:] = True
 
@@ -147,7 +161,7 @@ class SeaHistory:
 
     def held_factor(self) -> Complexes:
         """Factors (E,) of gain and paths; of changing echoes those of the gain alone."""
-        gain = self.middle.rays.gain * self.middle.above_horizon
+        gain = self.middle.rays.gain * self.middle.rays.arrives
         return np.where(self.changing, gain, self.middle.factor())
 
     def apply(self, amplitude: Profiles) -> None:
@@ -168,7 +182,8 @@ def sea_paths(
     radar: Radar, environment: Environment, site: Site, paths: Paths, tilt_error: Floats | float = 0.0
 ) -> SeaPaths:
     """Both rays to the targets at a site; tilt_error: as of `radar_two_rays`."""
-    return SeaPaths(radar_two_rays(radar, environment, *site, tilt_error), paths, 2.0 * np.pi / radar.wavelength)
+    rays = radar_two_rays(radar, environment, *site, tilt_error, paths.diffract)
+    return SeaPaths(rays, paths, 2.0 * np.pi / radar.wavelength)
 
 
 def range_and_factor(

@@ -17,7 +17,7 @@ from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain, received_amplitude
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.scattering.models import scattering_model
+from radar_service.scattering.models import height_over_horizon, scattering_model
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
 
@@ -80,21 +80,24 @@ def cull(scene: Scene, fidelity: Fidelity) -> Culling:
 
 def culled_bodies(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
     """The bodies that the error budget of a fidelity allows to cull, by index in the scene."""
-    culled = {key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene)) is not None}
+    culled = {
+        key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene, fidelity)) is not None
+    }
     return culled | _below_noise(scene, fidelity, [key for key in range(len(scene.bodies)) if key not in culled])
 
 
-def _never_visible(body: Body, scene: Scene) -> CulledBody | None:
+def _never_visible(body: Body, scene: Scene, fidelity: Fidelity) -> CulledBody | None:
     """Why a body is never visible: out of range, below the sea or beyond the horizon at all times; else None.
 
-    Such a body occludes nothing visible: it lies farther away, or below the line of sight that touches the sea.
+    Such a body occludes nothing visible: it lies farther away, or below the line of sight that touches the sea. No horizon counts
+    for bodies that have echoes beyond it.
     """
     nearest, top = nearest_and_top(body, scene)
     if nearest > max_echo_range(scene.radar):
         return CulledBody(f"always out of range: never nearer than {nearest / 1000:.1f} km", 0.0, occludes=False)
     if top < 0.0:
         return CulledBody(f"always under the sea: its top is {-top:.1f} m below", 0.0, occludes=False)
-    if nearest <= (horizon := scene.horizon(top)):
+    if nearest <= (horizon := scene.horizon(top)) or height_over_horizon(body, scene, fidelity.sampler) > 0.0:
         return None
     text = f"always beyond the radar horizon: {horizon / 1000:.1f} km for its top at {top:.0f} m, never nearer than "
     return CulledBody(f"{text}{nearest / 1000:.1f} km", 0.0, occludes=False)
@@ -134,7 +137,7 @@ def negligible_effects(scene: Scene, fidelity: Fidelity) -> dict[str, float]:
     An effect is included where the scene has it and the error is below the budget of the numerical methods.
     """
     environment, result = scene.environment, {}
-    if environment.multipath:
+    if environment.multipath and not environment.diffraction:
         result["multipath"] = multipath_db(scene)
     if environment.gas_db_per_km > 0.0:
         result["gas"] = gas_db(scene)

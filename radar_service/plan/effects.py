@@ -10,6 +10,7 @@ from radar_service.frames import effective_earth_radius
 from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
 from radar_service.plan.statistics import EngineStatistics
+from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scene.checks.validity import pulse_doppler_shift
@@ -17,6 +18,9 @@ from radar_service.scene.world import Scene
 from radar_service.trace.ray_sampling import missed_area_range
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
+SERIES = (
+    "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but optics and what is above {:.0f} m"
+)
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
 
@@ -140,7 +144,9 @@ def _multipath(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -
         how = "the sea reflects too little: too rough, grazing angle too large, or outside the beam"
         return PlanItem("multipath", False, how, field_db=statistics.culling.effects["multipath"])
     error = multipath_db(scene, fidelity)
-    return PlanItem("multipath", True, TWO_RAY, field_db=error if math.isfinite(error) else None)
+    diffracting = diffraction_height(scene.radar, scene.environment)
+    how = SERIES.format(diffracting) if scene.radar.height < diffracting else TWO_RAY
+    return PlanItem("multipath", True, how, field_db=error if math.isfinite(error) else None)
 
 
 def _air(scene: Scene, statistics: EngineStatistics) -> list[PlanItem]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.propagation.sea_surface import ament, fresnel, miller_brown, sea_water_permittivity
-from radar_service.types import Complexes, Floats, Gain, Profiles, Singles
+from radar_service.types import Complexes, Flags, Floats, Gain, Profiles, Singles
 
 Roughness = Callable[[Floats, float, float], Floats]  # grazing angle, rms wave height, wavelength -> factor
 
@@ -63,11 +63,18 @@ class TwoRays(NamedTuple):
     gain: one-way power gain of the direct ray in elevation, at least MIN_GAIN.
     ratio: Gamma rho_s D R / (R1 + R2) sqrt(G(reflected) / G(direct)), the field by the sea over the direct one without its
         phase exp(-jk (R1 + R2 - R)).
+    share: of ray optics in the ratio: 1, or less where diffraction over the sea counts.
     """
 
     geometry: SpecularGeometry
     gain: Floats
     ratio: Complexes
+    share: Floats
+
+    @property
+    def arrives(self) -> Flags:
+        """Where a field arrives: before the horizon, and beyond it by diffraction."""
+        return np.asarray((self.geometry.grazing > 0.0) | (self.share < 1.0))
 
 
 def specular_geometry(
@@ -172,9 +179,10 @@ def two_rays(
     geometry = specular_geometry(distance, height, antenna_height, earth_radius)
     ratio = reflected_field_ratio(geometry, wavelength, polarization, wave_height, roughness)
     if elevation_gain is None:
-        return TwoRays(geometry, np.ones_like(geometry.direct), ratio)
+        return TwoRays(geometry, np.ones_like(geometry.direct), ratio, np.ones_like(geometry.direct))
     gain = np.maximum(elevation_gain(geometry.elevation_direct), MIN_GAIN)
-    return TwoRays(geometry, gain, ratio * np.sqrt(elevation_gain(geometry.elevation_reflected) / gain))
+    weighted = ratio * np.sqrt(elevation_gain(geometry.elevation_reflected) / gain)
+    return TwoRays(geometry, gain, weighted, np.ones_like(geometry.direct))
 
 
 def two_ray_factor(

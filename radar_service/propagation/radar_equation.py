@@ -6,12 +6,13 @@ import numpy as np
 
 from radar_service.frames import effective_earth_radius
 from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
+from radar_service.propagation.diffraction import with_diffraction
 from radar_service.propagation.multipath import TwoRays, two_rays
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import interpolated_gain
 from radar_service.radar.parameters import Radar
 from radar_service.scene.environment import Environment
-from radar_service.types import Complexes, Floats
+from radar_service.types import Complexes, Flags, Floats
 
 
 def received_amplitude(radar: Radar, distance: Floats) -> Floats:
@@ -37,22 +38,29 @@ def radar_two_rays(
     height: Floats,
     antenna_height: Floats | float,
     tilt_error: Floats | float = 0.0,
+    diffracts: Flags | None = None,
 ) -> TwoRays:
     """The direct ray and the ray by the sea for a radar over the sea of an environment.
 
     distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height: above the sea as it sways, broadcast
-    [m]; tilt_error: added to the elevations of both rays in the beam, where the antenna sways [rad].
+    [m]; tilt_error: added to the elevations of both rays in the beam, where the antenna sways [rad]; diffracts: (E,) which
+    targets do where the environment has diffraction, along the last axis; None: none.
     """
-    return two_rays(
+    earth_radius = effective_earth_radius(environment.earth_factor)
+    rays = two_rays(
         distance,
         height,
         antenna_height,
         radar.wavelength,
-        earth_radius=effective_earth_radius(environment.earth_factor),
+        earth_radius=earth_radius,
         polarization=radar.polarization,
         wave_height=rms_wave_height(environment.sea_state),
         elevation_gain=partial(elevation_gain, radar, tilt_error=tilt_error),
     )
+    if diffracts is None or not environment.diffraction:
+        return rays
+    site = (np.asarray(distance), np.asarray(height), np.asarray(antenna_height))
+    return with_diffraction(rays, site, radar.wavelength, earth_radius, radar.polarization, diffracts)
 
 
 def elevation_gain(radar: Radar, elevation: Floats, tilt_error: Floats | float = 0.0) -> Floats:

@@ -11,6 +11,7 @@ from typing import Self
 import numpy as np
 
 from radar_service.fidelity import Fidelity
+from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.random import SCATTER, generator, name_key
 from radar_service.scattering.declared_cells import cell_echoes, cell_spacing
@@ -83,9 +84,9 @@ class FixedScatterers(ABC):
         poses = self._poses.at(np.array([instant.time]))
         which, position = self._in_sector(poses, instant.sector)
         points = SurfacePoints(self.key[self._body[which]], self._triangle[which], position)
-        visible = np.flatnonzero(
-            instant.line_of_sight.visible(points, antenna, instant.time, instant.max_range, instant.movers)
-        )
+        over = diffraction_height(self.context.radar, self.context.environment)
+        seen = (points, antenna, instant.time, instant.max_range, instant.movers)
+        visible = np.flatnonzero(instant.line_of_sight.visible(*seen, over_horizon=over))
         which, position = which[visible], position.take(visible, axis=0)  # rows: a quarter of the time of [visible]
         earth_radius = instant.line_of_sight.earth_radius
         projected = self._projected_area(which, position, self._normals(poses, which), antenna, earth_radius)

@@ -1,10 +1,12 @@
 """Which scattering model each body has. Only this module decides it."""
 
-from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering
+from radar_service.propagation.diffraction import diffraction_height
+from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering, FixedScatterers
 from radar_service.scattering.model import ScatteringModel
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.rays import RaySampledSurfaces
 from radar_service.scene.body import Body
+from radar_service.scene.world import Scene
 
 SCATTERING_MODELS: dict[str, type[ScatteringModel]] = {
     "rcs": DeclaredScattering,
@@ -19,3 +21,10 @@ def scattering_model(body: Body, sampler: str = "scatterers") -> type[Scattering
     if name == "diffuse" and sampler != "scatterers":
         return RaySampledSurfaces
     return SCATTERING_MODELS[name]
+
+
+def height_over_horizon(body: Body, scene: Scene, sampler: str = "scatterers") -> float:
+    """Height [m] up to which parts of a body have echoes beyond the horizon; 0 where it has none. Metal by physical optics and
+    surfaces that rays sample have none, as `beyond_horizon` hides them."""
+    fixed = issubclass(scattering_model(body, sampler), FixedScatterers)
+    return diffraction_height(scene.radar, scene.environment) if fixed else 0.0

@@ -102,6 +102,7 @@ def environment_from_model(model: EnvironmentModel, radar: Radar) -> Environment
         sea_texture_shape=model.sea_texture_shape,
         wind_from=math.radians(model.wind_from_deg),
         ground_plane=model.ground_plane,
+        diffraction=model.diffraction,
     )
 
 

@@ -126,7 +126,7 @@ def _environment_lines(scene: Scene) -> list[str]:
     e = scene.environment
     horizon = scene.horizon()
     factor = "flat earth" if math.isinf(horizon) else f"horizon at {horizon:.0f} m ({e.earth_factor:.3g} earth)"
-    enabled = [name for name in ("noise", "multipath", "ground_plane") if getattr(e, name)]
+    enabled = [name for name in ("noise", "multipath", "diffraction", "ground_plane") if getattr(e, name)]
     enabled += [f"gas {e.gas_db_per_km:.4g} dB/km one way"] if e.gas_db_per_km else []
     enabled += [f"rain {e.rain_mm_h:g} mm/h"] if e.rain_mm_h else []
     enabled += [f"sea state {e.sea_state}"] if e.sea_state else []

@@ -1,6 +1,6 @@
 """The environment record: the earth, the air, the sea, and other radars that transmit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class Environment:
     sea_texture_shape: float | None  # nu of the gamma texture; None: by grazing angle and cell
     wind_from: float
     ground_plane: bool
+    diffraction: bool = field(default=False, metadata={"added": True})
 
 
 @dataclass(frozen=True)

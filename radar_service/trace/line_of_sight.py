@@ -82,13 +82,14 @@ class OcclusionScene:
         max_range: float,
         movers: bool = True,
         among: Collection[int] | None = None,
+        over_horizon: float = 0.0,
     ) -> Flags:
         """Which points (E,) have a line of sight to the antenna (3,) at `time` [s].
 
         max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; among: the only bodies
-        that can, besides the points' own one, where that is known from `other_occluders`.
+        that can, besides the points' own one, where that is known from `other_occluders`; over_horizon: as of `beyond_horizon`.
         """
-        return self._seen(points, None, antenna, time, max_range, movers, among)
+        return self._seen(points, None, antenna, time, max_range, movers, among, over_horizon)
 
     def visible_by_sea(
         self,
@@ -116,11 +117,12 @@ class OcclusionScene:
         max_range: float,
         movers: bool,
         among: Collection[int] | None,
+        over_horizon: float = 0.0,
     ) -> Flags:
         """As `visible`, or as `visible_by_sea` where there are reflection points (E, 3)."""
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
-        over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius)
+        over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius, over_horizon)
         visible: Flags = ~over & (slant < max_range)
         every = np.flatnonzero(visible)
         for occluder, pose, key, which in self._occluders(points, every, antenna, time, movers, among):

@@ -125,13 +125,21 @@ def curved_vertices(mesh: Mesh, earth_radius: float) -> Floats:
     return curved
 
 
-def beyond_horizon(distance: Floats, height: Floats, antenna_height: Floats | float, earth_radius: float) -> Flags:
+def beyond_horizon(
+    distance: Floats,
+    height: Floats,
+    antenna_height: Floats | float,
+    earth_radius: float,
+    over_horizon: Floats | float = 0.0,
+) -> Flags:
     """Whether the sea occludes: beyond the `horizon`, and below the surface.
 
     distance: along the earth (E,) [m]; height above the sea (E,) [m]; antenna_height: one, or one each (E,) [m]. With
-    earth_radius inf nothing above 0 is occluded.
+    earth_radius inf nothing above 0 is occluded. over_horizon: height [m] of antenna and point up to which a field
+    reaches beyond the horizon, one, or one each (E,); 0: none.
     """
-    return np.asarray((height < 0) | (distance > horizon(height, antenna_height, earth_radius)))
+    blocked = np.maximum(height, antenna_height) >= over_horizon
+    return np.asarray((height < 0) | (blocked & (distance > horizon(height, antenna_height, earth_radius))))
 
 
 def _slack(line: Floats) -> Floats:

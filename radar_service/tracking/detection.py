@@ -93,19 +93,22 @@ def signal_to_noise(radar: Radar, environment: Environment, ground: Floats, targ
     """Returns the signal-to-noise ratio (R,) of a point on boresight of a radar at rest, in the middle of its range cell.
 
     ground: distances along the earth (R,) [m]. The radar equation, with gas, the elevation pattern and, with multipath, the two
-    rays (Skolnik 2001, 1.7; Kerr 1951, ch. 2). 0 beyond the horizon. Clutter is left out.
+    rays (Skolnik 2001, 1.7; Kerr 1951, ch. 2). 0 beyond the horizon where
+    nothing diffracts. Clutter is left out.
     """
     radius, height = effective_earth_radius(environment.earth_factor), target.height
     z = height - radar.height - ground**2 / (2.0 * radius)
-    distance, is_above = np.hypot(ground, z), ground < horizon(height, radar.height, radius)
+    distance, arrives = np.hypot(ground, z), ground < horizon(height, radar.height, radius)
     amplitude = received_amplitude(radar, distance) * attenuation(radar, environment, distance)
     if environment.multipath:
-        rays = radar_two_rays(radar, environment, ground, np.full(len(ground), height), radar.height)
+        heights, diffracts = np.full(len(ground), height), np.ones(len(ground), dtype=np.bool_)
+        rays = radar_two_rays(radar, environment, ground, heights, radar.height, diffracts=diffracts)
+        arrives = arrives | (rays.share < 1.0)
         factor = 1.0 + rays.ratio * np.exp(-2j * np.pi / radar.wavelength * rays.geometry.excess)
         amplitude = amplitude * rays.gain * np.abs(factor) ** 2
     else:
         amplitude = amplitude * elevation_gain(radar, np.arctan2(z, ground))
-    return np.where(is_above, 10.0 ** (target.rcs_dbsm / 10.0) * amplitude**2 / receiver_noise_power(radar), 0.0)
+    return np.where(arrives, 10.0 ** (target.rcs_dbsm / 10.0) * amplitude**2 / receiver_noise_power(radar), 0.0)
 
 
 def ground_distance(slant: Floats, height: float, radar: Radar, environment: Environment) -> Floats:

@@ -8,6 +8,7 @@ import numpy as np
 from radar_service.echo.second_time_around import apparent_range
 from radar_service.frames import polar_from_map, wrap_bearing
 from radar_service.records import BodyTruth, Truth
+from radar_service.scattering.models import height_over_horizon
 from radar_service.scene.body import Body
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
@@ -24,10 +25,12 @@ REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # b
 class GroundTruth:
     """The truth of a scene at any instant. Safe to call from several threads."""
 
-    def __init__(self, scene: Scene, line_of_sight: OcclusionScene) -> None:
+    def __init__(self, scene: Scene, line_of_sight: OcclusionScene, sampler: str = "scatterers") -> None:
+        """sampler: of the fidelity, as `scattering_model` takes it."""
         self.scene, self.line_of_sight, self.earth_radius = scene, line_of_sight, line_of_sight.earth_radius
         self._rests = scene.own_ship.at_rest and all(body.at_rest for body in scene.bodies)
         self._surface_samples = [_surface_samples(body) for body in scene.bodies]
+        self._over_horizon = np.array([height_over_horizon(body, scene, sampler) for body in scene.bodies])
 
     def at(self, time: float) -> Truth:
         """Own ship and every body at `time` [s]."""
@@ -63,7 +66,8 @@ class GroundTruth:
         antenna = self.scene.antenna(time).repeat(count, axis=0)
         polar = polar_from_map(point, antenna, self.earth_radius)
         near = apparent_range(self.scene.radar, polar.range) <= self.scene.radar.range_max
-        over = beyond_horizon(polar.distance, point[:, 2], antenna[:, 2], self.earth_radius)
+        reach = np.repeat(self._over_horizon[bodies], count)
+        over = beyond_horizon(polar.distance, point[:, 2], antenna[:, 2], self.earth_radius, reach)
         lit = near & ~over & ~self.scene.blind(when, polar.azimuth)
         visible = lit.copy()
         visible[lit] = ~self._occluded(point[lit], antenna[lit], when[lit])

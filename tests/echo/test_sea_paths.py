@@ -14,9 +14,11 @@ from radar_service.engine import preparation
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
 from radar_service.frames import polar_from_map
+from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import ALL_PATHS, BOTH_WAYS, DIRECT, ONE_WAY, BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
+from radar_service.trace import line_of_sight
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import point, scene
 from tests.test_motion import SWAY
@@ -207,3 +209,39 @@ def test_nothing_is_received_beyond_the_horizon() -> None:
     paths = Paths(np.array([ALL_PATHS, ALL_PATHS]), np.zeros(2))
     _, factor = range_and_factor(made.radar, made.environment, polar, position[:, 2], np.float64(15.0), paths)
     assert abs(factor[0]) > 0 and factor[1] == 0
+
+
+@pytest.mark.parametrize(
+    "own",
+    [
+        {},
+        {**SWAY, "heave_m": 1.5, "heave_period_s": 7},
+        {"roll_deg": 5, "roll_period_s": 15},
+        {"course_deg": 90, "speed_kn": 30},
+    ],
+    ids=["anchored", "heaving", "rolling", "under way"],
+)
+@pytest.mark.parametrize("distance", [9_000.0, 10_300.0, 15_000.0, 21_800.0, 28_000.0, 48_000.0])
+def test_a_diffracted_echo_is_exact_at_each_azimuth(
+    own: dict[str, Any], distance: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A point 2 m high before the joint, in it, this side of the horizon of 21.8 km, there, and beyond, at 40 kn. Its amplitudes
+    over those of empty space are the square of the field at each azimuth's distance and height of the antenna (sway leans
+    the mast): -50 dB, as in `test_sea_reflection_is_exact_at_each_azimuth_of_an_approach`."""
+    body = point("t", distance, 0, 2.0, course_deg=270, speed_kn=40)
+    over = {"radar": {**RADAR, "range_max_m": 50_000}, "own_ship": own}
+    made = scene([body], **over, environment={"multipath": True, "diffraction": True})
+    azimuths = block_on_the_point(made, 1)
+    echoes = prepare(made, PRESETS["balanced"], 3).moving.echoes(azimuths)
+    monkeypatch.setattr(line_of_sight, "beyond_horizon", lambda distance, *_: np.zeros(len(distance), dtype=np.bool_))
+    plain = prepare(scene([body], **over), PRESETS["balanced"], 3).moving.echoes(azimuths)
+    antenna = made.antenna(azimuths.time)
+    ground = distance - 40 * 1852 / 3600 * azimuths.time - antenna[:, 0]
+    polar = polar_from_map(np.stack([ground, -antenna[:, 1], np.full(16, 2.0)], axis=-1), np.array([0, 0, 15.0]), EARTH)
+    assert plain.amplitude.shape == (1, 16)
+    rays = radar_two_rays(
+        made.radar, made.environment, polar.distance, np.full(16, 2.0), antenna[:, 2], diffracts=np.ones(16, dtype=np.bool_)
+    )
+    field = 1.0 + rays.ratio * np.exp(-2j * np.pi / made.radar.wavelength * rays.geometry.excess)
+    error = echoes.amplitude[0] / plain.amplitude[0] - field**2
+    assert np.abs(error).max() < 10 ** (-50 / 20) * np.abs(field**2).max()

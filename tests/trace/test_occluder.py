@@ -102,6 +102,15 @@ def test_horizon_is_the_sum_of_the_two_roots() -> None:
     np.testing.assert_array_equal(beyond_horizon(distance, height, 15.0, np.inf), [False, False, True])
 
 
+def test_what_diffracts_has_no_horizon() -> None:
+    """Up to a height of antenna and point, one or one each; under water nothing does."""
+    distance, height = np.full(4, 60e3), np.array([10.0, 19.0, 21.0, -0.1])
+    np.testing.assert_array_equal(beyond_horizon(distance, height, 15.0, EARTH, 20.0), [False, False, True, True])
+    np.testing.assert_array_equal(beyond_horizon(distance, height, 25.0, EARTH, 20.0), [True, True, True, True])
+    each = np.array([9.0, 20.0, 22.0, 20.0])
+    np.testing.assert_array_equal(beyond_horizon(distance, height, 5.0, EARTH, each), [True, False, False, True])
+
+
 def test_no_ray_slips_through_the_edges_of_a_closed_body() -> None:
     """20,000 lines of sight at the vertices and edge middles of a sphere's far side: all blocked but for Embree's known
     0.09 % at exact edges (docs/reference-values.md#embree), allowed 0.3 %."""
