@@ -93,8 +93,7 @@ def signal_to_noise(radar: Radar, environment: Environment, ground: Floats, targ
     """Returns the signal-to-noise ratio (R,) of a point on boresight of a radar at rest, in the middle of its range cell.
 
     ground: distances along the earth (R,) [m]. The radar equation, with gas, the elevation pattern and, with multipath, the two
-    rays (Skolnik 2001, 1.7; Kerr 1951, ch. 2). 0 beyond the horizon where
-    nothing diffracts. Clutter is left out.
+    rays (Skolnik 2001, 1.7; Kerr 1951, ch. 2). 0 beyond the horizon where nothing diffracts. Clutter is left out.
     """
     radius, height = effective_earth_radius(environment.earth_factor), target.height
     z = height - radar.height - ground**2 / (2.0 * radius)
