@@ -118,7 +118,7 @@ class MovingEchoes:
         over = parabola(azimuths.time)
         time = np.concatenate([over.nodes, azimuths.time])
         poses, antenna = self._poses.at(time, bodies), self._scene.antenna(time)
-        rough = self._rough(poses, antenna, over, bodies[self._moves[bodies]])
+        rough = self._rough(poses, antenna, over, self._poses.uneven(time, bodies))
         return BlockGeometry(azimuths, over, poses, antenna, self._scene.upright_from_map(time), rough, self._moves)
 
     def _part(self, observed: ObservedEchoes, which: Indices, block: BlockGeometry) -> BeamWeightedEchoes:
@@ -131,7 +131,7 @@ class MovingEchoes:
         if sea is not None:
             near |= sea.middle.steep(radar, history.range_migration, distance)
         exact = np.flatnonzero(near | block.rough[observed.echoes.body[which]])
-        exact_gain = self._exact_history(history, sea, observed, which, exact, part, block)
+        exact_gain = self._exact_history(history, sea, observed, which, exact, part, block) if len(exact) else None
         weight = self._beam_weight(history, part.azimuth, block.azimuths)
         self._fluctuation.apply(weight, block.azimuths.number, part.azimuth, observed.echoes.body[which])
         if observed.fade is not None:
@@ -140,7 +140,8 @@ class MovingEchoes:
             relative = self._elevation_change(part.elevations(), block.over)
             relative[exact] = 1.0
             weight *= relative
-        weight[exact] *= exact_gain
+        if exact_gain is not None:
+            weight[exact] *= exact_gain
         middle = observed.echoes.amplitude[which] * received_amplitude(radar, distance)
         middle *= attenuation(radar, self._scene.environment, distance)
         middle *= elevation_gain(radar, part.elevation) if sea is None else sea.held_factor()
@@ -181,8 +182,6 @@ class MovingEchoes:
         block: BlockGeometry,
     ) -> Singles:
         """Writes the exact history of echoes which[exact] (W,) and returns their elevation gains (W, K) over the middle's."""
-        if not len(exact):
-            return np.ones((0, len(block.azimuths.time)), dtype=np.float32)
         radar, earth = self._scene.radar, self._earth_radius
         positions = np.stack(block.positions(observed, which[exact], range(3, len(block.antenna))))
         level = None if block.level is None else block.level[3:]
@@ -216,7 +215,10 @@ class MovingEchoes:
         return over.change(gains[0] / gains[1] - 1.0, gains[2] / gains[1] - 1.0) + np.float32(1.0)
 
     def _rough(self, poses: PoseArrays, antenna: Floats, over: Parabola, moving: Indices) -> Flags:
-        """Which bodies (B,) leave their parabola as the antenna observes them: those of `moving` (N,) at a corner of a track."""
+        """Which bodies (B,) leave their parabola as the antenna observes them: those of `moving` (N,) at a corner of a track.
+
+        moving: those that do not go straight all the time.
+        """
         own = interpolation_error(antenna[3:], antenna[:3], over)
         rough = np.full(len(self._moves), bool(own > TOLERANCE))
         if len(moving) and not own > TOLERANCE:

@@ -123,6 +123,11 @@ class BodyPoses:
                 rotation[b] = pose.rotation
         return PoseArrays(position, heading, rotation)
 
+    def uneven(self, time: Floats, requested: Indices) -> Indices:
+        """Those of the bodies `requested` (N,) that do not go straight, or rest, throughout times (K,) [s]."""
+        late = self.moving[self._start > time.min()] if len(self.moving) else self.moving
+        return np.array([b for b in requested.tolist() if b in self._with_legs or b in late], dtype=np.int64)
+
     def each_at(self, time: float) -> list[BodyPose]:
         """The pose of each body at `time` [s]."""
         poses = self.at(np.array([time]))
