@@ -79,7 +79,9 @@ def specular_geometry(
     antenna_height: above the sea, positive [m]; earth_radius: effective radius ae [m], inf for flat. The reflection point
     solves the cubic of Kerr (Propagation of Short Radio Waves, 1951, ch. 2); by Fermat its error enters in second order.
     """
-    d, h = np.broadcast_arrays(np.asarray(distance, np.float64), np.maximum(np.asarray(height, np.float64), 0.0))
+    d, h = np.asarray(distance, np.float64), np.maximum(np.asarray(height, np.float64), 0.0)
+    if d.shape != h.shape:
+        d, h = np.broadcast_arrays(d, h)
     x = reflection_distance(d, h, antenna_height, earth_radius)
     direct, first, second, excess, rise, z = _lengths(x, d, h, antenna_height, earth_radius)
     grazing = np.arctan2(antenna_height - x * x / (2.0 * earth_radius), x)

@@ -72,10 +72,14 @@ class Motion:
         resting = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any()) and not self.final_turn
         return resting and bool(np.all(self.heading == self.heading[0])) and self.sway is None
 
-    @property
+    @cached_property
     def is_straight(self) -> bool:
         """Whether it goes straight at one heading from its only knot on."""
         return len(self.time) == 1 and self.sway is None and not self.final_turn
+
+    def is_even(self, time: Floats) -> bool:
+        """Whether it certainly rests, or goes straight at one speed, throughout times (K,) [s]."""
+        return self.at_rest or (self.is_straight and bool(self.time[0] <= time.min()))
 
     @property
     def final_turn(self) -> float:

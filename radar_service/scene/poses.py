@@ -105,17 +105,15 @@ class BodyPoses:
         self._with_legs = {int(b) for b in self.moving if not self._motions[b].is_straight}
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
         self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
-        self._velocity = np.array([self._motions[b].final_velocity for b in self.moving]).reshape(-1, 3)
-        self._start = np.array([self._motions[b].time[0] for b in self.moving])
+        self._velocity = np.array([m.final_velocity for m in self._motions]).reshape(-1, 3)
+        self._start = np.array([m.time[0] for m in self._motions])
 
     def at(self, time: Floats, requested: Indices | None = None) -> PoseArrays:
         """Poses of all bodies at each time (K,) [s]. Rows of bodies not in `requested` (N,) are undefined; None: all."""
-        position = np.repeat(self._position[None], len(time), axis=0)
+        since = np.maximum(time[:, None] - self._start, 0.0)
+        position = self._position + since[:, :, None] * self._velocity
         heading = np.repeat(self._heading[None], len(time), axis=0)
         rotation: dict[int, Floats] = {}
-        if len(self.moving):
-            since = np.maximum(time[:, None] - self._start, 0.0)
-            position[:, self.moving] += since[:, :, None] * self._velocity
         for b in self._with_legs if requested is None else (b for b in requested if b in self._with_legs):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
@@ -124,9 +122,8 @@ class BodyPoses:
         return PoseArrays(position, heading, rotation)
 
     def uneven(self, time: Floats, requested: Indices) -> Indices:
-        """Those of the bodies `requested` (N,) that do not go straight, or rest, throughout times (K,) [s]."""
-        late = self.moving[self._start > time.min()] if len(self.moving) else self.moving
-        return np.array([b for b in requested.tolist() if b in self._with_legs or b in late], dtype=np.int64)
+        """Those of the bodies `requested` (N,) that may not go straight, or rest, throughout times (K,) [s]."""
+        return np.array([b for b in requested.tolist() if not self._motions[b].is_even(time)], dtype=np.int64)
 
     def each_at(self, time: float) -> list[BodyPose]:
         """The pose of each body at `time` [s]."""
