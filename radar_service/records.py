@@ -109,13 +109,14 @@ def regrouped(blocks: Iterable[SpokeBlock], size: int) -> Iterator[SpokeBlock]:
     """The spokes of one scan in blocks of `size`, the last one maybe shorter. Raises ValueError for a size below 1."""
     if size < 1:
         raise ValueError(f"size: {size} is not allowed; at least 1 spoke per block")
-    waiting: list[SpokeBlock] = []
+    waiting: list[SpokeBlock] = []  # fewer spokes than `size`
     for block in blocks:
-        waiting.append(block)
-        while sum(map(len, waiting)) >= size:
-            whole = joined(waiting)
-            yield whole.part(0, size)
-            waiting = [whole.part(size, len(whole))] if len(whole) > size else []
+        begin, missing = 0, size - sum(map(len, waiting))
+        while len(block) - begin >= missing:
+            yield joined([*waiting, block.part(begin, begin + missing)])
+            begin, missing, waiting = begin + missing, size, []
+        if begin < len(block):
+            waiting.append(block.part(begin, len(block)))
     if waiting:
         yield joined(waiting)
 

@@ -105,16 +105,18 @@ class BodyPoses:
         self._with_legs = {int(b) for b in self.moving if not self._motions[b].is_straight}
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
         self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
-        self._velocity = np.array([m.final_velocity for m in self._motions]).reshape(-1, 3)
-        self._start = np.array([m.time[0] for m in self._motions])
+        self._velocity = np.array([self._motions[b].final_velocity for b in self.moving]).reshape(-1, 3)
+        self._start = np.array([self._motions[b].time[0] for b in self.moving])
 
     def at(self, time: Floats, requested: Indices | None = None) -> PoseArrays:
         """Poses of all bodies at each time (K,) [s]. Rows of bodies not in `requested` (N,) are undefined; None: all."""
-        since = np.maximum(time[:, None] - self._start, 0.0)
-        position = self._position + since[:, :, None] * self._velocity
+        position = np.repeat(self._position[None], len(time), axis=0)
         heading = np.repeat(self._heading[None], len(time), axis=0)
         rotation: dict[int, Floats] = {}
-        for b in self._with_legs if requested is None else (b for b in requested if b in self._with_legs):
+        if len(self.moving):
+            since = np.maximum(time[:, None] - self._start, 0.0)
+            position[:, self.moving] += since[:, :, None] * self._velocity
+        for b in self._with_legs if requested is None else self._with_legs.intersection(requested.tolist()):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
             if pose.rotation is not None:
@@ -123,7 +125,8 @@ class BodyPoses:
 
     def uneven(self, time: Floats, requested: Indices) -> Indices:
         """Those of the bodies `requested` (N,) that may not go straight, or rest, throughout times (K,) [s]."""
-        return np.array([b for b in requested.tolist() if not self._motions[b].is_even(time)], dtype=np.int64)
+        moving = np.intersect1d(self.moving, requested, assume_unique=True).tolist()
+        return np.array([b for b in moving if not self._motions[b].is_even(time)], dtype=np.int64)
 
     def each_at(self, time: float) -> list[BodyPose]:
         """The pose of each body at `time` [s]."""
