@@ -66,8 +66,11 @@ class OcclusionScene:
 
     def as_of(self, time: float) -> Self:
         """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
+        moving = self.moving.as_of(time)
+        if moving is self.moving:
+            return self
         view = copy(self)
-        view.moving = self.moving.as_of(time)
+        view.moving = moving
         return view
 
     def present(self, time: float) -> Flags:
