@@ -83,7 +83,7 @@ def map_from_body(points: Floats, position: Floats, heading: float) -> Floats:
 def turned(points: Floats, cosine: Floats, sine: Floats) -> Floats:
     """Points (3,) or (K, 3) [m] of bodies' own frames along the map's axes (K, 3) [m], for cosine and sine (K,) of headings.
 
-    In memory each coordinate is contiguous: sums over single coordinates follow.
+    Each coordinate is contiguous in memory, because callers go on with one coordinate at a time.
     """
     east, north, up = points[..., 0], points[..., 1], points[..., 2]
     along = np.empty((3, *cosine.shape))

@@ -255,5 +255,5 @@ def reflection_distance(d: Floats, h: Floats, antenna_height: Floats | float, ea
 
 
 def _between(x: Floats, d: Floats) -> Floats:
-    """Distances x as far as they lie from 0 to d; for the few echoes of a block half the time of `clip`."""
+    """Distances x, at least 0 and at most d; few of them take half the time of `clip`."""
     return np.asarray(np.minimum(np.maximum(x, 0.0), d))
