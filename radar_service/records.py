@@ -109,14 +109,13 @@ def regrouped(blocks: Iterable[SpokeBlock], size: int) -> Iterator[SpokeBlock]:
     """The spokes of one scan in blocks of `size`, the last one maybe shorter. Raises ValueError for a size below 1."""
     if size < 1:
         raise ValueError(f"size: {size} is not allowed; at least 1 spoke per block")
-    waiting: list[SpokeBlock] = []  # fewer spokes than `size`
+    waiting: list[SpokeBlock] = []
     for block in blocks:
-        begin, missing = 0, size - sum(map(len, waiting))
-        while len(block) - begin >= missing:
-            yield joined([*waiting, block.part(begin, begin + missing)])
-            begin, missing, waiting = begin + missing, size, []
-        if begin < len(block):
-            waiting.append(block.part(begin, len(block)))
+        waiting.append(block)
+        while sum(map(len, waiting)) >= size:
+            whole = joined(waiting)
+            yield whole.part(0, size)
+            waiting = [whole.part(size, len(whole))] if len(whole) > size else []
     if waiting:
         yield joined(waiting)
 

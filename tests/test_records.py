@@ -71,15 +71,6 @@ def test_blocks_are_yielded_as_soon_as_they_are_full() -> None:
     assert len(next(regrouped(blocks(), 8))) == 8 and taken == [0, 1]  # type: ignore[arg-type]
 
 
-def test_blocks_are_copied_only_where_they_lie_in_two() -> None:
-    """Two of 17 spokes in blocks of 16: the first and the last are parts of them, the one between has one spoke of the first."""
-    given = [block(80, 17), block(97, 17)]
-    made = list(regrouped(given, 16))
-    assert [len(one) for one in made] == [16, 16, 2]
-    shared = [[bool(np.shares_memory(one.field, whole.field)) for whole in given] for one in made]
-    assert shared == [[True, False], [False, False], [False, True]]
-
-
 def test_a_block_of_no_spokes_is_refused() -> None:
     with pytest.raises(ValueError, match="size: 0 is not allowed"):
         next(regrouped([block(80, 4)], 0))
