@@ -81,9 +81,14 @@ def map_from_body(points: Floats, position: Floats, heading: float) -> Floats:
 
 
 def turned(points: Floats, cosine: Floats, sine: Floats) -> Floats:
-    """Points (3,) or (K, 3) [m] of bodies' own frames along the map's axes (K, 3) [m], for cosine and sine (K,) of headings."""
+    """Points (3,) or (K, 3) [m] of bodies' own frames along the map's axes (K, 3) [m], for cosine and sine (K,) of headings.
+
+    Each coordinate is contiguous in memory, because callers go on with one coordinate at a time.
+    """
     east, north, up = points[..., 0], points[..., 1], points[..., 2]
-    return np.stack([cosine * east + sine * north, cosine * north - sine * east, np.broadcast_to(up, cosine.shape)], axis=-1)
+    along = np.empty((3, *cosine.shape))
+    along[0], along[1], along[2] = cosine * east + sine * north, cosine * north - sine * east, up
+    return along.T
 
 
 def map_from_deck(heading: Floats, roll: Floats, pitch: Floats) -> Floats:

@@ -111,7 +111,7 @@ class SeaCells:
         """Factors (stop - start, cells) of some rows at the time when the beam passes the middle one."""
         level = self._open[start:stop].copy()
         sweeps = self._sweeps.get(scan, lambda: self._shadow_sweeps(scan))
-        crossing = [i for i, sweep in enumerate(sweeps) if self._crosses(sweep, start, stop)]
+        crossing = self._crossing(sweeps, start, stop)
         if self._rests and not crossing:
             return level
         time = self.scene.radar.time_of_turns(scan + 0.5 * (start + stop) / self.rows_per_scan)
@@ -150,9 +150,11 @@ class SeaCells:
         each = [list(zip(*(column.tolist() for column in one), strict=True)) for one in sectors]
         return [_swept([at[i] for at in each]) for i in range(len(each[0]))]
 
-    def _crosses(self, sweep: ShadowSweep, start: int, stop: int) -> bool:
-        """Whether rows start to stop (exclusive) lie in a sweep."""
-        return bool(((self._azimuth[start:stop] - sweep.low) % (2.0 * np.pi) <= sweep.high - sweep.low).any())
+    def _crossing(self, sweeps: list[ShadowSweep], start: int, stop: int) -> list[int]:
+        """Numbers of the sweeps in which any of the rows start to stop (exclusive) lie."""
+        low, high = np.array(sweeps).reshape(-1, 2, 1).swapaxes(0, 1)
+        inside = (self._azimuth[start:stop] - low) % (2.0 * np.pi) <= high - low
+        return [int(number) for number in np.flatnonzero(inside.any(axis=1))]
 
     def _antenna(self, time: float) -> Floats:
         """Position (3,) on the map [m], at the start for earlier times."""

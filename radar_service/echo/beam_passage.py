@@ -93,6 +93,8 @@ class BeamPassages:
 
     def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> ObservedEchoes | None:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths; None where none do."""
+        if not self._aspects:
+            return None
         spoke = self._scene.radar.spokes_at(azimuths.time)
         parts, fades = [], []
         present = self._line_of_sight.present(azimuths.middle)[self._key]
@@ -134,7 +136,7 @@ class BeamPassages:
 
     def passing(self, time: float, middle: float, half: float) -> list[tuple[int, int]]:
         """Bodies that the beam may cover within `half` of the bearing `middle` [rad], each with its crossing."""
-        if not self._aspects or not self._may_pass(time, middle, half):
+        if not self._may_pass(time, middle, half):
             return []
         bearing, distance = self._bearings(time)
         off = wrap_angle(bearing - middle)

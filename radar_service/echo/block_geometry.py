@@ -50,15 +50,12 @@ class BlockGeometry(NamedTuple):
 
     def positions(self, observed: ObservedEchoes, which: Indices, instants: Iterable[int]) -> list[Floats]:
         """Positions (E, 3) of echoes `which` relative to the antenna, along the map's axes [m], at some instants of the block."""
-        position, body = (
-            observed.position.take(which, axis=0),
-            observed.echoes.body[which],
-        )  # a quarter of the time of [which]
+        position, body = observed.position.T.take(which, axis=1), observed.echoes.body[which]  # coordinates are contiguous
         moving = np.flatnonzero(self.moves[body])
         points, mover = observed.echoes.position.take(which[moving], axis=0), body[moving]
         positions = []
         for n in instants:
-            positions.append(position - self.antenna[n])
+            positions.append((position - self.antenna[n, :, None]).T)
             if len(moving):
                 moved = self.poses.map_from_bodies(n, points, mover)
                 positions[-1][moving] = moved - self.antenna[n]

@@ -118,7 +118,8 @@ class MovingEchoes:
         over = parabola(azimuths.time)
         time = np.concatenate([over.nodes, azimuths.time])
         poses, antenna = self._poses.at(time, bodies), self._scene.antenna(time)
-        rough = self._rough(poses, antenna, over, bodies[self._moves[bodies]])
+        own = 0.0 if self._scene.own_ship.is_even(time) else float(interpolation_error(antenna[3:], antenna[:3], over))
+        rough = self._rough(poses, own > TOLERANCE, over, self._poses.uneven(time, bodies))
         return BlockGeometry(azimuths, over, poses, antenna, self._scene.upright_from_map(time), rough, self._moves)
 
     def _part(self, observed: ObservedEchoes, which: Indices, block: BlockGeometry) -> BeamWeightedEchoes:
@@ -131,7 +132,7 @@ class MovingEchoes:
         if sea is not None:
             near |= sea.middle.steep(radar, history.range_migration, distance) | sea.rising
         exact = np.flatnonzero(near | block.rough[observed.echoes.body[which]])
-        exact_gain = self._exact_history(history, sea, observed, which, exact, part, block)
+        exact_gain = self._exact_history(history, sea, observed, which, exact, part, block) if len(exact) else None
         weight = self._beam_weight(history, part.azimuth, block.azimuths)
         self._fluctuation.apply(weight, block.azimuths.number, part.azimuth, observed.echoes.body[which])
         if observed.fade is not None:
@@ -140,7 +141,8 @@ class MovingEchoes:
             relative = self._elevation_change(part.elevations(), block.over)
             relative[exact] = 1.0
             weight *= relative
-        weight[exact] *= exact_gain
+        if exact_gain is not None:
+            weight[exact] *= exact_gain
         middle = observed.echoes.amplitude[which] * received_amplitude(radar, distance)
         middle *= attenuation(radar, self._scene.environment, distance)
         middle *= elevation_gain(radar, part.elevation) if sea is None else sea.held_factor()
@@ -181,8 +183,6 @@ class MovingEchoes:
         block: BlockGeometry,
     ) -> Singles:
         """Writes the exact history of echoes which[exact] (W,) and returns their elevation gains (W, K) over the middle's."""
-        if not len(exact):
-            return np.ones((0, len(block.azimuths.time)), dtype=np.float32)
         radar, earth = self._scene.radar, self._earth_radius
         positions = np.stack(block.positions(observed, which[exact], range(3, len(block.antenna))))
         level = None if block.level is None else block.level[3:]
@@ -215,20 +215,20 @@ class MovingEchoes:
             gain[null] = 1.0
         return over.change(gains[0] / gains[1] - 1.0, gains[2] / gains[1] - 1.0) + np.float32(1.0)
 
-    def _rough(self, poses: PoseArrays, antenna: Floats, over: Parabola, moving: Indices) -> Flags:
-        """Which bodies (B,) leave their parabola as the antenna observes them: those of `moving` (N,) at a corner of a track."""
-        own = interpolation_error(antenna[3:], antenna[:3], over)
-        rough = np.full(len(self._moves), bool(own > TOLERANCE))
-        if len(moving) and not own > TOLERANCE:
-            position, heading = poses.position[:, moving], np.unwrap(poses.heading[:, moving], axis=0)[..., None]
-            arm = np.array([self._bodies[b].arm for b in moving])
+    def _rough(self, poses: PoseArrays, own: bool, over: Parabola, uneven: Indices) -> Flags:
+        """Which bodies (B,) leave their parabola as the antenna observes them: those of `uneven` (N,) at a corner of a track,
+        or all where own ship is at one."""
+        rough = np.full(len(self._moves), own)
+        if len(uneven) and not own:
+            position, heading = poses.position[:, uneven], np.unwrap(poses.heading[:, uneven], axis=0)[..., None]
+            arm = np.array([self._bodies[b].arm for b in uneven])
             away = interpolation_error(position[3:], position[:3], over)
             away = away + arm * interpolation_error(heading[3:], heading[:3], over)
-            for n, b in enumerate(moving.tolist()):
+            for n, b in enumerate(uneven.tolist()):
                 if b in poses.rotation:
                     entries = poses.rotation[b].reshape(-1, 1, 9)
                     away[n] += 3.0 * arm[n] * interpolation_error(entries[3:], entries[:3], over)[0]
-            rough[moving] = away > TOLERANCE
+            rough[uneven] = away > TOLERANCE
         return rough
 
 

@@ -19,16 +19,19 @@ MAX_AZIMUTH_CHANGE = 0.05  # rad from the middle to either end: the series of th
 
 
 class Parabola(NamedTuple):
-    """Interpolation from three instants to K: nodes (3,) [s]; weights first and last (K,) of changes since the middle."""
+    """Interpolation from three instants to K: nodes (3,) [s]; weights first and last (K,) of changes since the middle; both
+    weights (2, K) in single precision."""
 
     nodes: Floats
     first: Floats
     last: Floats
+    weights: Singles
 
     def change(self, first: Floats, last: Floats) -> Singles:
         """Change (E, K) since the middle of what changes by `first` and `last` (E,) at the outer nodes."""
-        ends, weights = np.stack([first, last], axis=1), np.stack([self.first, self.last])
-        change: Singles = ends.astype(np.float32) @ weights.astype(np.float32)
+        ends = np.empty((len(first), 2), dtype=np.float32)
+        ends[:, 0], ends[:, 1] = first, last
+        change: Singles = ends @ self.weights
         return change
 
 
@@ -36,7 +39,8 @@ def parabola(time: Floats) -> Parabola:
     """The parabola over evenly spaced times (K,) [s]."""
     middle, half = (time[0] + time[-1]) / 2.0, (time[-1] - time[0]) / 2.0
     u = (time - middle) / half if half > 0.0 else np.zeros(len(time))
-    return Parabola(np.array([middle - half, middle, middle + half]), u * (u - 1.0) / 2.0, u * (u + 1.0) / 2.0)
+    first, last = u * (u - 1.0) / 2.0, u * (u + 1.0) / 2.0
+    return Parabola(np.array([middle - half, middle, middle + half]), first, last, np.array([first, last], dtype=np.float32))
 
 
 def interpolation_error(values: Floats, nodes: Floats, over: Parabola) -> Floats:

@@ -57,7 +57,8 @@ class Paths(NamedTuple):
             factor[points] = np.square(1.0 + ratio[points] * _turned_back(phase[points]))
         for path in (1, 2):
             single = np.flatnonzero(self.path == path)
-            factor[single] = ratio[single] ** path
+            if len(single):
+                factor[single] = ratio[single] ** path
         extended = np.flatnonzero((self.path < 0) & (self.height_span > 0.0))
         if len(extended):
             span = _as_column(phase_span[extended], ratio.ndim)

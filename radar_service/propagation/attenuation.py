@@ -1,5 +1,6 @@
 """Attenuation by gas and rain along the path."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -76,6 +77,7 @@ _RAIN_ALPHA = {
 }
 
 
+@lru_cache(maxsize=16)  # a radar asks for its own frequency at each block of azimuths
 def rain_db_per_km(rain_mm_h: float, polarization: str, frequency: float) -> float:
     """One-way specific attenuation of rain [dB/km], k R^alpha on a level path (Rec. ITU-R P.838-3, 2005, eq. 1).
 

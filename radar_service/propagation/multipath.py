@@ -86,7 +86,9 @@ def specular_geometry(
     antenna_height: above the sea, positive [m]; earth_radius: effective radius ae [m], inf for flat. The reflection point
     solves the cubic of Kerr (Propagation of Short Radio Waves, 1951, ch. 2); by Fermat its error enters in second order.
     """
-    d, h = np.broadcast_arrays(np.asarray(distance, np.float64), np.maximum(np.asarray(height, np.float64), 0.0))
+    d, h = np.asarray(distance, np.float64), np.maximum(np.asarray(height, np.float64), 0.0)
+    if d.shape != h.shape:
+        d, h = np.broadcast_arrays(d, h)
     x = reflection_distance(d, h, antenna_height, earth_radius)
     direct, first, second, excess, rise, z = _lengths(x, d, h, antenna_height, earth_radius)
     grazing = np.arctan2(antenna_height - x * x / (2.0 * earth_radius), x)
@@ -105,7 +107,7 @@ def moved_excess(geometry: SpecularGeometry, before: Site, after: Site, earth_ra
     (d, h, antenna_height), (old_d, old_h, old_antenna) = after, before
     h, old_h = np.maximum(h, 0.0), np.maximum(old_h, 0.0)
     moved = d * antenna_height / (antenna_height + h) - old_d * old_antenna / (old_antenna + old_h)
-    return _lengths(np.clip(geometry.reflection + moved, 0.0, d), d, h, antenna_height, earth_radius)[3]
+    return _lengths(_between(geometry.reflection + moved, d), d, h, antenna_height, earth_radius)[3]
 
 
 class ReflectedRay(NamedTuple):
@@ -257,4 +259,9 @@ def reflection_distance(d: Floats, h: Floats, antenna_height: Floats | float, ea
     p = np.sqrt(p2)  # its cube is p2 p: a power would cost ten times as much
     sine = np.clip(2.0 * earth_radius * d * (h - antenna_height) / (p2 * p), -1.0, 1.0)
     x: Floats = d / 2.0 - p * np.sin(np.arcsin(sine) / 3.0)
-    return np.clip(x, 0.0, d)
+    return _between(x, d)
+
+
+def _between(x: Floats, d: Floats) -> Floats:
+    """Distances x, at least 0 and at most d; few of them take half the time of `clip`."""
+    return np.asarray(np.minimum(np.maximum(x, 0.0), d))

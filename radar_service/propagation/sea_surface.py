@@ -1,5 +1,7 @@
 """Reflection by the sea: permittivity of sea water, Fresnel coefficients, roughness, wave height by sea state."""
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.special import i0e
 
@@ -17,6 +19,7 @@ def rms_wave_height(sea_state: int) -> float:
     return SIGNIFICANT_WAVE_HEIGHT[sea_state] / 4.0
 
 
+@lru_cache(maxsize=16)  # a radar asks for its own frequency at each block of azimuths
 def sea_water_permittivity(frequency: float, temperature_c: float = 15.0, salinity: float = 35.0) -> complex:
     """Complex relative permittivity e' - j e'' of sea water, exp(+j w t).
 

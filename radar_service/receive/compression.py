@@ -67,7 +67,8 @@ class Compression:
 
     def spectrum(self, gridded: Profiles) -> Profiles:
         """Spectra (K, size) of the compressed echoes spread on rows (K, size)."""
-        received = np.asarray(scipy.fft.fft(gridded, axis=1) * self.echo_filter)
+        received: Profiles = scipy.fft.fft(gridded, axis=1)
+        received *= self.echo_filter
         if self.eclipsing_filter is not None:
             received -= scipy.fft.fft(self.eclipsing_filter.lost(gridded), self.size, axis=1)
         return received

@@ -162,12 +162,12 @@ def _spread_group(
     """A grid (size, K) of points, spread with the derivatives of the table in one product."""
     count, terms, width = len(column), *table.shape[1:]
     entry, first = _entries(column, width)
-    cells = np.add.outer(first, np.arange(width, dtype=np.int32))
+    cells = np.repeat(first, terms * width).reshape(count, terms * width)
+    cells += np.tile(np.arange(width, dtype=np.int32), terms)
     if first.min(initial=0) < 0 or first.max(initial=0) + width > size:
         cells %= size
-    cells = np.repeat(cells, terms, axis=0).ravel()
     ends = np.arange(0, cells.size + 1, width, dtype=np.int32)
-    weights = csc_array((table.take(entry, axis=0).ravel(), cells, ends), shape=(size, count * terms))
+    weights = csc_array((table.take(entry, axis=0).ravel(), cells.ravel(), ends), shape=(size, count * terms))
     series = np.empty((count, terms, amplitude.shape[1]), dtype=np.complex64)
     series[:, 0] = amplitude
     for power in range(1, terms):

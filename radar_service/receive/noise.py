@@ -23,8 +23,13 @@ class GaussianSpectrum:
 
     def draw(self, rows: int, rng: np.random.Generator) -> Profiles:
         """Spectra (rows, size)."""
-        spectrum = np.zeros((rows, self._size), dtype=np.complex64)
-        self.add(spectrum, rng)
+        draws = normals(rng, rows, self._above + self._below)
+        spectrum = np.empty((rows, self._size), dtype=np.complex64)
+        parts = spectrum.view(np.float32)
+        below = parts.shape[1] - self._below
+        np.multiply(draws[:, : self._above], self._weight[: self._above], out=parts[:, : self._above])
+        parts[:, self._above : below] = 0.0
+        np.multiply(draws[:, self._above :], self._weight[self._above :], out=parts[:, below:])
         return spectrum
 
     def add(self, spectrum: Profiles, rng: np.random.Generator) -> None:

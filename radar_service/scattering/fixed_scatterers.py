@@ -14,7 +14,7 @@ from radar_service.fidelity import Fidelity
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.random import SCATTER, generator, name_key
-from radar_service.scattering.declared_cells import cell_echoes, cell_spacing
+from radar_service.scattering.declared_cells import CellEchoes, cell_echoes, cell_spacing
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, Sector
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
@@ -36,7 +36,7 @@ from radar_service.scene.poses import (
 )
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
-from radar_service.types import Complexes, Flags, Floats, Indices
+from radar_service.types import Flags, Floats, Indices
 
 MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
@@ -234,21 +234,23 @@ class DeclaredScattering(FixedScatterers):
         body, (middle, span) = self._body[which], self._heights(which, position)
         position = np.column_stack([position[:, :2], middle])
         alone = np.flatnonzero(self.scatterers[body] == 1)
-        parts = [self._echoes(position[alone], np.ones(len(alone)), body[alone], span[alone], time)]
+        parts = [CellEchoes(position[alone], np.ones(len(alone), dtype=np.complex128), span[alone])]
+        owners = [body[alone]]
         for b in np.unique(body[(self.scatterers[body] > 1) & (projected > 0.0)]).tolist():
             part, pose = slice(*np.searchsorted(body, [b, b + 1])), pose_at(self.bodies[b], time)
             middle = pose.map_from_frame(self.bodies[b].middle)
             cells = cell_echoes(
                 position[part], projected[part], span[part], middle, antenna, self.context, cell_spacing(self.context.radar)
             )
-            parts.append(self._echoes(cells.position, cells.amplitude, np.full(len(cells.span), b), cells.span, time))
-        joined = BodyEchoes.joined(parts)
-        return joined.chosen(np.argsort(joined.body, kind="stable"))
+            parts.append(cells)
+            owners.append(np.full(len(cells.span), b))
+        joined = CellEchoes(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        echoes = self._echoes(joined, np.concatenate(owners), time)
+        return echoes.chosen(np.argsort(echoes.body, kind="stable"))
 
-    def _echoes(
-        self, position: Floats, amplitude: Complexes | Floats, body: Indices, span: Floats, time: float
-    ) -> BodyEchoes:
-        """Echoes (M,) at `position` (M, 3) on the map [m]; amplitude: (M,) for a declared cross-section of 1 m^2."""
+    def _echoes(self, cells: CellEchoes, body: Indices, time: float) -> BodyEchoes:
+        """Echoes (M,) of declared cross-sections, each of a body (M,), from cells for 1 m^2."""
+        position = cells.position
         poses = self._poses.at(np.array([time]))
         east, north, up = (position - poses.position[0][body]).T
         c, s = np.cos(poses.heading[0][body]), np.sin(poses.heading[0][body])
@@ -257,7 +259,7 @@ class DeclaredScattering(FixedScatterers):
             its = np.flatnonzero(body == b)
             own[its] = (position[its] - poses.position[0, b]) @ rotation[0]
         rcs = np.array([b.rcs for b in self.bodies], dtype=np.float64)[body]
-        return BodyEchoes(own, np.sqrt(rcs) * amplitude.astype(np.complex128), body, np.full(len(body), ALL_PATHS), span)
+        return BodyEchoes(own, np.sqrt(rcs) * cells.amplitude, body, np.full(len(body), ALL_PATHS), cells.span)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:

@@ -43,13 +43,13 @@ class ScattererSet:
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of all bodies, by rising body; arguments as in `ScatteringModel.echoes`."""
-        parts = [(model.key, model.echoes(antenna, instant)) for model in self.models]
+        parts = [(np.searchsorted(self.key, model.key), model.echoes(antenna, instant)) for model in self.models]
         joined = BodyEchoes.joined([part for _, part in parts])
-        key = np.concatenate([np.zeros(0, dtype=np.int64), *(key[part.body] for key, part in parts)])
-        if (np.diff(key) < 0).any():
-            order = np.argsort(key, kind="stable")
-            joined, key = joined.chosen(order), key[order]
-        return replace(joined, body=np.searchsorted(self.key, key))
+        body = np.concatenate([np.zeros(0, dtype=np.int64), *(own[part.body] for own, part in parts)])
+        if (np.diff(body) < 0).any():
+            order = np.argsort(body, kind="stable")
+            joined, body = joined.chosen(order), body[order]
+        return replace(joined, body=body)
 
     def clear(self) -> None:
         """Drops cached results, so that the next call can be timed."""

@@ -55,7 +55,9 @@ class Fluctuation:
                 continue
             fraction = azimuth[own[0]] % (2.0 * np.pi) / (2.0 * np.pi)
             crossing = np.floor(number / self._azimuths - fraction + 1.5).astype(np.int64)
-            weight[own] *= np.array([self._block(int(b), int(draw))[0] for draw in crossing], np.float32)
+            first, last = int(crossing[0]), int(crossing[-1])  # mostly the same
+            factors = [self._block(int(b), draw)[0] for draw in range(first, last + 1)]
+            weight[own] *= np.array(factors, np.float32)[crossing - first]
 
     def _block(self, body: int, draw: int) -> tuple[float, ...]:
         """Amplitude factors of a crossing, or of DRAWS_PER_BLOCK azimuths."""

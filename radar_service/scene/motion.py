@@ -72,10 +72,14 @@ class Motion:
         resting = bool(np.all(self.position == self.position[0]) and not self.final_velocity.any()) and not self.final_turn
         return resting and bool(np.all(self.heading == self.heading[0])) and self.sway is None
 
-    @property
+    @cached_property
     def is_straight(self) -> bool:
         """Whether it goes straight at one heading from its only knot on."""
         return len(self.time) == 1 and self.sway is None and not self.final_turn
+
+    def is_even(self, time: Floats) -> bool:
+        """Whether it certainly rests, or goes straight at one speed, throughout times (K,) [s]."""
+        return self.at_rest or (self.is_straight and bool(self.time[0] <= time.min()))
 
     @property
     def final_turn(self) -> float:
@@ -137,11 +141,16 @@ class Motion:
         span, turn = np.diff(self.time), (np.diff(self.heading) + np.pi) % (2 * np.pi) - np.pi
         return np.append(np.divide(turn, span, out=np.zeros_like(turn), where=span > 0), 0.0)
 
+    @cached_property
+    def _first_heading(self) -> float:
+        """Heading [rad] at the first knot, in [0, 2 pi)."""
+        return float(wrap_bearing(self.heading[0]))
+
     def _straight(self, t: Floats) -> Pose:
         """Returns the state at each t (K,) [s] of a motion with one knot, which most bodies have."""
         elapsed = np.maximum(t - self.time[0], 0.0)[:, None]
         velocity = np.where(t[:, None] >= self.time[0], self.final_velocity, 0.0)
-        heading = np.full(len(t), wrap_bearing(self.heading[0]))
+        heading = np.full(len(t), self._first_heading)
         return Pose(self.position[0] + elapsed * self.final_velocity, velocity, heading)
 
 

@@ -116,12 +116,17 @@ class BodyPoses:
         if len(self.moving):
             since = np.maximum(time[:, None] - self._start, 0.0)
             position[:, self.moving] += since[:, :, None] * self._velocity
-        for b in self._with_legs if requested is None else (b for b in requested if b in self._with_legs):
+        for b in self._with_legs if requested is None else self._with_legs.intersection(requested.tolist()):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
             if pose.rotation is not None:
                 rotation[b] = pose.rotation
         return PoseArrays(position, heading, rotation)
+
+    def uneven(self, time: Floats, requested: Indices) -> Indices:
+        """Those of the bodies `requested` (N,) that may not go straight, or rest, throughout times (K,) [s]."""
+        moving = np.intersect1d(self.moving, requested, assume_unique=True).tolist()
+        return np.array([b for b in moving if not self._motions[b].is_even(time)], dtype=np.int64)
 
     def each_at(self, time: float) -> list[BodyPose]:
         """The pose of each body at `time` [s]."""

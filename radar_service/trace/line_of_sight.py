@@ -66,8 +66,11 @@ class OcclusionScene:
 
     def as_of(self, time: float) -> Self:
         """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
+        moving = self.moving.as_of(time)
+        if moving is self.moving:
+            return self
         view = copy(self)
-        view.moving = self.moving.as_of(time)
+        view.moving = moving
         return view
 
     def present(self, time: float) -> Flags:
@@ -125,7 +128,7 @@ class OcclusionScene:
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius, over_horizon)
         visible: Flags = ~over & (slant < max_range)
         every = np.flatnonzero(visible)
-        for occluder, pose, key, which in self._occluders(points, every, antenna, time, movers, among):
+        for occluder, pose, key, which in self._occluders(points, distance, every, antenna, time, movers, among):
             left = which[visible[which]]
             own = self._resting[points.body[left]] if key is None else points.body[left] == key
             if own.any() or occluder.may_occlude(pose, antenna, position[left]):
@@ -228,6 +231,7 @@ class OcclusionScene:
     def _occluders(
         self,
         points: SurfacePoints,
+        distance: Floats,
         which: Indices,
         antenna: Floats,
         time: float,
@@ -236,18 +240,17 @@ class OcclusionScene:
     ) -> list[tuple[Occluder, BodyPose, int | None, Indices]]:
         """All that may occlude any of points `which` (W,) at `time` [s]: occluders, their poses, body indices (None: all bodies
         at rest), and indices of the points. The resting one comes first, but a mover that all points lie on comes before it,
-        as it occludes most of itself."""
+        as it occludes most of itself. distance: of all points along the ground (E,) [m]."""
         result: list[tuple[Occluder, BodyPose, int | None, Indices]] = []
-        own = set(np.unique(points.body[which]).tolist())
+        own = set(np.flatnonzero(np.bincount(points.body[which])).tolist())
         resting = among is None or bool(self._resting[[*own, *among]].any())
         if self._resting_occluder is not None and resting:
             result.append((self._resting_occluder, MAP_POSE, None, which))
         if movers and among is not None:
             result += [(*mover, which) for mover in self.moving.chosen(own.union(among), antenna, time)]
         elif movers:
-            position = points.position[which]
-            distance, _ = distances_from_map(position, antenna, self.earth_radius)
-            for key, occluder, pose, some in self.moving.before(position, distance, antenna, time):
+            position = points.position.take(which, axis=0)
+            for key, occluder, pose, some in self.moving.before(position, distance[which], antenna, time):
                 result.append((occluder, pose, key, which[some]))
         return sorted(result, key=lambda occluder: {occluder[2]} != own)
 

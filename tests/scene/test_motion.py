@@ -29,3 +29,12 @@ def test_yaw_adds_to_the_heading_and_is_no_rest() -> None:
     motion = Motion(np.zeros(1), np.zeros((1, 3)), np.array([1.0]), sway=sway)
     np.testing.assert_allclose(motion.pose(np.array([0.0, 2.0, 6.0])).heading, [1.0, 1.1, 0.9])
     assert not motion.at_rest and Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1)).at_rest
+
+
+def test_a_motion_is_even_where_a_straight_line_over_time_fits_it() -> None:
+    """One that starts at 5 s is so from then on; a sway never is; one at rest always."""
+    around, after = np.array([4.0, 6.0, 8.0]), np.array([5.0, 6.0, 8.0])
+    straight = Motion(np.array([5.0]), np.zeros((1, 3)), np.zeros(1), np.array([3.0, 4.0, 0.0]))
+    swaying = Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1), sway=Sway(np.full(4, 0.1), np.full(4, 8.0)))
+    assert not straight.is_even(around) and straight.is_even(after)
+    assert not swaying.is_even(after) and Motion(np.full(1, 5.0), np.zeros((1, 3)), np.zeros(1)).is_even(around)

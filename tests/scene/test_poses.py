@@ -52,3 +52,11 @@ def test_poses_of_leaning_bodies_are_those_of_each_motion() -> None:
             if pose.lean is not None:
                 upright = pose.upright.map_from_frame(points[own] @ pose.lean.T)
                 np.testing.assert_allclose(placed[own], upright, atol=1e-12)
+
+
+def test_bodies_that_are_not_even_are_found_among_those_requested() -> None:
+    """Of one at rest, one on a straight course, and two on legs, of which one is not requested."""
+    corners = [{"position_m": list(p), "speed_kn": 12} for p in [(190, 230), (320, 230)]]
+    legs = [point(name, 190, 160, waypoints=corners) for name in ("legs", "more")]
+    made = scene([point("rest", 1, 2), legs[0], point("straight", 3, 4, course_deg=50, speed_kn=9), legs[1]])
+    assert BodyPoses(made.bodies).uneven(np.array([0.0, 1.0]), np.array([0, 1, 2])).tolist() == [1]

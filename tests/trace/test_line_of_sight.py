@@ -198,3 +198,9 @@ def test_only_a_moving_body_that_occludes_has_an_occluder_of_its_own() -> None:
     assert own is not None and own[0] is line_of_sight.own_occluder(1, antenna, 5.0)[0]  # type: ignore[index]
     np.testing.assert_array_equal(own[1].position, pose_at(here[1], 3.0).position)
     assert OcclusionScene(here, np.inf, without=[1]).own_occluder(1, antenna, 3.0) is None
+
+
+def test_a_scene_without_comings_and_goings_is_as_it_is_at_any_time() -> None:
+    """Where a body goes, the scene of an earlier time is another one."""
+    steady, going = (OcclusionScene(bodies(TARGET, box(400, **more)), EARTH) for more in (MOVES, {**MOVES, "end_s": 5.0}))
+    assert steady.as_of(9.0) is steady and going.as_of(9.0) is not going
