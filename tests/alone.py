@@ -58,6 +58,7 @@ class Alone:
         self._made, self._seed, self._every = made, seed, frozenset(range(len(made.bodies)))
         self._engines: dict[tuple[frozenset[int], bool], Engine] = {}
         self._fields: dict[tuple[frozenset[int], bool, int], Fields] = {}
+        self._powers: dict[int, Powers] = {}
 
     def bodies(self, bodies: Collection[int], scan: int, earlier: bool = False) -> Fields:
         """Some bodies in one scan, with echoes of earlier pulses or without."""
@@ -81,6 +82,11 @@ class Alone:
 
     def powers(self, scan: int) -> Powers:
         """The power (A, N) [W] of each source in one scan, by source number."""
+        if scan not in self._powers:
+            self._powers[scan] = self._computed_powers(scan)
+        return self._powers[scan]
+
+    def _computed_powers(self, scan: int) -> Powers:
         numbers = source_numbers(self._made)[:-1]
         fields = {n: self.bodies(np.flatnonzero(numbers == n).tolist(), scan) for n in np.unique(numbers).tolist()}
         noise = receiver_noise_power(self._made.radar) if self._made.environment.noise else 0.0
@@ -108,6 +114,12 @@ class Alone:
         made = replace(made, radar=replace(made.radar, second_time_around=earlier))
         with patch("radar_service.engine.preparation.prepare_clutter", return_value=None):
             return replace(prepare(made, PRESETS["balanced"], self._seed, self._every - bodies), interference=())
+
+
+@cache
+def crowded_alone(moves: bool, **environment: Any) -> Alone:
+    """The sources of a crowded scene one by one, kept for all tests of this process."""
+    return Alone(crowded(moves, **environment))
 
 
 def field_of(engine: Engine, scan: int) -> Fields:

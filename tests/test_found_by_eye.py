@@ -46,9 +46,9 @@ class Place(NamedTuple):
     own: float
     around: float
 
-    def within(self, rows: Floats, columns: Floats, radius: float) -> NDArray[np.bool_]:
-        near: NDArray[np.bool_] = np.hypot(rows - self.row, columns - self.column) <= radius
-        return near
+    def distance(self, rows: Floats, columns: Floats) -> Floats:
+        """From here to pixels [pixels]."""
+        return np.asarray(np.hypot(rows - self.row, columns - self.column))
 
 
 def source_of(name: str) -> dict[str, Any]:
@@ -77,7 +77,7 @@ def contrast(bright: Floats, place: Place) -> float:
         place.row + place.around * np.cos(turn), place.column + place.around * np.sin(turn)))  # fmt: skip
     inside = np.hypot(rows - DISC / 2, columns - DISC / 2) < DISC / 2  # beyond the edge of the radar there is no picture
     around = np.median(bright[rows[inside], columns[inside]])
-    own = bright[place.within(*np.indices(bright.shape).astype(float), place.own)].max()
+    own = bright[place.distance(*np.indices(bright.shape).astype(float)) <= place.own].max()
     return float((own + 0.05) / (around + 0.05))
 
 
@@ -103,8 +103,10 @@ def test_bodies_that_stand_out_of_the_clutter_are_found_by_eye(name: str) -> Non
     for k in sought:
         half = simulator.scene.bodies[k].length / 2.0 * DISC / (2.0 * to.range)
         place = Place(*map(float, position(truths[k].range, truths[k].azimuth)), SPREAD + half, AROUND + half)
-        signal = np.abs(alone[k][place.within(rows, columns, place.own)]).max() ** 2
-        clutter = np.mean(np.abs((together - alone[k])[place.within(rows, columns, place.around)]) ** 2)
+        distance = place.distance(rows, columns)
+        near = distance <= place.around
+        signal = np.abs(alone[k][distance <= place.own]).max() ** 2
+        clutter = np.mean(np.abs(together[near] - alone[k][near]) ** 2)
         scr_db = 10.0 * np.log10(signal / max(clutter, simulator.noise_power))
         results[bodies[k]["name"]] = scr_db, contrast(bright, place)
     print("\n".join(f"{body}: {scr_db:.1f} dB, {found:.1f}:1" for body, (scr_db, found) in results.items()))

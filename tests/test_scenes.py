@@ -61,8 +61,7 @@ def test_worked_example_stands_at_200_m_and_45_degrees() -> None:
 
 @pytest.mark.parametrize(("bearing_deg", "distance"), [(30, 1000.0), (120, 2000.0), (250, 3000.0)])
 def test_orientation_shows_each_target_where_it_belongs(bearing_deg: float, distance: float) -> None:
-    simulator = rs.Simulator(scene("orientation"))
-    scan = simulator.scan()
+    simulator, scan = first_scan("orientation")
     rows = offset(scan.azimuth, np.deg2rad(bearing_deg)) < np.deg2rad(20.0)
     window = np.where(rows[:, None], scan.power, 0.0)
     row, column = np.unravel_index(np.argmax(window), window.shape)

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parent.parent
 RADAR = {"range_max_m": 800, "azimuths": 90, "beamwidth_deg": 8}
 
 
-def harbourlet(speed_kn: float = 0.0) -> rs.Scene:
+def harbourlet(speed_kn: float = 0.0, **radar: Any) -> rs.Scene:
     """A quay, a mast on it, a ship that passes and a fluctuating buoy."""
     quay = {"name": "quay", "shape": "box", "length_m": 90, "width_m": 20, "height_m": 4, "position_m": [200, 200, 0]}
     ship = {"name": "ship", "shape": "hull", "length_m": 40, "beam_m": 8, "height_m": 6, "position_m": [0, 300, 0]}
@@ -27,7 +27,7 @@ def harbourlet(speed_kn: float = 0.0) -> rs.Scene:
             {**quay, "material": "concrete"}, {**ship, "material": "wood", "speed_kn": 14, "course_deg": 80},
             point("mast", 200, 210), point("buoy", -100, 300, swerling=2),
         ],
-        radar=RADAR, own_ship={"speed_kn": speed_kn, "course_deg": 0}, environment={"noise": True},
+        radar=RADAR | radar, own_ship={"speed_kn": speed_kn, "course_deg": 0}, environment={"noise": True},
     )  # fmt: skip
 
 
@@ -75,7 +75,7 @@ def test_nothing_is_rebuilt_and_rest_is_traced_once(monkeypatch: pytest.MonkeyPa
 
 def bytes_after(*scans: int) -> list[int]:
     """Allocated bytes after so many scans, and so many more, under way with noise and draws."""
-    sim = rs.Simulator(harbourlet(15.0))
+    sim = rs.Simulator(harbourlet(15.0, azimuths=36, beamwidth_deg=20, rpm=120))
     tracemalloc.start()
     traced = []
     for more in scans:

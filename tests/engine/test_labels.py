@@ -14,7 +14,7 @@ from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
 from radar_service.engine.source_numbers import BODY, INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
 from radar_service.fidelity import PRESETS
-from tests.alone import Alone, Powers, agreement, crowded
+from tests.alone import Alone, Powers, agreement, crowded, crowded_alone
 from tests.scenes import everything, scene
 
 Labels = NDArray[np.uint32]
@@ -30,7 +30,7 @@ def labels_of(made: rs.Scene, scan: int, seed: int = 0) -> Labels:
 @pytest.mark.parametrize(("moves", "scans"), [(False, [0, 3000]), (True, [0, 30])])
 def test_labels_are_the_strongest_of_separately_run_sources(moves: bool, scans: list[int]) -> None:
     made = crowded(moves)
-    engine, alone = LabellingEngine(prepare(made, PRESETS["balanced"], 0)), Alone(made)
+    engine, alone = LabellingEngine(prepare(made, PRESETS["balanced"], 0)), crowded_alone(moves)
     for scan in scans:
         assert_labels(made, scan, np.concatenate([labels for *_, labels in engine.labelled_tiles(scan)]), alone.powers(scan))
 
@@ -47,9 +47,9 @@ def assert_labels(made: rs.Scene, scan: int, labels: Labels, powers: Powers) -> 
 
 @pytest.mark.parametrize("moves", [False, True], ids=["at rest", "own ship under way"])
 def test_without_noise_every_cell_with_any_echo_has_its_source(moves: bool) -> None:
-    made = crowded(moves, noise=False, sea_state=0, rain_mm_h=0.0)
-    labels = labels_of(made, 2)
-    agreed, _ = agreement(labels, Alone(made).powers(2))
+    calm = {"noise": False, "sea_state": 0, "rain_mm_h": 0.0}
+    labels = labels_of(crowded(moves, **calm), 2)
+    agreed, _ = agreement(labels, crowded_alone(moves, **calm).powers(2))
     assert agreed >= SHARE
 
 

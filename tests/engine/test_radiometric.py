@@ -13,7 +13,7 @@ from radar_service.engine.preparation import prepare
 from radar_service.fidelity import PRESETS
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Kinematics
-from tests.alone import Alone, Fields, crowded, power_of
+from tests.alone import Alone, Fields, crowded, crowded_alone, power_of
 from tests.scenes import point, scene
 
 Power = NDArray[np.float64]
@@ -86,7 +86,7 @@ def test_crossings_measure_what_each_body_alone_lays(moves: bool, scan: int) -> 
     """To single precision of the power: 1e-5 of a cell. Many moving echoes are shifted by series, which errs by -60 dB: 1e-3 of
     a cell. A body of no power has nothing."""
     made, part = crowded(moves), 1e-3 if moves else 1e-5
-    crossings, separate = rs.Simulator(made, fidelity="balanced").crossings(scan, radiometric=True), Alone(made)
+    crossings, separate = rs.Simulator(made, fidelity="balanced").crossings(scan, radiometric=True), crowded_alone(moves)
     assert sum(assert_measured(made, separate, scan, crossing, part) for crossing in crossings) >= 5
 
 
@@ -142,7 +142,7 @@ def test_bodies_at_the_seams_of_several_pulses_are_measured_as_their_parts_are_s
 @pytest.mark.parametrize("moves", [False, True], ids=["at rest", "own ship under way"])
 def test_foreign_share_and_clutter_are_those_of_separate_runs(moves: bool) -> None:
     made, scan = crowded(moves), 1
-    separate, prepared, compared = Alone(made), prepare(made, PRESETS["balanced"], 0), 0
+    separate, prepared, compared = crowded_alone(moves), prepare(made, PRESETS["balanced"], 0), 0
     sources, noise = every_source(made, separate, scan), receiver_noise_power(made.radar)
     assert prepared.clutter is not None
     for crossing in rs.Simulator(made, fidelity="balanced").crossings(scan, radiometric=True):

@@ -7,7 +7,7 @@ from radar_service.engine.preparation import prepare
 from radar_service.engine.source_numbers import INTERFERENCE, NOISE, RAIN, SEA, source_numbers
 from radar_service.engine.source_powers import SourcePowers
 from radar_service.fidelity import PRESETS
-from tests.alone import Alone, crowded
+from tests.alone import crowded, crowded_alone
 
 
 @pytest.mark.parametrize("moves", [False, True], ids=["at rest", "own ship under way"])
@@ -15,7 +15,8 @@ def test_powers_are_those_of_separately_run_sources(moves: bool) -> None:
     """To -66 dB of the strongest echo and -60 dB of each: together, echoes are shifted by series, and those of a shadow that
     cancel others stand on another kernel. Sea and rain share a power, to single precision."""
     made = crowded(moves)
-    powers, alone = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made)).scan(2), Alone(made).powers(2)
+    powers = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made)).scan(2)
+    alone = crowded_alone(moves).powers(2)
     assert {number for number, power in alone.items() if power.any()} == set(powers)
     for number, power in powers.items():
         got, expected = np.sqrt(power, dtype=np.float64), np.sqrt(alone[number])

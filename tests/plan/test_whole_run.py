@@ -25,7 +25,7 @@ from tests.scenes import point
 
 BUDGET = ErrorBudget()
 SEA = {"environment": {"multipath": True}}
-FINE = {"azimuths": 360, "beamwidth_deg": 3.9, "range_max_m": 1400}
+FINE = {"azimuths": 180, "beamwidth_deg": 7.8, "range_max_m": 1400}
 SPEED = 40 * KNOT
 LOBE = 0.05  # of the range: an echo in a null is judged by the rms field within so much of it
 

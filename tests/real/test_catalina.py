@@ -1,5 +1,6 @@
 """A real coast on the screen: the southern Channel Islands as terrain, held against a ray march over the PNG by own code."""
 
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -44,11 +45,13 @@ def ground(latlon: Floats) -> Floats:
     return np.asarray(north * (1 - s) + south * s)
 
 
-def coast(bearing: Floats, own: Floats, origin: tuple[float, float], height: float, reach: float) -> Floats:
-    """Slant range (B,) [m] of the nearest land in sight along each bearing, inf where there is none.
+@functools.cache
+def coast(bearings: int, own: tuple[float, float], origin: tuple[float, float], height: float, reach: float) -> Floats:
+    """Slant range (bearings,) [m] of the nearest land in sight along bearings all round, inf where there is none.
 
     own: east, north of the radar [m]; height: of the antenna [m]. A place is in sight where nothing nearer stands higher.
     """
+    bearing = np.arange(bearings) * (2 * np.pi / bearings)
     distance = np.arange(0.0, reach, STRIDE)[1:]
     coarse = np.arange(0.0, reach + STRIDE * SOLVED, STRIDE * SOLVED)
     ahead = np.stack([np.sin(bearing), np.cos(bearing)], axis=-1)
@@ -86,8 +89,8 @@ def test_echoes_begin_at_the_coast(tmp_path: Path, origin: tuple[float, float], 
     simulator = rs.Simulator(sea, seed=1)
     scan = simulator.scan()
     measured = nearest_echo(scan, simulator.noise_power)
-    bearing: Floats = np.arange(FINE * sea.radar.azimuths, dtype=np.float64) * (2 * np.pi / (FINE * sea.radar.azimuths))
-    shore = coast(bearing, scan.position[0], origin, sea.radar.height, sea.radar.range_max - 100.0)
+    own = float(scan.position[0, 0]), float(scan.position[0, 1])
+    shore = coast(FINE * sea.radar.azimuths, own, origin, sea.radar.height, sea.radar.range_max - 100.0)
     near, _ = within(shore, sea.radar.beamwidth)  # there the beam is 28.6 dB down, out and back: below FALL_DB
     _, far = within(shore, 0.25 * sea.radar.beamwidth)
     slack = POST / 2 + 3 * scan.range_step + scan.time[-1] * speed_kn * 1852 / 3600  # 3 bins: half a Blackman main lobe

@@ -58,7 +58,7 @@ def motions(kind: str, rng: np.random.Generator) -> dict[str, Any]:
     }[kind]  # fmt: skip
 
 
-@pytest.mark.parametrize("seeds", [6, pytest.param(20, marks=pytest.mark.study)])
+@pytest.mark.parametrize("seeds", [4, pytest.param(20, marks=pytest.mark.study)])
 @pytest.mark.parametrize("name", BODIES)
 def test_the_energy_at_rest_is_what_is_declared(name: str, seeds: int) -> None:
     """Seeds from 0 on, each at a range, bearing and aspect of its own."""
@@ -67,7 +67,7 @@ def test_the_energy_at_rest_is_what_is_declared(name: str, seeds: int) -> None:
     assert max(errors) < ALLOWED
 
 
-@pytest.mark.parametrize("seeds", [4, pytest.param(8, marks=pytest.mark.study)])
+@pytest.mark.parametrize("seeds", [3, pytest.param(8, marks=pytest.mark.study)])
 @pytest.mark.parametrize("kind", ["under way", "turning"])
 @pytest.mark.parametrize("name", ["freighter", "hull", "wide"])
 def test_the_energy_of_a_moving_body_is_what_is_declared(name: str, kind: str, seeds: int) -> None:
@@ -82,7 +82,7 @@ def test_two_columns_of_echoes_keep_the_energy_while_they_move_slowly() -> None:
     """A box of 60 m broadside, in the beam of 30 m at 900 m, at 2 kn: the phase between two columns of echoes is any. Without
     stagger they overlap by 8.6 %, and err by up to 0.34 dB."""
     box = {"shape": "box", "length_m": 60, "width_m": 10, "height_m": 15}
-    for seed, north in enumerate(np.linspace(-150, 150, 12)):
+    for seed, north in enumerate(np.linspace(-150, 150, 7)):
         motion = {"position_m": [900, north, 0], "course_deg": 0, "speed_kn": 2}
         assert max(error_db(box, motion, seed, RADAR, 1)) < ALLOWED
 
@@ -95,9 +95,10 @@ def test_two_columns_of_echoes_keep_the_energy_while_they_move_slowly() -> None:
         {"beamwidth_deg": 0.8, "azimuths": 2048},
     ],
 )
-def test_other_pulses_and_beams_keep_the_energy(settings: dict[str, Any]) -> None:
+@pytest.mark.parametrize("seeds", [1, pytest.param(6, marks=pytest.mark.study)])
+def test_other_pulses_and_beams_keep_the_energy(settings: dict[str, Any], seeds: int) -> None:
     rng = np.random.default_rng(3)
-    for seed in range(3):
+    for seed in range(seeds):
         assert error_db(BODIES["wide"], motions("at rest", rng), seed, {**RADAR, **settings}, 1)[0] < ALLOWED
 
 

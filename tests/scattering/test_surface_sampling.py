@@ -84,14 +84,12 @@ SHAPES: dict[str, dict[str, Any]] = {
 }
 
 
-def power(made: rs.Scene, count: int, seed: int, multipath: bool) -> float:
+def power(made: rs.Scene, sight: OcclusionScene, count: int, seed: int, multipath: bool) -> float:
     """Mean power of a body over its phases; with multipath |F|^4 is averaged over 32 heights of each span."""
     earth, antenna = effective_earth_radius(made.environment.earth_factor), made.antenna(0.0)[0]
     fidelity = replace(PRESETS["balanced"], min_scatterers=count, scatterers_per_cell=0.01)
     context = ScatteringContext(made.radar, fidelity, seed, antenna, made.environment, made.bodies, earth)
-    echoes = DiffuseScattering.build(made.bodies, np.array([0]), context).echoes(
-        antenna, Instant(0.0, OcclusionScene(made.bodies, earth), 1e5)
-    )
+    echoes = DiffuseScattering.build(made.bodies, np.array([0]), context).echoes(antenna, Instant(0.0, sight, 1e5))
     pose = made.bodies[0].motion.pose(0.0)
     position = map_from_bodies(echoes.position, echoes.body, pose.position, pose.heading)
     polar, factor = polar_from_map(position, antenna, earth), np.ones((1, len(echoes)))
@@ -106,15 +104,16 @@ def power(made: rs.Scene, count: int, seed: int, multipath: bool) -> float:
 @pytest.mark.parametrize("shape", SHAPES)
 def test_mean_power_errs_as_predicted(shape: str, multipath: bool) -> None:
     """Rms over 12 draws at two ranges against 20,000 points, each by itself in the lobes: within the prediction, by 3 sigma of
-    an rms over 24 (30 %), for 48, 96 and 192 points; so four times the points err less than half as much in free space."""
+    an rms over 24 (43 %), for 48, 96 and 192 points; so four times the points err less than half as much in free space."""
     slack, achieved = 1.0 + 3.0 / np.sqrt(2.0 * 24), []
     scenes = [scene([{**SHAPES[shape], "name": "b", "material": "concrete", "scattering": "diffuse", "heading_deg": 25,
                       "position_m": [0, distance, 2 if shape == "ball" else 0]}]) for distance in (700, 2500)]  # fmt: skip
-    exact = [power(made, 20_000, 0, multipath) for made in scenes]
+    seen = [(made, OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))) for made in scenes]
+    exact = [power(*each, 20_000, 0, multipath) for each in seen]
     for count in (48, 96, 192):
         ratio = [
-            power(made, count, seed, multipath) / known
-            for made, known in zip(scenes, exact, strict=True)
+            power(*each, count, seed, multipath) / known
+            for each, known in zip(seen, exact, strict=True)
             for seed in range(12)
         ]
         achieved.append(float(np.sqrt(np.mean((10 * np.log10(ratio)) ** 2))))

@@ -59,15 +59,15 @@ MOVING = [
 ]
 
 
-@pytest.mark.parametrize("knots", [0.0, 12.0, 30.0])
+@pytest.mark.parametrize("knots", [0.0, pytest.param(12.0, marks=pytest.mark.study), 30.0])
 def test_strong_points_are_reported_without_bias(knots: float) -> None:
-    """0.01 m and 0.002 degrees; one plot errs by 3 mm and 0.001 degrees at 48 dB: means of four do not reach the limits."""
+    """0.01 m and 0.002 degrees; one plot errs by 3 mm and 0.001 degrees at 48 dB: means of three do not reach the limits."""
     made = scene(NINE + MOVING, radar=RADAR, own_ship={"speed_kn": knots, "course_deg": 330}, environment={"noise": True})
     sim = rs.Simulator(made, "reference", seed=3)
-    result = errors(sim, [sim.scan() for _ in range(SCANS)], PlotExtractor(made.radar))
+    result = errors(sim, [sim.scan() for _ in range(3)], PlotExtractor(made.radar))
     assert set(result) == {body["name"] for body in NINE + MOVING}
     for name, rows in result.items():
-        assert SCANS - 1 <= len(rows) <= SCANS, name
+        assert 2 <= len(rows) <= 3, name
         assert min(row[2].snr_db for row in rows) > 45.0, name
         off = np.mean([row[:2] for row in rows], axis=0)
         assert abs(off[0]) < 0.01 and abs(np.degrees(off[1])) < 0.002, (name, off[0], np.degrees(off[1]))

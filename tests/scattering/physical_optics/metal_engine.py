@@ -86,6 +86,7 @@ def scene_of(draw: Draw, folder: Path, moving: bool, **radar: Any) -> rs.Scene:
     environment = {
         "multipath": setting.sea,
         "sea_state": setting.sea_state if setting.sea else 0,
+        "sea_texture_shape": 1.0,  # of clutter, which is not compared: one shape for all ranges is made quickly
         "earth": "flat" if np.isinf(setting.earth_radius) else "4/3",
     }
     bodies = [body_table(folder, draw, moving), *(wall_table(folder, screen) for screen in draw.screens)]

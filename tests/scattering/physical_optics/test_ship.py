@@ -20,7 +20,7 @@ from tests.scattering.physical_optics.meshes import cross_section, decibels, loa
 Floats = NDArray[np.float64]
 
 
-ASPECTS = 40  # all round
+ASPECTS = 24  # all round
 
 
 def signature(body: OpticalBody, which: range = range(ASPECTS)) -> Floats:

@@ -30,6 +30,8 @@ def play(test: Callable[[Station], Awaitable[None]], **options: Any) -> None:
         try:
             await test(station)
         finally:
+            for client in list(station.hub.clients):  # the station waits for those that stay
+                station.leave(client)
             await station.stop()
 
     asyncio.run(asyncio.wait_for(body(), 20))

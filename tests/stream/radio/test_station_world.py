@@ -37,6 +37,8 @@ def play(test: Callable[[dict[str, Station]], Awaitable[None]], *ids: str, **opt
             await test(stations)
         finally:
             for station in stations.values():
+                for client in list(station.hub.clients):  # the station waits for those that stay
+                    station.leave(client)
                 await station.stop()
 
     asyncio.run(asyncio.wait_for(body(), 20))
