@@ -84,11 +84,11 @@ class FixedScatterers(ABC):
         poses = self._poses.at(np.array([instant.time]))
         which, position = self._in_sector(poses, instant.sector)
         points = SurfacePoints(self.key[self._body[which]], self._triangle[which], position)
-        sight, over = instant.line_of_sight, diffraction_height(self.context.radar, self.context.environment)
+        line_of_sight, over = instant.line_of_sight, diffraction_height(self.context.radar, self.context.environment)
         seen = (points, antenna, instant.time, instant.max_range, instant.movers)
-        visible = np.flatnonzero(sight.visible(*seen, over_horizon=over))
+        visible = np.flatnonzero(line_of_sight.visible(*seen, over_horizon=over))
         which, position = which[visible], position.take(visible, axis=0)  # rows: a quarter of the time of [visible]
-        projected = self._projected_area(which, position, self._normals(poses, which), antenna, sight.earth_radius)
+        projected = self._projected_area(which, position, self._normals(poses, which), antenna, line_of_sight.earth_radius)
         return self.visible_echoes(which, position, projected, antenna, instant.time)
 
     def _heights(self, which: Indices, position: Floats) -> tuple[Floats, Floats]:
