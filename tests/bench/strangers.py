@@ -13,6 +13,7 @@ import argparse
 import contextlib
 import io
 import json
+import math
 import os
 import re
 import selectors
@@ -155,7 +156,7 @@ class Strangers:
 
     def __init__(self, address: tuple[str, int], swaps: int, seconds: float) -> None:
         self._address, self._seconds, self._between = address, seconds, seconds / swaps
-        self._stopped = threading.Event()
+        self._stopped, self._began = threading.Event(), time.monotonic()
         self.answers: Counter[str] = Counter()
 
     def attack(self, kinds: list[str]) -> None:
@@ -207,7 +208,7 @@ class Strangers:
         return http.get("radars/0/ppi.png", params={"size": 2048 - turn % 64}).status_code
 
     def _swaps(self, http: httpx.Client, turn: int) -> int:
-        self._stopped.wait(max(0.0, self._between - 0.5))  # a swap takes about the rest
+        self._stopped.wait(max(0.0, self._began + turn * self._between - time.monotonic()))
         return http.put("radars/0/scene", json={"scene": "open-sea" if turn % 2 else SMALL}).status_code
 
     def _planning(self, http: httpx.Client, turn: int) -> int:
@@ -283,7 +284,7 @@ def bench(options: argparse.Namespace) -> list[str]:
 
 
 def _verdict(made: Bench, options: argparse.Namespace, address: tuple[str, str]) -> list[str]:
-    swaps = max(1, round(SWAPS / options.runs))
+    swaps = math.ceil(SWAPS / options.runs)
     command = ("attack", *address, str(options.attack), str(swaps), options.strangers)
     quiet, attacked, states = [], [], []
     time.sleep(WARM_UP)
