@@ -145,8 +145,9 @@ def save_scans(path: str | Path, scans: Sequence[Scan], about: Mapping[str, Any]
     if not np.array_equal(reported, np.broadcast_to(shared["azimuth"], reported.shape)):
         shared["reported_azimuth"] = reported
     if first.powers is not None:
-        shared["power_sources"] = np.array(powered(scans), dtype=np.uint32)
-        each["powers"] = np.stack([powers_of(scan, powered(scans)) for scan in scans])
+        numbers = powered(scans)
+        shared["power_sources"] = np.array(numbers, dtype=np.uint32)
+        each["powers"] = np.stack([powers_of(scan, numbers) for scan in scans])
     came = ~np.isnan(each["time"])
     write_arrays(path, each | shared | {"number": number, "spoke": np.where(came, spoke, -1)} | dict(about or {}))
 

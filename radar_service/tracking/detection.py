@@ -97,15 +97,16 @@ def signal_to_noise(radar: Radar, environment: Environment, ground: Floats, targ
     """
     radius, height = effective_earth_radius(environment.earth_factor), target.height
     z = height - radar.height - ground**2 / (2.0 * radius)
-    distance, arrives = np.hypot(ground, z), ground < horizon(height, radar.height, radius)
+    distance = np.hypot(ground, z)
     amplitude = received_amplitude(radar, distance) * attenuation(radar, environment, distance)
     if environment.multipath:
         heights, diffracts = np.full(len(ground), height), np.ones(len(ground), dtype=np.bool_)
         rays = radar_two_rays(radar, environment, ground, heights, radar.height, diffracts=diffracts)
-        arrives = arrives | (rays.share < 1.0)
+        arrives = rays.arrives
         factor = 1.0 + rays.ratio * np.exp(-2j * np.pi / radar.wavelength * rays.geometry.excess)
         amplitude = amplitude * rays.gain * np.abs(factor) ** 2
     else:
+        arrives = ground < horizon(height, radar.height, radius)
         amplitude = amplitude * elevation_gain(radar, np.arctan2(z, ground))
     return np.where(arrives, 10.0 ** (target.rcs_dbsm / 10.0) * amplitude**2 / receiver_noise_power(radar), 0.0)
 
