@@ -42,7 +42,7 @@ class Effort(NamedTuple):
 SMALLEST = 1e-6  # of the body's area: facets below it count by their visible share, where its own parts shade them
 MANY = 200  # mixed facets on a body: from then on they are resolved as its own shadows are
 FINE = Effort(5, 10, 4, 0.0, 4)  # shadows of other bodies: their edges are found to 1/10,000 of a facet's edge
-COARSE = Effort(2, 4, 3, 0.05, 1)  # shadows of the body's own parts, which are many and small
+COARSE = Effort(2, 4, 3, 0.05, 2)  # shadows of the body's own parts, which are many and small
 
 
 class Parts(NamedTuple):
