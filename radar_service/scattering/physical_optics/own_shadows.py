@@ -44,25 +44,24 @@ class OwnShadows(NamedTuple):
         from triangle to triangle until nothing occludes.
         """
         way = seen - hidden
+        curved_way = self._in_body(self._curved(seen) - self._curved(hidden))
         onward = ONWARD / np.maximum(np.sqrt(np.einsum("ij,ij->i", way, way)), ONWARD)
         share, edge, found = np.zeros(len(way)), np.zeros(len(way)), np.full(len(way), np.nan)
         left = np.arange(len(way))
         for step in range(STEPS):
-            points = hidden[left] + share[left, None] * way[left]
-            occluding, end, apparent = self._occluding(points, triangle[left])
-            free = occluding == NO_TRIANGLE
-            found[left[free]] = edge[left[free]]
+            occluding, end, origin = self._occluding(hidden[left] + share[left, None] * way[left], triangle[left])
+            free = left[occluding == NO_TRIANGLE]
+            found[free] = edge[free]
             known = np.flatnonzero(occluding >= 0)
-            left = left[known]
-            further = self._curved(points[known] + way[left]) - end[known]
-            beyond = _way_out(self.occluder.corners(occluding[known]), by_axis(end[known]), by_axis(apparent[known]), further.T)
-            edge[left] = np.minimum(share[left] + beyond, 1.0)
+            left, corners = left[known], self.occluder.corners(occluding[known])
+            further = _way_out(corners, by_axis(end[known]), by_axis(origin[known]), by_axis(curved_way[left]))
+            edge[left] = np.minimum(share[left] + further, 1.0)
             share[left] = np.minimum(edge[left] + 2.0**step * onward[left], 1.0)
         return found
 
     def _occluding(self, points: Floats, triangle: Indices) -> tuple[Indices, Floats, Floats]:
-        """Which triangle occludes points (M, 3) on triangles (M,), NO_TRIANGLE or BEFORE_THE_SEA; in the curved frame of the
-        body, the points and where their rays seem to come from (M, 3) [m]."""
+        """Which triangle occludes points (M, 3) on triangles (M,), NO_TRIANGLE or BEFORE_THE_SEA; the points in the body's own
+        curved frame, and where their rays seem to come from (M, 3) [m]."""
         at_x, at_y, at_z = (self.antenna - self.pose.position) @ body_rotation(self.pose.heading)
         if not self.by_sea:
             end, line = self._lines(points, at_x, at_y, at_z - self._drop(at_x, at_y))
@@ -90,38 +89,41 @@ class OwnShadows(NamedTuple):
         return near[self.occluder.occludes(self.pose, self.antenna, position)]
 
     def _lines(self, points: Floats, begin_x: Floats, begin_y: Floats, begin_z: Floats) -> tuple[Floats, Floats]:
-        """Points (M, 3) in the curved frame of the body, and the lines to them from begins in the upright body's curved frame
+        """Points (M, 3) in the body's own curved frame, and the lines to them from begins in the upright body's curved frame
         [m], one for all or one each (M,)."""
-        end = points.copy()
-        end[:, 2] -= self._drop(end[:, 0], end[:, 1])
+        end = self._curved(points)
         line = np.empty_like(end)
         for axis, begin in enumerate((begin_x, begin_y, begin_z)):
             np.subtract(end[:, axis], begin, out=line[:, axis])
-        lean = self.pose.lean
-        return (end, line) if lean is None else (end @ lean, line @ lean)
+        return self._in_body(end), self._in_body(line)
 
     def _curved(self, points: Floats) -> Floats:
-        """Points (M, 3) in the curved frame of the body [m]."""
-        end = points.copy()
-        end[:, 2] -= self._drop(end[:, 0], end[:, 1])
-        return end if self.pose.lean is None else end @ self.pose.lean
+        """Points (M, 3) in the curved frame of the upright body [m]."""
+        curved = points.copy()
+        curved[:, 2] -= self._drop(curved[:, 0], curved[:, 1])
+        return curved
+
+    def _in_body(self, vectors: Floats) -> Floats:
+        """Vectors (M, 3) of the upright body's frame in the body's own."""
+        return vectors if self.pose.lean is None else vectors @ self.pose.lean
 
     def _drop(self, x: Floats, y: Floats) -> Floats:
         """By how much the earth curves away at (x, y) from the body's origin [m]."""
         return np.asarray((x * x + y * y) / (2.0 * self.earth_radius))
 
 
-def _way_out(corners: Floats, begin: Floats, apparent: Floats, way: Floats) -> Floats:
+def _way_out(corners: Floats, begin: Floats, origin: Floats, way: Floats) -> Floats:
     """Where ways (3, M) from points in the shadows of triangles leave these: shares (M,), inf where they never do.
 
-    corners: (3, 3, M), by corner and axis; begin, apparent: (3, M) the points, and where the rays come from. The shadow of an
-    edge is a plane through it and `apparent`; the third corner lies on its inner side.
+    corners: (3, 3, M), by corner and axis; begin, origin: (3, M) the points, and where the rays come from. The shadow ends at
+    planes through `origin` and the edges; the third corner tells which side of each is inside.
     """
-    offset = corners - apparent
+    from_origin, offset = corners - origin, begin - origin
     result = np.full(way.shape[1], np.inf)
-    for corner, following, opposite in zip(offset, offset[[1, 2, 0]], offset[[2, 0, 1]], strict=True):
-        plane = cross(corner, following)
-        inward, outward = dot(plane, opposite), dot(plane, way)
-        share = np.divide(-dot(plane, begin - apparent), outward, out=np.full(len(result), np.inf), where=inward * outward < 0.0)
+    for one, other, third in zip(from_origin, from_origin[[1, 2, 0]], from_origin[[2, 0, 1]], strict=True):
+        plane = cross(one, other)
+        change = dot(plane, way)
+        leaves = change * dot(plane, third) < 0.0
+        share = np.divide(-dot(plane, offset), change, out=np.full(len(result), np.inf), where=leaves)
         np.minimum(result, np.maximum(share, 0.0), out=result)
     return result

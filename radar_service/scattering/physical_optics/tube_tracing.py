@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
-from radar_service.scattering.physical_optics.facets import line_through
+from radar_service.scattering.physical_optics.facets import areas, line_through
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.ray_tubes import EVERY, RayTubes, by_axis, cross, dot, halved, moved
 from radar_service.scene.body import Mesh
@@ -27,7 +27,7 @@ CARRIED_HALVINGS = 1  # of tubes that matter only for what they hit next
 CUT_LEVEL = 1  # halvings before a tube may be cut: a whole one is sampled too sparsely to know that one line divides it
 SECTIONS = 4  # of an edge of a tube, in one of which the crossing is then computed
 ASIDE = 0.05  # of the way from the edge to the corners: where rays on both sides of it test that it is straight
-MAX_DIVIDED = (2_000, 500)  # tubes at the second surface and at each later one, large ones first
+MAX_DIVIDED = (2_000, 500)  # tubes at the second surface and at each later one, those of large area first
 SAMPLED = 4  # times as many have rays at their corners too: of large tubes, a sixth to a half hit different planes
 INSET = 0.02  # of the way from a corner to the centre: rays start off the edges
 GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
@@ -90,7 +90,7 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
             cut, parts = _cut_at_edges(tubes, hit, number, np.flatnonzero(mixed), targets, final)
             done.append(parts)
             mixed[cut] = kept[cut] = False
-        divided = largest(np.flatnonzero(mixed), longest, left)
+        divided = largest(np.flatnonzero(mixed), areas(tubes.corners.transpose(2, 0, 1)), left)
         left -= len(divided)
         kept[divided] = False
         hitting = np.flatnonzero(kept)
@@ -111,7 +111,7 @@ def largest(which: Indices, size: Floats, count: int) -> Indices:
 def _hits_of_samples(tubes: RayTubes, scene: TriangleScene, count: int) -> Indices:
     """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none. Only the `count` largest tubes
     have rays at their corners; others are taken to hit what their centres hit."""
-    large = largest(np.arange(len(tubes)), _squared_edges(tubes.corners).max(axis=0, initial=0.0), count)
+    large = largest(np.arange(len(tubes)), areas(tubes.corners.transpose(2, 0, 1)), count)
     some = tubes.chosen(large)
     corners = some.corners + INSET * (some.centre - some.corners) + lift(some, scene)
     hit = np.repeat(_first_hits((tubes.centre + lift(tubes, scene))[None], tubes.direction[None], scene), 4, axis=0)
