@@ -46,18 +46,18 @@ class OwnShadows(NamedTuple):
         way = seen - hidden
         curved_way = self._in_body(self._curved(seen) - self._curved(hidden))
         onward = ONWARD / np.maximum(np.sqrt(np.einsum("ij,ij->i", way, way)), ONWARD)
-        share, edge, found = np.zeros(len(way)), np.zeros(len(way)), np.full(len(way), np.nan)
+        share, edge, result = np.zeros(len(way)), np.zeros(len(way)), np.full(len(way), np.nan)
         left = np.arange(len(way))
         for step in range(STEPS):
             occluding, end, origin = self._occluding(hidden[left] + share[left, None] * way[left], triangle[left])
             free = left[occluding == NO_TRIANGLE]
-            found[free] = edge[free]
+            result[free] = edge[free]
             known = np.flatnonzero(occluding >= 0)
             left, corners = left[known], self.occluder.corners(occluding[known])
             further = _way_out(corners, by_axis(end[known]), by_axis(origin[known]), by_axis(curved_way[left]))
             edge[left] = np.minimum(share[left] + further, 1.0)
             share[left] = np.minimum(edge[left] + 2.0**step * onward[left], 1.0)
-        return found
+        return result
 
     def _occluding(self, points: Floats, triangle: Indices) -> tuple[Indices, Floats, Floats]:
         """Which triangle occludes points (M, 3) on triangles (M,), NO_TRIANGLE or BEFORE_THE_SEA; the points in the body's own
