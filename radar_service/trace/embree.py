@@ -127,6 +127,10 @@ class TriangleScene:
         distance: Floats = np.divide(toward, along, out=np.full(len(along), np.inf), where=along != 0)
         return distance
 
+    def corners(self, triangle: NDArray[np.int64]) -> Floats:
+        """Corners (3, 3, M), by corner and axis, of triangles (M,) [m]."""
+        return np.stack([self._vertices.take(self._faces[:, i].take(triangle), axis=0).T for i in range(3)])
+
     @cached_property
     def _planes(self) -> tuple[Floats, Floats]:
         """Normals (F, 3), twice as long as the area, and what all points of the planes have for them (F,); 32 bytes a

@@ -15,6 +15,7 @@ from radar_service.trace.embree import RayCount, TriangleScene
 from radar_service.types import Flags, Floats, Indices
 
 TOLERANCE = 2e-3  # m; float32 places a hit on a body of a few km to about 1 mm (Embree's own rounding)
+NO_TRIANGLE = -1
 OUTSIDE = 2.1  # radii of the bounding sphere from a point on a body, farther than which no part of it lies
 RELATIVE_TOLERANCE = 2e-6  # of the line of sight's length: float32 rounding of its direction
 
@@ -73,10 +74,11 @@ class Occluder:
         occluded[candidates] = distance < 1.0 - _slack(line[candidates])
         return occluded
 
-    def occludes_own(self, points: Floats, line: Floats, triangle: Indices) -> Flags:
-        """As `self_occluded`, of points (E, 3) in the body's own curved frame, each on a triangle (E,).
+    def own_occluder(self, points: Floats, line: Floats, triangle: Indices) -> Indices:
+        """Which triangle of the body occludes each point (E, 3) in its own curved frame, NO_TRIANGLE where none does.
 
-        line: (E, 3) from where the line of sight begins to the point, in the same frame [m].
+        line: (E, 3) from where the line of sight begins to the point, in the same frame [m]; triangle: (E,) that each point
+        lies on.
         """
         x, y, z = line.T  # each by itself: faster than along an axis
         length = np.maximum(np.sqrt(x * x + y * y + z * z), TOLERANCE)
@@ -87,9 +89,14 @@ class Occluder:
         hit = self._scene.first_hit(begin, line)
         some = np.flatnonzero((hit >= 0) & (hit != triangle))
         before = -self._scene.hit_distance(hit[some], points.take(some, axis=0), line.take(some, axis=0))
-        occluded = np.zeros(len(points), dtype=np.bool_)
-        occluded[some] = before > TOLERANCE / length[some] + RELATIVE_TOLERANCE
-        return occluded
+        occluding = some[before > TOLERANCE / length[some] + RELATIVE_TOLERANCE]
+        result = np.full(len(points), NO_TRIANGLE)
+        result[occluding] = hit[occluding]
+        return result
+
+    def corners(self, triangle: Indices) -> Floats:
+        """Corners (3, 3, E), by corner and axis, of triangles (E,) in the body's own curved frame [m]."""
+        return self._scene.corners(triangle)
 
     def _lines_of_sight(self, pose: BodyPose, origin: Floats, points: Floats) -> tuple[Floats, Floats]:
         begin = pose.frame_from_map(origin, self._earth_radius)

@@ -11,6 +11,7 @@ from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_leg
 from radar_service.scene.poses import BodyPose
 from radar_service.types import Flags, Floats, Indices
 
+Edges = Callable[[Floats, Floats, Indices], Floats]  # as `own_shadows.OwnShadows.edges`
 Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) a leg reaches past all bodies
 
 
@@ -87,6 +88,7 @@ class BodyLeg:
     antenna: (3,) on the map [m].
     earth_radius: effective, inf for flat [m].
     visible: which points on which triangles the leg reaches past all bodies.
+    edges: finds the edges of shadows exactly; None where they are searched for by `visible` alone.
     crowded: whether another body may cast a shadow on this one.
     thin: whether a small one may.
     strength: no less than the field by this leg over that by the direct one, anywhere on the body.
@@ -97,6 +99,7 @@ class BodyLeg:
     antenna: Floats
     earth_radius: float
     visible: Visible
+    edges: Edges | None = None
     crowded: bool = True
     thin: bool = True
     strength: float = 1.0

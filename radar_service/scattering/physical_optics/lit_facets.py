@@ -178,7 +178,7 @@ def _past_shadows(lit: Surface, number: int, leg: BodyLeg, area: float) -> Surfa
     if not mixed.any():
         return lit
     crossed = np.flatnonzero(mixed)
-    parts = visible_parts(lit.corners[crossed], lit.triangle[crossed], leg.visible, leg.crowded, area)
+    parts = visible_parts(lit.corners[crossed], lit.triangle[crossed], leg.visible, leg.crowded, area, leg.edges)
     result = lit.parts(parts.corners, crossed[parts.origin])
     result.share[:, number] = parts.share
     return lit.chosen(np.flatnonzero(~mixed)).joined(result)

@@ -13,7 +13,7 @@ from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
-from radar_service.scattering.physical_optics.body_legs import BodyLeg, Visible
+from radar_service.scattering.physical_optics.body_legs import BodyLeg, Edges, Visible
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
@@ -103,12 +103,14 @@ class PhysicalOptics:
 
         thin = bool((radius < THIN).any())
         crowded = thin or (len(among) > 0 and _is_shaded(optical, pose, partial(visible, bodies=among.tolist())))
+        edges: Edges | None = None
         seen: Visible = partial(visible, bodies=among.tolist() if crowded else [])
         own = scene.own_occluder(key, antenna, instant.time) if instant.movers and not crowded else None
         if own is not None and self._in_reach(b, pose, antenna, instant):
-            seen = OwnShadows(*own, antenna, scene.earth_radius, by_sea).visible
+            shadows = OwnShadows(*own, antenna, scene.earth_radius, by_sea)
+            seen, edges = shadows.visible, shadows.edges
         strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, crowded, thin, strength)
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, thin, strength)
 
     def _in_reach(self, b: int, pose: BodyPose, antenna: Floats, instant: Instant) -> bool:
         """Whether all of body b above the sea lies this side of the horizon and of the maximum range."""

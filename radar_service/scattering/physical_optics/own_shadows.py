@@ -6,11 +6,15 @@ import numpy as np
 
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.propagation.multipath import reflection_distance
+from radar_service.scattering.physical_optics.ray_tubes import by_axis, cross, dot
 from radar_service.scene.poses import BodyPose
-from radar_service.trace.occluder import Occluder
+from radar_service.trace.occluder import NO_TRIANGLE, Occluder
 from radar_service.types import Flags, Floats, Indices
 
 MARGIN = 1.0  # m by which a reflection point must lie before the body, so that it needs no search
+BEFORE_THE_SEA = -2  # in place of a triangle: the body occludes the way from the antenna to the sea
+STEPS = 5  # from triangle to triangle, toward the edge of a shadow; most end after one or two
+ONWARD = 1e-3  # m beyond the edge of a triangle's shadow, where the next ray ends; twice as far at each step
 
 
 class OwnShadows(NamedTuple):
@@ -30,40 +34,96 @@ class OwnShadows(NamedTuple):
 
     def visible(self, points: Floats, triangle: Indices) -> Flags:
         """Which points (M, 3) in the frame of the upright body [m], on triangles (M,), no other part of it occludes."""
+        return np.asarray(self._occluding(points, triangle)[0] == NO_TRIANGLE)
+
+    def edges(self, hidden: Floats, seen: Floats, triangle: Indices) -> Floats:
+        """Where the edge of the shadow lies on the way from points that are hidden to ones that are seen, both (M, 3) in the
+        frame of the upright body [m]: shares (M,) of the way, NaN where it was not found.
+
+        From a hidden point the way goes on to where the triangle that occludes it ceases to do so, which is exact, and so on
+        from triangle to triangle until nothing occludes.
+        """
+        way = seen - hidden
+        curved_way = self._in_body(self._curved(seen) - self._curved(hidden))
+        onward = ONWARD / np.maximum(np.sqrt(np.einsum("ij,ij->i", way, way)), ONWARD)
+        share, edge, result = np.zeros(len(way)), np.zeros(len(way)), np.full(len(way), np.nan)
+        left = np.arange(len(way))
+        for step in range(STEPS):
+            occluding, end, origin = self._occluding(hidden[left] + share[left, None] * way[left], triangle[left])
+            free = left[occluding == NO_TRIANGLE]
+            result[free] = edge[free]
+            known = np.flatnonzero(occluding >= 0)
+            left, corners = left[known], self.occluder.corners(occluding[known])
+            further = _way_out(corners, by_axis(end[known]), by_axis(origin[known]), by_axis(curved_way[left]))
+            edge[left] = np.minimum(share[left] + further, 1.0)
+            share[left] = np.minimum(edge[left] + 2.0**step * onward[left], 1.0)
+        return result
+
+    def _occluding(self, points: Floats, triangle: Indices) -> tuple[Indices, Floats, Floats]:
+        """Which triangle occludes points (M, 3) on triangles (M,), NO_TRIANGLE or BEFORE_THE_SEA; the points in the body's own
+        curved frame, and where their rays seem to come from (M, 3) [m]."""
         at_x, at_y, at_z = (self.antenna - self.pose.position) @ body_rotation(self.pose.heading)
         if not self.by_sea:
-            return ~self._occluded(points, at_x, at_y, at_z - self._drop(at_x, at_y), triangle)
+            end, line = self._lines(points, at_x, at_y, at_z - self._drop(at_x, at_y))
+            return self.occluder.own_occluder(end, line, triangle), end, end - line
         x, y, z = points.T
         distance = np.sqrt((x - at_x) ** 2 + (y - at_y) ** 2)
         share = reflection_distance(distance, z + self.pose.position[2], float(self.antenna[2]), self.earth_radius)
         share /= np.maximum(distance, MARGIN)
         begin_x, begin_y, sea = at_x + share * (x - at_x), at_y + share * (y - at_y), -self.pose.position[2]
-        free = ~self._occluded(points, begin_x, begin_y, sea - self._drop(begin_x, begin_y), triangle)
-        return self._reached(free, np.stack([begin_x, begin_y, np.full(len(x), sea)], axis=1), distance * (1.0 - share))
+        end, line = self._lines(points, begin_x, begin_y, sea - self._drop(begin_x, begin_y))
+        occluding = self.occluder.own_occluder(end, line, triangle)
+        reflection = np.stack([begin_x, begin_y, np.full(len(x), sea)], axis=1)
+        occluding[self._lost(occluding == NO_TRIANGLE, reflection, distance * (1.0 - share))] = BEFORE_THE_SEA
+        return occluding, end, end - line / np.maximum(1.0 - share, 1e-6)[:, None]
 
-    def _reached(self, free: Flags, reflection: Floats, beyond: Floats) -> Flags:
-        """Those of points (M,) that are free whose rays reach the sea before the body.
+    def _lost(self, free: Flags, reflection: Floats, beyond: Floats) -> Indices:
+        """Those of points (M,) that are free whose rays do not reach the sea before the body.
 
         reflection: (M, 3) points at the sea [m]; beyond: how far they lie before the points in plan [m].
         """
         near = np.flatnonzero(free & (beyond < 2.0 * self.occluder.sphere[1] + MARGIN))
-        if len(near):
-            position = map_from_body(reflection[near], self.pose.position, self.pose.heading)
-            free[near] = ~self.occluder.occludes(self.pose, self.antenna, position)
-        return free
+        if not len(near):
+            return near
+        position = map_from_body(reflection[near], self.pose.position, self.pose.heading)
+        return near[self.occluder.occludes(self.pose, self.antenna, position)]
 
-    def _occluded(self, points: Floats, begin_x: Floats, begin_y: Floats, begin_z: Floats, triangle: Indices) -> Flags:
-        """Which points (M, 3) are occluded from begins in the upright body's curved frame [m], one for all or one each (M,)."""
-        end = points.copy()
-        end[:, 2] -= self._drop(end[:, 0], end[:, 1])
+    def _lines(self, points: Floats, begin_x: Floats, begin_y: Floats, begin_z: Floats) -> tuple[Floats, Floats]:
+        """Points (M, 3) in the body's own curved frame, and the lines to them from begins in the upright body's curved frame
+        [m], one for all or one each (M,)."""
+        end = self._curved(points)
         line = np.empty_like(end)
         for axis, begin in enumerate((begin_x, begin_y, begin_z)):
             np.subtract(end[:, axis], begin, out=line[:, axis])
-        lean = self.pose.lean
-        if lean is not None:
-            end, line = end @ lean, line @ lean
-        return self.occluder.occludes_own(end, line, triangle)
+        return self._in_body(end), self._in_body(line)
+
+    def _curved(self, points: Floats) -> Floats:
+        """Points (M, 3) in the curved frame of the upright body [m]."""
+        curved = points.copy()
+        curved[:, 2] -= self._drop(curved[:, 0], curved[:, 1])
+        return curved
+
+    def _in_body(self, vectors: Floats) -> Floats:
+        """Vectors (M, 3) of the upright body's frame in the body's own."""
+        return vectors if self.pose.lean is None else vectors @ self.pose.lean
 
     def _drop(self, x: Floats, y: Floats) -> Floats:
         """By how much the earth curves away at (x, y) from the body's origin [m]."""
         return np.asarray((x * x + y * y) / (2.0 * self.earth_radius))
+
+
+def _way_out(corners: Floats, begin: Floats, origin: Floats, way: Floats) -> Floats:
+    """Where ways (3, M) from points in the shadows of triangles leave these: shares (M,), inf where they never do.
+
+    corners: (3, 3, M), by corner and axis; begin, origin: (3, M) the points, and where the rays come from. The shadow ends at
+    planes through `origin` and the edges; the third corner tells which side of each is inside.
+    """
+    from_origin, offset = corners - origin, begin - origin
+    result = np.full(way.shape[1], np.inf)
+    for one, other, third in zip(from_origin, from_origin[[1, 2, 0]], from_origin[[2, 0, 1]], strict=True):
+        plane = cross(one, other)
+        change = dot(plane, way)
+        leaves = change * dot(plane, third) < 0.0
+        share = np.divide(-dot(plane, offset), change, out=np.full(len(result), np.inf), where=leaves)
+        np.minimum(result, np.maximum(share, 0.0), out=result)
+    return result

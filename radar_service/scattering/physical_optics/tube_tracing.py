@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.scattering.physical_optics.facet_integral import specular_reflection
-from radar_service.scattering.physical_optics.facets import line_through
+from radar_service.scattering.physical_optics.facets import areas, line_through
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.ray_tubes import EVERY, RayTubes, by_axis, cross, dot, halved, moved
 from radar_service.scene.body import Mesh
@@ -27,7 +27,8 @@ CARRIED_HALVINGS = 1  # of tubes that matter only for what they hit next
 CUT_LEVEL = 1  # halvings before a tube may be cut: a whole one is sampled too sparsely to know that one line divides it
 SECTIONS = 4  # of an edge of a tube, in one of which the crossing is then computed
 ASIDE = 0.05  # of the way from the edge to the corners: where rays on both sides of it test that it is straight
-MAX_DIVIDED = (2_000, 500)  # tubes at the second surface and at each later one, large ones first
+MAX_DIVIDED = (2_000, 500)  # tubes at the second surface and at each later one, those of large area first
+SAMPLED = 4  # times as many have rays at their corners too: of large tubes, a sixth to a half hit different planes
 INSET = 0.02  # of the way from a corner to the centre: rays start off the edges
 GRAZING = 0.01  # cosine below which a footprint is over a hundred tubes long, and its middle ray no longer represents it
 STEEP = 0.1  # cosine below which rays start nearer to the surface than OFFSET
@@ -72,7 +73,7 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
     rank = np.append(np.where(ends.lit, ends.rank, EVERY - 1), EVERY - 1)
     landing = rank if last else np.append(np.full(len(ends.lit), np.iinfo(np.int64).max), EVERY - 1)
     targets = _Targets(scene, ends.mesh, plane, landing)
-    hit, done, left = _hits_of_samples(tubes, scene), [], count
+    hit, done, left = _hits_of_samples(tubes, scene, SAMPLED * count), [], count
     for level in range(MAX_HALVINGS + 1):
         counts = rank[hit] >= tubes.launch.least.take(tubes.source)
         lands = counts if last else hit >= 0
@@ -89,7 +90,7 @@ def _reflected(tubes: RayTubes, planes: Planes, scene: TriangleScene, ends: Ends
             cut, parts = _cut_at_edges(tubes, hit, number, np.flatnonzero(mixed), targets, final)
             done.append(parts)
             mixed[cut] = kept[cut] = False
-        divided = largest(np.flatnonzero(mixed), longest, left)
+        divided = largest(np.flatnonzero(mixed), areas(tubes.corners.transpose(2, 0, 1)), left)
         left -= len(divided)
         kept[divided] = False
         hitting = np.flatnonzero(kept)
@@ -107,11 +108,15 @@ def largest(which: Indices, size: Floats, count: int) -> Indices:
     return np.sort(which[np.argsort(-size[which], kind="stable")[:count]])
 
 
-def _hits_of_samples(tubes: RayTubes, scene: TriangleScene) -> Indices:
-    """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none."""
-    begin = np.concatenate([tubes.centre[None], tubes.corners + INSET * (tubes.centre - tubes.corners)])
-    directions = np.broadcast_to(tubes.direction, begin.shape)
-    return _first_hits(begin + lift(tubes, scene), directions, scene)
+def _hits_of_samples(tubes: RayTubes, scene: TriangleScene, count: int) -> Indices:
+    """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none. Only the `count` largest tubes
+    have rays at their corners; others are taken to hit what their centres hit."""
+    large = largest(np.arange(len(tubes)), areas(tubes.corners.transpose(2, 0, 1)), count)
+    some = tubes.chosen(large)
+    corners = some.corners + INSET * (some.centre - some.corners) + lift(some, scene)
+    hit = np.repeat(_first_hits((tubes.centre + lift(tubes, scene))[None], tubes.direction[None], scene), 4, axis=0)
+    hit[1:, large] = _first_hits(corners, np.broadcast_to(some.direction, corners.shape), scene)
+    return hit
 
 
 def _first_hits(begin: Floats, direction: Floats, scene: TriangleScene) -> Indices:

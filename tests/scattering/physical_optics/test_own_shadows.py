@@ -16,10 +16,12 @@ HEADING = 2.1
 BACK = 2  # first triangle of the back wall
 
 
-def walls(front: float) -> Mesh:
-    """A wall of some height [m] 10 m before another of 8 m, both 30 m wide, square to the antenna in the south."""
-    triangles = np.concatenate([sheet([-15, y, 0], [30, 0, 0], [0, 0, high], 1) for y, high in ((-5, front), (5, 8.0))])
-    return Mesh(triangles.reshape(-1, 3), np.arange(12).reshape(-1, 3))
+def walls(front: float, rows: int = 1) -> Mesh:
+    """A wall of some height [m] 10 m before another of 8 m, both 30 m wide, square to the antenna in the south; rows: in how
+    many parts the triangles of the front one are divided."""
+    parts = [sheet([-15, -5, 0], [30, 0, 0], [0, 0, front], rows), sheet([-15, 5, 0], [30, 0, 0], [0, 0, 8.0], 1)]
+    triangles = np.concatenate(parts).reshape(-1, 3)
+    return Mesh(triangles, np.arange(len(triangles)).reshape(-1, 3))
 
 
 def shadows(mesh: Mesh, distance: float, height: float, by_sea: bool, roll: float = 0.0, earth: float = EARTH) -> OwnShadows:
@@ -43,6 +45,29 @@ def test_the_edge_of_a_shadow_is_where_the_line_over_the_front_wall_meets_the_ba
     points = np.array([[x, 5.0, edge + aside] for x in (-7.0, 0.0, 7.0) for aside in (-0.01, 0.01)])
     seen = shadows(walls(2.0), distance, 12.0, by_sea, roll).visible(points, np.full(6, BACK))
     np.testing.assert_array_equal(seen, edge < points[:, 2])
+
+
+@pytest.mark.parametrize("roll", [0.0, 0.2], ids=["upright", "rolled"])
+@pytest.mark.parametrize(
+    ("distance", "by_sea"), [(400.0, False), (3000.0, False), (40.0, True), (400.0, True), (3000.0, True)]
+)
+@pytest.mark.parametrize("rows", [1, 2], ids=["two triangles", "eight"])
+def test_edges_are_found_to_millimetres_along_any_way(rows: int, distance: float, by_sea: bool, roll: float) -> None:
+    """Where the line over the front wall meets the back one, as above; 3 mm for the curve of the earth. The ways lead straight
+    up, and aslant."""
+    height = -12.0 if by_sea else 12.0
+    top = 2.0 + (2.0 - height) * 10.0 / (distance - 10.0)
+    hidden = np.array([[x, 5.0, top - 1.2] for x in (-7.1, 0.3, 6.2)] * 2)
+    seen = hidden + np.array([[aside, 0.0, 4.0] for aside in (0.0, 0.0, 0.0, 1.0, 1.0, 1.0)])
+    share = shadows(walls(2.0, rows), distance, 12.0, by_sea, roll).edges(hidden, seen, np.full(6, 2 * rows**2))
+    np.testing.assert_allclose(hidden[:, 2] + 4.0 * share, top, atol=3e-3)
+
+
+def test_an_edge_behind_too_many_triangles_is_not_made_up() -> None:
+    """The way of 1.9 m passes the shadows of some 30 rows of triangles, more than are followed."""
+    own = shadows(walls(2.0, 60), 400.0, 12.0, False)
+    hidden, seen = np.array([[0.3, 5.0, 0.2]]), np.array([[0.3, 5.0, 4.0]])
+    assert np.isnan(own.edges(hidden, seen, np.array([7200]))).all()
 
 
 def test_a_wall_stands_in_the_way_of_the_ray_to_the_sea_too() -> None:
