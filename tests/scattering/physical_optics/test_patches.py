@@ -5,6 +5,7 @@ import numpy as np
 from radar_service.scattering.physical_optics.patches import concave_sides, neighbours, outward_side, patch_sizes
 from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import box, dihedral, plate, sphere
+from tests.scattering.physical_optics.meshes import ODD
 from tests.scattering.physical_optics.test_facets import longest_edges
 from tests.scattering.physical_optics.test_mesh_layers import united
 
@@ -49,7 +50,7 @@ def test_a_closed_part_stays_closed_where_others_touch_it() -> None:
 
 def test_a_closed_sheet_has_no_inside() -> None:
     """Front and back cut along different diagonals: every edge joins two triangles wound alike, but no volume has a sign."""
-    corners = np.array([[0.3, 0.1, 0.7], [1.3, 0.2, 0.7], [1.3, 0.2, 1.7], [0.3, 0.1, 1.7]])
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]) @ ODD.T + [0.3, 0.1, 0.7]
     assert (outward_side(Mesh(corners, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]))) == 0).all()
 
 
