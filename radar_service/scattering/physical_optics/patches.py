@@ -12,7 +12,7 @@ Flags = NDArray[np.bool_]
 
 COPLANAR = 1e-6  # rad between normals: over a patch of 100 m a sag of 0.1 mm, a hundredth of a radian of two-way phase
 LEVEL = 1e-4  # of the body's size: what rises less above a plane is the plane's own rounding or the sag of a fine mesh
-SHEET = 1e-9  # of the volumes that its triangles span: a closed part with less has only rounding, and is a sheet
+SHEET = 1e-9  # of the volumes that its triangles could span: a closed part with less has only rounding, and is a sheet
 DIRECTIONS = 512  # along which the outermost points of a body with more points are searched
 
 
@@ -72,8 +72,9 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     balance = np.bincount(place, np.where(ends[:, 0] < ends[:, 1], 1.0, -1.0))
     is_open = np.bincount(key % count, balance != 0.0, minlength=count) > 0
     a, b, c = (mesh.vertices[mesh.faces[:, i]] - mesh.vertices.mean(axis=0) for i in range(3))
-    volumes = np.einsum("ij,ij->i", a, np.cross(b, c))
-    volume, rounding = (np.bincount(part, v, minlength=count) for v in (volumes, SHEET * np.abs(volumes)))
+    across = np.cross(b, c)
+    volumes, sizes = np.einsum("ij,ij->i", a, across), np.linalg.norm(a, axis=1) * np.linalg.norm(across, axis=1)
+    volume, rounding = (np.bincount(part, v, minlength=count) for v in (volumes, SHEET * sizes))
     side = np.where(is_open | (np.abs(volume) <= rounding), 0.0, np.sign(volume))
     return np.asarray(side[part], dtype=np.int8)
 
