@@ -1,6 +1,5 @@
 """From a scene file over the real service to the Python client and its picture: things stand where the scene puts them."""
 
-import contextlib
 import json
 import re
 import subprocess
@@ -11,7 +10,6 @@ from itertools import islice
 from pathlib import Path
 from urllib.request import urlopen
 
-import httpx
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -29,57 +27,22 @@ TARGETS = {"orientation": [(30.0, 1000.0), (120.0, 2000.0), (250.0, 3000.0)], "w
 SIZE = 600
 
 
-@contextlib.contextmanager
-def serving(folder: Path) -> Iterator[Serve]:
+@pytest.fixture
+def serve(tmp_path: Path) -> Iterator[Serve]:
     """Puts a scene text on the air, as fast as the machine goes if nothing else is given, and gives the address."""
     services = []
 
     def start(text: str, *options: str, pace: str = "max") -> str:
-        (path := folder / "scene.toml").write_text(text)
+        (path := tmp_path / "scene.toml").write_text(text)
         command = [sys.executable, "-m", "radar_service", "serve", str(path), "--port", "0", "--pace", pace, *options]
         services.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
         assert services[-1].stdout is not None
         return services[-1].stdout.readline().split("open http://")[1].strip().rstrip("/")
 
-    try:
-        yield start
-    finally:
-        for service in services:
-            service.terminate()
-            service.communicate(timeout=20)
-
-
-@pytest.fixture
-def serve(tmp_path: Path) -> Iterator[Serve]:
-    """As `serving`, a service for this test alone."""
-    with serving(tmp_path) as start:
-        yield start
-
-
-@pytest.fixture(scope="module")
-def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """A service of one radar that several tests give their own scenes, which run on while a test needs them."""
-    with serving(tmp_path_factory.mktemp("shared")) as start:
-        yield start((Path(scenes.__file__).parent / "worked-example.toml").read_text(), pace="20")
-
-
-@pytest.fixture
-def on_air(shared: str) -> Iterator[Callable[[str], str]]:
-    """Gives the radar of the shared service a scene text, and gives the address; the radar pauses afterwards."""
-    radar = f"http://{shared}/api/radars/0"
-
-    def changed(text: str) -> str:
-        pace = {"state": "run", "factor": 20}  # a scan in an eighth of a second, and a core that is free for the picture
-        before = httpx.get(radar).json()["scene"]["name"]
-        name = httpx.put(f"{radar}/scene", json={"scene": tomllib.loads(text)}, timeout=30).raise_for_status().json()["name"]
-        assert name != before  # so that one can tell that it runs
-        while httpx.get(radar).json()["scene"]["name"] != name:
-            continue
-        httpx.patch(f"{radar}/controls", json={"pace": pace}).raise_for_status()
-        return shared
-
-    yield changed
-    httpx.patch(f"{radar}/controls", json={"pace": {"state": "pause"}}).raise_for_status()
+    yield start
+    for service in services:
+        service.terminate()
+        service.communicate(timeout=20)
 
 
 def disc(picture: NDArray[np.float64]) -> float:
@@ -106,17 +69,14 @@ def spots(picture: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("name", ["orientation", "worked-example"])
 @pytest.mark.parametrize("heading_deg", [0, 70])
-def test_targets_stand_where_the_scene_puts_them(
-    name: str, heading_deg: int, on_air: Callable[[str], str], tmp_path: Path
-) -> None:
+def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, serve: Serve, tmp_path: Path) -> None:
     """In the feed: the strongest cell is the one that holds the target (half a bin, half a spoke). In the client's picture:
     the spot lies within 2 pixels and 1.5 % of the radius of its position (rings and disc edges are whole pixels)."""
     text = (Path(scenes.__file__).parent / f"{name}.toml").read_text()
     text = (
         re.sub(r"\[own_ship\]\nheading_deg = 0\n|noise = true\n", "", text) + f"\n[own_ship]\nheading_deg = {heading_deg}\n"
     )
-    text = re.sub('name = ".*"', f'name = "{name} {heading_deg}"', text, count=1)
-    address = on_air(text)
+    address = serve(text, pace="20")  # a scan in an eighth of a second, and a core that is free for the picture
     out, arrays = tmp_path / "ppi.png", tmp_path / "scan.npz"
     common = [f"ws://{address}", "--mode", "lossless", "--npz", str(arrays), "--out", str(out), "--size", str(SIZE)]
     for up in ([], ["--head-up"]):
@@ -214,15 +174,14 @@ def test_a_client_of_the_service_meets_the_errors_of_a_simulator(serve: Serve, t
             assert np.isnan(getattr(one, name)) == np.isnan(getattr(other, name))
 
 
-def test_video_of_the_feed_is_that_computed_in_process(on_air: Callable[[str], str], tmp_path: Path) -> None:
+def test_video_of_the_feed_is_that_computed_in_process(serve: Serve, tmp_path: Path) -> None:
     """The same bytes for whoever joins when, and in process: auto gain and auto sea know nothing but a spoke's own cells."""
     text = (
         (Path(scenes.__file__).parent / "orientation.toml")
         .read_text()
         .replace("noise = true", "noise = true\nsea_state = 3")
-        .replace('name = "orientation"', 'name = "orientation at sea"')
     )
-    address, arrays = on_air(text), tmp_path / "scan.npz"
+    address, arrays = serve(text), tmp_path / "scan.npz"
     simulator = rs.Simulator(rs.load_scene(tomllib.loads(text)))
     to = layout(len(simulator.range), float(simulator.range[0]), simulator.range_step)
     for _ in range(2):
