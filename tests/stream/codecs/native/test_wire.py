@@ -66,8 +66,8 @@ def test_samples_are_little_endian_rows() -> None:
 @pytest.mark.parametrize(
     ("data", "compression"),
     [
-        (b"rubbish", "zstd"), (b"rubbish", "deflate"), ("100 MB", "deflate"), ("100 MB", "zstd"), (zstandard.compress(b"short"), "zstd"),
-        (bytes(12), "brotli"), (b"", "zstd"),
+        (b"rubbish", "zstd"), (b"rubbish", "deflate"), ("100 MB", "deflate"), ("100 MB", "zstd"),
+        (zstandard.compress(b"short"), "zstd"), (bytes(12), "brotli"), (b"", "zstd"),
     ],
 )  # fmt: skip
 def test_packed_samples_that_are_too_many_or_nonsense_are_refused(data: bytes | str, compression: str) -> None:
