@@ -3,6 +3,7 @@
 import gc
 import json
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,8 @@ import pytest
 from tests.scenes import ONE_TARGET
 
 SUITE = "not bench and not study"
-os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start need not each compile the package anew
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start need not each compile the package anew,
+sys.dont_write_bytecode = False  # nor this one the tests with their rewritten asserts: half the time of collecting them
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

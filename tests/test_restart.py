@@ -24,7 +24,7 @@ SCENE = {
 
 def started(scene: Path, port: int) -> subprocess.Popen[str]:
     """A service that has said that it is on the air."""
-    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", str(port), "--pace", "3"]
+    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", str(port), "--pace", "10"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None and process.stdout.readline().startswith("radar on the air")
     return process

@@ -15,7 +15,7 @@ from radar_service.propagation.multipath import specular_geometry
 from radar_service.scattering.declared_cells import cell_spacing
 from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering, FixedScatterers
 from radar_service.scattering.models import scattering_model
-from radar_service.scattering.physical_optics.mesh_quality import CURVES_DB, MAX_SAG, curve_sag
+from radar_service.scattering.physical_optics.mesh_quality import CURVES_DB, MAX_SAG, curve_sag, length_text
 from radar_service.scattering.physical_optics.model import FACETS_DB, PhysicalOptics
 from radar_service.scattering.physical_optics.optical_body import edge_limits, facet_enlargement
 from radar_service.scattering.surface_sampling import density_db
@@ -125,9 +125,9 @@ def _optics(body: Body, scene: Scene, run: BodyRun) -> tuple[float, list[str]]:
     curves = CURVES_DB * sag / (MAX_SAG * radar.wavelength)
     if 0.0 < curves <= MAX_CURVES_DB:
         errors.append(curves)
-        remarks.append(f"curves sag by {1e3 * sag:.2g} mm: {curves:.1g} dB")
+        remarks.append(f"curves sag by {length_text(sag)}: {curves:.1g} dB")
     elif curves > MAX_CURVES_DB:
-        remarks.append(f"bends that are meant as curves sag by {1e3 * sag:.2g} mm and err by over {MAX_CURVES_DB:.0f} dB")
+        remarks.append(f"bends that are meant as curves sag by {length_text(sag)} and err by over {MAX_CURVES_DB:.0f} dB")
     return math.hypot(*errors), remarks
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.scene.body import Body, Mesh, Scattering
+from radar_service.scene.checks.mesh_axes import axis_findings
 from radar_service.scene.checks.mesh_findings import Findings, mesh_notes, mesh_warnings
 from radar_service.scene.checks.placement import placement_warnings
 from radar_service.scene.checks.validity import check_antenna, check_echo_power, validity_warnings
@@ -150,7 +151,7 @@ class _Loader:
             terrain = self._terrain(body, start, location)
             mesh: Mesh | None = terrain.loaded.mesh
             start = terrain.position
-            self._note_findings(f"{location}.heightmap", body.heightmap, terrain.loaded)
+            self.findings.append((f"{location}.heightmap", body.heightmap, terrain.loaded.findings))
         else:
             wavelength = min(radar.wavelength for radar in self.radars)
             mesh = self._mesh(body, location, wavelength if scattering == "optics" else None)
@@ -176,9 +177,6 @@ class _Loader:
             return np.array([*map_from_geographic(latitude_deg, longitude_deg, self.origin), up])
         return np.array([*(position or ()), 0.0, 0.0, 0.0][:3])
 
-    def _note_findings(self, location: str, name: str, loaded: LoadedMesh) -> None:
-        self.findings.append((location, name, loaded.findings))
-
     def _terrain(self, body: BodyModel, start: Floats, location: str) -> Terrain:
         name = str(body.heightmap)
         content = self.folder.read(name, f"{location}.heightmap", MAX_RASTER_BYTES)
@@ -189,7 +187,7 @@ class _Loader:
     def _mesh(self, body: BodyModel, location: str, wavelength: float | None) -> Mesh | None:
         if body.mesh is not None:
             loaded = self._mesh_file(body, f"{location}.mesh")
-            self._note_findings(f"{location}.mesh", body.mesh, loaded)
+            self.findings.append((f"{location}.mesh", body.mesh, (*loaded.findings, *axis_findings(body, loaded.mesh))))
             return loaded.mesh
         if body.shape is None or body.shape == "point":
             return None

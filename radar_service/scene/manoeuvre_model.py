@@ -53,7 +53,9 @@ class TurningSection(Section):
         for key in ("turn_rate_deg_s", "manoeuvre", "drift_deg"):
             follows = route is None or key == "drift_deg"
             if fixed_heading and getattr(self, key) and follows:
-                raise ValueError(f"heading_deg: with {key} the heading follows the course; give course_deg instead")
+                raise ValueError(
+                    f"heading_deg: with {key} the heading follows the course; give course_deg, and drift_deg if they differ"
+                )
         if route == "track" and self.turn_rate_deg_s is not None:
             raise ValueError("turn_rate_deg_s: the track already defines the course; remove turn_rate_deg_s")
         if route is not None and self.manoeuvre:

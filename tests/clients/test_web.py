@@ -44,7 +44,7 @@ def orientation(tmp_path: Path, heading_deg: float) -> Iterator[str]:
     assert text.count("heading_deg = 0\n") == 1
     scene = tmp_path / "orientation.toml"
     scene.write_text(text.replace("heading_deg = 0\n", f"heading_deg = {heading_deg}\n"))
-    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--pace", "2"]
+    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--pace", "4"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as service:
         assert service.stdout is not None
         try:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from radar_service.engine.pipeline import Engine, profiles, tile_azimuths
 from radar_service.engine.preparation import prepare
@@ -17,31 +16,24 @@ from tests.scenes import everything, point, scene
 CHILD = """
 import pickle, sys
 from radar_service.engine.pipeline import profiles, tile_azimuths
-prepared = pickle.load(open(sys.argv[1], "rb"))
-for scan in (1, 0):
-    for start in range(0, prepared.scene.radar.azimuths, prepared.tile):
-        sys.stdout.buffer.write(profiles(prepared, tile_azimuths(prepared, scan, start)).tobytes())
+for path in sys.argv[1:]:
+    prepared = pickle.load(open(path, "rb"))
+    for scan in (1, 0):
+        for start in range(0, prepared.scene.radar.azimuths, prepared.tile):
+            sys.stdout.buffer.write(profiles(prepared, tile_azimuths(prepared, scan, start)).tobytes())
 """
 
 
-@pytest.mark.parametrize("used", [False, True], ids=["as prepared", "after a scan"])
-def test_a_prepared_scene_crosses_to_another_process(used: bool, tmp_path: Path) -> None:
+def test_a_prepared_scene_crosses_to_another_process(tmp_path: Path) -> None:
     """There its profiles have the same bytes, scans in another order too, whether or not its caches were filled here."""
     prepared = prepare(everything(), PRESETS["balanced"], 5)
-    fields = {}
-
-    def compute() -> None:
-        for scan in (0, 1):
-            fields[scan] = b"".join(field.tobytes() for _, field, _ in Engine(prepared).tiles(scan))
-
-    if used:
-        compute()
-    (tmp_path / "prepared.pickle").write_bytes(pickle.dumps(prepared))
-    if not used:
-        compute()
-    command = [sys.executable, "-c", CHILD, str(tmp_path / "prepared.pickle")]
+    as_prepared, used = tmp_path / "prepared.pickle", tmp_path / "used.pickle"
+    as_prepared.write_bytes(pickle.dumps(prepared))
+    fields = [b"".join(field.tobytes() for _, field, _ in Engine(prepared).tiles(scan)) for scan in (0, 1)]
+    used.write_bytes(pickle.dumps(prepared))
+    command = [sys.executable, "-c", CHILD, str(as_prepared), str(used)]
     child = subprocess.run(command, capture_output=True, check=True, cwd=Path(__file__).parents[2])
-    assert child.stdout == fields[1] + fields[0]
+    assert child.stdout == 2 * (fields[1] + fields[0])
     assert fields[0] != fields[1] and np.frombuffer(fields[0], np.complex64).any()
 
 

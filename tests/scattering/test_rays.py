@@ -100,7 +100,7 @@ def test_a_facing_plate_has_the_cross_section_of_its_area(sampler: str) -> None:
     made = scene([{**plate, "material": "concrete"}], radar={**COARSE, "rays": 20_000})
     sums, counts = [], 0
     for seed in range(25):
-        echoes = echoes_at_start(made, estimators(made, seed)[sampler])
+        echoes = echoes_at_start(made, scatterers(made, sampler, seed))
         sums.append(float(np.sum(np.abs(echoes.amplitude) ** 2)))
         counts += len(echoes)
     assert counts > 200
@@ -129,7 +129,7 @@ def test_uniform_rays_starve_a_compact_target_as_the_binomial_law_says() -> None
     assert stats.binomtest(missed, len(turns), expected).pvalue > LEVEL
     areas = np.array([np.sum(hits.range**2 * hits.solid_angle) for hits in turns])
     assert areas.mean() == pytest.approx(400.0, rel=5 / np.sqrt(len(turns) * chance * thrown))
-    echoes = echoes_at_start(made, estimators(made, 0)["scatterers"])
+    echoes = echoes_at_start(made, scatterers(made, "scatterers", 0))
     assert np.sum(np.abs(echoes.amplitude) ** 2) == pytest.approx(
         made.bodies[0].material.gamma * 400, rel=1e-4
     )  # slant: 10 m to 2 km, squared

@@ -1,18 +1,24 @@
-"""Mesh quality for physical optics, as `check` reports it: facet sizes, concavity, curvature."""
+"""Mesh quality for physical optics, as `check` reports it: facet sizes, concavity, sides, layers, curvature."""
 
 import math
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
+from radar_service.scattering.physical_optics.mesh_layers import doubled_layers
 from radar_service.scattering.physical_optics.optical_body import edge_limits, facet_enlargement
 from radar_service.scattering.physical_optics.patches import COPLANAR, concave_sides, outward_side, shared_edges
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.world import Scene
+from radar_service.trace.occluder import TOLERANCE
+
+Sides = NDArray[np.int8]
 
 MAX_CURVE_BEND = math.radians(30.0)  # between facets: less may approximate a curve, more is an edge
+MIN_DOUBLED = 1e-3  # of the area: doubled layers of less add under 0.01 dB to a mean echo
 MAX_SAG, CURVES_DB = (
     1.0 / 200.0,
     0.2,
@@ -30,23 +36,50 @@ def mesh_quality(scene: Scene, bounces: int, nearest: Mapping[str, float]) -> di
 
 def _body_quality(body: Body, mesh: Mesh, scene: Scene, bounces: int, distance: float) -> list[str]:
     limit = edge_limits(scene.radar, mesh).longest_edge(distance)
-    corners = mesh.vertices[mesh.faces]
+    corners, outside = mesh.vertices[mesh.faces], outward_side(mesh)
+    facing = concave(mesh, outside)
     longest = float(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max())
     cut = f", cut to {limit:.3g} m" if longest > limit else ""
-    sentences = [f"optics: facets up to {longest:.3g} m long{cut}; {_concavity(mesh, bounces)}"]
-    return sentences + _curves(mesh, scene.radar) + _enlargement(body, scene.radar, distance)
+    sentences = [f"optics: facets up to {longest:.3g} m long{cut}; {_concavity(facing, len(mesh.faces), bounces)}"]
+    return (
+        sentences
+        + _sides(outside)
+        + _layers(mesh, outside)
+        + _curves(mesh, scene.radar)
+        + _enlargement(body, scene.radar, distance)
+    )
 
 
-def _concavity(mesh: Mesh, bounces: int) -> str:
-    facing = concave(mesh)
+def _concavity(facing: int, count: int, bounces: int) -> str:
     if not facing:
         return "convex: no facet reflects onto another"
-    return f"concave: {facing} of {len(mesh.faces)} facets face others, up to {bounces} bounces are computed"
+    return f"concave: {facing} of {count} facets face others, up to {bounces} bounces are computed"
 
 
-def concave(mesh: Mesh) -> int:
-    """How many triangles have a part of the body in front of an outer side of theirs."""
-    may_rebounce, outside = concave_sides(mesh), outward_side(mesh)
+def _sides(outside: Sides) -> list[str]:
+    """What is lit where the file does not tell the outside: nothing is lost, but inner walls can be lit too."""
+    unknown = int(np.count_nonzero(outside == 0))
+    if unknown == 0:
+        return []
+    return [
+        f"{unknown} of {len(outside)} facets belong to parts that are open or wound both ways: both their sides reflect; close "
+        "a hull, so that no inner wall reflects through a gap"
+    ]
+
+
+def _layers(mesh: Mesh, outside: Sides) -> list[str]:
+    count, share = doubled_layers(mesh, outside)
+    if share < MIN_DOUBLED:
+        return []
+    return [
+        f"{count} facets, {100.0 * share:.2g} % of the area, lie within {length_text(TOLERANCE)} of others that face the same "
+        "way: both reflect, up to 6 dB too much there; keep one layer"
+    ]
+
+
+def concave(mesh: Mesh, outside: Sides) -> int:
+    """How many triangles have a part of the body in front of an outer side of theirs; outside: (F,) as from `outward_side`."""
+    may_rebounce = concave_sides(mesh)
     return int(np.count_nonzero((may_rebounce[:, 0] & (outside >= 0)) | (may_rebounce[:, 1] & (outside <= 0))))
 
 
@@ -55,12 +88,17 @@ def _curves(mesh: Mesh, radar: Radar) -> list[str]:
     if sag == 0.0:
         return []
     if sag <= limit:
-        return [f"curves sag by at most {1e3 * sag:.2g} mm, fine at a wavelength of {1e3 * radar.wavelength:.3g} mm"]
+        return [f"curves sag by at most {length_text(sag)}, fine at a wavelength of {1e3 * radar.wavelength:.3g} mm"]
     return [
         f"bends below {math.degrees(MAX_CURVE_BEND):.0f} degrees, if they approximate curves, leave facets up to "
-        f"{1e3 * sag:.3g} mm off them; beyond {1e3 * limit:.2g} mm, 1/200 of the wavelength, curves err by over 0.2 dB: refine "
+        f"{length_text(sag)} off them; beyond {1e3 * limit:.2g} mm, 1/200 of the wavelength, curves err by over 0.2 dB: refine "
         "those that matter"
     ]
+
+
+def length_text(length: float) -> str:
+    """A length [m] in words: in millimetres below a metre."""
+    return f"{1e3 * length:.3g} mm" if length < 1.0 else f"{length:.3g} m"
 
 
 def curve_sag(mesh: Mesh) -> float:

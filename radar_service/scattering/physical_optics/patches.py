@@ -12,6 +12,7 @@ Flags = NDArray[np.bool_]
 
 COPLANAR = 1e-6  # rad between normals: over a patch of 100 m a sag of 0.1 mm, a hundredth of a radian of two-way phase
 LEVEL = 1e-4  # of the body's size: what rises less above a plane is the plane's own rounding or the sag of a fine mesh
+SHEET = 1e-9  # of the volumes that its triangles could span: a closed part with less has only rounding, and is a sheet
 DIRECTIONS = 512  # along which the outermost points of a body with more points are searched
 
 
@@ -57,21 +58,25 @@ def _welded_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     """(F,) which side of each triangle is outside: 1 the one its winding faces, -1 the other, 0 where both may be seen.
 
-    Known for parts that are closed: every edge joins two triangles wound alike, and the volume has a sign.
+    Known for parts that are closed: each of their edges runs both ways equally often, and their volume has a sign. Triangles are
+    of one part where an edge joins two of them alone, so a fin on a hull, or a crate against it, leaves the hull closed.
     """
     ends, face = _welded_edges(mesh)
-    forth = ends[:, 0] < ends[:, 1]
-    one, other = neighbours(mesh)
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    edge, uses = np.unique(low * (int(high.max()) + 1) + high, return_inverse=True, return_counts=True)[1:]
+    order = np.argsort(edge, kind="stable")
+    one, other = face[order[uses[edge[order]] == 2]].reshape(-1, 2).T
     links = coo_array((np.ones(len(one)), (one, other)), shape=(len(mesh.faces), len(mesh.faces)))
     count, part = connected_components(links, directed=False)
-    key = np.sort(ends, axis=1)
-    _, edge, uses = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    balance = np.bincount(edge.reshape(-1), np.where(forth, 1.0, -1.0))
-    odd = ((uses != 2) | (balance != 0.0))[edge.reshape(-1)]
-    is_open = np.bincount(part[face], odd, minlength=count) > 0
+    key, place = np.unique(edge * count + part[face], return_inverse=True)
+    balance = np.bincount(place, np.where(ends[:, 0] < ends[:, 1], 1.0, -1.0))
+    is_open = np.bincount(key % count, balance != 0.0, minlength=count) > 0
     a, b, c = (mesh.vertices[mesh.faces[:, i]] - mesh.vertices.mean(axis=0) for i in range(3))
-    volume = np.bincount(part, np.einsum("ij,ij->i", a, np.cross(b, c)), minlength=count)
-    return np.asarray(np.where(is_open, 0.0, np.sign(volume))[part], dtype=np.int8)
+    across = np.cross(b, c)
+    volumes, sizes = np.einsum("ij,ij->i", a, across), np.linalg.norm(a, axis=1) * np.linalg.norm(across, axis=1)
+    volume, rounding = (np.bincount(part, v, minlength=count) for v in (volumes, SHEET * sizes))
+    side = np.where(is_open | (np.abs(volume) <= rounding), 0.0, np.sign(volume))
+    return np.asarray(side[part], dtype=np.int8)
 
 
 def concave_sides(mesh: Mesh) -> Flags:

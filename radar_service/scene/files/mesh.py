@@ -131,11 +131,13 @@ def _unique_rows(rows: Floats) -> tuple[Floats, NDArray[np.int64]]:
 
 
 def _unique_faces(faces: Faces) -> NDArray[np.int64]:
-    """Returns indices of the faces that do not repeat an earlier one; the opposite winding is not a repetition."""
-    turn = np.argmin(faces, axis=1)
-    rolled = np.take_along_axis(faces, (turn[:, None] + np.arange(3)) % 3, axis=1)
-    order = np.lexsort(rolled.T[::-1])
-    same = (np.diff(rolled[order], axis=0) == 0).all(axis=1)
+    """Returns indices of the faces that do not repeat an earlier one, wound either way.
+
+    Two triangles back to back are one sheet: each reflects on both sides, so both together would have four times its power.
+    """
+    corners = np.sort(faces, axis=1)
+    order = np.lexsort(corners.T[::-1])
+    same = (np.diff(corners[order], axis=0) == 0).all(axis=1)
     return np.sort(order[np.concatenate([[True], ~same])])
 
 

@@ -21,6 +21,7 @@ BACKLOG = 2048  # connections that wait to be taken
 MAX_CONNECTIONS = 600  # all together: the clients of a full radar and some for REST
 MAX_PER_ADDRESS = 40  # from one other machine; this machine has no such limit
 REQUEST_SECONDS = 5.0  # from a connection to the end of its first request's head
+KEEP_ALIVE = 5  # s, as uvicorn has it
 
 
 class Server(uvicorn.Server):
@@ -55,11 +56,12 @@ class Server(uvicorn.Server):
 
 def configuration(
     app: ASGIApp, *, connections: int = MAX_CONNECTIONS, per_address: int = MAX_PER_ADDRESS,
-    seconds: float = REQUEST_SECONDS, refused: Callable[[str], None] = lambda _: None,
+    seconds: float = REQUEST_SECONDS, keep_alive: int = KEEP_ALIVE, refused: Callable[[str], None] = lambda _: None,
 ) -> uvicorn.Config:  # fmt: skip
     """Returns how the application is served. refused: is called with the reason of each refusal.
 
-    connections, per_address: maximum at a time; seconds: until a request's head is complete.
+    connections, per_address: maximum at a time; seconds: until a request's head is complete; keep_alive: until a
+    connection without a further request is closed [s].
     """
     http: Any = partial(LimitedProtocol, connections=connections, per_address=per_address, seconds=seconds, refused=refused)
     return uvicorn.Config(
@@ -75,6 +77,7 @@ def configuration(
         ws_max_size=INBOUND_LIMIT,
         ws_max_queue=4,
         ws_per_message_deflate=False,
+        timeout_keep_alive=keep_alive,
         timeout_graceful_shutdown=SHUTDOWN_SECONDS,
         backlog=BACKLOG,
     )

@@ -8,7 +8,8 @@ import pytest
 
 import radar_service as rs
 from radar_service.plan.run import body_run
-from radar_service.scattering.physical_optics.mesh_quality import concave, curve_sag, mesh_quality
+from radar_service.scattering.physical_optics.mesh_quality import concave, curve_sag, length_text, mesh_quality
+from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import box, cylinder, dihedral, plate, sphere
 from tests.reference.make_ships import coaster
@@ -60,21 +61,26 @@ def test_edges_are_no_curves(mesh: Mesh) -> None:
 def test_only_what_faces_something_is_concave() -> None:
     closed = box(3.0, 2.0, 1.0)
     inside_out = Mesh(closed.vertices, closed.faces[:, ::-1])
-    assert [concave(mesh) for mesh in (closed, inside_out, plate(1.0, 1.0), cylinder(1.0, 2.0))] == [0, 0, 0, 0]
-    assert concave(dihedral(1.0, 1.0)) == 4
+    assert [concave(mesh, outward_side(mesh)) for mesh in (closed, inside_out, plate(1.0, 1.0), cylinder(1.0, 2.0))] == [
+        0,
+        0,
+        0,
+        0,
+    ]
+    corner = dihedral(1.0, 1.0)
+    assert concave(corner, outward_side(corner)) == 4
 
 
-def test_a_fine_curve_is_fine_until_it_is_too_large_for_the_wavelength() -> None:
+def test_a_fine_curve_is_fine_at_any_wavelength_that_it_suits() -> None:
     ball = {"shape": "sphere", "radius_m": 0.3}
     assert "fine at a wavelength of 31.9 mm" in messages(**ball) and "convex" in messages(**ball)
-    assert "fine at a wavelength of 3.19 mm" in messages(wavelengths=0.1, **ball)
-    assert "refine those that matter" in messages(wavelengths=0.1, **ball | {"radius_m": 1.0})  # 313 wavelengths
+    assert "fine at a wavelength of 12.7 mm" in messages(wavelengths=0.4, **ball)
 
 
 def test_the_sag_of_a_sphere_too_large_for_its_triangles() -> None:
     """50 m: 128,000 triangles sag by 2.28 mm, and the message says 9/8 of that."""
     message = messages(shape="sphere", radius_m=50.0)
-    assert "up to 2.56 mm" in message and "beyond 0.16 mm" in message
+    assert "up to 2.56 mm" in message and "beyond 0.16 mm" in message and "refine those that matter" in message
 
 
 def test_a_body_too_large_for_its_facets() -> None:
@@ -94,6 +100,23 @@ def test_a_ship_is_concave_and_declared_bodies_have_no_messages(tmp_path: Path) 
     assert "concave: " in judged(ship)["body"][0] and "up to 3 bounces" in judged(ship)["body"][0]
     declared = {"name": "b", "shape": "plate", "width_m": 1.0, "height_m": 1.0, "rcs_dbsm": 3}
     assert judged(rs.load_scene({"body": [declared]})) == {}
+
+
+def test_open_parts_and_doubled_layers_are_told_and_closed_ones_are_not(tmp_path: Path) -> None:
+    """A box without its lid, the whole box, and a box whose side has a second layer 1 mm off."""
+    closed = box(3.0, 2.0, 1.0)
+    triangles = closed.vertices[closed.faces]
+    double = np.concatenate([triangles, triangles[:2] + 1e-3])
+    opened, whole, doubled = ("\n".join(judged(loaded(tmp_path, t))["body"]) for t in (triangles[1:], triangles, double))
+    assert f"{len(triangles) - 1} of {len(triangles) - 1} facets belong to parts that are open" in opened
+    assert "open or wound" not in whole and "within 2 mm" not in whole + opened
+    assert (
+        "2 of 18 facets belong to parts that are open" in doubled and "4 facets, 20 % of the area" in doubled
+    )  # 2.5 m^2 twice, of 22 m^2 and 2.5
+
+
+def test_lengths_are_told_in_millimetres_below_a_metre() -> None:
+    assert [length_text(x) for x in (0.00016, 0.0244, 0.9, 2.19)] == ["0.16 mm", "24.4 mm", "900 mm", "2.19 m"]
 
 
 def test_a_sphere_made_elsewhere_is_judged_by_its_mesh(tmp_path: Path) -> None:

@@ -5,7 +5,9 @@ import numpy as np
 from radar_service.scattering.physical_optics.patches import concave_sides, neighbours, outward_side, patch_sizes
 from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import box, dihedral, plate, sphere
+from tests.scattering.physical_optics.meshes import ODD
 from tests.scattering.physical_optics.test_facets import longest_edges
+from tests.scattering.physical_optics.test_mesh_layers import united
 
 
 def test_coplanar_neighbours_make_one_patch() -> None:
@@ -34,6 +36,22 @@ def test_outside_is_known_of_closed_bodies_however_they_are_wound() -> None:
     mixed = box(2, 3, 4).faces.copy()
     mixed[0] = mixed[0, ::-1]
     assert (outward_side(Mesh(box(2, 3, 4).vertices, mixed)) == 0).all()
+
+
+def test_a_closed_part_stays_closed_where_others_touch_it() -> None:
+    """A hull with a fin on its side, and two boxes that touch along an edge, the second one inside out; the fin is open."""
+    hull = box(6.0, 2.0, 2.0)
+    fin = Mesh(np.array([[1.0, -3.0, 0.0], [1.0, 3.0, 0.0], [2.0, 0.0, 0.0]]), np.array([[0, 1, 2]]))
+    sides = outward_side(united(hull, fin))
+    assert (sides[: len(hull.faces)] == 1).all() and (sides[len(hull.faces) :] == 0).all()
+    touching = Mesh(hull.vertices + [2.0, 0.0, 2.0], hull.faces[:, ::-1])
+    assert outward_side(united(hull, touching)).tolist() == [1] * len(hull.faces) + [-1] * len(hull.faces)
+
+
+def test_a_closed_sheet_has_no_inside() -> None:
+    """Front and back cut along different diagonals: every edge joins two triangles wound alike, but no volume has a sign."""
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]) @ ODD.T + [0.3, 0.1, 0.7]
+    assert (outward_side(Mesh(corners, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]))) == 0).all()
 
 
 def test_neighbours_share_an_edge_though_not_its_vertices() -> None:

@@ -25,6 +25,15 @@ def test_many_open_meshes_are_counted_in_one_line_and_other_findings_stay() -> N
     assert list(mesh_notes(meshes[:2])) == ["2 meshes are not watertight: body[0].mesh, body[1].mesh"]
 
 
+def test_findings_of_a_file_are_told_once_for_all_its_bodies() -> None:
+    """Two files of the same findings stay apart, and so do two findings of one file (another scale may be to blame)."""
+    meshes = [(f"body[{k}].mesh", "ab"[k % 2] + ".obj", (WINDING,)) for k in range(7)] + [("body[7].mesh", "a.obj", (KEPT,))]
+    assert list(mesh_notes(meshes)) == [
+        f"body[0].mesh, body[2].mesh and 2 more: a.obj: {WINDING}", f"body[1].mesh, body[3].mesh and 1 more: b.obj: {WINDING}",
+        f"body[7].mesh: a.obj: {KEPT}",
+    ]  # fmt: skip
+
+
 def test_missing_ground_is_a_warning_and_ground_out_of_reach_a_note() -> None:
     maps = [("body[0].heightmap", "h.tif", (HOLES, KEPT))]
     assert list(mesh_warnings(maps)) == [f"body[0].heightmap: h.tif: {HOLES}"]

@@ -77,7 +77,7 @@ def test_a_complete_request_is_not_closed() -> None:
     ],
 )  # fmt: skip
 def test_malformed_requests_end_the_connection_only(rubbish: bytes) -> None:
-    with radar(seconds=0.5) as address:
+    with radar(seconds=0.5, keep_alive=0) as address:
         with dialled(address) as connection:
             connection.sendall(rubbish)
             reply = answer(connection)
