@@ -65,8 +65,12 @@ class MovingEchoes:
         self.passages.motions_changed()
 
     def snapshot(self, number: int, time: float | None = None) -> VisibilitySnapshot:
-        """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`."""
-        return self.visibility.snapshot(number, self._beam.extent + self._beam.span, time)
+        """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`.
+
+        Blocks lie within a step, but those of earlier pulses begin before it.
+        """
+        before = self._beam.span if self._scene.radar.second_time_around else 0.0
+        return self.visibility.snapshot(number, self._beam.extent + before, time)
 
     def drawn_power(self, body: int, number: int, azimuth: float) -> float | None:
         """The power factor drawn for a body, by its index in the scene, at an azimuth numbered from the start; None for one that

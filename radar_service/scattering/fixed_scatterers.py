@@ -14,7 +14,7 @@ from radar_service.fidelity import Fidelity
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.random import SCATTER, generator, name_key
-from radar_service.scattering.declared_cells import CellEchoes, cell_echoes, cell_spacing
+from radar_service.scattering.declared_cells import CellEchoes, CellSpacing, cell_echoes, cell_spacing
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, Sector
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
@@ -60,7 +60,6 @@ class FixedScatterers(ABC):
         self._lift: Floats = self._middle - self._position[:, 2]
         self._poses = BodyPoses(bodies)
         self._first = np.searchsorted(self._body, np.arange(len(bodies) + 1))  # scatterer of each body, and the end
-        self._declared: Flags = np.array([body.rcs is not None for body in bodies], dtype=np.bool_)
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
@@ -74,22 +73,24 @@ class FixedScatterers(ABC):
 
     @abstractmethod
     def visible_echoes(
-        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, poses: PoseArrays
     ) -> BodyEchoes:
         """The echoes of visible scatterers `which` (A,) at `position` (A, 3) on the map [m], of projected area (A,) [m^2], as
-        the antenna (3,) receives them at `time` [s]."""
+        the antenna (3,) receives them; poses: of the bodies at that instant, the only one."""
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
         poses = self._poses.at(np.array([instant.time]))
         which, position = self._in_sector(poses, instant.sector)
+        if not len(which):
+            return BodyEchoes.joined([])
         points = SurfacePoints(self.key[self._body[which]], self._triangle[which], position)
         line_of_sight, over = instant.line_of_sight, diffraction_height(self.context.radar, self.context.environment)
         seen = (points, antenna, instant.time, instant.max_range, instant.movers)
         visible = np.flatnonzero(line_of_sight.visible(*seen, over_horizon=over))
         which, position = which[visible], position.take(visible, axis=0)  # rows: a quarter of the time of [visible]
         projected = self._projected_area(which, position, self._normals(poses, which), antenna, line_of_sight.earth_radius)
-        return self.visible_echoes(which, position, projected, antenna, instant.time)
+        return self.visible_echoes(which, position, projected, antenna, poses)
 
     def _heights(self, which: Indices, position: Floats) -> tuple[Floats, Floats]:
         """Middle heights on the map and vertical extents (A,) [m] of what scatterers `which` stand for, above the sea."""
@@ -116,22 +117,22 @@ class FixedScatterers(ABC):
         return np.array(middles).reshape(-1, 3), np.array(radii)
 
     def _in_sector(self, poses: PoseArrays, sector: Sector | None) -> tuple[Indices, Floats]:
-        """Scatterers (A,) within a sector and their positions (A, 3) on the map [m]. Of bodies with a declared cross-section
-        all or none count, as they share it."""
-        near = np.ones(len(self.bodies), dtype=np.bool_)
-        if sector is not None:
-            middle, radius = self._plan_circles
-            every = np.arange(len(self.bodies))
-            near = sector.contains(poses.map_from_bodies(0, middle, every), radius)
-        which = np.flatnonzero(near[self._body])
-        position = self._positions(poses, which)
+        """Scatterers (A,) within a sector and their positions (A, 3) on the map [m]."""
         if sector is None:
-            return which, position
-        inside, body = sector.contains(position), self._body[which]
-        shared = np.zeros(len(self.bodies), dtype=np.bool_)
-        shared[body[inside]] = True
-        kept = np.flatnonzero(inside | (shared & self._declared)[body])
-        return which[kept], position.take(kept, axis=0)
+            which = np.arange(len(self._body))
+            return which, self._positions(poses, which)
+        middle, radius = self._plan_circles
+        near = sector.contains(poses.map_from_bodies(0, middle, np.arange(len(self.bodies))), radius)
+        which = np.flatnonzero(near[self._body])
+        if not len(which):
+            return which, np.zeros((0, 3))
+        position = self._positions(poses, which)
+        kept = np.flatnonzero(self._counted(sector.contains(position), which))
+        return (which, position) if len(kept) == len(which) else (which[kept], position.take(kept, axis=0))
+
+    def _counted(self, inside: Flags, which: Indices) -> Flags:
+        """Which scatterers `which` (A,) count where some are `inside` (A,) a sector."""
+        return inside
 
     def _positions(self, poses: PoseArrays, which: Indices) -> Floats:
         """Positions (A, 3) on the map [m] of scatterers `which`."""
@@ -175,7 +176,7 @@ class DiffuseScattering(FixedScatterers):
         return _sampled(body, context, MAX_SCATTERERS)
 
     def visible_echoes(
-        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, poses: PoseArrays
     ) -> BodyEchoes:
         """gamma times the projected area. Each scatterer is an echo, at the middle height of what it stands for."""
         facing = np.flatnonzero(projected)
@@ -186,7 +187,7 @@ class DiffuseScattering(FixedScatterers):
         middle, span = self._heights(which, position)
         place, lift = self._position.take(which, axis=0), middle - position[:, 2]
         place[:, 2] += lift
-        for b, rotation in self._poses.at(np.array([time])).rotation.items():
+        for b, rotation in poses.rotation.items():
             its = np.flatnonzero(body == b)
             place[its] = self._position[which[its]] + lift[its, None] * rotation[0, 2]  # up on the map
         return BodyEchoes(place, amplitude, body, np.full(len(body), ALL_PATHS, dtype=np.int64), span)
@@ -225,8 +226,31 @@ class DeclaredScattering(FixedScatterers):
             return point_scatterer((low + high) / 2.0, float(high[2] - low[2]))
         return _sampled(body, context, MAX_DECLARED)
 
+    def _in_sector(self, poses: PoseArrays, sector: Sector | None) -> tuple[Indices, Floats]:
+        """An echo may lie one spacing of cells beside all scatterers of its body."""
+        if sector is not None and len(self._body) > len(self.bodies):
+            sector = sector._replace(half=sector.half + self._spacing.azimuth)
+        return super()._in_sector(poses, sector)
+
+    def _counted(self, inside: Flags, which: Indices) -> Flags:
+        """All of a body or nothing, as its scatterers share its cross-section."""
+        body = self._body[which]
+        shared = np.zeros(len(self.bodies), dtype=np.bool_)
+        shared[body[inside]] = True
+        return shared[body]
+
+    @cached_property
+    def _spacing(self) -> CellSpacing:
+        """The spacing of cells."""
+        return cell_spacing(self.context.radar)
+
+    @cached_property
+    def _rcs(self) -> Floats:
+        """Declared cross-sections (B,) [m^2]."""
+        return np.array([body.rcs for body in self.bodies], dtype=np.float64)
+
     def visible_echoes(
-        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, poses: PoseArrays
     ) -> BodyEchoes:
         """One echo for each resolution cell of a body. Together they have the energy of a point of the declared cross-section
         at the middle of the body, whatever the aspect (`declared_cells`)."""
@@ -236,29 +260,25 @@ class DeclaredScattering(FixedScatterers):
         parts = [CellEchoes(position[alone], np.ones(len(alone), dtype=np.complex128), span[alone])]
         owners = [body[alone]]
         for b in np.unique(body[(self.scatterers[body] > 1) & (projected > 0.0)]).tolist():
-            part, pose = slice(*np.searchsorted(body, [b, b + 1])), pose_at(self.bodies[b], time)
-            middle = pose.map_from_frame(self.bodies[b].middle)
-            cells = cell_echoes(
-                position[part], projected[part], span[part], middle, antenna, self.context, cell_spacing(self.context.radar)
-            )
+            part = slice(*np.searchsorted(body, [b, b + 1]))
+            middle = poses.of_body(0, b).map_from_frame(self.bodies[b].middle)
+            cells = cell_echoes(position[part], projected[part], span[part], middle, antenna, self.context, self._spacing)
             parts.append(cells)
             owners.append(np.full(len(cells.span), b))
         joined = CellEchoes(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-        echoes = self._echoes(joined, np.concatenate(owners), time)
+        echoes = self._echoes(joined, np.concatenate(owners), poses)
         return echoes.chosen(np.argsort(echoes.body, kind="stable"))
 
-    def _echoes(self, cells: CellEchoes, body: Indices, time: float) -> BodyEchoes:
+    def _echoes(self, cells: CellEchoes, body: Indices, poses: PoseArrays) -> BodyEchoes:
         """Echoes (M,) of declared cross-sections, each of a body (M,), from cells for 1 m^2."""
         position = cells.position
-        poses = self._poses.at(np.array([time]))
         east, north, up = (position - poses.position[0][body]).T
         c, s = np.cos(poses.heading[0][body]), np.sin(poses.heading[0][body])
         own = np.stack([c * east - s * north, s * east + c * north, up], axis=-1)
         for b, rotation in poses.rotation.items():
             its = np.flatnonzero(body == b)
             own[its] = (position[its] - poses.position[0, b]) @ rotation[0]
-        rcs = np.array([b.rcs for b in self.bodies], dtype=np.float64)[body]
-        return BodyEchoes(own, np.sqrt(rcs) * cells.amplitude, body, np.full(len(body), ALL_PATHS), cells.span)
+        return BodyEchoes(own, np.sqrt(self._rcs[body]) * cells.amplitude, body, np.full(len(body), ALL_PATHS), cells.span)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
