@@ -36,6 +36,7 @@ from radar_service.scene.world import Scene
 from radar_service.types import Flags, Floats, Indices, Singles
 
 ELEVATION_NULL = 1e-3  # of boresight: elevation gains below it do not divide
+FEW_ECHOES = 256  # near a tile: computing them at twice as many azimuths takes less time than another block
 ECHOES_PER_PART = 8192  # arrays of 16 azimuths by so many echoes stay in the L2 cache
 
 
@@ -84,9 +85,8 @@ class MovingEchoes:
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
         """All echoes within the beam's extent of any of these azimuths, over which no body comes or goes."""
-        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval), azimuths.middle)
         middle, half = self._sector(azimuths)
-        around = snapshot.around(middle, half + self.visibility.bearing_drift)
+        snapshot, around = self._around(azimuths, middle, half)
         passing = self.passing(azimuths)
         sources: list[tuple[ObservedEchoes, Indices]] = [(snapshot, around)] if len(around) else []
         if passing is not None:
@@ -97,6 +97,19 @@ class MovingEchoes:
         geometry = self._geometry(azimuths, np.flatnonzero(np.bincount(bodies)))
         parts = [part for source in sources for part in self._parts(*source, geometry, middle, half)]
         return concatenated(parts, len(azimuths.time))
+
+    def block_size(self, azimuths: AzimuthTimes, usual: int) -> int:
+        """How many of these azimuths, all of one visibility step, to compute together: all where few echoes are near the beam.
+
+        usual: where there are many, as each is computed at all azimuths of a block; at 1, or where own ship sways, always.
+        Range and sea paths of a longer block keep the same limits, as they are those of a block's ends.
+        """
+        if usual == 1 or len(azimuths.time) <= usual or self._scene.own_ship.sway is not None:
+            return usual
+        middle, half = self._sector(azimuths)
+        if self.passages.passing(azimuths.middle, middle, half):
+            return usual
+        return len(azimuths.time) if len(self._around(azimuths, middle, half)[1]) <= FEW_ECHOES else usual
 
     def passing(self, azimuths: AzimuthTimes) -> ObservedEchoes | None:
         """Echoes of bodies by aspect that the beam passes at these azimuths."""
@@ -112,10 +125,16 @@ class MovingEchoes:
         count = ECHOES_PER_PART
         return [self._part(observed, chosen[i : i + count], geometry) for i in range(0, len(chosen), count)]
 
+    def _around(self, azimuths: AzimuthTimes, middle: float, half: float) -> tuple[VisibilitySnapshot, Indices]:
+        """The snapshot of these azimuths, and its echoes that may lie within `half` of the bearing `middle` [rad]."""
+        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval), azimuths.middle)
+        return snapshot, snapshot.around(middle, half + self.visibility.bearing_drift)
+
     def _sector(self, azimuths: AzimuthTimes) -> tuple[float, float]:
         """The middle boresight, and half the width of all that the beam covers at any of the azimuths [rad]."""
-        middle = azimuths.boresight[len(azimuths.boresight) // 2]
-        return float(middle), float(self._beam.extent + np.abs(azimuths.boresight - middle).max())
+        boresight = azimuths.boresight
+        middle = float(boresight[len(boresight) // 2])
+        return middle, self._beam.extent + max(middle - float(boresight[0]), float(boresight[-1]) - middle)
 
     def _geometry(self, azimuths: AzimuthTimes, bodies: Indices) -> BlockGeometry:
         """The geometry of these azimuths, as far as it concerns `bodies` (N,)."""
