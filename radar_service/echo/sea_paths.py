@@ -40,8 +40,8 @@ class Paths(NamedTuple):
         """Which echoes (E,) diffract where the environment says so: those of all paths."""
         return np.asarray(self.path == ALL_PATHS)
 
-    def chosen(self, which: Indices) -> "Paths":
-        """Those of echoes `which` (N,)."""
+    def chosen(self, which: Indices | slice) -> "Paths":
+        """Those of echoes `which`, indices (N,) or a slice."""
         return Paths(self.path[which], self.height_span[which])
 
     def factor(
@@ -174,9 +174,9 @@ class SeaHistory:
 
     def apply(self, amplitude: Profiles) -> None:
         """Multiplies amplitudes (E, K) of changing echoes by the factors of their paths at each azimuth."""
-        which = np.flatnonzero(self.changing)
-        if not len(which):
+        if not self.changing.any():
             return
+        which = slice(None) if self.changing.all() else np.flatnonzero(self.changing)
         middle, rays = self.middle, self.middle.rays
         ratio = rays.ratio[which].astype(np.complex64)[:, None] if self.ratio is None else self.ratio[which]
         wavenumber = np.float32(middle.wavenumber)

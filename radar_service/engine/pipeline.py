@@ -135,7 +135,8 @@ def receive(prepared: Prepared, azimuths: AzimuthTimes, rows: Profiles | None, b
     compression = prepared.compression
     spectrum = None
     if rows is not None:
-        rows[blind] = 0.0
+        if blind.any():
+            rows[blind] = 0.0
         spectrum = compression.spectrum(rows)
     if prepared.scene.environment.noise:
         scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
