@@ -153,10 +153,10 @@ class FixedScatterers(ABC):
 
     def _moving_parts(self, which: Indices) -> Iterator[tuple[int, slice]]:
         """The bodies that move, and where in `which` (A,), which rises, their scatterers are."""
-        for b in self._poses.moving.tolist():
-            first, last = np.searchsorted(which, self._first[b : b + 2])
-            if first < last:
-                yield b, slice(first, last)
+        if len(self._poses.moving):
+            edges = np.searchsorted(which, self._first)
+            for b in self._poses.moving[edges[self._poses.moving] < edges[self._poses.moving + 1]].tolist():
+                yield b, slice(edges[b], edges[b + 1])
 
     def _projected_area(
         self, which: Indices, position: Floats, normal: Floats, antenna: Floats, earth_radius: float
@@ -255,12 +255,15 @@ class DeclaredScattering(FixedScatterers):
         """One echo for each resolution cell of a body. Together they have the energy of a point of the declared cross-section
         at the middle of the body, whatever the aspect (`declared_cells`)."""
         body, (middle, span) = self._body[which], self._heights(which, position)
-        position = np.column_stack([position[:, :2], middle])
+        position = position.copy()
+        position[:, 2] = middle
         alone = np.flatnonzero(self.scatterers[body] == 1)
         parts = [CellEchoes(position[alone], np.ones(len(alone), dtype=np.complex128), span[alone])]
         owners = [body[alone]]
-        for b in np.unique(body[(self.scatterers[body] > 1) & (projected > 0.0)]).tolist():
-            part = slice(*np.searchsorted(body, [b, b + 1]))
+        count, power = (np.bincount(body, each, len(self.bodies)) for each in (None, projected))
+        end = np.cumsum(count)
+        for b in np.flatnonzero((self.scatterers > 1) & (power > 0.0)).tolist():
+            part = slice(int(end[b] - count[b]), int(end[b]))
             middle = poses.of_body(0, b).map_from_frame(self.bodies[b].middle)
             cells = cell_echoes(position[part], projected[part], span[part], middle, antenna, self.context, self._spacing)
             parts.append(cells)
