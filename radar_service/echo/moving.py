@@ -36,7 +36,7 @@ from radar_service.scene.world import Scene
 from radar_service.types import Flags, Floats, Indices, Singles
 
 ELEVATION_NULL = 1e-3  # of boresight: elevation gains below it do not divide
-FEW_ECHOES = 256  # near a tile: computing them at twice as many azimuths takes less time than another block
+FEW_ECHOES = 512  # around a tile: a block of their own takes longer than to compute them at twice as many azimuths
 ECHOES_PER_PART = 8192  # arrays of 16 azimuths by so many echoes stay in the L2 cache
 
 
@@ -51,6 +51,7 @@ class MovingEchoes:
         self._poses = BodyPoses(self._bodies)
         self._moves: Flags = np.zeros(len(self._bodies), dtype=np.bool_)
         self._moves[self._poses.moving] = True
+        self._sways = any(motion.sway is not None for motion in (scene.own_ship, *(body.motion for body in self._bodies)))
         self._fluctuation = Fluctuation(self._bodies, scene.name, scene.radar.azimuths, seed, scene.own_id)
         self.passages = BeamPassages(
             scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent
@@ -99,17 +100,18 @@ class MovingEchoes:
         return concatenated(parts, len(azimuths.time))
 
     def block_size(self, azimuths: AzimuthTimes, usual: int) -> int:
-        """How many of these azimuths, all of one visibility step, to compute together: all where few echoes are near the beam.
+        """How many of these azimuths, all of one visibility step, to compute together: all where the beam meets few echoes.
 
-        usual: where there are many, as each is computed at all azimuths of a block; at 1, or where own ship sways, always.
-        Range and sea paths of a longer block keep the same limits, as they are those of a block's ends.
+        usual: where it meets many, as each is computed at all azimuths of a block; also where longer blocks leave more echoes to
+        be computed azimuth by azimuth: near ones, by aspect, and in a seaway. Range histories and sea paths keep the same
+        limits in any block, as these hold for the change from its middle to its ends.
         """
-        if usual == 1 or len(azimuths.time) <= usual or self._scene.own_ship.sway is not None:
+        if usual == 1 or len(azimuths.time) <= usual or self._sways:
             return usual
         middle, half = self._sector(azimuths)
-        if self.passages.passing(azimuths.middle, middle, half):
-            return usual
-        return len(azimuths.time) if len(self._around(azimuths, middle, half)[1]) <= FEW_ECHOES else usual
+        snapshot, around = self._around(azimuths, middle, half)
+        few = len(around) <= FEW_ECHOES and not len(snapshot.near)
+        return len(azimuths.time) if few and not self.passages.passing(azimuths.middle, middle, half) else usual
 
     def passing(self, azimuths: AzimuthTimes) -> ObservedEchoes | None:
         """Echoes of bodies by aspect that the beam passes at these azimuths."""

@@ -85,14 +85,16 @@ def test_a_moving_body_shadows_the_sea_behind_it_and_takes_its_shadow_along() ->
 
 
 @pytest.mark.parametrize("own_ship", [{}, {"course_deg": 300, "speed_kn": 25}], ids=["at rest", "under way"])
-def test_sweeps_leave_no_shadow_of_a_moving_body_out(own_ship: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three bodies round about, one turning close by: rows are those of a computation of all shadows in all rows."""
+def test_sweeps_leave_no_shadow_out(own_ship: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three bodies under way round about, one turning close by, and one at rest that own ship passes: rows are those of a
+    computation of all shadows in all rows."""
     bodies = [
         {**WALL, "name": name, "position_m": position, "course_deg": course, "speed_kn": 30, **more}
         for name, position, course, more in (
             ("a", [0, 600, 0], 90, {}), ("b", [-300, -250, 0], 10, {"width_m": 60}), ("c", [90, 20, 0], 180, {"width_m": 30})
         )
     ]  # fmt: skip
+    bodies.append({**WALL, "name": "d", "position_m": [-400, 300, 0], "width_m": 50})
     made = scene(bodies, **(SEA | {"own_ship": own_ship}))
     line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
     cells, every = (SeaCells(made, line_of_sight, 512, 1500.0) for _ in range(2))

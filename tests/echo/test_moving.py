@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.moving import FEW_ECHOES
 from radar_service.echo.range_history import TOLERANCE
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
@@ -122,6 +123,38 @@ def test_points_observed_from_own_ship_under_way(scan: int) -> None:
     for index in (0, 304, 640):
         azimuths = block(made, scan, index)
         assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+def test_few_echoes_are_as_exact_over_a_whole_tile() -> None:
+    """32 azimuths in one block, from 300 m on, with points and own ship under way."""
+    made = scene(ring(**STRAIGHT), radar=RADAR, own_ship={"course_deg": 200, "speed_kn": 25})
+    prepared = all_round(made)
+    for index in (0, 320, 672):
+        azimuths = block(made, 2, index, 32)
+        assert prepared.moving.block_size(azimuths, 16) == 32
+        assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+CROWD = [point(f"c{k}", 0.2 * k, 1500.0 + k) for k in range(FEW_ECHOES + 1)]
+PLATE = {"name": "p", "shape": "plate", "width_m": 2, "height_m": 1, "scattering": "optics", "position_m": [0, 900, 5]}
+
+
+@pytest.mark.parametrize(
+    "bodies, own, usual",
+    [
+        (CROWD, {}, 16), (ring(), {}, 1), (ring(), {"heading_deg": 40, **SWAY}, 16),
+        ([*ring(), point("rolling", 0, -900, **STRAIGHT, **SWAY)], {}, 16), ([*ring(), point("near", 0, -90)], {}, 16),
+        ([*ring(), {**PLATE, "course_deg": 90, "speed_kn": 5}], {}, 16),
+    ],
+    ids=["many", "one by one", "sway", "a body sways", "near", "by optics"],
+)  # fmt: skip
+def test_other_echoes_keep_to_the_usual_blocks(bodies: list[dict[str, Any]], own: dict[str, Any], usual: int) -> None:
+    """With the beam to the north. What is there alone changes nothing to the south, unless it is near."""
+    made = scene(bodies, radar=RADAR, own_ship={"course_deg": 200, "speed_kn": 12, **own})
+    moving = prepare(made, replace(PRESETS["balanced"], beam_extent=3.0), 3).moving
+    assert moving.block_size(block(made, 1, 0, 32), usual) == usual
+    alone_there = bodies[-1]["name"] in ("p", CROWD[-1]["name"])
+    assert moving.block_size(block(made, 1, 344, 32), usual) == (32 if alone_there else usual)
 
 
 def test_late_in_a_run_nothing_is_lost() -> None:
