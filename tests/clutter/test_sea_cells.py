@@ -106,6 +106,18 @@ def test_sweeps_leave_no_shadow_out(own_ship: dict[str, object], monkeypatch: py
         assert (whole[:, 3:] == 0).any()
 
 
+def test_a_gate_shadows_the_sea_while_own_ship_passes_it() -> None:
+    """At 60 kn between two piers at x = -8 and 8, which count together, just as the beam looks west: dark on the row through
+    the middle of the western one, midway between two instants at which sweeps are taken, 19 m before and behind."""
+    pier = {"shape": "box", "length_m": 8, "width_m": 2, "height_m": 16}
+    piers = [{**pier, "name": str(x), "position_m": [x, 0, 0]} for x in (-8, 8)]
+    speed = 60 * 1852 / 3600
+    made = scene(piers, **(SEA | {"own_ship": {"position_m": [-1, -0.75 * 2.5 * speed], "course_deg": 0, "speed_kn": 60}}))
+    cells = SeaCells(made, OcclusionScene(made.bodies, effective_earth_radius(4 / 3)), 512, 1500.0)
+    west = cells.rows.span(384, 385)[0]
+    assert not west[1:].any() and cells.rows.span(256, 257)[0, 1:].all()
+
+
 def test_earlier_requests_change_nothing() -> None:
     """Rows in one go, or one by one, are the same."""
     own = {"course_deg": 0, "speed_kn": 20}
