@@ -8,6 +8,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.fidelity import PRESETS
+from radar_service.scattering.declared_cells import cell_spacing
 from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering, FixedScatterers
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
 from radar_service.scene.poses import map_from_bodies
@@ -135,6 +136,21 @@ def test_a_sector_leaves_out_what_lies_beside_it_and_keeps_declared_bodies_whole
         assert 4 < inside.sum() < len(whole) - 4
         np.testing.assert_array_equal(part.position, whole.position[kept])
         assert len(source.echoes(antenna, instant(made, sector=Sector(antenna, np.pi, 0.3, 1.0)))) == 0
+
+
+@pytest.mark.parametrize(
+    "model, more, seen", [(DiffuseScattering, {"material": "wood"}, 0), (DeclaredScattering, {"rcs_dbsm": 1}, 1)]
+)
+def test_a_declared_body_counts_where_its_echoes_may_lie_beside_its_scatterers(
+    model: type[FixedScatterers], more: dict[str, Any], seen: int
+) -> None:
+    """A quay 0.6747 rad to each side, and sectors that begin half of a spacing of cells beside it, and two spacings."""
+    quay = {"name": "q", "shape": "box", "length_m": 10, "width_m": 800, "height_m": 20, "position_m": [0, 500, 0]}
+    made, antenna = scene([{**quay, **more}], environment=FLAT), np.array([0.0, 0.0, 15.0])
+    source, begin, spacing = build(model, made), np.arctan2(400, 495), cell_spacing(made.radar).azimuth
+    for off, count in ((0.5, seen), (2.0, 0)):
+        sector = Sector(antenna, begin + off * spacing + 0.3, 0.3, 1.0)
+        assert bool(len(source.echoes(antenna, instant(made, sector=sector)))) == count
 
 
 def test_stated_maxima_are_hardly_ever_exceeded() -> None:
