@@ -141,7 +141,8 @@ class SpokeStream:
     def _block(self, scan: int, tile: SourceTile) -> SpokeBlock:
         number = scan * self._radar.azimuths + np.arange(tile.start, tile.start + len(tile.field))
         boresight, time = self._radar.schedule(number)
+        readings = self._readings(boresight, time)
         return SpokeBlock(
-            int(number[0]), scan, tile.start, time, *self._readings(boresight, time), self._tiles.engine.range, self._radar.range_step,
+            int(number[0]), scan, tile.start, time, *readings, self._tiles.engine.range, self._radar.range_step,
             tile.field, tile.power, labels=tile.labels, powers=tile.powers,
         )  # fmt: skip
