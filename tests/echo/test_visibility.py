@@ -81,7 +81,7 @@ def test_around_finds_all_echoes_within_the_sector_past_south() -> None:
     far, near = np.arange(40, 500), np.arange(40)
     order = far[np.argsort(azimuth[far])]
     echoes = BodyEchoes.of_points(np.zeros((500, 3)), np.ones(500, dtype=complex), np.zeros(500, dtype=np.int64))
-    snapshot = VisibilitySnapshot(echoes, np.zeros((500, 3)), order=order, azimuth=azimuth[order], near=near)
+    snapshot = VisibilitySnapshot(echoes, np.zeros((500, 3)), order=order, azimuth=azimuth[order], near=near, nearest=0.0)
     for boresight in [*np.linspace(-2 * np.pi, 4 * np.pi, 61), np.pi, -np.pi]:
         for half in (1e-3, 0.3, 2.0, 3.1):
             off = np.abs((azimuth - boresight + np.pi) % (2 * np.pi) - np.pi)

@@ -289,8 +289,8 @@ def test_a_block_lies_within_one_visibility_step() -> None:
 
 
 def test_few_echoes_are_one_block_of_each_visibility_step() -> None:
-    """One point 500 m off: the blocks of a tile are its visibility steps."""
-    made = scene([point("t", 0, 500)], own_ship={"speed_kn": 12, "course_deg": 30})
+    """One point 3 km off: the blocks of a tile are its visibility steps."""
+    made = scene([point("t", 0, 3000)], own_ship={"speed_kn": 12, "course_deg": 30})
     prepared, counts = prepare(made, PRESETS["balanced"], 0), []
     for start in range(0, made.radar.azimuths, prepared.tile):
         azimuths = tile_azimuths(prepared, 1, start)
