@@ -16,7 +16,7 @@ from radar_service.types import Floats, Singles
 KEPT_SCANS = 3  # whose shadow sweeps are kept
 SWEEP_STEP = 2.0  # s between the poses from which a moving body's sweep is taken
 SWEEP_MARGIN = 0.02  # rad each side, for turns in between
-SWEEP_NEAR = 200.0  # m: what is nearer to the antenna may sweep all round in between
+SWEEP_NEAR = 200.0  # m, at 100 m/s: what begins nearer to the antenna may sweep all round in between
 FINE_CELL, COARSE_CELL = 10.0, 40.0  # m; the second for a moving antenna, whose cells are renewed in each scan
 
 

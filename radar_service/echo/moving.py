@@ -107,7 +107,7 @@ class MovingEchoes:
         change faster; and within FAR_STEPS. Beyond, as a block is no longer than a step, elevations change by at most 1/800 of
         themselves in half a block and range leaves its parabola by 6e-8 of a step: less than in usual blocks nearer by.
         """
-        if usual == 1 or len(azimuths.time) <= usual or self._sways:
+        if usual == 1 or len(azimuths.time) <= usual or self._sways or not len(self):
             return usual
         middle, half = self._sector(azimuths)
         snapshot, around = self._around(azimuths, middle, half)
@@ -135,9 +135,8 @@ class MovingEchoes:
 
     def _sector(self, azimuths: AzimuthTimes) -> tuple[float, float]:
         """The middle boresight, and half the width of all that the beam covers at any of the azimuths [rad]."""
-        boresight = azimuths.boresight
-        middle = float(boresight[len(boresight) // 2])
-        return middle, self._beam.extent + max(middle - float(boresight[0]), float(boresight[-1]) - middle)
+        first, middle, last = azimuths.boresight[[0, len(azimuths.boresight) // 2, -1]].tolist()
+        return middle, self._beam.extent + max(abs(middle - first), abs(last - middle))
 
     def _geometry(self, azimuths: AzimuthTimes, bodies: Indices) -> BlockGeometry:
         """The geometry of these azimuths, as far as it concerns `bodies` (N,)."""
