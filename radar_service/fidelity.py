@@ -25,7 +25,7 @@ class Fidelity:
     beam_extent: of the beam for moving echoes, beamwidths each side; 3 errs by -40 dB, 12 by -56. Resting echoes always have
         the full circle.
     azimuths_per_block: azimuths over which range histories of moving echoes are interpolated, by the sea too; 16 errs by -71
-        dB, 1 computes each azimuth at its own time.
+        dB, 1 computes each azimuth at its own time. Where there are few echoes and none is near, a longer block keeps the limits.
     visibility_step: relative motion [m] after which line of sight and scattering are computed again.
     beam_table_oversampling: of the table of the beam; 1 errs by -78 dB, 8 by -88.
     error_db: bodies and effects that change target power by less than this may be culled [dB]; 0 culls nothing.

@@ -23,12 +23,12 @@ def generator(seed: int, *key: int) -> np.random.Generator:
 
     seed, key: whole numbers from 0 to 2**64 - 1, e.g. generator(seed, scan, azimuth, purpose). Raises ValueError otherwise.
     """
-    for name, value in (("seed", seed), *((f"key[{i}]", k) for i, k in enumerate(key))):
-        if not 0 <= value < _WORD:
-            raise ValueError(f"{name}: {value} is not allowed; a whole number from 0 to {_WORD - 1}")
     # SeedSequence pads short entropy with zeros, so () and (0,) would be one stream without the length in front.
     words = [len(key)]
-    for value in (seed, *key):
+    for n, value in enumerate((seed, *key)):
+        if not 0 <= value < _WORD:
+            name = f"key[{n - 1}]" if n else "seed"
+            raise ValueError(f"{name}: {value} is not allowed; a whole number from 0 to {_WORD - 1}")
         words += [int(value) & 0xFFFFFFFF, int(value) >> 32]
     entropy = np.array(words, dtype=np.uint32)  # a list of them takes six times as long
     return np.random.Generator(np.random.SFC64(np.random.SeedSequence(entropy)))

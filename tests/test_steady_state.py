@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import radar_service as rs
+from radar_service.scattering.fixed_scatterers import FixedScatterers
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import point, scene
@@ -47,7 +48,7 @@ def counted(patch: pytest.MonkeyPatch, where: Any, name: str) -> list[int]:
 def test_nothing_is_rebuilt_and_rest_is_traced_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """No tree is built after the start, from rest or under way. With all at rest no ray is traced ever again; a passing ship
     has rays traced once in a visibility step (7.2 m/s: every 0.69 s, so 36 in 25 s), for what moves (once for each of the two
-    scattering models) and for what it occludes."""
+    scattering models that has anything in the sector of the step) and for what it occludes."""
     for speed in (0.0, 20.0):
         sim = rs.Simulator(harbourlet(speed))
         with monkeypatch.context() as patch:
@@ -67,10 +68,12 @@ def test_nothing_is_rebuilt_and_rest_is_traced_once(monkeypatch: pytest.MonkeyPa
     sim = rs.Simulator(harbourlet())
     with monkeypatch.context() as patch:
         visible, shadows = counted(patch, OcclusionScene, "visible"), counted(patch, OcclusionScene, "shadowed")
+        models = counted(patch, FixedScatterers, "echoes")
         for _ in sim.blocks(scans=10):
             pass
         assert len(shadows) == pytest.approx(36, abs=1)
-        assert len(visible) == 2 * len(shadows)
+        assert len(models) == 2 * len(shadows)
+        assert len(shadows) < len(visible) < len(models)
 
 
 def bytes_after(*scans: int) -> list[int]:

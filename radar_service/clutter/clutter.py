@@ -96,7 +96,7 @@ class Clutter:
             return None
         first, stop, weights = self.beam.at(number)
         rows = self.speckle.span(first, stop)[:, :columns]
-        speckle = weight_rows(weights * transmitting, rows).view(np.complex64)
+        speckle = weight_rows(weights if transmitting.all() else weights * transmitting, rows).view(np.complex64)
         amplitude = self._amplitude(number, level, columns)
         speckle *= amplitude
         return ClutterRows(speckle, amplitude, self.rain)

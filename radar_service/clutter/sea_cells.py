@@ -16,6 +16,7 @@ from radar_service.types import Floats, Singles
 KEPT_SCANS = 3  # whose shadow sweeps are kept
 SWEEP_STEP = 2.0  # s between the poses from which a moving body's sweep is taken
 SWEEP_MARGIN = 0.02  # rad each side, for turns in between
+SWEEP_NEAR = 200.0  # m, at 100 m/s: what begins nearer to the antenna may sweep all round in between
 FINE_CELL, COARSE_CELL = 10.0, 40.0  # m; the second for a moving antenna, whose cells are renewed in each scan
 
 
@@ -49,11 +50,15 @@ def sea_point(distance: Floats, antenna_height: float, earth_radius: float) -> S
     return SeaPoint(np.where(reaches, ground, 0.0), np.where(reaches, -dip, 0.0), np.where(reaches, grazing, 0.0))
 
 
-class ShadowSweep(NamedTuple):
-    """Azimuths from `low` to `high` [rad] over which a moving body may shadow the sea during one scan."""
+class ShadowSweeps(NamedTuple):
+    """Azimuths that bodies may shadow during one scan: first all that rest together, then each that moves.
 
-    low: float
-    high: float
+    low: (N,) first azimuth [rad].
+    width: (N,) [rad]; negative for no azimuth.
+    """
+
+    low: Floats
+    width: Floats
 
 
 class SeaCells:
@@ -79,7 +84,7 @@ class SeaCells:
         self.rows_per_scan = rows_per_scan
         self._azimuth = np.arange(rows_per_scan, dtype=np.float64) * (2.0 * np.pi / rows_per_scan)
         self._outward = np.stack([np.sin(self._azimuth), np.cos(self._azimuth)], axis=1)
-        self._sweeps: BlockCache[int, list[ShadowSweep]] = BlockCache(KEPT_SCANS)
+        self._sweeps: BlockCache[int, ShadowSweeps] = BlockCache(KEPT_SCANS)
         self._open = self._open_sea()
         movers = len(line_of_sight.moving_shadow_sectors(self._antenna(0.0), 0.0).middle)
         if self._rests:
@@ -112,16 +117,19 @@ class SeaCells:
         level = self._open[start:stop].copy()
         sweeps = self._sweeps.get(scan, lambda: self._shadow_sweeps(scan))
         crossing = self._crossing(sweeps, start, stop)
-        if self._rests and not crossing:
+        if not crossing:
             return level
         time = self.scene.radar.time_of_turns(scan + 0.5 * (start + stop) / self.rows_per_scan)
         antenna = self._antenna(time)
-        if not self._rests:
+        if crossing[0] == 0:
             self._shadow_by_rest(level, start, antenna)
+        moving = [number - 1 for number in crossing if number]
+        if not moving:
+            return level
         row_times = self.scene.radar.time_of_turns(scan + np.arange(start, stop) / self.rows_per_scan)
         for first, last in self.line_of_sight.presences.spans(row_times):
             line_of_sight = self.line_of_sight.as_of(float(row_times[first]))
-            for shadow in line_of_sight.moving_shadows(crossing, antenna, time):
+            for shadow in line_of_sight.moving_shadows(moving, antenna, time):
                 self._shadow(level[first:last], start + first, antenna, shadow)
         return level
 
@@ -141,30 +149,29 @@ class SeaCells:
         shadowed = shadow.occludes(position.reshape(-1, 3)).reshape(position.shape[:2])
         level[np.ix_(rows, behind)] *= ~shadowed
 
-    def _shadow_sweeps(self, scan: int) -> list[ShadowSweep]:
-        """Of each moving body over a scan, from its sectors every SWEEP_STEP or less."""
+    def _shadow_sweeps(self, scan: int) -> ShadowSweeps:
+        """The sweeps of a scan, from sectors every SWEEP_STEP or less. From a straight course the edges of a sector turn one way,
+        so those at both ends bound it in between."""
         radar = self.scene.radar
         begin, end = radar.time_of_turns(float(scan)), radar.time_of_turns(scan + 1.0)
-        times = np.linspace(begin, end, int(np.ceil(radar.rotation_period / SWEEP_STEP)) + 1)
-        sectors = [self.line_of_sight.moving_shadow_sectors(self._antenna(time), time) for time in times.tolist()]
-        each = [list(zip(*(column.tolist() for column in one), strict=True)) for one in sectors]
-        return [_swept([at[i] for at in each]) for i in range(len(each[0]))]
+        times = np.linspace(begin, end, int(np.ceil(radar.rotation_period / SWEEP_STEP)) + 1).tolist()
+        sectors = []
+        for time, antenna in [(time, self._antenna(time)) for time in times]:
+            resting = np.array(self.line_of_sight.resting_shadow_sector(antenna))[:, None]
+            sectors.append(np.concatenate([resting, self.line_of_sight.moving_shadow_sectors(antenna, time)], axis=1))
+        middle, half, start = np.stack(sectors, axis=1)
+        middle = middle[0] + wrap_angle(middle - middle[0])
+        low, high = (middle - half).min(axis=0) - SWEEP_MARGIN, (middle + half).max(axis=0) + SWEEP_MARGIN
+        width = np.where((start < SWEEP_NEAR).any(axis=0), 2.0 * np.pi, high - low)
+        if self._rests or np.isinf(start[0, 0]):  # applied all round already, or there is nothing
+            width[0] = -1.0
+        return ShadowSweeps(low, width)
 
-    def _crossing(self, sweeps: list[ShadowSweep], start: int, stop: int) -> list[int]:
-        """Numbers of the sweeps in which any of the rows start to stop (exclusive) lie."""
-        low, high = np.array(sweeps).reshape(-1, 2, 1).swapaxes(0, 1)
-        inside = (self._azimuth[start:stop] - low) % (2.0 * np.pi) <= high - low
+    def _crossing(self, sweeps: ShadowSweeps, start: int, stop: int) -> list[int]:
+        """Numbers of the sweeps in which any of the rows start to stop (exclusive) lie, rising."""
+        inside = (self._azimuth[start:stop] - sweeps.low[:, None]) % (2.0 * np.pi) <= sweeps.width[:, None]
         return [int(number) for number in np.flatnonzero(inside.any(axis=1))]
 
     def _antenna(self, time: float) -> Floats:
         """Position (3,) on the map [m], at the start for earlier times."""
         return np.asarray(self.scene.antenna(max(time, 0.0))[0])
-
-
-def _swept(sectors: list[tuple[float, float, float]]) -> ShadowSweep:
-    """What sectors cover that follow each other in time."""
-    first = sectors[0][0]
-    middle = [first + float(wrap_angle(np.asarray(each - first))) for each, _, _ in sectors]
-    low = min(m - half for m, (_, half, _) in zip(middle, sectors, strict=True)) - SWEEP_MARGIN
-    high = max(m + half for m, (_, half, _) in zip(middle, sectors, strict=True)) + SWEEP_MARGIN
-    return ShadowSweep(low, high)

@@ -148,6 +148,7 @@ class IndependentRows:
         self._length = np.hypot(law.beam_averaged_length(bearing), law.cell)
         self._size = int(scipy.fft.next_fast_len(len(grid.distance) + CHUNK, real=True))
         self._fields: BlockCache[int, _Field] = BlockCache(FIELDS)
+        self._amplitudes: BlockCache[int, Singles] = BlockCache(-(-rows // BLOCK))
 
     def rows(self, lines: Lines, first: int) -> Singles:
         """Values (2 J, N) in the columns from `first` on."""
@@ -169,17 +170,30 @@ class IndependentRows:
         return values.reshape(len(row), -1)[:, :count]
 
     def _field(self, number: int) -> "_Field":
-        return self._fields.get(number, lambda: _Field(self._length, self._size, self._grid.step, (self._seed, number)))
+        shape = len(self._length), self._size
+        return self._fields.get(number, lambda: _Field(shape, self._amplitude, (self._seed, number)))
+
+    def _amplitude(self, start: int, stop: int) -> Singles:
+        """Of the spectra (stop - start, kept) of rows that a field draws together, up to the last frequency that counts."""
+        return self._amplitudes.get(start, lambda: self._spectra(self._length[start:stop]))
+
+    def _spectra(self, length: Floats) -> Singles:
+        frequency = scipy.fft.rfftfreq(self._size, self._grid.step)
+        power = np.exp(-((np.pi * length[:, None] * frequency) ** 2))
+        power = power[:, : int(np.count_nonzero(power.max(axis=0) > MIN_POWER))]
+        whole = 2.0 * power.sum(axis=1, keepdims=True) - power[:, :1]  # both sides; the two ends' variances differ
+        amplitude: Singles = (self._size * np.sqrt(0.5 * power / whole)).astype(np.float32)
+        return amplitude
 
 
 class _Field:
     """One field, circular along range, its start repeated; drawn block by block. Threads wait for each other."""
 
-    def __init__(self, length: Floats, size: int, step: float, key: tuple[int, int]) -> None:
-        """length: (rows,) 1/e length of each row [m]; size: columns; step: between them [m]; key: seed and number."""
-        self._length, self._size, self._step, self._key = length, size, step, key
-        self._rows = np.empty((len(length), size + CHUNK), dtype=np.float32)
-        self._ready: Flags = np.zeros(-(-len(length) // BLOCK), dtype=np.bool_)
+    def __init__(self, shape: tuple[int, int], amplitude: Callable[[int, int], Singles], key: tuple[int, int]) -> None:
+        """shape: rows and columns; amplitude: of the spectra of rows, as `IndependentRows._amplitude`; key: seed and number."""
+        (count, self._size), self._amplitude, self._key = shape, amplitude, key
+        self._rows = np.empty((count, self._size + CHUNK), dtype=np.float32)
+        self._ready: Flags = np.zeros(-(-count // BLOCK), dtype=np.bool_)
         self._lock = Lock()
 
     def rows(self, low: int, high: int) -> Singles:
@@ -187,21 +201,17 @@ class _Field:
         with self._lock:
             for block in range(low // BLOCK, -(-high // BLOCK)):
                 if not self._ready[block]:
-                    self._draw(block * BLOCK, min((block + 1) * BLOCK, len(self._length)))
+                    self._draw(block * BLOCK, min((block + 1) * BLOCK, len(self._rows)))
                     self._ready[block] = True
         return self._rows
 
     def _draw(self, start: int, stop: int) -> None:
         seed, number = self._key
         rng = generator(seed, TEXTURE, 1 + number, start)
-        frequency = scipy.fft.rfftfreq(self._size, self._step)
-        power = np.exp(-((np.pi * self._length[start:stop, None] * frequency) ** 2))
-        kept = int(np.count_nonzero(power.max(axis=0) > MIN_POWER))
-        power = power[:, :kept]
-        spectrum = np.zeros((stop - start, len(frequency)), dtype=np.complex64)
-        spectrum[:, :kept] = normals(rng, stop - start, 2 * kept).view(np.complex64)
-        whole = 2.0 * power.sum(axis=1, keepdims=True) - power[:, :1]  # both sides; the two ends' variances differ
-        spectrum[:, :kept] *= (self._size * np.sqrt(0.5 * power / whole)).astype(np.float32)
+        amplitude = self._amplitude(start, stop)
+        kept = amplitude.shape[1]
+        spectrum = np.zeros((stop - start, self._size // 2 + 1), dtype=np.complex64)
+        np.multiply(normals(rng, stop - start, 2 * kept).view(np.complex64), amplitude, out=spectrum[:, :kept])
         spectrum[:, 0] *= np.float32(np.sqrt(2.0))  # here the imaginary half of the draw is unused
         values = scipy.fft.irfft(spectrum, n=self._size, axis=1)
         self._rows[start:stop, : self._size] = values

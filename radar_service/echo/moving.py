@@ -36,6 +36,8 @@ from radar_service.scene.world import Scene
 from radar_service.types import Flags, Floats, Indices, Singles
 
 ELEVATION_NULL = 1e-3  # of boresight: elevation gains below it do not divide
+FEW_ECHOES = 512  # around a tile: a block of their own takes longer than to compute them at twice as many azimuths
+FAR_STEPS = 400  # visibility steps, 2 km in `balanced`
 ECHOES_PER_PART = 8192  # arrays of 16 azimuths by so many echoes stay in the L2 cache
 
 
@@ -50,6 +52,7 @@ class MovingEchoes:
         self._poses = BodyPoses(self._bodies)
         self._moves: Flags = np.zeros(len(self._bodies), dtype=np.bool_)
         self._moves[self._poses.moving] = True
+        self._sways = any(motion.sway is not None for motion in (scene.own_ship, *(body.motion for body in self._bodies)))
         self._fluctuation = Fluctuation(self._bodies, scene.name, scene.radar.azimuths, seed, scene.own_id)
         self.passages = BeamPassages(
             scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent
@@ -65,8 +68,12 @@ class MovingEchoes:
         self.passages.motions_changed()
 
     def snapshot(self, number: int, time: float | None = None) -> VisibilitySnapshot:
-        """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`."""
-        return self.visibility.snapshot(number, self._beam.extent + self._beam.span, time)
+        """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`.
+
+        Blocks lie within a step, but those of earlier pulses begin before it.
+        """
+        before = self._beam.span if self._scene.radar.second_time_around else 0.0
+        return self.visibility.snapshot(number, self._beam.extent + before, time)
 
     def drawn_power(self, body: int, number: int, azimuth: float) -> float | None:
         """The power factor drawn for a body, by its index in the scene, at an azimuth numbered from the start; None for one that
@@ -80,9 +87,8 @@ class MovingEchoes:
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
         """All echoes within the beam's extent of any of these azimuths, over which no body comes or goes."""
-        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval), azimuths.middle)
         middle, half = self._sector(azimuths)
-        around = snapshot.around(middle, half + self.visibility.bearing_drift)
+        snapshot, around = self._around(azimuths, middle, half)
         passing = self.passing(azimuths)
         sources: list[tuple[ObservedEchoes, Indices]] = [(snapshot, around)] if len(around) else []
         if passing is not None:
@@ -93,6 +99,20 @@ class MovingEchoes:
         geometry = self._geometry(azimuths, np.flatnonzero(np.bincount(bodies)))
         parts = [part for source in sources for part in self._parts(*source, geometry, middle, half)]
         return concatenated(parts, len(azimuths.time))
+
+    def block_size(self, azimuths: AzimuthTimes, usual: int) -> int:
+        """How many of these azimuths, all of one visibility step, to compute together: all where the beam meets few echoes.
+
+        usual: where it meets many, as each is computed at all azimuths of a block; in a seaway and for bodies by aspect, which
+        change faster; and within FAR_STEPS. Beyond, as a block is no longer than a step, elevations change by at most 1/800 of
+        themselves in half a block and range leaves its parabola by 6e-8 of a step: less than in usual blocks nearer by.
+        """
+        if usual == 1 or len(azimuths.time) <= usual or self._sways or not len(self):
+            return usual
+        middle, half = self._sector(azimuths)
+        snapshot, around = self._around(azimuths, middle, half)
+        few = len(around) <= FEW_ECHOES and snapshot.nearest > FAR_STEPS * self.visibility.step
+        return len(azimuths.time) if few and not self.passages.passing(azimuths.middle, middle, half) else usual
 
     def passing(self, azimuths: AzimuthTimes) -> ObservedEchoes | None:
         """Echoes of bodies by aspect that the beam passes at these azimuths."""
@@ -108,10 +128,15 @@ class MovingEchoes:
         count = ECHOES_PER_PART
         return [self._part(observed, chosen[i : i + count], geometry) for i in range(0, len(chosen), count)]
 
+    def _around(self, azimuths: AzimuthTimes, middle: float, half: float) -> tuple[VisibilitySnapshot, Indices]:
+        """The snapshot of these azimuths, and its echoes that may lie within `half` of the bearing `middle` [rad]."""
+        snapshot = self.snapshot(int(azimuths.middle // self.visibility.interval), azimuths.middle)
+        return snapshot, snapshot.around(middle, half + self.visibility.bearing_drift)
+
     def _sector(self, azimuths: AzimuthTimes) -> tuple[float, float]:
         """The middle boresight, and half the width of all that the beam covers at any of the azimuths [rad]."""
-        middle = azimuths.boresight[len(azimuths.boresight) // 2]
-        return float(middle), float(self._beam.extent + np.abs(azimuths.boresight - middle).max())
+        first, middle, last = azimuths.boresight[[0, len(azimuths.boresight) // 2, -1]].tolist()
+        return middle, self._beam.extent + max(abs(middle - first), abs(last - middle))
 
     def _geometry(self, azimuths: AzimuthTimes, bodies: Indices) -> BlockGeometry:
         """The geometry of these azimuths, as far as it concerns `bodies` (N,)."""

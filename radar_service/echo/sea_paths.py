@@ -40,8 +40,8 @@ class Paths(NamedTuple):
         """Which echoes (E,) diffract where the environment says so: those of all paths."""
         return np.asarray(self.path == ALL_PATHS)
 
-    def chosen(self, which: Indices) -> "Paths":
-        """Those of echoes `which` (N,)."""
+    def chosen(self, which: Indices | slice) -> "Paths":
+        """Those of echoes `which`, indices (N,) or a slice."""
         return Paths(self.path[which], self.height_span[which])
 
     def factor(
@@ -86,10 +86,17 @@ class SeaPaths:
 
     def rises(self, sites: list[Site]) -> Flags:
         """Which diffracted echoes change their height, or the antenna's, by more than MAX_RISE of it between three nodes."""
+        if not self.diffracted:
+            return np.zeros(len(self.rays.share), dtype=np.bool_)
         changed = [
             np.abs(sites[n][part] - sites[1][part]) > MAX_RISE * np.abs(sites[1][part]) for n in (0, 2) for part in (1, 2)
         ]
         return np.asarray((self.rays.share < 1.0) & np.any(np.broadcast_arrays(*changed), axis=0))
+
+    @property
+    def diffracted(self) -> bool:
+        """Whether diffraction counts for any echo."""
+        return bool((self.rays.share < 1.0).any())
 
     def steep(self, radar: Radar, range_migration: Singles, distance: Floats) -> Flags:
         """Which echoes change the elevation of their reflected ray by more than MAX_ELEVATION within a block.
@@ -160,16 +167,16 @@ class SeaHistory:
         range_migration += share.astype(np.float32)[:, None] * self.excess_change
         return distance + share * self.middle.rays.geometry.excess
 
-    def held_factor(self) -> Complexes:
+    def held_factor(self) -> Complexes | Floats:
         """Factors (E,) of gain and paths; of changing echoes those of the gain alone."""
         gain = self.middle.rays.gain * self.middle.rays.arrives
-        return np.where(self.changing, gain, self.middle.factor())
+        return gain if self.changing.all() else np.where(self.changing, gain, self.middle.factor())
 
     def apply(self, amplitude: Profiles) -> None:
         """Multiplies amplitudes (E, K) of changing echoes by the factors of their paths at each azimuth."""
-        which = np.flatnonzero(self.changing)
-        if not len(which):
+        if not self.changing.any():
             return
+        which = slice(None) if self.changing.all() else np.flatnonzero(self.changing)
         middle, rays = self.middle, self.middle.rays
         ratio = rays.ratio[which].astype(np.complex64)[:, None] if self.ratio is None else self.ratio[which]
         wavenumber = np.float32(middle.wavenumber)

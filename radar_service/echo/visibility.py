@@ -28,11 +28,13 @@ class VisibilitySnapshot(ObservedEchoes):
     order: indices of the echoes that are not near, by rising azimuth.
     azimuth: their azimuths, in that order [rad].
     near: indices of the others, which may have any azimuth.
+    nearest: ground distance of the nearest echo [m].
     """
 
     order: Indices = field(kw_only=True)
     azimuth: Floats = field(kw_only=True)
     near: Indices = field(kw_only=True)
+    nearest: float = field(kw_only=True)
 
     def around(self, boresight: float, half: float) -> Indices:
         """Indices of all echoes that may lie within `half` of `boresight` [rad]."""
@@ -54,7 +56,7 @@ class Visibility:
         renewed [m]."""
         self.scatterers, self.line_of_sight, self.max_range = scatterers, line_of_sight, max_range
         self.interval = visibility_interval(scene, step)
-        self._scene, self._step = scene, step
+        self._scene, self.step = scene, step
         self._poses = BodyPoses(scatterers.bodies)
         self._movers = len(line_of_sight.moving_shadow_sectors(scene.antenna(0.0)[0], 0.0).middle) > 0
         sway = scene.own_ship.sway
@@ -92,7 +94,7 @@ class Visibility:
         rate = 2.0 * np.pi / self._scene.radar.rotation_period
         width = half + rate * self.interval / 2.0 + self.bearing_drift
         boresight = rate * (time - self._scene.radar.origin.time) % (2.0 * np.pi)
-        sector = Sector(antenna, boresight, width, self._step / MAX_BEARING_DRIFT)
+        sector = Sector(antenna, boresight, width, self.step / MAX_BEARING_DRIFT)
         echoes = self.scatterers.steady.echoes(antenna, replace(instant, sector=sector, line_of_sight=line_of_sight))
         present = line_of_sight.present(time)[self.scatterers.key]
         if not present.all():
@@ -101,22 +103,42 @@ class Visibility:
         position = poses.map_from_bodies(0, echoes.position, echoes.body)
         east, north, _ = (position - antenna).T
         azimuth = np.arctan2(east, north)
-        near = np.hypot(east, north) * MAX_BEARING_DRIFT < self._step
+        distance = np.hypot(east, north)
+        near = distance * MAX_BEARING_DRIFT < self.step
         far = np.flatnonzero(~near)
         order = far[np.argsort(azimuth[far])]
-        return VisibilitySnapshot(echoes, position, order=order, azimuth=azimuth[order], near=np.flatnonzero(near))
+        return VisibilitySnapshot(
+            echoes,
+            position,
+            order=order,
+            azimuth=azimuth[order],
+            near=np.flatnonzero(near),
+            nearest=float(distance.min(initial=np.inf)),
+        )
 
 
 def visibility_interval(scene: Scene, step: float) -> float:
     """Time [s] in which nothing moves more than `step` [m] relative to the antenna, at most one scan, and no body sways by more
     than a fifth of its amplitude."""
-    others = max((body.top_speed for body in scene.bodies), default=0.0)
-    speed = scene.own_ship.top_speed + mast_speed(scene) + others
+    speed = relative_speed(scene)
     sways = (body.motion.sway for body in scene.bodies)
     period = min(
         [scene.radar.rotation_period, *(float(sway.period.min()) / PER_PERIOD for sway in sways if sway is not None)]
     )
     return period if speed * period <= step else step / speed
+
+
+def relative_speed(scene: Scene) -> float:
+    """The highest speed [m/s] at which anything may move relative to the antenna, at the least that of own ship.
+
+    On straight courses it is the difference of the velocities, otherwise the sum of the highest speeds.
+    """
+    own = scene.own_ship
+    goes_straight = own.is_straight and own.time[0] <= 0.0
+    straight = [body.motion.final_velocity for body in scene.bodies if goes_straight and body.motion.is_straight]
+    others = [body.top_speed for body in scene.bodies if not (goes_straight and body.motion.is_straight)]
+    differences = np.linalg.norm(np.reshape(straight, (-1, 3)) - own.final_velocity, axis=1)
+    return mast_speed(scene) + max(own.top_speed + max(others, default=0.0), float(differences.max(initial=0.0)))
 
 
 def mast_speed(scene: Scene) -> float:

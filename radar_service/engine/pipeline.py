@@ -107,12 +107,13 @@ def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, in
 
     Neither does a body come or go within a block.
     """
-    steps, size = visibility_steps(prepared, azimuths), prepared.fidelity.azimuths_per_block
+    steps, usual = visibility_steps(prepared, azimuths), prepared.fidelity.azimuths_per_block
     edges = {0, len(steps)}
     if steps[0] != steps[-1]:
         edges.update((np.flatnonzero(np.diff(steps)) + 1).tolist())
     edges.update(first for first, _ in prepared.line_of_sight.presences.spans(azimuths.time))
     for start, end in pairwise(sorted(edges)):
+        size = prepared.moving.block_size(azimuths.part(start, end), usual)
         for first in range(start, end, size):
             yield first, min(first + size, end)
 
@@ -134,7 +135,8 @@ def receive(prepared: Prepared, azimuths: AzimuthTimes, rows: Profiles | None, b
     compression = prepared.compression
     spectrum = None
     if rows is not None:
-        rows[blind] = 0.0
+        if blind.any():
+            rows[blind] = 0.0
         spectrum = compression.spectrum(rows)
     if prepared.scene.environment.noise:
         scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)

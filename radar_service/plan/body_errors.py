@@ -13,7 +13,8 @@ from radar_service.plan.run import BodyRun, body_run
 from radar_service.plan.settings_search import combine_db
 from radar_service.propagation.multipath import specular_geometry
 from radar_service.scattering.declared_cells import cell_spacing
-from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering, FixedScatterers
+from radar_service.scattering.declared_scattering import DeclaredScattering
+from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.physical_optics.mesh_quality import CURVES_DB, MAX_SAG, curve_sag, length_text
 from radar_service.scattering.physical_optics.model import FACETS_DB, PhysicalOptics

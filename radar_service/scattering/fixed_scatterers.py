@@ -1,4 +1,4 @@
-"""Scattering by fixed scatterers: diffuse surfaces and declared cross-sections.
+"""Scattering by fixed scatterers: what models of them share, and diffuse surfaces.
 
 The scatterers of all bodies of a model lie in one set of arrays, so that visibility and amplitudes are computed together.
 """
@@ -14,14 +14,12 @@ from radar_service.fidelity import Fidelity
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.random import SCATTER, generator, name_key
-from radar_service.scattering.declared_cells import CellEchoes, cell_echoes, cell_spacing
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, Sector
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
     Scatterers,
     cell_density,
     density_db,
-    point_scatterer,
     sample_surface,
     surface_db,
     triangle_frames,
@@ -38,7 +36,6 @@ from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.types import Flags, Floats, Indices
 
-MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
 
 
@@ -60,7 +57,6 @@ class FixedScatterers(ABC):
         self._lift: Floats = self._middle - self._position[:, 2]
         self._poses = BodyPoses(bodies)
         self._first = np.searchsorted(self._body, np.arange(len(bodies) + 1))  # scatterer of each body, and the end
-        self._declared: Flags = np.array([body.rcs is not None for body in bodies], dtype=np.bool_)
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
@@ -74,22 +70,24 @@ class FixedScatterers(ABC):
 
     @abstractmethod
     def visible_echoes(
-        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, poses: PoseArrays
     ) -> BodyEchoes:
         """The echoes of visible scatterers `which` (A,) at `position` (A, 3) on the map [m], of projected area (A,) [m^2], as
-        the antenna (3,) receives them at `time` [s]."""
+        the antenna (3,) receives them; poses: of the bodies at that instant, the only one."""
 
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
         """As `ScatteringModel.echoes`."""
         poses = self._poses.at(np.array([instant.time]))
         which, position = self._in_sector(poses, instant.sector)
+        if not len(which):
+            return BodyEchoes.joined([])
         points = SurfacePoints(self.key[self._body[which]], self._triangle[which], position)
         line_of_sight, over = instant.line_of_sight, diffraction_height(self.context.radar, self.context.environment)
         seen = (points, antenna, instant.time, instant.max_range, instant.movers)
         visible = np.flatnonzero(line_of_sight.visible(*seen, over_horizon=over))
         which, position = which[visible], position.take(visible, axis=0)  # rows: a quarter of the time of [visible]
         projected = self._projected_area(which, position, self._normals(poses, which), antenna, line_of_sight.earth_radius)
-        return self.visible_echoes(which, position, projected, antenna, instant.time)
+        return self.visible_echoes(which, position, projected, antenna, poses)
 
     def _heights(self, which: Indices, position: Floats) -> tuple[Floats, Floats]:
         """Middle heights on the map and vertical extents (A,) [m] of what scatterers `which` stand for, above the sea."""
@@ -116,22 +114,22 @@ class FixedScatterers(ABC):
         return np.array(middles).reshape(-1, 3), np.array(radii)
 
     def _in_sector(self, poses: PoseArrays, sector: Sector | None) -> tuple[Indices, Floats]:
-        """Scatterers (A,) within a sector and their positions (A, 3) on the map [m]. Of bodies with a declared cross-section
-        all or none count, as they share it."""
-        near = np.ones(len(self.bodies), dtype=np.bool_)
-        if sector is not None:
-            middle, radius = self._plan_circles
-            every = np.arange(len(self.bodies))
-            near = sector.contains(poses.map_from_bodies(0, middle, every), radius)
-        which = np.flatnonzero(near[self._body])
-        position = self._positions(poses, which)
+        """Scatterers (A,) within a sector and their positions (A, 3) on the map [m]."""
         if sector is None:
-            return which, position
-        inside, body = sector.contains(position), self._body[which]
-        shared = np.zeros(len(self.bodies), dtype=np.bool_)
-        shared[body[inside]] = True
-        kept = np.flatnonzero(inside | (shared & self._declared)[body])
-        return which[kept], position.take(kept, axis=0)
+            which = np.arange(len(self._body))
+            return which, self._positions(poses, which)
+        middle, radius = self._plan_circles
+        near = sector.contains(poses.map_from_bodies(0, middle, np.arange(len(self.bodies))), radius)
+        which = np.flatnonzero(near[self._body])
+        if not len(which):
+            return which, np.zeros((0, 3))
+        position = self._positions(poses, which)
+        kept = np.flatnonzero(self._counted(sector.contains(position), which))
+        return (which, position) if len(kept) == len(which) else (which[kept], position.take(kept, axis=0))
+
+    def _counted(self, inside: Flags, which: Indices) -> Flags:
+        """Which scatterers `which` (A,) count where some are `inside` (A,) a sector."""
+        return inside
 
     def _positions(self, poses: PoseArrays, which: Indices) -> Floats:
         """Positions (A, 3) on the map [m] of scatterers `which`."""
@@ -152,10 +150,10 @@ class FixedScatterers(ABC):
 
     def _moving_parts(self, which: Indices) -> Iterator[tuple[int, slice]]:
         """The bodies that move, and where in `which` (A,), which rises, their scatterers are."""
-        for b in self._poses.moving.tolist():
-            first, last = np.searchsorted(which, self._first[b : b + 2])
-            if first < last:
-                yield b, slice(first, last)
+        if len(self._poses.moving):
+            edges = np.searchsorted(which, self._first)
+            for b in self._poses.moving[edges[self._poses.moving] < edges[self._poses.moving + 1]].tolist():
+                yield b, slice(edges[b], edges[b + 1])
 
     def _projected_area(
         self, which: Indices, position: Floats, normal: Floats, antenna: Floats, earth_radius: float
@@ -172,10 +170,10 @@ class DiffuseScattering(FixedScatterers):
     @staticmethod
     def sample(body: Body, context: ScatteringContext) -> Scatterers:
         """Scatterers over the mesh."""
-        return _sampled(body, context, MAX_SCATTERERS)
+        return sampled(body, context, MAX_SCATTERERS)
 
     def visible_echoes(
-        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, poses: PoseArrays
     ) -> BodyEchoes:
         """gamma times the projected area. Each scatterer is an echo, at the middle height of what it stands for."""
         facing = np.flatnonzero(projected)
@@ -186,7 +184,7 @@ class DiffuseScattering(FixedScatterers):
         middle, span = self._heights(which, position)
         place, lift = self._position.take(which, axis=0), middle - position[:, 2]
         place[:, 2] += lift
-        for b, rotation in self._poses.at(np.array([time])).rotation.items():
+        for b, rotation in poses.rotation.items():
             its = np.flatnonzero(body == b)
             place[its] = self._position[which[its]] + lift[its, None] * rotation[0, 2]  # up on the map
         return BodyEchoes(place, amplitude, body, np.full(len(body), ALL_PATHS, dtype=np.int64), span)
@@ -211,75 +209,7 @@ class DiffuseScattering(FixedScatterers):
         return max(error, surface_db(scatterers, scene.environment.multipath))
 
 
-class DeclaredScattering(FixedScatterers):
-    """Points and bodies of a declared cross-section, which their visible scatterers share by projected area."""
-
-    @staticmethod
-    def sample(body: Body, context: ScatteringContext) -> Scatterers:
-        """One point where there is no mesh, or a mesh within one resolution cell; else scatterers over the mesh."""
-        if body.mesh is None:
-            return point_scatterer(np.zeros(3))
-        if np.hypot(body.length, body.beam) < context.radar.range_resolution:
-            corners = body.mesh.vertices[np.unique(body.mesh.faces)]
-            low, high = corners.min(axis=0), corners.max(axis=0)
-            return point_scatterer((low + high) / 2.0, float(high[2] - low[2]))
-        return _sampled(body, context, MAX_DECLARED)
-
-    def visible_echoes(
-        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, time: float
-    ) -> BodyEchoes:
-        """One echo for each resolution cell of a body. Together they have the energy of a point of the declared cross-section
-        at the middle of the body, whatever the aspect (`declared_cells`)."""
-        body, (middle, span) = self._body[which], self._heights(which, position)
-        position = np.column_stack([position[:, :2], middle])
-        alone = np.flatnonzero(self.scatterers[body] == 1)
-        parts = [CellEchoes(position[alone], np.ones(len(alone), dtype=np.complex128), span[alone])]
-        owners = [body[alone]]
-        for b in np.unique(body[(self.scatterers[body] > 1) & (projected > 0.0)]).tolist():
-            part, pose = slice(*np.searchsorted(body, [b, b + 1])), pose_at(self.bodies[b], time)
-            middle = pose.map_from_frame(self.bodies[b].middle)
-            cells = cell_echoes(
-                position[part], projected[part], span[part], middle, antenna, self.context, cell_spacing(self.context.radar)
-            )
-            parts.append(cells)
-            owners.append(np.full(len(cells.span), b))
-        joined = CellEchoes(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-        echoes = self._echoes(joined, np.concatenate(owners), time)
-        return echoes.chosen(np.argsort(echoes.body, kind="stable"))
-
-    def _echoes(self, cells: CellEchoes, body: Indices, time: float) -> BodyEchoes:
-        """Echoes (M,) of declared cross-sections, each of a body (M,), from cells for 1 m^2."""
-        position = cells.position
-        poses = self._poses.at(np.array([time]))
-        east, north, up = (position - poses.position[0][body]).T
-        c, s = np.cos(poses.heading[0][body]), np.sin(poses.heading[0][body])
-        own = np.stack([c * east - s * north, s * east + c * north, up], axis=-1)
-        for b, rotation in poses.rotation.items():
-            its = np.flatnonzero(body == b)
-            own[its] = (position[its] - poses.position[0, b]) @ rotation[0]
-        rcs = np.array([b.rcs for b in self.bodies], dtype=np.float64)[body]
-        return BodyEchoes(own, np.sqrt(rcs) * cells.amplitude, body, np.full(len(body), ALL_PATHS), cells.span)
-
-    @staticmethod
-    def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
-        """The declared cross-section, or the peak of its fluctuation."""
-        assert body.rcs is not None
-        return (1.0 if body.swerling == 0 else PEAK_TO_MEAN) * body.rcs
-
-    @staticmethod
-    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
-        """As `ScatteringModel.description`."""
-        return f"declared cross-section, {f'Swerling {body.swerling}' if body.swerling else 'steady'}, {computed}"
-
-    @staticmethod
-    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
-        """Exact, except for a mesh in the lobes of sea reflection."""
-        if scatterers is None or scatterers <= 1 or not scene.environment.multipath:
-            return 0.0
-        return surface_db(scatterers, multipath=True)
-
-
-def _sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scatterers:
+def sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scatterers:
     """Scatterers over a mesh, so many to a resolution cell at the distance of each triangle at time 0."""
     assert body.mesh is not None
     pose, radar, fidelity = pose_at(body, 0.0), context.radar, context.fidelity

@@ -1,7 +1,8 @@
 """Which scattering model each body has. Only this module decides it."""
 
 from radar_service.propagation.diffraction import diffraction_height
-from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering, FixedScatterers
+from radar_service.scattering.declared_scattering import DeclaredScattering
+from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
 from radar_service.scattering.model import ScatteringModel
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.rays import RaySampledSurfaces

@@ -102,20 +102,24 @@ class BodyPoses:
     def __init__(self, bodies: Sequence[HasMotion]) -> None:
         self._motions = [body.motion for body in bodies]
         self.moving: Indices = np.array([b for b, m in enumerate(self._motions) if not m.at_rest], dtype=np.int64)
+        self._moves = np.isin(np.arange(len(bodies)), self.moving)
         self._with_legs = {int(b) for b in self.moving if not self._motions[b].is_straight}
         self._position = np.array([m.position[0] for m in self._motions]).reshape(-1, 3)
         self._heading = wrap_bearing(np.array([m.heading[0] for m in self._motions])).reshape(-1)
-        self._velocity = np.array([self._motions[b].final_velocity for b in self.moving]).reshape(-1, 3)
-        self._start = np.array([self._motions[b].time[0] for b in self.moving])
+        self._velocity = np.array([m.final_velocity for m in self._motions]).reshape(-1, 3)
+        self._start = np.array([m.time[0] for m in self._motions])
 
     def at(self, time: Floats, requested: Indices | None = None) -> PoseArrays:
         """Poses of all bodies at each time (K,) [s]. Rows of bodies not in `requested` (N,) are undefined; None: all."""
-        position = np.repeat(self._position[None], len(time), axis=0)
         heading = np.repeat(self._heading[None], len(time), axis=0)
         rotation: dict[int, Floats] = {}
-        if len(self.moving):
-            since = np.maximum(time[:, None] - self._start, 0.0)
-            position[:, self.moving] += since[:, :, None] * self._velocity
+        if 2 * len(self.moving) > len(self._motions):  # most of them: all together
+            position = np.maximum(time[:, None] - self._start, 0.0)[:, :, None] * self._velocity
+            position += self._position
+        else:
+            position = np.repeat(self._position[None], len(time), axis=0)
+            since = np.maximum(time[:, None] - self._start[self.moving], 0.0)
+            position[:, self.moving] += since[:, :, None] * self._velocity[self.moving]
         for b in self._with_legs if requested is None else self._with_legs.intersection(requested.tolist()):
             pose = self._motions[b].pose(time)
             position[:, b], heading[:, b] = pose.position, pose.heading
@@ -125,8 +129,8 @@ class BodyPoses:
 
     def uneven(self, time: Floats, requested: Indices) -> Indices:
         """Those of the bodies `requested` (N,) that may not go straight, or rest, throughout times (K,) [s]."""
-        moving = np.intersect1d(self.moving, requested, assume_unique=True).tolist()
-        return np.array([b for b in moving if not self._motions[b].is_even(time)], dtype=np.int64)
+        moves = self._moves[requested]
+        return np.array([b for b in requested[moves].tolist() if not self._motions[b].is_even(time)], dtype=np.int64)
 
     def each_at(self, time: float) -> list[BodyPose]:
         """The pose of each body at `time` [s]."""

@@ -172,4 +172,6 @@ class Scene:
 
     def blind(self, time: Floats, boresight: Floats) -> NDArray[np.bool_]:
         """Returns whether boresights (K,) [rad from north] are in a blind sector at each time (K,) [s]."""
+        if not self.radar.blind_sectors:
+            return np.zeros(np.broadcast_shapes(time.shape, boresight.shape), dtype=np.bool_)
         return self.radar.is_blind(boresight - self.platform.heading(time))

@@ -19,7 +19,7 @@ from radar_service.scene.steering import Steering
 from radar_service.sector import Sector
 from radar_service.simulation.source_tiles import SourceTile, SourceTiles
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Indices
+from radar_service.types import Floats, Indices
 
 
 class SpokeStream:
@@ -86,7 +86,10 @@ class SpokeStream:
 
     def readings(self, number: Indices) -> Readings:
         """Returns true boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
-        boresight, time = self._radar.schedule(number)
+        return self._readings(*self._radar.schedule(number))
+
+    def _readings(self, boresight: Floats, time: Floats) -> Readings:
+        """As `readings`, of spokes at boresights [rad] and times [s] (K,)."""
         own = self.steering.past.own_ship.pose(time)
         return Readings(boresight, own.heading, own.position[:, :2], own.course, own.speed)
 
@@ -137,8 +140,9 @@ class SpokeStream:
 
     def _block(self, scan: int, tile: SourceTile) -> SpokeBlock:
         number = scan * self._radar.azimuths + np.arange(tile.start, tile.start + len(tile.field))
-        time = self._radar.schedule(number)[1]
+        boresight, time = self._radar.schedule(number)
+        readings = self._readings(boresight, time)
         return SpokeBlock(
-            int(number[0]), scan, tile.start, time, *self.readings(number), self._tiles.engine.range, self._radar.range_step,
+            int(number[0]), scan, tile.start, time, *readings, self._tiles.engine.range, self._radar.range_step,
             tile.field, tile.power, labels=tile.labels, powers=tile.powers,
         )  # fmt: skip

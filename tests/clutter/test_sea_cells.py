@@ -85,14 +85,16 @@ def test_a_moving_body_shadows_the_sea_behind_it_and_takes_its_shadow_along() ->
 
 
 @pytest.mark.parametrize("own_ship", [{}, {"course_deg": 300, "speed_kn": 25}], ids=["at rest", "under way"])
-def test_sweeps_leave_no_shadow_of_a_moving_body_out(own_ship: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three bodies round about, one turning close by: rows are those of a computation of all shadows in all rows."""
+def test_sweeps_leave_no_shadow_out(own_ship: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three bodies under way round about, one turning close by, and one at rest that own ship passes: rows are those of a
+    computation of all shadows in all rows."""
     bodies = [
         {**WALL, "name": name, "position_m": position, "course_deg": course, "speed_kn": 30, **more}
         for name, position, course, more in (
             ("a", [0, 600, 0], 90, {}), ("b", [-300, -250, 0], 10, {"width_m": 60}), ("c", [90, 20, 0], 180, {"width_m": 30})
         )
     ]  # fmt: skip
+    bodies.append({**WALL, "name": "d", "position_m": [-400, 300, 0], "width_m": 50})
     made = scene(bodies, **(SEA | {"own_ship": own_ship}))
     line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
     cells, every = (SeaCells(made, line_of_sight, 512, 1500.0) for _ in range(2))
@@ -102,6 +104,18 @@ def test_sweeps_leave_no_shadow_of_a_moving_body_out(own_ship: dict[str, object]
         whole = every.rows.span(512 * scan, 512 * (scan + 1))
         np.testing.assert_array_equal(part, whole)
         assert (whole[:, 3:] == 0).any()
+
+
+def test_a_gate_shadows_the_sea_while_own_ship_passes_it() -> None:
+    """At 60 kn between two piers at x = -8 and 8, which count together, just as the beam looks west: dark on the row through
+    the middle of the western one, midway between two instants at which sweeps are taken, 19 m before and behind."""
+    pier = {"shape": "box", "length_m": 8, "width_m": 2, "height_m": 16}
+    piers = [{**pier, "name": str(x), "position_m": [x, 0, 0]} for x in (-8, 8)]
+    speed = 60 * 1852 / 3600
+    made = scene(piers, **(SEA | {"own_ship": {"position_m": [-1, -0.75 * 2.5 * speed], "course_deg": 0, "speed_kn": 60}}))
+    cells = SeaCells(made, OcclusionScene(made.bodies, effective_earth_radius(4 / 3)), 512, 1500.0)
+    west = cells.rows.span(384, 385)[0]
+    assert not west[1:].any() and cells.rows.span(256, 257)[0, 1:].all()
 
 
 def test_earlier_requests_change_nothing() -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import radar_service as rs
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.moving import FEW_ECHOES
 from radar_service.echo.range_history import TOLERANCE
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
@@ -26,11 +27,11 @@ ALL_ROUND = replace(PRESETS["balanced"], beam_extent=np.inf)
 FIELD = 10 ** (-50 / 20)  # of an amplitude on boresight: moving points err by -55 dB (docs/engine.md#errors)
 
 
-def ring(count: int = 9, **motion: Any) -> list[dict[str, Any]]:
+def ring(count: int = 9, nearest: float = 300.0, **motion: Any) -> list[dict[str, Any]]:
     """Points all round, each at a range of its own."""
     bodies = []
     for k in range(count):
-        distance, azimuth = 300.0 + 220.0 * k, 2 * np.pi * k / count + 0.3
+        distance, azimuth = nearest + 220.0 * k, 2 * np.pi * k / count + 0.3
         bodies.append(point(f"p{k}", distance * np.sin(azimuth), distance * np.cos(azimuth), 3.0 + 2 * k, 10.0, **motion))
     return bodies
 
@@ -122,6 +123,43 @@ def test_points_observed_from_own_ship_under_way(scan: int) -> None:
     for index in (0, 304, 640):
         azimuths = block(made, scan, index)
         assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+def test_few_echoes_are_as_exact_over_a_whole_tile() -> None:
+    """32 azimuths in one block, from 2 km on, with points and own ship under way."""
+    made = scene(
+        ring(nearest=2100, **STRAIGHT), radar={**RADAR, "range_max_m": 5000}, own_ship={"course_deg": 200, "speed_kn": 25}
+    )
+    prepared = all_round(made)
+    for index in (0, 320, 672):
+        azimuths = block(made, 2, index, 32)
+        assert prepared.moving.block_size(azimuths, 16) == 32
+        assert_echoes(made, prepared.moving.echoes(azimuths), azimuths)
+
+
+CROWD = [point(f"c{k}", 0.2 * k, 2500.0 + k) for k in range(FEW_ECHOES + 1)]
+PLATE = {"name": "p", "shape": "plate", "width_m": 2, "height_m": 1, "scattering": "optics", "position_m": [0, 2900, 5]}
+FAR = ring(nearest=2100)
+
+
+@pytest.mark.parametrize(
+    "bodies, own, usual",
+    [
+        (CROWD, {}, 16), (FAR, {}, 1), (FAR, {"heading_deg": 40, **SWAY}, 16),
+        ([*FAR, point("rolling", 0, -2900, **STRAIGHT, **SWAY)], {}, 16), ([*FAR, point("near", 0, -1900)], {}, 16),
+        ([*FAR, {**PLATE, "course_deg": 90, "speed_kn": 5}], {}, 16),
+    ],
+    ids=["many", "one by one", "sway", "a body sways", "near", "by optics"],
+)  # fmt: skip
+def test_other_echoes_keep_to_the_usual_blocks(bodies: list[dict[str, Any]], own: dict[str, Any], usual: int) -> None:
+    """With the beam to where something keeps blocks short, and to the other side."""
+    made = scene(bodies, radar={**RADAR, "range_max_m": 5000}, own_ship={"course_deg": 200, "speed_kn": 12, **own})
+    moving = prepare(made, replace(PRESETS["balanced"], beam_extent=3.0), 3).moving
+    north, south = (moving.block_size(block(made, 1, index, 32), usual) for index in (0, 344))
+    name = bodies[-1]["name"]
+    assert (north, south) == (
+        (usual, 32) if name in ("p", CROWD[-1]["name"]) else (32, 16) if name == "near" else (usual, usual)
+    )
 
 
 def test_late_in_a_run_nothing_is_lost() -> None:

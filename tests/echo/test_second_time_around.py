@@ -46,6 +46,22 @@ def test_apparent_ranges_lose_whole_intervals() -> None:
     np.testing.assert_array_equal(apparent_range(plain, distance), distance)
 
 
+def test_pulses_before_a_visibility_step_find_what_the_beam_meets_in_it() -> None:
+    """A block at the start of a step, and the same 30 ms earlier, when its middle is in the step before: a point that its last
+    boresight alone meets."""
+    own = {"course_deg": 0, "speed_kn": 20}
+    start = scene([point("t", 0, 2000)], radar=FOLDED, own_ship=own)
+    prepared = prepare(start, PRESETS["fast"], 0)
+    first = start.radar.first_spoke(prepared.moving.visibility.interval)
+    number = first + np.arange(16)
+    boresight, time = start.radar.schedule(number)
+    bearing = boresight[-1] + 2.99 * start.radar.beamwidth
+    made = scene([point("t", 9000 * np.sin(bearing), 9000 * np.cos(bearing))], radar=FOLDED, own_ship=own)
+    moving = prepare(made, PRESETS["fast"], 0).moving
+    for earlier in (0.0, 0.03):
+        assert len(moving.echoes(AzimuthTimes(number, boresight, time - earlier)).range) == 1
+
+
 @pytest.mark.parametrize("intervals", [0, 1, 2, 5])
 def test_an_echo_has_the_range_and_phase_of_its_own_pulse(intervals: int) -> None:
     """A target that recedes is where it was when its pulse left, n intervals ago: 20 m/s for 25 us are 0.5 mm, 0.2 rad."""

@@ -276,8 +276,8 @@ def test_tiles_cover_a_scan_and_end_with_it() -> None:
 
 def test_a_block_lies_within_one_visibility_step() -> None:
     """12 kn in steps of 5 m: 0.81 s, so that steps end within tiles. Blocks cover every azimuth of a scan once, in order, and
-    none has more azimuths than the fidelity says."""
-    made = scene([point("t", 0, 500)], own_ship={"speed_kn": 12, "course_deg": 30})
+    none has more azimuths than the fidelity says where echoes are near."""
+    made = scene([point("t", 0, 50)], own_ship={"speed_kn": 12, "course_deg": 30})
     prepared, inner = prepare(made, PRESETS["balanced"], 0), 0
     for start in range(0, made.radar.azimuths, prepared.tile):
         azimuths = tile_azimuths(prepared, 1, start)
@@ -286,6 +286,17 @@ def test_a_block_lies_within_one_visibility_step() -> None:
         assert all(len(np.unique(steps[first:stop])) == 1 and stop - first <= 16 for first, stop in parts)
         inner += len(np.unique(steps)) - 1
     assert inner >= 3
+
+
+def test_few_echoes_are_one_block_of_each_visibility_step() -> None:
+    """One point 3 km off: the blocks of a tile are its visibility steps."""
+    made = scene([point("t", 0, 3000)], own_ship={"speed_kn": 12, "course_deg": 30})
+    prepared, counts = prepare(made, PRESETS["balanced"], 0), []
+    for start in range(0, made.radar.azimuths, prepared.tile):
+        azimuths = tile_azimuths(prepared, 1, start)
+        counts.append(len(list(blocks(prepared, azimuths))))
+        assert counts[-1] == len(np.unique(visibility_steps(prepared, azimuths)))
+    assert set(counts) == {1, 2}
 
 
 def test_contributions_without_profiles_are_those_that_profiles_are_made_of() -> None:

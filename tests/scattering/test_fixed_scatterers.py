@@ -8,9 +8,9 @@ import pytest
 
 import radar_service as rs
 from radar_service.fidelity import PRESETS
-from radar_service.scattering.fixed_scatterers import DeclaredScattering, DiffuseScattering, FixedScatterers
+from radar_service.scattering.declared_scattering import DeclaredScattering
+from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
-from radar_service.scene.poses import map_from_bodies
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import point, scene
 
@@ -62,24 +62,6 @@ def test_scatterers_must_be_visible() -> None:
     assert len(model.echoes(LEFT, instant(made))) > 40 and len(model.echoes(RIGHT, instant(made))) == 0
 
 
-def test_visible_scatterers_share_a_declared_cross_section() -> None:
-    """A hull half behind a wall still has all of its 20 dBsm, on the half that is seen; the key of the wall lies between. Energy
-    relative to the middle's range: within what 30 m do to R^-4 at 600 m, 20 %, and neighbours overlap by 4 %."""
-    hull = {"name": "h", "shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "position_m": [0, 600, 0],
-            "heading_deg": 90, "rcs_dbsm": 20}  # fmt: skip
-    wall = {"name": "w", "shape": "plate", "width_m": 30, "height_m": 60, "position_m": [15, 300, 20], "rcs_dbsm": 0,
-            "heading_deg": 180}  # fmt: skip
-    made = scene([hull, wall], environment=FLAT)
-    model, antenna = build(DeclaredScattering, made), made.antenna(0.0)[0]
-    echoes = model.echoes(antenna, instant(made))
-    shares = np.bincount(echoes.body, np.abs(echoes.amplitude) ** 2, minlength=2)
-    assert shares == pytest.approx([100.0, 1.0], rel=0.24)
-    position = map_from_bodies(
-        echoes.position, echoes.body, *(np.array([[0, 600, 0], [15, 300, 20.0]]), np.deg2rad([90, 180]))
-    )
-    assert position[echoes.body == 0, 0].max() < 0.0
-
-
 @pytest.mark.parametrize("model", [DiffuseScattering, DeclaredScattering])
 def test_scatterers_depend_on_names_alone(model: type[FixedScatterers]) -> None:
     """Bodies put before, after or taken away change no scatterer of the others; another name, scene or seed changes all."""
@@ -98,14 +80,6 @@ def test_scatterers_depend_on_names_alone(model: type[FixedScatterers]) -> None:
     assert not np.array_equal(positions("ab", "a"), alone)
     assert not np.array_equal(positions("b", "b", scene_name="other"), alone)
     assert not np.array_equal(positions("b", "b", seed=4), alone)
-
-
-def test_a_small_declared_mesh_stands_for_its_height_above_the_sea() -> None:
-    """A buoy within a cell is one echo in the middle of what is above the water, as high as that."""
-    buoy = {"name": "b", "shape": "cylinder", "radius_m": 0.5, "height_m": 4, "position_m": [0, 500, -1], "rcs_dbsm": 0}
-    made = scene([buoy], environment=FLAT)
-    (echo,) = [build(DeclaredScattering, made).echoes(made.antenna(0.0)[0], instant(made))]
-    assert len(echo) == 1 and echo.height_span[0] == pytest.approx(3.0) and echo.position[0, 2] == pytest.approx(2.5)
 
 
 def test_echoes_of_moving_bodies_turn_with_them() -> None:

@@ -1,0 +1,108 @@
+"""Scattering by declared cross-sections: of points, and of meshes over which scatterers decide what is visible."""
+
+from functools import cached_property
+
+import numpy as np
+
+from radar_service.fidelity import Fidelity
+from radar_service.radar.parameters import Radar
+from radar_service.scattering.declared_cells import CellEchoes, CellSpacing, cell_echoes, cell_spacing
+from radar_service.scattering.fixed_scatterers import PEAK_TO_MEAN, FixedScatterers, sampled
+from radar_service.scattering.model import ALL_PATHS, BodyEchoes, ScatteringContext, Sector
+from radar_service.scattering.surface_sampling import Scatterers, point_scatterer, surface_db
+from radar_service.scene.body import Body
+from radar_service.scene.poses import PoseArrays
+from radar_service.scene.world import Scene
+from radar_service.types import Flags, Floats, Indices
+
+MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes
+
+
+class DeclaredScattering(FixedScatterers):
+    """Points and bodies of a declared cross-section, which their visible scatterers share by projected area."""
+
+    @staticmethod
+    def sample(body: Body, context: ScatteringContext) -> Scatterers:
+        """One point where there is no mesh, or a mesh within one resolution cell; else scatterers over the mesh."""
+        if body.mesh is None:
+            return point_scatterer(np.zeros(3))
+        if np.hypot(body.length, body.beam) < context.radar.range_resolution:
+            corners = body.mesh.vertices[np.unique(body.mesh.faces)]
+            low, high = corners.min(axis=0), corners.max(axis=0)
+            return point_scatterer((low + high) / 2.0, float(high[2] - low[2]))
+        return sampled(body, context, MAX_DECLARED)
+
+    def _in_sector(self, poses: PoseArrays, sector: Sector | None) -> tuple[Indices, Floats]:
+        """An echo may lie one spacing of cells beside all scatterers of its body."""
+        if sector is not None and len(self._body) > len(self.bodies):
+            sector = sector._replace(half=sector.half + self._spacing.azimuth)
+        return super()._in_sector(poses, sector)
+
+    def _counted(self, inside: Flags, which: Indices) -> Flags:
+        """All of a body or nothing, as its scatterers share its cross-section."""
+        body = self._body[which]
+        shared = np.zeros(len(self.bodies), dtype=np.bool_)
+        shared[body[inside]] = True
+        return shared[body]
+
+    @cached_property
+    def _spacing(self) -> CellSpacing:
+        """The spacing of cells."""
+        return cell_spacing(self.context.radar)
+
+    @cached_property
+    def _rcs(self) -> Floats:
+        """Declared cross-sections (B,) [m^2]."""
+        return np.array([body.rcs for body in self.bodies], dtype=np.float64)
+
+    def visible_echoes(
+        self, which: Indices, position: Floats, projected: Floats, antenna: Floats, poses: PoseArrays
+    ) -> BodyEchoes:
+        """One echo for each resolution cell of a body. Together they have the energy of a point of the declared cross-section
+        at the middle of the body, whatever the aspect (`declared_cells`)."""
+        body, (middle, span) = self._body[which], self._heights(which, position)
+        position = position.copy()
+        position[:, 2] = middle
+        alone = np.flatnonzero(self.scatterers[body] == 1)
+        parts = [CellEchoes(position[alone], np.ones(len(alone), dtype=np.complex128), span[alone])]
+        owners = [body[alone]]
+        count, power = (np.bincount(body, each, len(self.bodies)) for each in (None, projected))
+        end = np.cumsum(count)
+        for b in np.flatnonzero((self.scatterers > 1) & (power > 0.0)).tolist():
+            part = slice(int(end[b] - count[b]), int(end[b]))
+            middle = poses.of_body(0, b).map_from_frame(self.bodies[b].middle)
+            cells = cell_echoes(position[part], projected[part], span[part], middle, antenna, self.context, self._spacing)
+            parts.append(cells)
+            owners.append(np.full(len(cells.span), b))
+        joined = CellEchoes(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        echoes = self._echoes(joined, np.concatenate(owners), poses)
+        return echoes.chosen(np.argsort(echoes.body, kind="stable"))
+
+    def _echoes(self, cells: CellEchoes, body: Indices, poses: PoseArrays) -> BodyEchoes:
+        """Echoes (M,) of declared cross-sections, each of a body (M,), from cells for 1 m^2."""
+        position = cells.position
+        east, north, up = (position - poses.position[0][body]).T
+        c, s = np.cos(poses.heading[0][body]), np.sin(poses.heading[0][body])
+        own = np.stack([c * east - s * north, s * east + c * north, up], axis=-1)
+        for b, rotation in poses.rotation.items():
+            its = np.flatnonzero(body == b)
+            own[its] = (position[its] - poses.position[0, b]) @ rotation[0]
+        return BodyEchoes(own, np.sqrt(self._rcs[body]) * cells.amplitude, body, np.full(len(body), ALL_PATHS), cells.span)
+
+    @staticmethod
+    def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
+        """The declared cross-section, or the peak of its fluctuation."""
+        assert body.rcs is not None
+        return (1.0 if body.swerling == 0 else PEAK_TO_MEAN) * body.rcs
+
+    @staticmethod
+    def description(body: Body, scene: Scene, fidelity: Fidelity, computed: str) -> str:
+        """As `ScatteringModel.description`."""
+        return f"declared cross-section, {f'Swerling {body.swerling}' if body.swerling else 'steady'}, {computed}"
+
+    @staticmethod
+    def error_db(body: Body, scene: Scene, fidelity: Fidelity, scatterers: int | None) -> float | None:
+        """Exact, except for a mesh in the lobes of sea reflection."""
+        if scatterers is None or scatterers <= 1 or not scene.environment.multipath:
+            return 0.0
+        return surface_db(scatterers, multipath=True)
