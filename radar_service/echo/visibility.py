@@ -120,25 +120,13 @@ class Visibility:
 def visibility_interval(scene: Scene, step: float) -> float:
     """Time [s] in which nothing moves more than `step` [m] relative to the antenna, at most one scan, and no body sways by more
     than a fifth of its amplitude."""
-    speed = relative_speed(scene)
+    others = max((body.top_speed for body in scene.bodies), default=0.0)
+    speed = scene.own_ship.top_speed + mast_speed(scene) + others
     sways = (body.motion.sway for body in scene.bodies)
     period = min(
         [scene.radar.rotation_period, *(float(sway.period.min()) / PER_PERIOD for sway in sways if sway is not None)]
     )
     return period if speed * period <= step else step / speed
-
-
-def relative_speed(scene: Scene) -> float:
-    """The highest speed [m/s] at which anything may move relative to the antenna, at the least that of own ship.
-
-    On straight courses it is the difference of the velocities, otherwise the sum of the highest speeds.
-    """
-    own = scene.own_ship
-    goes_straight = own.is_straight and own.time[0] <= 0.0
-    straight = [body.motion.final_velocity for body in scene.bodies if goes_straight and body.motion.is_straight]
-    others = [body.top_speed for body in scene.bodies if not (goes_straight and body.motion.is_straight)]
-    differences = np.linalg.norm(np.reshape(straight, (-1, 3)) - own.final_velocity, axis=1)
-    return mast_speed(scene) + max(own.top_speed + max(others, default=0.0), float(differences.max(initial=0.0)))
 
 
 def mast_speed(scene: Scene) -> float:

@@ -31,15 +31,10 @@ def prepared(made: rs.Scene) -> Prepared:
 
 
 def test_the_interval_follows_from_the_top_speeds() -> None:
-    """Own ship 12 kn, a body 30 kn the other way: 5 m take 5 / 21.6 s; across 20 kn by Pythagoras; abreast own ship's own speed,
-    as something may rest. At 1 mm/s it is one scan."""
+    """Own ship 12 kn, the fastest body 30 kn: 5 m take 5 / 21.6 s. At 1 mm/s it is one scan."""
     bodies = [point("a", 0, 500, course_deg=0, speed_kn=30), point("b", 500, 0, course_deg=90, speed_kn=20)]
     made = scene(bodies, radar=RADAR, own_ship={"course_deg": 180, "speed_kn": 12})
     assert visibility_interval(made, 5.0) == pytest.approx(5.0 / (42 * KNOT), rel=1e-12)
-    crossing = scene([*bodies[1:], point("c", 0, 900)], radar=RADAR, own_ship={"course_deg": 0, "speed_kn": 12})
-    assert visibility_interval(crossing, 5.0) == pytest.approx(5.0 / (np.hypot(20, 12) * KNOT), rel=1e-12)
-    convoy = scene([point("a", 0, 500, course_deg=0, speed_kn=12)], radar=RADAR, own_ship={"course_deg": 0, "speed_kn": 12})
-    assert visibility_interval(convoy, 5.0) == pytest.approx(5.0 / (12 * KNOT), rel=1e-12)
     slow = scene([point("a", 0, 500, course_deg=0, speed_kn=0.001)], radar=RADAR)
     assert visibility_interval(slow, 5.0) == slow.radar.rotation_period
     assert visibility_interval(scene([point("a", 0, 500)], radar=RADAR), 5.0) == made.radar.rotation_period
@@ -53,15 +48,9 @@ def test_sway_counts_as_speed_of_the_mast() -> None:
     assert visibility_interval(made, 5.0) == pytest.approx(5.0 / (roll + pitch + 10 * KNOT), rel=1e-12)
 
 
-TRACK = [{"position_m": [300.0 * (k % 2), 400.0 * k], "speed_kn": 20} for k in range(1, 5)]
-
-
 @pytest.mark.parametrize(
-    "own",
-    [
-        {"course_deg": 200, "speed_kn": 25}, {"waypoints": TRACK}, {"heading_deg": 40, "course_deg": 40, "speed_kn": 8, **SWAY}
-    ],
-)  # fmt: skip
+    "own", [{"course_deg": 200, "speed_kn": 25}, {"heading_deg": 40, "course_deg": 40, "speed_kn": 8, **SWAY}]
+)
 def test_nothing_moves_farther_than_a_step_within_an_interval(own: dict[str, Any]) -> None:
     """Every body relative to the antenna, over two hours of random instants; and some move by more than a half of it."""
     made = under_way(own)
