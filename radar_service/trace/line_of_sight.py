@@ -8,9 +8,10 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from radar_service.block_cache import BlockCache
 from radar_service.frames import Polar, distances_from_map
 from radar_service.scene.body import Body
-from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh
+from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
 from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.moving_occluders import MovingOccluders
@@ -58,6 +59,8 @@ class OcclusionScene:
         merged = merged_mesh([body for body in bodies if body.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
         self.moving = MovingOccluders(bodies, earth_radius, without, rays)
+        self._bodies, self._rays = tuple(bodies), rays
+        self._own_occluders: BlockCache[int, Occluder] = BlockCache(max(1, len(bodies)))
 
     @property
     def presences(self) -> Presences:
@@ -157,9 +160,17 @@ class OcclusionScene:
         near[body] = False
         return np.flatnonzero(near), radius[near]
 
-    def own_occluder(self, body: int, antenna: Floats, time: float) -> tuple[Occluder, BodyPose] | None:
-        """The occluder and the pose at `time` [s] of a body that moves and occludes; None of any other."""
-        own = self.moving.chosen([body], antenna, time)
+    def own_occluder(self, body: int, antenna: Floats, time: float, movers: bool = True) -> tuple[Occluder, BodyPose] | None:
+        """The occluder of one body alone and its pose at `time` [s]; None of a body that does not occlude, or is absent.
+
+        movers: as of `visible`.
+        """
+        resting = self._bodies[body]
+        if resting.at_rest and resting.mesh is not None:
+            mesh = resting.mesh
+            occluder = self._own_occluders.get(body, lambda: Occluder(mesh, self.earth_radius, self._rays))
+            return occluder, pose_at(resting, time)
+        own = self.moving.chosen([body], antenna, time) if movers else []
         return own[0][:2] if own else None
 
     def following(self, bodies: Sequence[Body]) -> Self:

@@ -105,7 +105,7 @@ class PhysicalOptics:
         crowded = thin or (len(among) > 0 and _is_shaded(optical, pose, partial(visible, bodies=among.tolist())))
         edges: Edges | None = None
         seen: Visible = partial(visible, bodies=among.tolist() if crowded else [])
-        own = scene.own_occluder(key, antenna, instant.time) if instant.movers and not crowded else None
+        own = None if crowded else scene.own_occluder(key, antenna, instant.time, instant.movers)
         if own is not None and self._in_reach(b, pose, antenna, instant):
             shadows = OwnShadows(*own, antenna, scene.earth_radius, by_sea)
             seen, edges = shadows.visible, shadows.edges
