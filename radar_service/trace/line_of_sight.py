@@ -165,11 +165,10 @@ class OcclusionScene:
 
         movers: as of `visible`.
         """
-        resting = self._bodies[body]
-        if resting.at_rest and resting.mesh is not None:
-            mesh = resting.mesh
+        mesh = self._bodies[body].mesh
+        if self._resting[body] and mesh is not None:
             occluder = self._own_occluders.get(body, lambda: Occluder(mesh, self.earth_radius, self._rays))
-            return occluder, pose_at(resting, time)
+            return occluder, pose_at(self._bodies[body], time)
         own = self.moving.chosen([body], antenna, time) if movers else []
         return own[0][:2] if own else None
 

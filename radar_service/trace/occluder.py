@@ -74,7 +74,7 @@ class Occluder:
         occluded[candidates] = distance < 1.0 - _slack(line[candidates])
         return occluded
 
-    def own_occluder(self, points: Floats, line: Floats, triangle: Indices) -> Indices:
+    def occluding_triangle(self, points: Floats, line: Floats, triangle: Indices) -> Indices:
         """Which triangle of the body occludes each point (E, 3) in its own curved frame, NO_TRIANGLE where none does.
 
         line: (E, 3) from where the line of sight begins to the point, in the same frame [m]; triangle: (E,) that each point

@@ -1,6 +1,5 @@
 """Legs in the frame of a body: direct or by the sea, with their polarization, their wavefronts and what they can reach."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -8,11 +7,9 @@ import numpy as np
 
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_leg
+from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scene.poses import BodyPose
 from radar_service.types import Flags, Floats, Indices
-
-Edges = Callable[[Floats, Floats, Indices], Floats]  # as `own_shadows.OwnShadows.edges`
-Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) a leg reaches past all bodies
 
 
 class LegRays(NamedTuple):

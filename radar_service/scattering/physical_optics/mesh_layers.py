@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.scattering.physical_optics.facets import centroids
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Mesh
 from radar_service.trace.embree import TriangleScene
@@ -34,7 +35,7 @@ def doubled_layers(mesh: Mesh, outside: NDArray[np.int8]) -> Layers:
     scene = TriangleScene(corners.reshape(-1, 3), np.arange(3 * len(area)).reshape(-1, 3))
     doubled = np.zeros(len(area), dtype=np.bool_)
     for out in (normal, -normal):
-        begin = corners.mean(axis=1) + TOLERANCE * out
+        begin = centroids(corners) + TOLERANCE * out
         hit = scene.first_hit(begin, -out)
         near = scene.hit_distance(hit, begin, -out) < 2.0 * TOLERANCE
         alike = np.einsum("ij,ij->i", normal, normal[hit])

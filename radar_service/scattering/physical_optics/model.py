@@ -13,11 +13,12 @@ from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
-from radar_service.scattering.physical_optics.body_legs import BodyLeg, Edges, Visible
+from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
+from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scattering.physical_optics.shared_bodies import optical_bodies
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body

@@ -65,14 +65,14 @@ class OwnShadows(NamedTuple):
         at_x, at_y, at_z = (self.antenna - self.pose.position) @ body_rotation(self.pose.heading)
         if not self.by_sea:
             end, line = self._lines(points, at_x, at_y, at_z - self._drop(at_x, at_y))
-            return self.occluder.own_occluder(end, line, triangle), end, end - line
+            return self.occluder.occluding_triangle(end, line, triangle), end, end - line
         x, y, z = points.T
         distance = np.sqrt((x - at_x) ** 2 + (y - at_y) ** 2)
         share = reflection_distance(distance, z + self.pose.position[2], float(self.antenna[2]), self.earth_radius)
         share /= np.maximum(distance, MARGIN)
         begin_x, begin_y, sea = at_x + share * (x - at_x), at_y + share * (y - at_y), -self.pose.position[2]
         end, line = self._lines(points, begin_x, begin_y, sea - self._drop(begin_x, begin_y))
-        occluding = self.occluder.own_occluder(end, line, triangle)
+        occluding = self.occluder.occluding_triangle(end, line, triangle)
         reflection = np.stack([begin_x, begin_y, np.full(len(x), sea)], axis=1)
         occluding[self._lost(occluding == NO_TRIANGLE, reflection, distance * (1.0 - share))] = BEFORE_THE_SEA
         return occluding, end, end - line / np.maximum(1.0 - share, 1e-6)[:, None]

@@ -13,7 +13,7 @@ import numpy as np
 from radar_service.scattering.physical_optics.facets import areas, centroids, halves, line_through
 from radar_service.types import Flags, Floats, Indices
 
-Visible = Callable[[Floats, Indices], Flags]
+Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) a leg reaches past all bodies
 Edges = Callable[[Floats, Floats, Indices], Floats]  # as `own_shadows.OwnShadows.edges`
 
 INSET = 0.002  # of the way from a corner to the centroid: samples stay off edges, where neighbours would occlude them

@@ -112,10 +112,11 @@ def _hits_of_samples(tubes: RayTubes, scene: TriangleScene, count: int) -> Indic
     """The triangles (4, M) that rays from the centre and from near the corners hit, -1 for none. Only the `count` largest tubes
     have rays at their corners; others are taken to hit what their centres hit."""
     large = largest(np.arange(len(tubes)), areas(tubes.corners.transpose(2, 0, 1)), count)
-    some = tubes.chosen(large)
-    corners = some.corners + INSET * (some.centre - some.corners) + lift(some, scene)
-    hit = np.repeat(_first_hits((tubes.centre + lift(tubes, scene))[None], tubes.direction[None], scene), 4, axis=0)
-    hit[1:, large] = _first_hits(corners, np.broadcast_to(some.direction, corners.shape), scene)
+    off = lift(tubes, scene)
+    corners = (tubes.corners + INSET * (tubes.centre - tubes.corners) + off).take(large, axis=2)
+    directions = np.broadcast_to(tubes.direction.take(large, axis=1), corners.shape)
+    hit = np.repeat(_first_hits((tubes.centre + off)[None], tubes.direction[None], scene), 4, axis=0)
+    hit[1:, large] = _first_hits(corners, directions, scene)
     return hit
 
 
