@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from radar_service.command_line import DEFAULT_SCENE, parser
 from radar_service.extras import MissingExtra
+from radar_service.output_files import make_folder, prepare
 from radar_service.recording.error import RecordingError
 from radar_service.scene.error import SceneError
 
@@ -53,6 +54,7 @@ def run_serve(options: argparse.Namespace) -> int:
         from radar_service.cell_sources import SourceRequest
         from radar_service.recording.service_recorder import ServiceRecorder
 
+        prepare([options.record], options.overwrite)
         with ServiceRecorder(
             options.record, options.truth, recorded=SourceRequest(options.labels, options.powers)
         ) as recorder:
@@ -71,6 +73,8 @@ def run_record(options: argparse.Namespace) -> int:
 
 def run_replay(options: argparse.Namespace) -> int:
     """Serves a recording until its end."""
+    if not options.recording.is_file():  # said first: an extra that is missing does not help here
+        raise FileNotFoundError(errno.ENOENT, "there is no such file; give a recording", str(options.recording))
     from radar_service.recording.replay_command import replay
     from radar_service.stream.serve import StartError
 
@@ -105,11 +109,12 @@ def run_check(options: argparse.Namespace) -> int:
     from radar_service.plan.budget import ErrorBudget
     from radar_service.plan.remarks import body_remarks
     from radar_service.plan.settings_search import fidelity_for
-    from radar_service.scene.describe import describe
+    from radar_service.scene.describe import describe, overview
     from radar_service.scene.load import load_scene
 
     scene = load_scene(options.scene).for_radar(options.radar)
-    print(describe(scene, body_remarks(scene, fidelity_for(scene, ErrorBudget()))))
+    remarks = body_remarks(scene, fidelity_for(scene, ErrorBudget()))
+    print(describe(scene, remarks) if options.all else overview(scene, remarks))
     return 0
 
 
@@ -139,7 +144,7 @@ def run_stability(options: argparse.Namespace) -> int:
     from radar_service.study.stability import STUDIES
     from radar_service.study.stability.report import write_report
 
-    options.out.mkdir(parents=True, exist_ok=True)  # refused now, not after the studies
+    make_folder(options.out)
     findings = [study(options.fine) for study in tqdm(STUDIES, unit="regions", disable=None)]
     write_report(options.out, findings)
     print(f"{options.out / 'stability.html'}: {len(findings)} regions")
@@ -152,8 +157,7 @@ def run_chart(options: argparse.Namespace) -> int:
     from radar_service.study.chart import chart
     from radar_service.study.chart.summary import summary_text
 
-    if not options.out.is_dir():
-        raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(options.out))
+    make_folder(options.out)
     effort = chart.QUICK if options.quick else chart.FULL
     data = chart.write_chart(chart.measure(load_scene(options.scene), options.seed, effort, progress=True), options.out)
     print(summary_text(data["summary"]), end="")

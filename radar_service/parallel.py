@@ -37,11 +37,13 @@ class BlasLibrary(Protocol):
 
 
 class LoadedLibrary:
-    """A BLAS library as threadpoolctl controls it."""
+    """A BLAS library as threadpoolctl controls it. description: its name, version and, where it has several, its core."""
 
     def __init__(self, controller: Any) -> None:
         openblas = controller.internal_api == "openblas"
         self.filepath: str = controller.filepath
+        parts = {"openblas": "OpenBLAS"}.get(controller.internal_api, controller.internal_api), controller.version
+        self.description = " ".join(str(part) for part in (*parts, getattr(controller, "architecture", None)) if part)
         self.per_thread: bool = openblas and controller.threading_layer == "openmp"
         self._shared = openblas and not self.per_thread
         self._controller = controller
@@ -90,6 +92,11 @@ class BlasLimit:
         self._lock = Lock()
         self._holders = 0
         self._previous: list[tuple[BlasLibrary, int]] = []
+
+    @property
+    def is_held(self) -> bool:
+        """Whether any thread holds the limit."""
+        return self._holders > 0
 
     @contextmanager
     def held(self) -> Iterator[None]:

@@ -20,8 +20,9 @@ from radar_service.receive.detection import square_law
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot, SpokeBlock
 from radar_service.reports import FeedErrorCounts
 from radar_service.scan import Scan, scan_of
-from radar_service.scene.load import load_scene
-from radar_service.scene.world import Scene
+from radar_service.scene.load import load_scene, model_from
+from radar_service.scene.platform_model import radar_entries
+from radar_service.scene.world import Scene, known_radar
 from radar_service.simulator import Simulator
 from radar_service.stream.codecs.native import wire
 
@@ -61,14 +62,14 @@ class RadarFeeds:
     def __call__(
         self, scene: Source, seed: int = 0, pace: float | Literal["max"] = "max",
         over: Literal["process", "websocket"] = "process", fidelity: str = "auto",
-        labels: bool = False, powers: PowersOf = (),
+        labels: bool = False, powers: PowersOf = (), radar: str | None = None,
     ) -> RadarFeed:  # fmt: skip
         """Returns a radar from its spoke 0 on.
 
         scene: a file, the name of a packaged scene, a mapping, or in process a Scene. over: "process" computes a scan when it
         is taken; "websocket" starts a service on a free port of this machine. pace: simulated seconds per second of a service.
         labels: whether scans have the strongest source of each cell; powers: `all`, or the numbers of the sources whose power
-        they have.
+        they have. radar: the id of one of the scene's radars; the first by default.
         Raises ValueError for a value that is not allowed, SceneError, and RuntimeError where a service does not start.
         """
         request = source_request(labels, powers)
@@ -77,12 +78,14 @@ class RadarFeeds:
                 raise ValueError(
                     f'pace: {pace} has no effect in process, where scans come as they are taken; use over="websocket"'
                 )
-            return ProcessFeed(scene if isinstance(scene, Scene) else load_scene(scene), seed, fidelity, request)
+            made = scene if isinstance(scene, Scene) else load_scene(scene)
+            return ProcessFeed(made.for_radar(radar), seed, fidelity, request)
         if over != "websocket":
             raise ValueError(f'over: "{over}" is not one of process, websocket')
         if isinstance(scene, Scene):
             raise ValueError("scene: a service reads a file or a mapping, not a Scene; give what you loaded it from")
-        feed = WebsocketFeed(scene, seed, pace, fidelity, request)
+        ids = [entry.id for entry in radar_entries(model_from(scene).radar)]
+        feed = WebsocketFeed(scene, seed, pace, fidelity, request, known_radar(radar, ids), ids)
         self._ending.callback(feed.close)
         return feed
 
@@ -212,11 +215,17 @@ class WebsocketFeed(RemoteFeed):
     """A RemoteFeed of a service in a process of its own."""
 
     def __init__(
-        self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str, request: SourceRequest
-    ) -> None:
+        self, scene: str | Path | Mapping[str, Any], seed: int, pace: float | str, fidelity: str, request: SourceRequest,
+        radar: str, radars: Sequence[str],
+    ) -> None:  # fmt: skip
+        """radar: which of the scene's radars."""
         self._service = ExitStack()
         address = self._service.enter_context(service(scene, seed, pace, fidelity))
-        super().__init__(address, labels=request.labels, powers=request.powers)
+        super().__init__(address, radar, request.labels, request.powers)
+        for other in radars:  # the world waits for a client of each; one that leaves again is enough
+            if other != radar:
+                with connect(f"ws://{address}/api/radars/{other}/feed", close_timeout=CLOSE_TIMEOUT) as client:
+                    client.recv(RECEIVE_TIMEOUT)
 
     def close(self) -> None:
         """Disconnects and ends the service."""

@@ -14,6 +14,7 @@ from radar_service.cell_sources import Labels, Powers
 from radar_service.display.palettes import colour_map
 from radar_service.display.picture import picture_from_power, render_png
 from radar_service.display.ppi import scan_convert
+from radar_service.display.units import UNITS, Unit
 from radar_service.records import SpokeBlock, joined
 from radar_service.scan_file import read_arrays, write_arrays
 
@@ -60,25 +61,29 @@ class Scan:
 
         return scan_to_xarray(self, names=names)
 
-    def plot(self, axes: Axes | None = None, *, dynamic_range_db: float = 60.0, range_max: float | None = None) -> Axes:
+    def plot(
+        self, axes: Axes | None = None, *, dynamic_range_db: float = 60.0, range_max: float | None = None, unit: Unit = "m"
+    ) -> Axes:  # fmt: skip
         """Plot the PPI with matplotlib, north up and own ship in the middle, and return its axes.
 
         axes: where to, by default new ones. dynamic_range_db: colours span this much below the strongest cell. range_max:
-        half the width [m], by default the whole range. Raises ValueError for a dynamic range not above 0.
+        half the width [m], by default the whole range. unit: of the axes. Raises ValueError for a dynamic range not above 0.
         """
         import matplotlib.pyplot as plt  # here: it would take a third of every start
         from matplotlib.colors import ListedColormap
 
-        reach = range_max or float(self.range[-1] + self.range_step / 2.0)
+        reach, scale = range_max or float(self.range[-1] + self.range_step / 2.0), UNITS[unit]
+        edge = reach / scale.metres
         bright = picture_from_power(np.nan_to_num(self.power), dynamic_range_db)
         image = scan_convert(bright, float(self.range[0]), self.range_step, PLOT_SIZE, reach, interpolation="peak")
         axes = plt.subplots(figsize=(7.0, 6.0), layout="constrained")[1] if axes is None else axes
         drawn = axes.imshow(
             (image / 255.0 - 1.0) * dynamic_range_db, cmap=ListedColormap(colour_map() / 255.0), vmin=-dynamic_range_db,
-            vmax=0.0, extent=(-reach, reach, -reach, reach), interpolation="nearest",
+            vmax=0.0, extent=(-edge, edge, -edge, edge), interpolation="nearest",
         )  # fmt: skip
         axes.figure.colorbar(drawn, ax=axes, label="power relative to the strongest cell [dB]")
-        axes.set(xlabel="east of own ship [m]", ylabel="north of own ship [m]", title=f"scan {self.number}")
+        east, north = (f"{side} of own ship [{scale.name}]" for side in ("east", "north"))
+        axes.set(xlabel=east, ylabel=north, title=f"scan {self.number}")
         return axes
 
     def _repr_png_(self) -> bytes:

@@ -2,7 +2,6 @@
 
 import argparse
 import contextlib
-import errno
 from collections.abc import Callable, Iterable, Iterator
 from itertools import groupby
 from pathlib import Path
@@ -12,7 +11,9 @@ import numpy as np
 from tqdm import tqdm
 
 from radar_service.display.last_scan import last_scan_png
+from radar_service.display.units import DEFAULT_UNIT, Unit
 from radar_service.display.video import Controls, layout
+from radar_service.output_files import prepare
 from radar_service.records import SpokeBlock
 from radar_service.scan import Scan, save_scans, scan_of
 from radar_service.scan_dataset import exporter
@@ -31,9 +32,7 @@ class SourcesError(ValueError):
 
 def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
     """Computes scans, with a progress bar on a terminal; returns the exit status. Raises SceneError, SourcesError and OSError."""
-    for path in (options.out, options.png, options.truth):
-        if path and not path.parent.is_dir():  # refused now, not after an hour of computation
-            raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
+    prepare((options.out, options.png, options.truth), options.overwrite)
     save = save_scans if options.out.suffix.lower() == SUFFIX else exporter(options.out)
     simulator = make(load_scene(options.scene).for_radar(options.radar))
     try:
@@ -54,19 +53,19 @@ def scan(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int
         metadata |= {"label_numbers": np.array(list(names), dtype=np.uint32), "label_names": np.array(list(names.values()))}
     save(options.out, scans, metadata)
     if options.png:
-        write_png(options.png, scans[-1], simulator)
+        write_png(options.png, scans[-1], simulator, options.unit)
     print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")
     return 0
 
 
-def write_png(path: Path, scan: Scan, simulator: Simulator) -> None:
-    """Writes a picture of a scan, as a display with its default controls shows it."""
+def write_png(path: Path, scan: Scan, simulator: Simulator, unit: Unit = DEFAULT_UNIT) -> None:
+    """Writes a picture of a scan, as a display with its default controls shows it. unit: of ranges and rings."""
     rows = [(np.arange(len(scan.power)), scan.power, None)]
     to = layout(simulator.range.size, float(simulator.range[0]), simulator.range_step)
     path.write_bytes(
         last_scan_png(
             rows, len(scan.power), to, Controls(), simulator.noise_power, title=simulator.scene.name, size=PICTURE_SIZE,
-            range_max=None, heading=float(scan.heading[-1]),
+            range_max=None, heading=float(scan.heading[-1]), unit=unit,
         )
     )  # fmt: skip
 

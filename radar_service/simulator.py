@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from radar_service.cell_sources import PowersOf, source_request
+from radar_service.cell_sources import PowersOf, SourceRequest, source_request
 from radar_service.engine.source_numbers import source_names
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.errors.tables import changed_errors
@@ -19,12 +19,12 @@ from radar_service.radar.parameters import Origin
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth
 from radar_service.scene.commands import Command, command_from
-from radar_service.scene.convert import scene_at_rpm
+from radar_service.scene.convert import scene_at_origin, scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
-from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up
+from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up, set_up_at_origin
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.source_truth import SourceTruth
 from radar_service.simulation.spoke_stream import SpokeStream
@@ -59,9 +59,12 @@ class Simulator:
         scene's radars, by default the first; powers: `all`, or the numbers of the sources whose
         power the spokes have too.
 
-        Raises ValueError for an unknown name or radar, a negative seed, fewer than one thread, a sector that is not two angles,
-        labels or powers that the radar cannot tell or has no source for, or a command that is not possible (CommandError).
+        Raises TypeError for what is no Scene. Raises ValueError for an unknown name or radar, a negative seed, fewer than one
+        thread, a sector that is not two angles, labels or powers that the radar cannot tell or has no source for, or a command
+        that is not possible (CommandError).
         """
+        if not isinstance(scene, Scene):
+            raise TypeError(f"scene: {scene!r:.60} is no Scene; load it first: Simulator(load_scene({scene!r:.60}))")
         if not 0 <= seed < 2**64:
             raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
         if threads < 1:
@@ -71,22 +74,38 @@ class Simulator:
         scene = scene.for_radar(radar)
         steering = Steering(scene)
         self.scene, self.seed, self.fidelity = scene, seed, chosen_fidelity(scene, fidelity)
-        made = engine_set_up(steering.scene, self.fidelity, fidelity, seed, threads)
-        engine, self._set_up, line_of_sight, pulses = made
-        self.range, self.range_step = engine.range, scene.radar.range_step
+        self._requested, self._threads, self._ends = fidelity, threads, sector
+        self._made = engine_set_up(steering.scene, self.fidelity, fidelity, seed, threads)
+        self.range, self.range_step = self._made.engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
+        self._join(steering, source_request(labels, powers))
+        if commands := tuple(commands):
+            self.replay(commands)
+
+    def _join(self, steering: Steering, request: SourceRequest) -> None:
+        """Puts truth, sources and stream together, around the engine. Raises ValueError for what the radar cannot tell."""
+        engine, _, line_of_sight, pulses = self._made
         if steering.past is not steering.scene:
             line_of_sight = line_of_sight.following(steering.past.bodies)
         self._truth = GroundTruth(steering.past, line_of_sight, self.fidelity.sampler)
-        self._sources = SourceTruth(steering, self.fidelity, fidelity, seed, pulses)
-        reporter = ErrorReporter(scene.radar, seed, scene.errors, scene.radar_id)
-        tiles = SourceTiles(engine, pulses, source_request(labels, powers))
-        self.sources = tiles.sources(source_names(scene))
-        self.sources.check(tiles.request)
-        self._stream = SpokeStream(tiles, steering, Sector(scene.radar, sector), line_of_sight, reporter)
-        if commands := tuple(commands):
-            self.replay(commands)
-        self._threads, self._ends = threads, sector
+        self._sources = SourceTruth(steering, self.fidelity, self._requested, self.seed, pulses)
+        reporter = ErrorReporter(
+            self.scene.radar, self.seed, self.scene.errors, self.scene.radar_id, ship=self.scene.platform.body
+        )
+        tiles = SourceTiles(engine, pulses, request)
+        self.sources = tiles.sources(source_names(self.scene))
+        self.sources.check(request)
+        self._stream = SpokeStream(tiles, steering, Sector(self.scene.radar, self._ends), line_of_sight, reporter)
+
+    @BLAS_LIMIT.held()
+    def begin_at(self, origin: Origin) -> None:
+        """Lets the rotation begin at another origin, as of a simulator of the scene with that origin, but much sooner than to
+        make one. Comes before all commands and spokes."""
+        steering = self._stream.steering
+        steering.begin_at(origin)
+        self.scene = scene_at_origin(self.scene, origin)
+        self._made = set_up_at_origin(self._made, steering.scene, self.fidelity, self._requested, self.seed, self._threads)
+        self._join(steering, self._stream.request)
 
     def __repr__(self) -> str:
         return (
@@ -98,9 +117,9 @@ class Simulator:
     @BLAS_LIMIT.held()
     def plan(self) -> Plan:
         """What is modelled and what is not, why, at what error and cost; costs are measured at the first access."""
-        if self._set_up is None:
+        if self._made.set_up is None:
             return plan_for(self.scene, self.fidelity)
-        return plan_for(self.scene, self.fidelity, engine_statistics(self._set_up))
+        return plan_for(self.scene, self.fidelity, engine_statistics(self._made.set_up))
 
     @property
     def trees(self) -> int:
@@ -141,7 +160,8 @@ class Simulator:
         tables: those of `[errors]` in a scene file; each replaces the one in force, and None switches it off. None for all
         switches all off. Raises SceneError.
         """
-        self._stream.reporter.set(changed_errors(self._stream.reporter.errors, tables), self._stream.next_spoke)
+        errors = changed_errors(self._stream.reporter.errors, tables, self.scene.has_sensors)
+        self._stream.reporter.set(errors, self._stream.next_spoke)
 
     @property
     def errors(self) -> ErrorSettings | None:

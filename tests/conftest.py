@@ -8,17 +8,27 @@ from pathlib import Path
 
 import pytest
 
+from tests.same_bytes import compares_bytes
 from tests.scenes import ONE_TARGET
 
 SUITE = "not bench and not study"
+SAME_BYTES = f"same_bytes and {SUITE}"  # what tests.arithmetics runs
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start need not each compile the package anew,
 sys.dont_write_bytecode = False  # nor this one the tests with their rewritten asserts: half the time of collecting them
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Cores for the suite, at most four; none besides this process for benchmarks, studies and with -s or --pdb."""
-    alone = config.option.markexpr != SUITE or config.option.capture == "no" or config.option.usepdb
+    alone = config.option.markexpr not in (SUITE, SAME_BYTES) or config.option.capture == "no" or config.option.usepdb
     return 0 if alone else min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+
+
+@pytest.hookimpl(tryfirst=True)  # before -m chooses
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Gives the tests that compare bytes their marker; those that drive a browser compare pixels of given pictures."""
+    for item in items:
+        if isinstance(item, pytest.Function) and compares_bytes(item.function) and not item.get_closest_marker("browser"):
+            item.add_marker("same_bytes")
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

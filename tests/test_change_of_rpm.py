@@ -1,11 +1,16 @@
 """A change of the rate of rotation: simulated time, positions and numbers go on; what is computed depends on where it begins."""
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.radar.parameters import Origin
+from radar_service.scene.commands import Command
+from radar_service.scene.convert import scene_at_rpm
 from tests.scenes import everything, point, scene
 
 KNOT = 1852 / 3600  # m/s
@@ -158,3 +163,40 @@ def test_a_steered_run_goes_on_as_commanded() -> None:
     still = rs.Simulator(made, "fast", 1)
     still.skip_to(2)
     assert still.at_rpm(25).scan().field.tobytes() != changed.field.tobytes()
+
+
+def made_at(whole: rs.Scene, rpm: float, origin: Origin, fidelity: str, **options: Any) -> tuple[rs.Simulator, rs.Simulator]:
+    """A simulator that was prepared for the origin, and one that was given it later."""
+    late = rs.Simulator(scene_at_rpm(whole, rpm), fidelity, 5, **options)
+    late.begin_at(origin)
+    return rs.Simulator(scene_at_rpm(whole, rpm, origin), fidelity, 5, **options), late
+
+
+def near_and_far() -> rs.Scene:
+    """Two pulses, beside the sea."""
+    pulses = [{"pulse_s": 3e-7, "bandwidth_hz": 2e7, "range_max_m": 300}, {"pulse_s": 1e-6, "bandwidth_hz": 2e7}]
+    bodies = [point("a", 200, 100, speed_kn=20, course_deg=40)]
+    return scene(bodies, radar={**RADAR, "pulses": pulses}, environment={"sea_state": 4, "noise": True})
+
+
+@pytest.mark.parametrize(("make", "fidelity"), [(everything, "fast"), (moving, "documented"), (near_and_far, "fast")])
+def test_an_origin_that_is_given_late_gives_the_same_bytes(make: Callable[[], rs.Scene], fidelity: str) -> None:
+    early, late = made_at(make(), 31, Origin(7.25, 5), fidelity)
+    for block, other in zip(early.blocks(1), late.blocks(1), strict=True):
+        assert (block.first, block.time.tolist()) == (other.first, other.time.tolist())
+        assert block.field.tobytes() == other.field.tobytes()
+    assert early.crossings() == late.crossings() and early.snapshot() == late.snapshot()
+
+
+def test_an_origin_that_is_given_late_keeps_what_commands_do() -> None:
+    bodies = [point("a", 200, 300, steerable={"max_speed_kn": 40})]
+    made = scene(bodies, radar=RADAR, own_ship={"steerable": {}}, environment={"noise": True})
+    commands = [Command(0, 1.0, "a", speed_kn=30.0), Command(600, 9.0, None, course_deg=20.0, speed_kn=8.0)]
+    early, late = made_at(made, 60, Origin(7.25, 5), "fast", labels=True)
+    for sim in (early, late):
+        sim.replay([command.after_change_of_rpm(sim.scene.radar) for command in commands])
+    for block, other in zip(early.blocks(3), late.blocks(3), strict=True):
+        assert block.field.tobytes() == other.field.tobytes() and block.commands == other.commands
+        assert block.labels is not None and other.labels is not None
+        assert block.labels.tobytes() == other.labels.tobytes()
+    assert early.commands == late.commands and early.truth(9.5) == late.truth(9.5)

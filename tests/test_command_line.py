@@ -1,5 +1,7 @@
 """The parser of the command line: every command has its function, and defaults are those that the documents name."""
 
+import re
+
 import pytest
 
 from radar_service.__main__ import RUN
@@ -40,6 +42,23 @@ def test_defaults() -> None:
         [],
         None,
     )
+
+
+def test_the_options_of_serve_are_in_groups_with_two_examples(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        parser().parse_args(["serve", "--help"])
+    text = capsys.readouterr().out
+    titles = re.findall(r"^([a-z ]+):$", text, re.M)
+    assert titles == ["options", "what", "where", "how exact", "how fast", "who may", "records", "examples"]
+    options = dict(zip(titles, re.split(r"^[a-z ]+:$", text, flags=re.M)[1:], strict=True))
+    assert re.findall(r"^  (\S+)", options["options"], re.M) == ["-h,"]
+    for title, option in (
+        ("what", "SCENE"), ("where", "--port"), ("how exact", "--error-db"), ("how fast", "--threads"),
+        ("who may", "--token-file"), ("records", "--record"),
+    ):  # fmt: skip
+        assert re.search(rf"^  {option} ", options[title], re.M), title
+    for line in options["examples"].strip().splitlines():
+        assert parser().parse_args(line.split()[1:]).command == "serve"
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,8 @@ def test_the_index_lists_every_document() -> None:
     decisions = {f"docs/decisions/{target}" for target in LINK.findall(text("docs/decisions/README.md"))}
     expected = {name for name in NAMES if name.startswith("docs/") and name != "docs/README.md"}
     assert linked | decisions == expected, (linked | decisions) ^ expected
+    index = re.findall(r"^- \[([\w-]+\.md)\]", text("docs/README.md"), flags=re.M)
+    assert len(index) == len(set(index))
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("docs/")])

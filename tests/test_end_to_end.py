@@ -78,7 +78,18 @@ def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, se
     )
     address = serve(text, pace="20")  # a scan in an eighth of a second, and a core that is free for the picture
     out, arrays = tmp_path / "ppi.png", tmp_path / "scan.npz"
-    common = [f"ws://{address}", "--mode", "lossless", "--npz", str(arrays), "--out", str(out), "--size", str(SIZE)]
+    common = [
+        f"ws://{address}",
+        "--mode",
+        "lossless",
+        "--overwrite",
+        "--npz",
+        str(arrays),
+        "--out",
+        str(out),
+        "--size",
+        str(SIZE),
+    ]
     for up in ([], ["--head-up"]):
         assert receive([*common, "--encoding", "f32", *up]) == 0
         with np.load(arrays) as file:
@@ -185,7 +196,7 @@ def test_video_of_the_feed_is_that_computed_in_process(serve: Serve, tmp_path: P
     simulator = rs.Simulator(rs.load_scene(tomllib.loads(text)))
     to = layout(len(simulator.range), float(simulator.range[0]), simulator.range_step)
     for _ in range(2):
-        assert receive([f"ws://{address}", "--mode", "lossless", "--npz", str(arrays)]) == 0
+        assert receive([f"ws://{address}", "--mode", "lossless", "--overwrite", "--npz", str(arrays)]) == 0
         with np.load(arrays) as file:
             spoke, samples = file["spoke"][0], file["samples"][0]
         azimuths = len(spoke)

@@ -8,8 +8,9 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 GROUND = (
-    "arguments", "block_cache", "cell_sources", "constants", "extras", "fidelity", "frames", "kaiser_bessel", "packaged",
-    "parallel", "random", "records", "reports", "scan_file", "types",
+    "arguments", "arithmetic", "block_cache", "cell_sources", "constants", "extras", "fidelity", "frames", "kaiser_bessel",
+    "output_files", "packaged", "parallel", "processor_time", "progress", "random", "records", "reports", "scan_file",
+    "strict_json", "types",
 )  # fmt: skip
 ROOMS = ("radar", "scene", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "plan")  # upward
 BELOW: dict[str, tuple[str, ...]] = {
@@ -31,11 +32,16 @@ BELOW: dict[str, tuple[str, ...]] = {
     "radar_feed": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream"),
     "pytest_plugin": ("radar_feed",),
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),
-    "command_line": (*GROUND, "plan", "recording", "tracking", "__init__"),
+    "command_line": (*GROUND, "plan", "display", "recording", "tracking", "__init__"),
     "__init__": (*GROUND, "scene", "scan", "simulator"),
 }
 STREAM_PARTS = ("processes", "codecs", "fanout", "radio", "http")  # of radar_service.stream, upward
-CLIENT_MAY = ("radar_service.stream.codecs.native", "radar_service.display", "radar_service.scan_file")
+CLIENT_MAY = (
+    "radar_service.stream.codecs.native",
+    "radar_service.display",
+    "radar_service.scan_file",
+    "radar_service.output_files",
+)
 HOMES = {
     "trimesh": ("radar_service.scene.files",),
     "pyproj": ("radar_service.scene",),
@@ -44,6 +50,7 @@ HOMES = {
     "starlette": ("radar_service.stream.http",),
     "uvicorn": ("radar_service.stream.http", "radar_service.__main__"),
     "pydantic": (
+        "radar_service.scene.environment_model",
         "radar_service.scene.errors_model",
         "radar_service.scene.fields",
         "radar_service.scene.files",
@@ -61,7 +68,7 @@ HOMES = {
     ),
     "pydantic_core": ("radar_service.scene.validation_messages",),
     "prometheus_client": ("radar_service.stream",),
-    "zstandard": ("radar_service.stream.codecs.native",),
+    "zstandard": ("radar_service.stream.codecs.native", "radar_service.recording.cut_chunk"),
     "msgpack": ("radar_service.stream.codecs.native",),
     "websockets": ("clients.ppi", "radar_service.radar_feed", "radar_service.tracking.websocket_tracker"),
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),

@@ -1,11 +1,14 @@
 """Rules of the house besides imports: names of the field, short files, nobody reaches into another's private attributes, and
-tests that mirror the tree."""
+tests that mirror the tree; no address of a package registry."""
 
 import ast
 import re
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
+
+import pytest
 
 ROOT = Path(__file__).parents[1]
 SOURCES = [*sorted((ROOT / "radar_service").rglob("*.py")), *sorted((ROOT / "clients" / "ppi").rglob("*.py"))]
@@ -13,6 +16,10 @@ TESTS = sorted((ROOT / "tests").rglob("*.py"))
 MAX_LINES = 300  # of a file
 MAX_MEDIAN = 8  # lines of a function, its docstring not counted
 EMPTY_NAMES = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")
+REGISTRIES = re.compile(
+    r"(registry\.npmjs|npmjs\.(org|com)|(registry\.)?yarnpkg\.|pypi\.(org|python)|pythonhosted\.|conda\.anaconda|anaconda\.org"
+    r"|crates\.io|proxy\.golang|rubygems\.org|unpkg\.com|jsdelivr\.net|cdnjs\.|esm\.sh|skypack\.dev|deb\.debian\.org)"
+)
 PUBLIC_UNDERSCORE = ("_exit", "_replace", "_asdict", "_fields", "_repr_png_", "_make")  # of os, named tuples and notebooks
 
 # Retired identifiers, by folder. Scene keys, wire keys, options and prose are not concerned.
@@ -74,6 +81,23 @@ def test_retired_identifiers_are_found() -> None:
 def test_names_say_what_a_thing_is() -> None:
     empty = [name_of(file) for file in SOURCES if {*Path(name_of(file)).with_suffix("").parts} & {*EMPTY_NAMES}]
     assert not empty, f"these say nothing about the radar, name them for what they do: {', '.join(empty)}"
+
+
+def test_no_address_of_a_package_registry_stands_in_a_tracked_file() -> None:
+    """Clients such as pip and npm get packages by name; which registry they use is the machine's business."""
+    if not (ROOT / ".git").exists():
+        pytest.skip("this is no checkout of git, so tracked files are not known")
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    texts = {
+        name: (ROOT / name).read_bytes().decode(errors="replace") for name in listed.split("\0") if (ROOT / name).is_file()
+    }
+    faults = [f"{name}: {match[0]}" for name, text in texts.items() if (match := REGISTRIES.search(text))]
+    assert ".ci/run" in texts and not faults, f"name the package and leave the registry to its client: {', '.join(faults)}"
+
+
+def test_addresses_of_registries_are_found() -> None:
+    hosts = [".".join(parts) for parts in (("registry", "npmjs", "org"), ("files", "pythonhosted", "org"), ("pypi", "org"))]
+    assert all(REGISTRIES.search(f"curl https://{host}/x") for host in hosts)
 
 
 def test_files_are_short() -> None:

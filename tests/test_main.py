@@ -22,6 +22,7 @@ from websockets.asyncio.client import connect
 
 import radar_service as rs
 from radar_service.__main__ import main
+from radar_service.arithmetic import arithmetic
 from radar_service.command_line import parser
 from radar_service.stream.codecs.native import wire
 from tests.scenes import ONE_TARGET, TWO_RADARS
@@ -71,7 +72,9 @@ def test_plan_answers_in_json_and_keeps_an_error_budget(one_target: Path, capsys
     assert main(["plan", str(one_target), "--json", "--error-db", "2"]) == 0
     output = json.loads(capsys.readouterr().out)
     assert output["settings"]["error_db"] == 2.0 and output["counts"]["resting_echoes"] == 1
-    assert output["choices"][-1]["what"] == "body p" and output["realtime_factor"] > 0
+    assert (
+        output["choices"][-1]["what"] == "body p" and output["realtime_factor"] > 0 and output["arithmetic"] == arithmetic()
+    )
 
 
 def test_plan_keeps_a_pace_and_says_where_it_cannot(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -88,7 +91,7 @@ def test_check_and_plan_are_those_of_a_radar(
     path = tmp_path / "two.json"
     path.write_text(json.dumps(TWO_RADARS))
     chosen = [] if radar is None else ["--radar", radar]
-    assert main(["check", str(path), *chosen]) == 0
+    assert main(["check", str(path), "--all", *chosen]) == 0
     text = capsys.readouterr().out
     assert "bow on tug\n" in text and f"as {radar or 'bow'} has it" in text
     assert set(re.findall(r"^  (p|tug): ", text, re.M)) == bodies
@@ -116,7 +119,7 @@ def test_a_bad_scene_is_refused_on_stderr(command: str, tmp_path: Path, capsys: 
 
 
 @pytest.mark.parametrize(("option", "name"), [("-o", "x.npz"), ("--png", "x.png")])
-def test_a_folder_that_is_not_there_is_named_before_anything_is_computed(
+def test_a_folder_that_cannot_be_is_named_before_anything_is_computed(
     option: str,
     name: str,
     one_target: Path,
@@ -125,7 +128,7 @@ def test_a_folder_that_is_not_there_is_named_before_anything_is_computed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.delattr(rs.Simulator, "blocks")
-    missing = tmp_path / "nowhere" / name
+    missing = one_target / name
     assert main(["scan", str(one_target), "-o", str(tmp_path / "x.npz"), option, str(missing)]) == 2
     assert str(missing.parent) in capsys.readouterr().err
 
@@ -241,7 +244,8 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
     np.testing.assert_array_equal(power, simulated.power)
 
     bye, code = asyncio.run(asyncio.wait_for(until_bye(), 20))
-    assert hello["fidelity"] == "auto" and hello["plan"]["counts"]["resting_echoes"] == 1
+    assert hello["fidelity"] == "auto" and hello["plan"]["choices"] and not hello["truth"]
+    assert hello["arithmetic"] == hello["plan"]["arithmetic"] == arithmetic()
     assert bye["type"] == "bye" and "stopping" in bye["reason"] and code == 1001
     _, errors = process.communicate(timeout=10)
     assert (process.returncode, errors) == (0, "")

@@ -1,7 +1,7 @@
 """Radars for tests of trackers: the same scans and crossings in process and from a service."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ import pytest
 import radar_service as rs
 from radar_service.radar_feed import ProcessFeed, RadarFeeds, WebsocketFeed
 from tests.recording.scenes import AZIMUTHS, MOVING
+from tests.scenes import TWO_RADARS
 
 
 def test_scans_and_crossings_are_those_of_a_simulator() -> None:
@@ -50,6 +51,25 @@ def test_labels_and_powers_are_the_same_over_both(tmp_path: Path) -> None:
             assert other.powers.keys() == one.powers.keys() and other.powers[256].tobytes() == one.powers[256].tobytes()
 
 
+@pytest.mark.parametrize("over", ["process", "websocket"])
+def test_each_radar_of_a_scene_can_be_taken(over: Literal["process", "websocket"]) -> None:
+    """The pier's radar turns twice as fast, and meets the tug that carries the other one."""
+    expected = rs.Simulator(rs.load_scene(TWO_RADARS), "fast", 4, radar="pier")
+    with RadarFeeds() as feeds:
+        pier, first = (feeds(TWO_RADARS, seed=4, over=over, fidelity="fast", radar=radar) for radar in ("pier", None))
+        scans = list(pier.scans(2))
+        assert [scan.power.tobytes() for scan in scans] == [expected.scan().power.tobytes() for _ in scans]
+        assert {crossing.body for crossing in pier.crossings} == {"tug", "p"}
+        (bow,) = first.scans(1)
+        assert bow.time[-1] - bow.time[0] == pytest.approx(2 * (scans[0].time[-1] - scans[0].time[0]))
+
+
+@pytest.mark.parametrize("over", ["process", "websocket"])
+def test_an_unknown_radar_is_refused_with_the_ids(over: Literal["process", "websocket"]) -> None:
+    with RadarFeeds() as feeds, pytest.raises(rs.SceneError, match='radar: "shore" is not .* it has bow, pier: give one of'):
+        feeds(TWO_RADARS, over=over, radar="shore")
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -67,5 +87,5 @@ def test_what_is_not_allowed_is_named(options: dict[str, Any], words: str) -> No
 
 
 def test_a_service_that_does_not_start_says_why() -> None:
-    with RadarFeeds() as feeds, pytest.raises(RuntimeError, match="the service did not start: .*radar.rpm"):
-        feeds({"name": "bad", "radar": {"rpm": -1}}, over="websocket")
+    with RadarFeeds() as feeds, pytest.raises(RuntimeError, match="the service did not start: .*body\\[0\\].mesh"):
+        feeds({"name": "bad", "body": [{"name": "b", "mesh": "none.obj"}]}, over="websocket")

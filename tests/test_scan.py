@@ -93,6 +93,9 @@ def test_a_plot_shows_the_target_where_it_stands(simulator: rs.Simulator) -> Non
     assert abs(east - 300.0) < 2.0 + pixel and abs(north) < 300.0 * np.pi / 60 + pixel
     assert (axes.get_xlabel(), shown.max(), shown.min()) == ("east of own ship [m]", 0.0, -30.0)
     assert simulator.scan().plot(axes, range_max=200.0) is axes
+    axes.clear()
+    (image,) = simulator.scan().plot(axes, range_max=926.0, unit="nm").get_images()
+    assert image.get_extent() == [-0.5, 0.5, -0.5, 0.5] and axes.get_ylabel() == "north of own ship [NM]"
     plt.close(axes.figure)
 
 

@@ -47,12 +47,6 @@ def test_another_ending_is_refused(name: str, tmp_path: Path, capsys: pytest.Cap
     assert ".jsonl" in capsys.readouterr().err
 
 
-def test_a_folder_that_is_not_there_is_refused_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    missing = tmp_path / "none" / "t.jsonl"
-    assert main(["scan", "open-sea", "-o", str(tmp_path / "s.npz"), "--truth", str(missing)]) == 2
-    assert "create it first" in capsys.readouterr().err
-
-
 def test_labels_are_written_with_their_names_and_read_again(one_target: Path, tmp_path: Path) -> None:
     out = tmp_path / "scans.npz"
     assert main(["scan", str(one_target), "-o", str(out), "--scans", "2", "--labels"]) == 0
@@ -64,7 +58,7 @@ def test_labels_are_written_with_their_names_and_read_again(one_target: Path, tm
         names = dict(zip(file["label_numbers"].tolist(), file["label_names"].tolist(), strict=True))
     assert names == simulator.label_names and names[256] == "p"
     np.testing.assert_array_equal(rs.load_scan(out, 1).labels, second.labels)
-    assert main(["scan", str(one_target), "-o", str(out)]) == 0
+    assert main(["scan", str(one_target), "-o", str(out), "--overwrite"]) == 0
     with np.load(out) as file:
         assert not [name for name in file if name.startswith("label")]
     assert rs.load_scan(out).labels is None
@@ -105,7 +99,9 @@ def test_radiometric_truth_is_written_where_it_is_asked_for(one_target: Path, tm
     lines = {}
     for asked in ([], ["--radiometric"]):
         truth = tmp_path / "truth.jsonl"
-        assert main(["scan", str(one_target), "-o", str(tmp_path / "s.npz"), "--truth", str(truth), *asked]) == 0
+        assert (
+            main(["scan", str(one_target), "-o", str(tmp_path / "s.npz"), "--truth", str(truth), "--overwrite", *asked]) == 0
+        )
         lines[bool(asked)] = [json.loads(line) for line in truth.read_text().splitlines()]
     (plain,), (measured,) = ([line for line in lines[asked] if line["type"] == "crossing"] for asked in (False, True))
     (expected,) = rs.Simulator(rs.load_scene(one_target)).crossings(0, radiometric=True)
@@ -140,5 +136,5 @@ def test_an_option_names_one_of_several_radars(tmp_path: Path, capsys: pytest.Ca
     header, *crossings, snapshot = map(json.loads, truth.read_text().splitlines())
     assert [its["id"] for its in header["radars"]] == ["pier"] == [snapshot["radar"]]
     assert [(its["radar"], its["body"]) for its in crossings] == [("pier", "tug"), ("pier", "p")]
-    assert main(["scan", str(path), "-o", str(out), "--radar", "stern"]) == 2
+    assert main(["scan", str(path), "-o", str(tmp_path / "b.npz"), "--radar", "stern"]) == 2
     assert 'radar: "stern" is not a radar of this scene; it has bow, pier' in capsys.readouterr().err

@@ -10,6 +10,7 @@ import xarray as xr
 
 import radar_service as rs
 from radar_service.__main__ import main
+from radar_service.extras import install_command
 from radar_service.scan import Scan
 from radar_service.scan_dataset import exporter, scans_from_xarray, scans_to_xarray
 from tests.scenes import ONE_TARGET
@@ -136,5 +137,5 @@ def test_without_the_packages_the_extra_is_named_before_anything_is_computed(
 ) -> None:
     monkeypatch.setitem(sys.modules, package, None)
     assert main(["scan", "nowhere", "-o", str(tmp_path / "a.nc")]) == 2
-    message = f'datasets need the package {package}; install it: pip install "radar-service[xarray]"\n'
-    assert capsys.readouterr().err == message
+    message = f"datasets need the package {package}, of the extra xarray; "
+    assert capsys.readouterr().err == f"{message}in the folder of the checkout run: `{install_command('xarray')}`\n"

@@ -107,6 +107,7 @@ SHARED = ("time", "mmsi", "position", "latitude_deg", "longitude_deg", "velocity
           "length", "beam")  # fmt: skip
 
 
+@pytest.mark.same_bytes
 def test_truths_of_two_radars_agree_to_the_bit() -> None:
     """Ends of scans at 24, 48 and 12 rpm fall together every 5 s; there each radar says the same of every body that it has."""
     made = world()
@@ -164,3 +165,34 @@ def test_a_command_to_own_ship_and_to_her_body_are_the_same() -> None:
             getattr(tug, key) for key in ("velocity", "course", "speed", "heading")
         ]
     assert tug.course == pytest.approx(np.deg2rad(5.0 * (7.5 - 1.25)))  # at the default limit of 5 degrees/s
+
+
+def test_a_ships_gyro_turns_no_other_picture() -> None:
+    """A gyro that is 20 degrees off turns the azimuths of the ship's radars by 20 degrees, and none of the pier's."""
+    gyro = {"gyro": {"bias_deg": 20, "noise_deg": 1}}
+    for sections in ({"own_ship": {"errors": gyro}}, {"errors": gyro}):
+        made = scene(radar=[*radars("bow", "aft"), {**radars("pier")[0], "platform": {"position_m": [90, 0]}}], **sections)
+        bow, aft, pier = (next(rs.Simulator(made, "fast", radar=its.id).blocks(1, 64)) for its in made.radars)
+        right = next(rs.Simulator(scene(radar=SMALL), "fast").blocks(1, 64))
+        np.testing.assert_array_equal(pier.azimuth, right.azimuth)
+        np.testing.assert_array_equal(pier.heading, right.heading)
+        assert pier.true is None and np.rad2deg(np.ptp(bow.heading)) > 0 and abs(np.rad2deg(bow.heading).mean() - 20) < 5
+        np.testing.assert_array_equal(bow.heading, aft.heading)  # one ship, one gyro
+
+
+def test_ships_have_gyros_of_their_own() -> None:
+    barge = {"name": "barge", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [0, 90, 0]}
+    tug = {"name": "tug", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [0, -90, 0]}
+    carried = [{**radars(name)[0], "platform": {"body": name}} for name in ("barge", "tug")]
+    made = scene([barge, tug], radar=[*radars("own"), *carried], errors={"gyro": {"noise_deg": 1}})
+    headings = [next(rs.Simulator(made, "fast", radar=its.id).blocks(1)).heading for its in made.radars]
+    assert len({heading.tobytes() for heading in headings}) == 3
+
+
+def test_errors_change_no_hash_of_a_radar_that_has_none() -> None:
+    its = [{**radars("bow")[0]}, {**radars("pier")[0], "platform": {"position_m": [90, 0]}}]
+    plain, wrong = (
+        scene(radar=its, own_ship={"errors": errors} if errors else {}) for errors in ({}, {"log": {"bias_kn": 1}})
+    )
+    for name, same in (("bow", False), ("pier", True)):
+        assert (scene_hash(plain.for_radar(name)) == scene_hash(wrong.for_radar(name))) is same

@@ -168,3 +168,9 @@ def test_powers_of_sources_of_the_last_scan_add_up_to_its_labels() -> None:
     np.testing.assert_array_equal(again[256], powers[256])
     with pytest.raises(ValueError, match="source_powers: the fidelity 'documented' has none"):
         rs.Simulator(busy(), fidelity="documented").source_powers()
+
+
+@pytest.mark.parametrize("source", ["open-sea", {"name": "x"}])
+def test_what_is_no_scene_is_refused_with_what_to_do(source: object) -> None:
+    with pytest.raises(TypeError, match="is no Scene; load it first: Simulator\\(load_scene\\("):
+        rs.Simulator(source)  # type: ignore[arg-type]

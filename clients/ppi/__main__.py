@@ -10,13 +10,13 @@ import math
 import os
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
 from radar_service.display.film import write_gif, write_mp4
-from radar_service.display.picture import Drawing, Page, distance_label, render_image, render_png
+from radar_service.display.picture import Drawing, Page, render_image, render_png
+from radar_service.display.units import range_text
 from radar_service.scan_file import write_arrays
 
 from . import live
@@ -60,7 +60,8 @@ def _show_live(chosen: argparse.Namespace) -> str:
     """Shows the radar until the user ends it; returns the counts of spokes as a sentence."""
     status = live.Status()
     client = _client(chosen, bins=chosen.bins or live.BINS, notice=status)
-    asyncio.run(live.show(client, Scope(chosen.dynamic_range_db, chosen.range, chosen.head_up, chosen.palette), status))
+    scope = Scope(chosen.dynamic_range_db, chosen.range, chosen.head_up, chosen.palette, chosen.unit)
+    asyncio.run(live.show(client, scope, status))
     return _counts(client)
 
 
@@ -69,7 +70,7 @@ def _receive_and_save(chosen: argparse.Namespace) -> str:
     client = _client(chosen, bins=chosen.bins, patience=chosen.timeout, notice=_print_notice, labels=chosen.labels)
     collector = asyncio.run(_receive(client, chosen.scans, None if chosen.npz or chosen.kind in FILMS else 1))
     _save(list(collector.scans), chosen)
-    return _summary(client, collector, [path for path in (chosen.out, chosen.npz) if path])
+    return _summary(client, collector, chosen)
 
 
 def _print_notice(text: str) -> None:
@@ -106,7 +107,8 @@ def _save(scans: list[ReceivedScan], chosen: argparse.Namespace) -> None:
 def _drawing(scan: ReceivedScan, chosen: argparse.Namespace) -> Drawing:
     title = f"{scan.hello['scene']['name']}\n{scan.hello['radar']['name']}"
     return Drawing(
-        range_max=chosen.range, size=chosen.size, head_up=chosen.head_up, title=title, palette=chosen.palette
+        range_max=chosen.range, size=chosen.size, head_up=chosen.head_up, title=title, palette=chosen.palette,
+        unit=chosen.unit,
     )  # fmt: skip
 
 
@@ -119,12 +121,13 @@ def _frames(scans: list[ReceivedScan], chosen: argparse.Namespace) -> Iterator[P
         yield render_image(frame.picture, ppi.range_first, ppi.range_step, **details)
 
 
-def _summary(client: FeedClient, collector: ScanCollector, files: list[Path]) -> str:
+def _summary(client: FeedClient, collector: ScanCollector, chosen: argparse.Namespace) -> str:
+    files = [path for path in (chosen.out, chosen.npz) if path]
     scan = collector.scans[-1]
     encoding = scan.hello["encoding"]["name"]
     lines = [
         f"{scan.hello['scene']['name']}, {scan.hello['radar']['name']}: {collector.done} scan(s) of {scan.azimuths} "
-        f"azimuths to {distance_label(scan.ppi.range_end)}, {encoding}",
+        f"azimuths to {range_text(scan.ppi.range_end, chosen.unit)}, {encoding}",
         f"last scan: {scan.azimuths - scan.missing} azimuths received, {scan.missing} missing, "
         f"heading {heading_text(scan.newest_heading)}",
         _counts(client),

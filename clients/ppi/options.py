@@ -8,6 +8,8 @@ from typing import Any
 from radar_service.display.film import MAX_FPS, ffmpeg
 from radar_service.display.palettes import DEFAULT_PALETTE, PALETTES
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
+from radar_service.display.units import add_unit
+from radar_service.output_files import add_overwrite, prepare
 from radar_service.scan_file import SUFFIX
 from radar_service.stream.codecs.native import wire
 
@@ -26,6 +28,10 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
         p.error("--live shows the radar until it is ended and writes nothing; leave out --out, --npz and --scans")
     if chosen.labels and not chosen.npz:
         p.error("--labels: goes into the file of --npz; add --npz FILE.npz, or leave --labels out")
+    try:
+        prepare((chosen.out, chosen.npz), chosen.overwrite)  # fails before anything is received
+    except OSError as fault:
+        p.error(f"{fault.filename}: {fault.strerror}")
     chosen.scans = chosen.scans or 1
     chosen.kind = chosen.out.suffix.lower() if chosen.out else ""
     chosen.size = chosen.size or (FILM_SIZE if chosen.kind in FILMS else PICTURE_SIZE)
@@ -51,6 +57,7 @@ def _add_output(p: argparse.ArgumentParser) -> None:
         help="x.png: a picture of the last of them; x.gif, x.mp4 (with ffmpeg): a film of all of them",
     )  # fmt: skip
     p.add_argument("--npz", type=_npz, metavar="FILE", help="x.npz: all of them as numpy arrays")
+    add_overwrite(p)
     p.add_argument("--live", action="store_true", help="show the radar in this terminal; q ends it")
 
 
@@ -61,6 +68,7 @@ def _add_picture(p: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     p.add_argument("--fps", type=_whole(1, MAX_FPS), default=10, help="pictures per second of a film (default 10)")
     p.add_argument("--range", type=_positive, metavar="M", help="radius of the picture (default: the whole range)")
+    add_unit(p, "the picture")
     p.add_argument("--head-up", action="store_true", help="put the bow at the top (default: north)")
     p.add_argument(
         "--palette", choices=list(PALETTES), default=DEFAULT_PALETTE,
@@ -134,7 +142,7 @@ def _first_line(text: str) -> str:
 
 
 def _picture(text: str) -> Path:
-    path = _writable(text)
+    path = Path(text)
     if path.suffix.lower() not in (PICTURE, *FILMS):
         raise argparse.ArgumentTypeError(
             f"{text}: a picture is .png, a film .gif or .mp4 (arrays are written by --npz); give one of these endings"
@@ -148,16 +156,7 @@ def _picture(text: str) -> Path:
 
 
 def _npz(text: str) -> Path:
-    path = _writable(text)
+    path = Path(text)
     if path.suffix.lower() != SUFFIX:
         raise argparse.ArgumentTypeError(f"{text}: numpy arrays are written to {SUFFIX}; give it that ending")
-    return path
-
-
-def _writable(text: str) -> Path:
-    path = Path(text)
-    if path.is_dir() or not path.absolute().parent.is_dir():  # fails before anything is received
-        raise argparse.ArgumentTypeError(
-            f"{text}: not a file in a folder that exists; give another or make the folder first"
-        )
     return path

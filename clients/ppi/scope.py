@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.display.palettes import DEFAULT_PALETTE, colour_map
-from radar_service.display.picture import HEADING, RING, UNSEEN, distance_label, ring_step
+from radar_service.display.picture import HEADING, RING, UNSEEN
 from radar_service.display.ppi import Ppi, scan_convert
+from radar_service.display.units import DEFAULT_UNIT, Unit, range_text, ring_step
 from radar_service.stream.codecs.native import wire
 
 from .film import faded
@@ -22,17 +23,18 @@ class Scope:
 
     range: radius of the picture [m]; None means the whole range of the radar.
     palette: a name of `display.palettes.PALETTES`.
+    unit: of ranges and rings.
     """
 
     def __init__(
         self, dynamic_range_db: float = 60.0, range: float | None = None, head_up: bool = False,
-        palette: str = DEFAULT_PALETTE,
+        palette: str = DEFAULT_PALETTE, unit: Unit = DEFAULT_UNIT,
     ) -> None:  # fmt: skip
         self.ppi: Ppi | None = None
         self.hello: dict[str, Any] = {}
         self.scan, self.heading = 0, 0.0
         self._dynamic_range_db, self._range, self._head_up = dynamic_range_db, range, head_up
-        self._colours = colour_map(palette)
+        self._colours, self._unit = colour_map(palette), unit
 
     def take(self, message: dict[str, Any]) -> None:
         """Adds a message. Raises FeedError if the radar is too large; ValueError, TypeError or LookupError if it is invalid."""
@@ -50,10 +52,11 @@ class Scope:
         """Scene, radar, range and heading in one line."""
         if self.ppi is None:
             return "no radar yet"
+        radius = self._radius(self.ppi)
         up = "head up" if self._head_up else "north up"
         return (
-            f"{self.hello['scene']['name']}, {self.hello['radar']['name']}: range {distance_label(self._radius(self.ppi))}, "
-            f"rings {distance_label(ring_step(self._radius(self.ppi)))}, {up}, "
+            f"{self.hello['scene']['name']}, {self.hello['radar']['name']}: range {range_text(radius, self._unit)}, "
+            f"rings {range_text(ring_step(radius, self._unit), self._unit)}, {up}, "
             f"heading {round(math.degrees(self.heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}, scan {self.scan}"
         )
 
@@ -84,7 +87,8 @@ class Scope:
         distance, bearing = np.hypot(offset[:, None], offset), np.arctan2(offset, -offset[:, None]) + up
         row = np.rint(bearing * (rows / (2.0 * math.pi))).astype(np.int64) % rows
         image[~self.ppi.filled[row]] = UNSEEN
-        ring = np.abs((distance / ring_step(radius) + 0.5) % 1.0 - 0.5) * ring_step(radius) < radius / size
+        step = ring_step(radius, self._unit)
+        ring = np.abs((distance / step + 0.5) % 1.0 - 0.5) * step < radius / size
         image[ring] = np.maximum(image[ring], np.array(RING, dtype=np.uint8) // 2)
         astern = np.cos(bearing - self.heading) < 0
         bow = (np.abs(distance * np.sin(bearing - self.heading)) < radius / size) & ~astern

@@ -1,11 +1,14 @@
-// The controls that act on the radar itself, for all its clients. The page sends them as PATCH requests, one at a time.
+// The controls that act on the radar itself, for all its clients. The page sends them as PATCH requests, one at a time; those
+// that a new engine is prepared for have a lane of their own, so that no other one waits for them.
 
 import { NoAnswer, callApi } from "./api.js";
+import { Lane } from "./lane.js";
 import { changesByOthers } from "./other_viewers.js";
 import { dismiss, toast } from "./toast.js";
 import { rangeScales, rangeText, scaleFor } from "./units.js";
 import { buildWidgets } from "./widgets.js";
 
+const PREPARING = "preparing an engine"; // topic of a message
 const element = (id) => document.getElementById(id);
 
 export class Controls {
@@ -19,8 +22,8 @@ export class Controls {
     this.widgets = {}; // by name of the control: the function that shows its value
     this.state = {};
     this.health = null;
-    this.waiting = null;
-    this.busy = false;
+    this.engine = new Lane((change) => this.patch(change)); // takes seconds
+    this.others = new Lane((change) => this.patch(change));
     this.version = 0; // grows with each hello and change: answers to earlier requests are out of date
     this.bind();
   }
@@ -51,7 +54,8 @@ export class Controls {
 
   /** Says what other viewers have changed, when `after` is the new state. */
   tellOthers(after) {
-    const texts = changesByOthers(this.definitions, this.state, after, { ...this.sent, ...this.waiting }, this.unit());
+    const own = { ...this.sent, ...this.engine.requested, ...this.others.requested };
+    const texts = changesByOthers(this.definitions, this.state, after, own, this.unit());
     for (const text of texts) toast(text, { topic: text.split(" ")[0] });
   }
 
@@ -79,7 +83,7 @@ export class Controls {
   /** Fetches definitions and controls, which other clients may have changed, and the radar's health. */
   async refresh() {
     const { radar: id, version } = this;
-    if (id === undefined || this.busy || this.waiting) return;
+    if (id === undefined || this.others.busy) return;
     const health = callApi("health").catch(() => null); // the feed reports a lost connection
     const radar = await callApi(`radars/${encodeURIComponent(id)}`).catch(() => null);
     this.health = (await health)?.radars.find((one) => one.id === id) ?? null;
@@ -93,6 +97,12 @@ export class Controls {
   /** The factor that the service reaches if it is slower than requested; null if it keeps its pace. */
   get behind() {
     return this.health?.state === "behind" ? this.health.factor_reached : null;
+  }
+
+  /** The text of the fastest pace on offer that a service that is too slow reaches; "" for none. */
+  get slower() {
+    const reached = [...element("factor").options].filter(({ value }) => Number(value) <= this.behind); // not "max"
+    return reached.at(-1)?.textContent ?? "";
   }
 
   togglePause() {
@@ -133,23 +143,22 @@ export class Controls {
     return typeof factor === "number" ? factor : null;
   }
 
-  /** Sends a change. Changes during a request are collected; the newest value of each control is sent next. */
+  /** Sends a change of one control. */
   async send(change) {
     this.version++;
-    this.waiting = { ...this.waiting, ...change };
-    if (this.busy) return;
-    this.busy = true;
-    let isTaken = true;
-    while (this.waiting) isTaken = await this.patch();
-    this.busy = false;
+    const changed = this.definitions.filter(({ name }) => name in change);
+    const isPrepared = changed.some(({ acts_on }) => acts_on === "engine");
+    const labels = changed.map(({ name, label, unit }) => `${label} ${change[name]} ${unit}`).join(", ");
+    if (isPrepared) toast(`Preparing ${labels} …`, { isLasting: true, topic: PREPARING });
+    const isTaken = await (isPrepared ? this.engine : this.others).send(change);
+    if (isTaken === undefined) return;
+    if (isPrepared) dismiss(PREPARING);
     if (!isTaken) this.show({}, true);
     await this.refresh();
   }
 
-  /** Sends what waits; returns whether the radar has taken it. */
-  async patch() {
-    const change = this.waiting;
-    this.waiting = null;
+  /** Sends a change; returns whether the radar has taken it. */
+  async patch(change) {
     this.sent = { ...this.sent, ...change };
     try {
       await callApi(`radars/${encodeURIComponent(this.radar)}/controls`, "PATCH", change);
@@ -166,7 +175,8 @@ export class Controls {
   /** Shows the state of the controls; isRefused: in place of a change that the radar has not taken. */
   show(controls, isRefused = false) {
     this.state = { ...this.state, ...controls };
-    for (const [name, show] of Object.entries(this.widgets)) show(this.state[name], this.busy, isRefused);
+    const shown = { ...this.state, ...this.engine.requested };
+    for (const [name, show] of Object.entries(this.widgets)) show(shown[name], this.others.busy, isRefused);
     element("pause").ariaPressed = String(this.paused);
     element("step").disabled = !this.paused;
     element("factor").value = String(this.state.pace?.factor ?? 1);

@@ -12,7 +12,7 @@ export function backOff(failures, random) {
 }
 
 export class Feed {
-  /** address(since): returns the URL or a promise of it. Handlers: hello(message, isNew), spokes(message), truth(message),
+  /** address(since): returns the URL or a promise of it. Handlers: hello(message, isNew, isRestart), spokes(message), truth(message),
    *  gap(message), state(name, detail). sequence: counts the spokes. */
   constructor(address, handlers, sequence = new SequenceTracker()) {
     this.address = address;
@@ -97,10 +97,12 @@ export class Feed {
       this.end();
       return this.handlers.state("refused", `the service speaks protocol ${message.protocol}, this page ${PROTOCOL}: reload it`);
     }
+    const isRestart = this.joining && this.sequence.isOther(message.epoch);
+    if (isRestart) this.sequence.forget();
     const isNew = this.sequence.hello(message.epoch, this.joining);
     this.joining = false;
     this.handlers.state("live", "");
-    this.handlers.hello(message, isNew);
+    this.handlers.hello(message, isNew, isRestart);
   }
 
   closed(code, reason) {

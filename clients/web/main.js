@@ -15,6 +15,7 @@ import { Scope } from "./scope.js";
 import { SequenceTracker } from "./sequence.js";
 import { loadSettings } from "./settings.js";
 import * as status from "./status.js";
+import { dismissAll } from "./toast.js";
 import { listTruth } from "./truth.js";
 import { scaleFor } from "./units.js";
 
@@ -39,6 +40,7 @@ let meter = new Meter();
 let feed = null;
 let radar = null; // of the last hello
 let origin = null; // of its scene: {latitude_deg, longitude_deg}
+let fidelity = ""; // by the last hello
 let givesTruth = false; // by the last hello
 let requestsTruth = false; // in the address of the current connection
 let connection = ["connecting", ""];
@@ -61,7 +63,8 @@ function connectTo(id) {
   feed.open();
 }
 
-function hello(message, isNew) {
+function hello(message, isNew, isRestart) {
+  if (isRestart) forget();
   if (radar?.id === message.radar.id) scenes.tellOthers(message.epoch, message.scene.name);
   radar = message.radar;
   origin = message.scene.origin;
@@ -73,6 +76,7 @@ function hello(message, isNew) {
   meter.restart();
   controls.adopt(message);
   lastSpokeAt = now();
+  fidelity = message.fidelity;
   status.showHello(message);
   renameRadar(radar, message.scene);
   if (isFirst) adoptAddress(scope);
@@ -80,15 +84,31 @@ function hello(message, isNew) {
   showFraming();
   scenes.adopt(message);
   requestTruth();
+  showErrors();
   if (isNew) status.announce(`Scene ${message.scene.name}`);
 }
 
 /** Reconnects with truth messages if the user selects them and the service gives them. */
 function requestTruth() {
   element("truth").disabled = !givesTruth;
-  element("truth-row").title = givesTruth ? "" : "This service does not send the truth; start it with --truth";
+  element("truth-row").title = givesTruth ? "Marks and names of all bodies, seen or not" : "This service does not send the truth; start it with --truth";
   element("targets").hidden = !(givesTruth && settings.truth === "on");
   if (givesTruth && settings.truth === "on" && !requestsTruth) feed.reconnect("");
+}
+
+/** Removes the notices of a service that has ended. */
+function forget() {
+  dismissAll();
+  scenes.forget();
+  controls.health = null;
+}
+
+/** Shows which errors on purpose are in force, to viewers who may see the truth: a blind test stays blind. */
+async function showErrors() {
+  const { id } = radar;
+  const path = `radars/${encodeURIComponent(id)}/errors`;
+  const tables = givesTruth ? await callApi(path).catch(() => ({})) : {};
+  if (radar.id === id) status.showErrors(givesTruth ? tables : {});
 }
 
 function spokes(message) {
@@ -142,6 +162,7 @@ function frame(time) {
   const began = now();
   playout.release(time / 1000);
   scope.draw(time);
+  status.showUnnamed(scope.layout.unnamed);
   if (latest) {
     if (scope.isTrueMotion) status.showRange(scope.scale, scope.framing, settings.unit);
     status.showShip(latest, origin);
@@ -171,10 +192,13 @@ function stopReason() {
   return silence > Math.max(SILENT_S, 3 * spokePeriod()) ? `No spokes for ${Math.floor(silence)} s: picture stands still` : "";
 }
 
-/** The warning of a service that is too slow; empty if it keeps its pace. */
+/** The warning of a service that is too slow, with its remedies; empty if it keeps its pace. */
 function slowReason() {
-  const { behind, factor } = controls;
-  return behind === null ? "" : `Too slow: ${behind.toFixed(2)}× reached of ${factor}× requested`;
+  const { behind, factor, slower } = controls;
+  if (behind === null) return "";
+  const remedies = [slower && `set Speed to ${slower}`, fidelity !== "fast" && "start the server with --fidelity fast"];
+  const text = remedies.filter(Boolean).join(", or ") || "take a smaller scene";
+  return `Too slow: ${behind.toFixed(2)}× of ${factor}×. Remedy: ${text}`;
 }
 
 function spokePeriod() {
@@ -199,6 +223,12 @@ function everySecond() {
     lastSpokeAt = now();
     feed.reconnect("no message arrived");
   }
+}
+
+function refresh() {
+  if (document.hidden || !radar) return;
+  controls.refresh();
+  showErrors();
 }
 
 /** Applies a changed setting. */
@@ -257,6 +287,6 @@ status.showMode(settings, scope.isTrueMotion);
 document.addEventListener("token-required", () => (element("access").hidden = false));
 addEventListener("online", () => connection[0] === "waiting" && feed?.reconnect("the network is back"));
 setInterval(everySecond, 1000);
-setInterval(() => document.hidden || controls.refresh(), REFRESH_MS);
+setInterval(refresh, REFRESH_MS);
 requestAnimationFrame(frame);
 start();

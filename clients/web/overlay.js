@@ -7,6 +7,7 @@ import { TURN } from "./view.js";
 const DEGREE = Math.PI / 180;
 const NAMES = ["ring", "ring-text", "scale", "heading", "sweep", "marker", "cursor", "blind", "truth", "halo"];
 const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';
+const LABEL_FONT = `600 12px ${FONT}`;
 const LABEL_SIZE = [58, 16]; // CSS pixels of the longest ring label
 const SHORT_LABEL = 44; // CSS pixels of a label such as 2.5 NM
 const BIG_RADIUS = 230; // CSS pixels; a larger scale has a number every ten degrees
@@ -38,9 +39,15 @@ export function inside(context, view, draw) {
   context.restore();
 }
 
+/** Width [CSS pixels] of a text that `label` writes. */
+export function labelWidth(context, text) {
+  context.font = LABEL_FONT;
+  return context.measureText(text).width + 4; // with its outline
+}
+
 /** Writes text with an outline in the background colour, so that it is readable over echoes. */
 export function label(context, text, x, y, colours, paint) {
-  context.font = `600 12px ${FONT}`;
+  context.font = LABEL_FONT;
   context.lineJoin = "round";
   context.lineWidth = 4;
   context.strokeStyle = colours.halo;

@@ -61,6 +61,11 @@ export class Scenes {
     this.showChoice();
   }
 
+  /** Clears the answer of a service that has ended. */
+  forget() {
+    this.showAnswer("");
+  }
+
   showChoice() {
     const entry = this.entries.find(({ name }) => name === element("scene").value);
     element("load-scene").disabled = !entry;

@@ -6,7 +6,7 @@ import { Framing } from "./framing.js";
 import { begin, drawOverlay, drawMarks, overlayColours } from "./overlay.js";
 import { echoColours, trailTint } from "./palette.js";
 import { Picture } from "./picture.js";
-import { drawTruth } from "./truth.js";
+import { drawTruth, layTruth } from "./truth.js";
 import { scaleFor } from "./units.js";
 import { View, upOf } from "./view.js";
 import { WebGLRenderer } from "./webgl.js";
@@ -26,6 +26,7 @@ export class Scope {
     this.cursor = this.marker = this.truth = null;
     this.picture = new Picture(settings);
     this.written = "";
+    this.layout = { marks: [], unnamed: 0 }; // of the truth
     this.sailed = false; // whether own ship's position is known
     this.repaint();
     new ResizeObserver(() => this.fit()).observe(this.container);
@@ -136,7 +137,16 @@ export class Scope {
     const context = begin(element("marks"), this.pixels);
     const sweep = settings.sweep === "on" ? this.ship.azimuth : null;
     drawMarks(context, view, { sweep, marker: this.marker, cursor: this.cursor }, colours);
-    if (truth && settings.truth === "on") drawTruth(context, view, truth, colours, this.labels);
+    this.layOut(context, view, settings.truth === "on" ? truth : null);
+    drawTruth(context, view, this.layout, colours);
+  }
+
+  /** Lays out marks and names of a truth message anew where it, the view or the labels of the rings have changed. */
+  layOut(context, view, truth) {
+    const key = truth && JSON.stringify([view, this.labels]);
+    if (truth === this.laidTruth && key === this.layoutKey) return;
+    [this.laidTruth, this.layoutKey] = [truth, key];
+    this.layout = truth ? layTruth(context, view, truth, this.labels) : { marks: [], unnamed: 0 };
   }
 
   updateOverlay(view) {

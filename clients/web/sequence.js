@@ -4,6 +4,11 @@ export class SequenceTracker {
   constructor() {
     this.epoch = null;
     this.next = null; // sequence number expected next; null accepts any
+    this.forget();
+  }
+
+  /** Counts from zero: the feed that was counted has ended. */
+  forget() {
     this.received = 0;
     this.announced = 0; // lost, and announced by the feed
     this.missing = 0; // lost, and not announced
@@ -13,6 +18,11 @@ export class SequenceTracker {
   /** Counts on from another feed, of which it knows no number yet. */
   startFeed() {
     this.epoch = this.next = null;
+  }
+
+  /** Whether an epoch differs from the one that was counted last. */
+  isOther(epoch) {
+    return this.epoch !== null && epoch !== this.epoch;
   }
 
   get lost() {

@@ -31,6 +31,11 @@ export function dismiss(topic) {
   for (const box of document.querySelectorAll(".toast")) if (box.dataset.topic === topic) box.remove();
 }
 
+/** Removes all messages. */
+export function dismissAll() {
+  for (const box of document.querySelectorAll(".toast")) box.remove();
+}
+
 function remove(box, before) {
   const hadFocus = box.contains(document.activeElement);
   box.remove();

@@ -1,68 +1,97 @@
 // Shows true positions on the picture and in a table, whether or not the radar detects the bodies.
 
-import { inside, label } from "./overlay.js";
+import { placeLabels } from "./labels.js";
+import { inside, label, labelWidth } from "./overlay.js";
 import { bearingText, rangeNumber, unitName } from "./units.js";
-import { TURN } from "./view.js";
 
 const KNOT = 1852 / 3600; // m/s
 const VECTOR_TIME = 60; // s; a line ahead of a body shows its motion in this time
 const UNDERWAY = 0.05; // m/s; slower bodies show no course
-const RADIUS = 6; // CSS pixels, of a mark
+const [HALF, SMALL_HALF, MAX_HALF] = [9, 7, 80]; // CSS pixels, half the side of a mark: the echo inside stays free
+const SMALL_RADIUS = 230; // CSS pixels; a smaller picture has smaller marks
+const CORNER = 0.5; // length of the legs of a mark's corners over half its side
+const MAX_CORNER = 8; // CSS pixels
 const LONGEST_SHIP = 460; // m; what reaches farther from its own position is land
-const [LETTER, LINE] = [7, 15]; // CSS pixels, of a name: width of a letter on average, height
+const MAX_NAMES = 80; // on the picture
+const MAX_LETTERS = 28; // of a name on the picture
 
 /** Whether own ship is within the circle of the body's extent: the direction to its position means nothing. */
 const isAround = (body) => body.extent >= body.range;
 const isLand = (body) => isAround(body) || body.extent > LONGEST_SHIP;
 
-/** Marks every body of a `truth` message with a ring, dashed if the radar cannot see it, a vector for its motion, and its
- *  name if there is room. occupied: boxes [x, y, width, height] of other labels. */
-export function drawTruth(context, view, truth, colours, occupied) {
+/** Lays the marks and names of a `truth` message out: {marks, unnamed}, where unnamed is the number of names without room.
+ *  taken: boxes [x, y, width, height] of other labels. */
+export function layTruth(context, view, truth, taken) {
   const shown = fastestFirst(truth.bodies.filter((body) => !isAround(body)))
     .filter((body) => body.range <= view.reach && view.contains(...view.toScreen(body.azimuth, body.range)))
-    .map((body) => ({ body, point: view.toScreen(body.azimuth, body.range) }));
+    .map((body) => markOf(context, view, body, truth.own_ship));
+  const isInside = ([x, y, width, height]) => {
+    return [[x, y], [x + width, y], [x, y + height], [x + width, y + height]].every((corner) => view.contains(...corner));
+  };
+  const places = placeLabels(shown.slice(0, MAX_NAMES), isInside, taken);
+  const marks = shown.map((mark, k) => ({ ...mark, place: places[k] ?? null }));
+  return { marks, unnamed: marks.filter(({ place }) => !place).length };
+}
+
+function markOf(context, view, body, own) {
+  const [x, y] = view.toScreen(body.azimuth, body.range);
+  const least = view.rim.radius < SMALL_RADIUS ? SMALL_HALF : HALF;
+  const half = isLand(body) ? least : Math.min(Math.max(least, body.extent * view.metre + 4), MAX_HALF);
+  const name = body.name.length > MAX_LETTERS ? `${body.name.slice(0, MAX_LETTERS - 1)}…` : body.name;
+  const text = body.visible ? name : `${name} (${body.reason})`;
+  return { x, y, half, text, width: labelWidth(context, text), visible: body.visible, ahead: aheadOf(view, body, own) };
+}
+
+/** The point of the screen where a body will be after VECTOR_TIME; null for one at rest. */
+function aheadOf(view, body, own) {
+  if (body.speed <= UNDERWAY) return null;
+  const [east, north] = [0, 1].map((k) => body.position[k] - own.position[k] + VECTOR_TIME * body.velocity[k]);
+  return view.toScreen(Math.atan2(east, north), Math.hypot(east, north));
+}
+
+/** Draws what `layTruth` has laid out: the corners of a square about every body, dotted if the radar cannot see it, a line for
+ *  its motion from the edge of the square on, and its name. */
+export function drawTruth(context, view, { marks }, colours) {
   inside(context, view, () => {
-    for (const { body, point } of shown) drawBody(context, view, body, point, truth.own_ship, colours);
-    drawNames(context, view, shown, colours, occupied);
+    context.strokeStyle = colours.truth;
+    for (const mark of marks) drawMark(context, mark);
+    for (const { text, place } of marks) {
+      if (!place) continue;
+      context.textAlign = place.align;
+      label(context, text, place.x, place.y, colours, colours.truth);
+    }
   });
 }
 
 const fastestFirst = (bodies) => [...bodies].sort((a, b) => b.speed - a.speed);
 
-/** Writes names right of the bodies, or left of them, if there is room. */
-function drawNames(context, view, shown, colours, others) {
-  const occupied = [...others, ...shown.map(({ point: [x, y] }) => [x - RADIUS, y - RADIUS, 2 * RADIUS, 2 * RADIUS])];
-  const isInside = ([x, y, width]) => view.contains(x, y) && view.contains(x + width, y);
-  const fits = (box) => isInside(box) && !occupied.some((other) => overlap(box, other));
-  for (const { body, point: [x, y] } of shown) {
-    if (Math.hypot(x - view.x, y - view.y) < 3 * RADIUS) continue; // too close to own ship
-    const name = body.visible ? body.name : `${body.name} (${body.reason})`;
-    const width = LETTER * name.length;
-    const boxes = [x + RADIUS + 1, x - RADIUS - 1 - width].map((left) => [left, y - LINE / 2, width, LINE]);
-    const free = boxes.find(fits);
-    if (!free) continue;
-    occupied.push(free);
-    context.textAlign = free === boxes[0] ? "left" : "right";
-    label(context, name, free === boxes[0] ? x + RADIUS + 4 : x - RADIUS - 4, y, colours, colours.truth);
-  }
-}
-
-const overlap = ([x, y, w, h], [u, v, width, height]) => x < u + width && u < x + w && y < v + height && v < y + h;
-
-function drawBody(context, view, body, point, own, colours) {
-  context.strokeStyle = colours.truth;
+function drawMark(context, { x, y, half, visible, ahead, place }) {
   context.lineWidth = 1.5;
-  context.setLineDash(body.visible ? [] : [3, 3]);
+  context.setLineDash(visible ? [] : [1.5, 1.5]);
   context.beginPath();
-  context.arc(...point, RADIUS, 0, TURN);
-  if (body.speed > UNDERWAY) {
-    const [east, north] = [0, 1].map((k) => body.position[k] - own.position[k] + VECTOR_TIME * body.velocity[k]);
-    context.moveTo(...point);
-    context.lineTo(...view.toScreen(Math.atan2(east, north), Math.hypot(east, north)));
+  const inner = half - Math.min(CORNER * half, MAX_CORNER);
+  for (const [right, down] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) {
+    context.moveTo(x + right * half, y + down * inner);
+    context.lineTo(x + right * half, y + down * half);
+    context.lineTo(x + right * inner, y + down * half);
   }
+  if (ahead) line(context, x, y, half, ahead);
   context.stroke();
   context.setLineDash([]);
   context.lineWidth = 1;
+  if (!place?.leader) return;
+  context.beginPath();
+  context.moveTo(...place.leader[0]);
+  context.lineTo(...place.leader[1]);
+  context.stroke();
+}
+
+/** Adds the line to the point ahead, from the edge of the mark on. */
+function line(context, x, y, half, [u, v]) {
+  const edge = half / Math.max(Math.abs(u - x), Math.abs(v - y)); // share of the line within the mark
+  if (edge >= 1) return;
+  context.moveTo(x + edge * (u - x), y + edge * (v - y));
+  context.lineTo(u, v);
 }
 
 /** Fills the table with all bodies: ships and buoys, the nearest first, then land. */

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.display.picture import render_png
+from radar_service.display.units import DEFAULT_UNIT, Unit
 from radar_service.display.video import Controls, Layout, display_video
 from radar_service.types import Singles
 
@@ -15,14 +16,14 @@ Rows = tuple[NDArray[np.intp], Singles, Singles | None]
 
 def last_scan_png(
     rows: Sequence[Rows], azimuths: int, to: Layout, controls: Controls, noise_power: float, *, title: str, size: int,
-    range_max: float | None, heading: float,
+    range_max: float | None, heading: float, unit: Unit = DEFAULT_UNIT,
 ) -> bytes:  # fmt: skip
     """Returns the PNG of one scan as u8 video, north up; azimuths without a row are grey.
 
     rows: row numbers (K,), power (K, N) [W] and, for scan correlation, that of the scan before; oldest first;
     azimuths: of a scan; to: the bins of the video;
     noise_power: of a cell [W]; size: pixels; range_max: edge of the picture [m], None for that of `to`;
-    heading: of the heading line [rad from north].
+    heading: of the heading line [rad from north]; unit: of ranges and rings.
     """
     polar = np.zeros((azimuths, to.bins), dtype=np.uint8)
     filled = np.zeros(azimuths, dtype=bool)
@@ -34,5 +35,5 @@ def last_scan_png(
         last = int(numbers[-1]), power[-1]
     return render_png(
         polar, to.first, to.step, range_max=range_max or to.range, size=size, heading=heading % (2.0 * math.pi),
-        title=title, filled=filled,
+        title=title, filled=filled, unit=unit,
     )  # fmt: skip

@@ -2,16 +2,16 @@
 
 from collections.abc import Callable
 from io import BytesIO
-from math import cos, floor, log10, sin
+from math import cos, sin
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from radar_service.constants import NAUTICAL_MILE
 from radar_service.display.palettes import DEFAULT_PALETTE, colour_map
 from radar_service.display.ppi import Interpolation, scan_convert
+from radar_service.display.units import DEFAULT_UNIT, Unit, range_text, ring_step
 
 Bytes = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -59,6 +59,7 @@ class Drawing(TypedDict, total=False):
     filled: NDArray[np.bool_] | None
     interpolation: Interpolation | None
     palette: str
+    unit: Unit
 
 
 def render_png(picture: Bytes, range_first: float, range_step: float, **drawing: Unpack[Drawing]) -> bytes:
@@ -81,13 +82,14 @@ def render_image(
     filled: NDArray[np.bool_] | None = None,
     interpolation: Interpolation | None = None,
     palette: str = DEFAULT_PALETTE,
+    unit: Unit = DEFAULT_UNIT,
 ) -> Page:
     """An image of size x size pixels of a polar picture (A, N) of brightness 0 to 255, with samples as in `scan_convert`.
 
     range_max: the radius [m], default the far edge of the last cell. heading: of the heading line [rad], None or NaN for no
     line; head_up: turns it to the top. filled: (A,) rows that have a spoke; the others are grey. interpolation: default `peak`
     where pixels are larger than range cells, so that each target is drawn, else `bilinear`. palette: a name of
-    `palettes.PALETTES`.
+    `palettes.PALETTES`. unit: of ranges and rings.
     Raises ValueError for a picture that is not bytes, for a size outside 64 to 4096, and for head_up without a heading.
     """
     if picture.dtype != np.uint8:
@@ -107,9 +109,9 @@ def render_image(
         unseen = scan_convert((~filled[:, None]).astype(np.uint8), radius / 2.0, radius, dial.width, radius, up)
         disc[unseen > 0.5] = UNSEEN
     image = dial.framed(disc)
-    image = dial.overlay(image, lambda draw: _lines(draw, dial, radius, heading))
+    image = dial.overlay(image, lambda draw: _lines(draw, dial, radius, heading, unit))
     orientation = "head up" if head_up else "north up"
-    _labels(ImageDraw.Draw(image), dial, radius, heading, [title, orientation])
+    _labels(ImageDraw.Draw(image), dial, radius, heading, [title, orientation], unit)
     return image
 
 
@@ -146,9 +148,9 @@ class _Dial:
         return Image.alpha_composite(image.convert("RGBA"), layer.reduce(2)).convert("RGB")
 
 
-def _lines(draw: Draw, dial: _Dial, range_max: float, heading: float | None) -> None:
+def _lines(draw: Draw, dial: _Dial, range_max: float, heading: float | None, unit: Unit) -> None:
     """Paints range rings, bearing ticks, heading line and north mark at twice the size."""
-    step = ring_step(range_max)
+    step = ring_step(range_max, unit)
     for distance in np.append(np.arange(step, range_max * (1 - 1e-9), step), range_max):
         radius, middle = 2.0 * dial.radius * distance / range_max, 2 * dial.middle
         box = (middle - radius, middle - radius, middle + radius, middle + radius)
@@ -167,34 +169,25 @@ def _line(draw: Draw, start: tuple[float, float], end: tuple[float, float], fill
     draw.line([(2 * start[0], 2 * start[1]), (2 * end[0], 2 * end[1])], fill=fill, width=2)
 
 
-def _labels(draw: Draw, dial: _Dial, range_max: float, heading: float | None, corners: list[str]) -> None:
+def _labels(
+    draw: Draw, dial: _Dial, range_max: float, heading: float | None, corners: list[str], unit: Unit
+) -> None:  # fmt: skip
     """Writes bearings, ring distances, title, orientation and range."""
     outward = dial.margin * 0.6
     for degrees in range(0, 360, 30):
         label, colour = ("N", NORTH) if degrees == 0 else (f"{degrees:03d}", SCALE)
         draw.text(dial.position(1.0, np.radians(degrees), outward), label, fill=colour, font=dial.font, anchor="mm")
-    step = ring_step(range_max)
+    step = ring_step(range_max, unit)
     for distance in np.arange(step, range_max * 0.97, step):  # closer to the rim a label would overlap it
         position = dial.position(distance / range_max, dial.up + RING_LABELS)
         draw.text(
-            position, distance_label(distance), fill=SCALE, font=dial.font, anchor="mm", stroke_width=2, stroke_fill=SEA
+            position, range_text(distance, unit), fill=SCALE, font=dial.font, anchor="mm", stroke_width=2, stroke_fill=SEA
         )
     near, far = dial.size * 0.012, dial.size * (1.0 - 0.012)
     title, orientation = corners
     if heading is not None:
         orientation += f"\nheading {round(np.degrees(heading), 1) % 360.0:05.1f}\N{DEGREE SIGN}"
-    range_text = f"range {distance_label(range_max)}\n{range_max / NAUTICAL_MILE:.3g} NM"
+    reach = f"range {range_text(range_max, unit)}\nrings {range_text(step, unit)}"
     draw.text((near, near), title, fill=SCALE, font=dial.font, anchor="la")
     draw.multiline_text((near, far), orientation, fill=SCALE, font=dial.font, anchor="ld")
-    draw.multiline_text((far, far), range_text, fill=SCALE, font=dial.font, anchor="rd", align="right")
-
-
-def ring_step(range_max: float) -> float:
-    """Distance between range rings [m]: the maximum of 1, 2, 5 x 10^k with at least three rings."""
-    decade = 10.0 ** floor(log10(range_max / 3.0))
-    return max(factor * decade for factor in (1.0, 2.0, 5.0) if factor * decade * 3.0 <= range_max * (1 + 1e-9))
-
-
-def distance_label(distance: float) -> str:
-    """A distance [m] as text: in metres below a kilometre, else in kilometres."""
-    return f"{distance / 1000.0:.4g} km" if distance >= 1000.0 else f"{distance:.4g} m"
+    draw.multiline_text((far, far), reach, fill=SCALE, font=dial.font, anchor="rd", align="right")

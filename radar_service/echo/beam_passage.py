@@ -3,22 +3,25 @@
 A passage is counted from the opposite bearing, so an azimuth never takes the aspect of an older or a later one. Nodes lie on both
 sides of the crossing, which is the spoke nearest to where the boresight points at the body. Between nodes the field is a sum of
 those of the nearest ones, each with its own exact range histories. Weights are cubic in time between four nodes, linear between
-two. A body that hardly changes has one node.
+two. A body that hardly changes has one node. Where its heading, its course or those of own ship have a corner, a passage has
+parts, and no azimuth takes a node of another part.
 
-An echo stands for `coherence` metres of the body. Their ends change their phase against its middle at the rate omega, which is
-k coherence x (rate of the line of sight in the body's frame). Echoes on a lattice follow that to first order: a field held
-over the phase theta errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
+Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to first order: a field held over the phase theta
+errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from radar_service.block_cache import BlockCache
+from radar_service.echo.aspect_rates import NEAREST, AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.passage_nodes import CUBIC, node_weights, outward_nodes, waterline_rise
+from radar_service.echo.passage_nodes import Part, part_nodes, stretches
 from radar_service.echo.visibility import mast_speed
 from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
@@ -27,16 +30,9 @@ from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Floats, Indices
+from radar_service.types import Floats, Indices, Singles
 
-MAX_PHASE = 0.4  # rad between nodes: on the way from one to the next, cells lose up to theta^2 / 12, 1.3 % or 0.12 dB
-CUBIC_PHASE = 0.8  # rad between nodes of these: up to 3 theta^4 / 128 is lost on the way, 1 %, in the outer intervals 1.7 %
-HELD_PHASE = 0.33  # rad times gain, or rms over the beam: up to it a node is held; 3 times as much errs no more (tests)
-EDGE_PHASE = 0.25  # rad at the edge of the main beam: one node errs by 4 %, at 0.5 rad by 12 % (tests/echo)
-MAIN_BEAM = 0.1  # one-way gain: 20 dB of two-way power, down to which each spoke keeps its aspect to 1 dB
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
-NEAREST = 16.0  # m: parts of a body are taken as no nearer, like the far field of its facets
-SAMPLES = 33  # instants of a passage at which rates are taken
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
 NODES_PER_BODY = 16  # kept: those in use, and those of threads that are ahead
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
@@ -71,13 +67,16 @@ class BeamPassages:
         self._bodies, self._poses = bodies, BodyPoses(bodies)
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
-        self._size = [body.diagonal for body in bodies]
+        self._rates = [
+            AspectRates(scene, body, body.radius, body.diagonal, partial(aspect.model.coherence, aspect.local))
+            for aspect, body in zip(self._aspects, bodies, strict=True)
+        ]
         self._sway = 0.0 if scene.own_ship.sway is None else scene.own_ship.sway.max_tilt
         self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         self._nodes: BlockCache[tuple[int, int, bytes], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
-        self._schedules: BlockCache[tuple[int, int], Indices] = BlockCache(4 * max(1, len(bodies)))
+        self._schedules: BlockCache[tuple[int, int], tuple[Part, ...]] = BlockCache(4 * max(1, len(bodies)))
         self._speed = np.array([body.top_speed for body in bodies]) + scene.own_ship.top_speed + mast_speed(scene)
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
         self._sectors: BlockCache[int, tuple[Floats, Floats]] = BlockCache(SLOTS)
@@ -101,15 +100,20 @@ class BeamPassages:
         for n, crossing in self.passing(azimuths.middle, middle, half):
             if not present[n]:
                 continue
-            nodes = self.nodes(n, crossing)
-            for node, fade in zip(nodes, node_weights(nodes, spoke), strict=True):
-                if fade.any():
-                    parts.append(self._node(n, int(node), azimuths.middle))
-                    fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
+            for node, fade in self._weighted_nodes(n, crossing, spoke):
+                parts.append(self._node(n, node, azimuths.middle))
+                fades.append(np.broadcast_to(fade, (len(parts[-1].echoes), len(spoke))))
         if not parts:
             return None
         echoes = BodyEchoes.joined([part.echoes for part in parts])
         return ObservedEchoes(echoes, np.concatenate([part.position for part in parts]), np.concatenate(fades))
+
+    def _weighted_nodes(self, n: int, crossing: int, spoke: Floats) -> Iterator[tuple[int, Singles]]:
+        """The nodes of body n around a crossing that count at spokes (K,), each with its weights (K,)."""
+        for part in self.parts(n, crossing):
+            for node, fade in zip(part.nodes.tolist(), part.weights(spoke), strict=True):
+                if fade.any():
+                    yield node, fade
 
     def _node(self, n: int, spoke: int, time: float) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke, where those bodies occlude that are present at `time` [s]."""
@@ -124,9 +128,13 @@ class BeamPassages:
         eighth = round(turns * 8.0)
         return self._crossings.get((n, eighth), lambda: self._found_crossing(n, eighth / 8.0))
 
+    def parts(self, n: int, crossing: int) -> tuple[Part, ...]:
+        """The parts of the passage of body n around a crossing, with the spokes at which it is evaluated."""
+        return self._schedules.get((n, crossing), lambda: self._scheduled(n, crossing))
+
     def nodes(self, n: int, crossing: int) -> Indices:
         """Spokes (M,), numbered from the start and rising, at which body n is evaluated around a crossing."""
-        return self._schedules.get((n, crossing), lambda: self._scheduled(n, crossing))
+        return np.concatenate([part.nodes for part in self.parts(n, crossing)])
 
     def first_nodes(self) -> list[Indices]:
         """The nodes of each body about its first crossing."""
@@ -158,85 +166,46 @@ class BeamPassages:
         return bearing, _aside(np.tile(self._radius + self._speed * slot + self._swing, 2), distance)
 
     def _found_crossing(self, n: int, start: float) -> int:
-        """As `crossing`, from a start [turns]."""
-        turns, ahead, radar = start, np.inf, self._scene.radar
+        """As `crossing`, from a start [turns].
+
+        A body may jump across the beam, as its heading has a corner: its crossing is between the spokes before and after.
+        """
+        turns, ahead, before, radar = start, np.inf, np.inf, self._scene.radar
         for _ in range(MAX_ITERATIONS):
-            (position,), _ = self._track(n, np.array([radar.time_of_turns(turns)]))
+            (position,), _ = self._rates[n].track(np.array([radar.time_of_turns(turns)]))
+            before = ahead
             ahead = float(wrap_angle(np.arctan2(position[0], position[1]) - 2.0 * np.pi * turns) / (2.0 * np.pi))
             turns += ahead
             if abs(ahead) < CONVERGED:
                 break
+        if abs(ahead + before) * radar.azimuths < 1.0:
+            turns, ahead = turns - ahead / 2.0, 0.0
         lost = abs(ahead) * radar.azimuths > 1.0 or abs(turns - start) > 1.0
         return round(start) * radar.azimuths if lost else round(turns * radar.azimuths)
 
-    def _scheduled(self, n: int, crossing: int) -> Indices:
-        """As `nodes`, computed anew."""
-        radar = self._scene.radar
-        (position,), _ = self._track(n, np.array([radar.time_of_spokes(float(crossing))]))
+    def _scheduled(self, n: int, crossing: int) -> tuple[Part, ...]:
+        """As `parts`, computed anew."""
+        radar, rates = self._scene.radar, self._rates[n]
+        (position,), _ = rates.track(np.array([radar.time_of_spokes(float(crossing))]))
         aside = float(_aside(self._radius[n], np.hypot(position[0], position[1])))
         reach = min(MARGIN * (self._reach + self._sway + aside), np.pi) / radar.azimuth_step
-        offset = np.linspace(-reach, reach, SAMPLES)
-        rate = self._phase_rate(n, radar.time_of_spokes(crossing + offset)) * radar.spoke_period  # rad per spoke
-        if float(np.max(rate)) * self._held_spokes(reach, aside) <= 1.0:
-            return np.array([crossing])
-        gain, half = self._gain(np.abs(offset) * radar.azimuth_step - aside), SAMPLES // 2
-        held = rate * (reach - np.abs(offset)) * gain <= HELD_PHASE
-        for phase, power in ((CUBIC_PHASE, 4), (MAX_PHASE, 2)):
-            spacing = np.maximum(1.0, MAIN_BEAM / gain) ** (1.0 / power) * phase / np.maximum(rate, phase / reach / 2.0)
-            first = max(1, int(spacing[half - 1 : half + 2].min()))
-            before = outward_nodes(offset[half:], spacing[half::-1], held[half::-1], first // 2)
-            after = outward_nodes(offset[half:], spacing[half:], held[half:], first - first // 2)
-            if len(before) + len(after) >= CUBIC:
-                break
-        return crossing + np.concatenate([-before[::-1], after])
+        around = np.arange(-int(reach) - 2, int(reach) + 3)
+        corners = around[rates.corners(radar.time_of_spokes(crossing + around.astype(np.float64)), reach)]
 
-    def _held_spokes(self, reach: float, aside: float) -> float:
-        """The inverse of the rate [spokes/rad] up to which one node serves a whole passage.
+        def gain(offset: Floats) -> Floats:
+            return self._gain(np.abs(offset) * radar.azimuth_step - aside)
 
-        reach: half its length [spokes]; aside: half the angle that the body fills [rad].
-        """
-        spoke = np.linspace(0.0, reach, 16 * SAMPLES)
-        gain = self._gain(spoke * self._scene.radar.azimuth_step - aside)
-        spread = np.sqrt(np.sum((spoke * gain) ** 2) / np.sum(gain**2))
-        return float(max(spread / HELD_PHASE, spoke[gain >= MAIN_BEAM].max() / EDGE_PHASE))
+        def rate(offset: Floats) -> Floats:
+            return rates.phase_rate(radar.time_of_spokes(crossing + offset)) * radar.spoke_period
 
-    def _phase_rate(self, n: int, time: Floats) -> Floats:
-        """Rates (K,) [rad/s] at which the ends of what an echo of body n stands for change their phase against its middle."""
-        aspect, radar = self._aspects[n], self._scene.radar
-        position, heading = self._track(n, time)
-        distance = np.linalg.norm(position, axis=1)
-        velocity = np.gradient(position, time, axis=0)
-        radial = np.einsum("ij,ij->i", velocity, position) / np.maximum(distance, 1e-9)
-        speed = np.linalg.norm(velocity, axis=1)
-        across = np.sqrt(np.maximum(speed**2 - radial**2, 0.0)) + np.abs(radial) * np.minimum(
-            1.0, self._radius[n] / distance
-        )
-        nearest = np.maximum(distance - self._radius[n], NEAREST)
-        rate = np.abs(np.gradient(np.unwrap(heading), time)) + np.minimum(across, speed) / nearest
-        sway = self._bodies[n].motion.sway
-        if sway is not None:
-            rate += self._tilt_rate(n, position, heading, nearest)
-        if self._scene.environment.multipath:
-            rate += 2.0 * radar.height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
-        coherence = min(self._size[n], aspect.model.coherence(aspect.local, float(distance[len(distance) // 2])))
-        wavenumber = 2.0 * np.pi / radar.wavelength
-        if sway is None:
-            return np.asarray(wavenumber * coherence * rate)
-        return np.asarray(wavenumber * (coherence * rate + 4.0 * waterline_rise(self._bodies[n]) * radar.height / nearest))
-
-    def _tilt_rate(self, n: int, position: Floats, heading: Floats, nearest: Floats) -> Floats:
-        """Rates (K,) [rad/s] at which roll and pitch turn body n against the line of sight, at most: aspects are no farther apart
-        where it rests a moment. A rotation about the line of sight changes no phase.
-
-        position: (K, 3) relative to the antenna [m]; nearest: distance of the nearest part (K,) [m].
-        """
-        sway = self._bodies[n].motion.sway
-        assert sway is not None
-        roll, pitch, _, _ = sway.max_rates
-        off_bow = np.arctan2(position[:, 0], position[:, 1]) - heading
-        spread = (self._radius[n] + np.abs(position[:, 2]) + self._scene.radar.height) / nearest + np.sin(sway.max_tilt)
-        about_bow, about_beam = (np.minimum(np.abs(part) + spread, 1.0) for part in (np.sin(off_bow), np.cos(off_bow)))
-        return np.asarray(roll * about_bow + pitch * about_beam)
+        parts = []
+        for stretch in stretches(corners.tolist(), reach):
+            first, last = (
+                crossing + stretch.first if stretch.begins else -np.inf,
+                crossing + stretch.last if stretch.ends else np.inf,
+            )
+            parts.append(Part(first, last, crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)))
+        return tuple(parts)
 
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
@@ -260,11 +229,6 @@ class BeamPassages:
         middle = poses.map_from_bodies(0, self._middle, np.arange(len(self)))
         east, north, _ = (middle - self._scene.antenna(time)[0]).T
         return np.arctan2(east, north), np.hypot(east, north)
-
-    def _track(self, n: int, time: Floats) -> tuple[Floats, Floats]:
-        """Middle of body n relative to the antenna (K, 3) [m] and its heading (K,) [rad] at each time (K,) [s]."""
-        body = self._bodies[n]
-        return body.middles_at(time) - self._scene.antenna(time), body.motion.pose(time).heading
 
 
 def _aside(radius: Floats, distance: Floats) -> Floats:

@@ -46,7 +46,7 @@ class MovingEchoes:
 
     def __init__(self, scene: Scene, visibility: Visibility, beam: BeamTable, seed: int) -> None:
         """beam: its extent is how far off boresight echoes count."""
-        self._scene, self.visibility, self._beam = scene, visibility, beam
+        self._scene, self.visibility, self._beam, self._seed = scene, visibility, beam, seed
         self._bodies = visibility.scatterers.bodies
         self._earth_radius = visibility.line_of_sight.earth_radius
         self._poses = BodyPoses(self._bodies)
@@ -57,6 +57,10 @@ class MovingEchoes:
         self.passages = BeamPassages(
             scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent
         )
+
+    def of_scene(self, scene: Scene) -> "MovingEchoes":
+        """Returns the same echoes as a scene has them whose rotation has another origin."""
+        return MovingEchoes(scene, self.visibility.of_scene(scene), self._beam, self._seed)
 
     def __len__(self) -> int:
         """How many bodies there are."""

@@ -72,6 +72,10 @@ class Visibility:
         state = self.line_of_sight.presences.state(time)
         return self._snapshots.get((number, state), lambda: self._computed(number, half, time))
 
+    def of_scene(self, scene: Scene) -> "Visibility":
+        """Returns the visibility in a scene whose rotation has another origin."""
+        return Visibility(scene, self.scatterers, self.line_of_sight, self.max_range, self.step)
+
     def motions_changed(self) -> None:
         """Drops what has been computed from the motions before."""
         self._snapshots.clear()

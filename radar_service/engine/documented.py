@@ -12,6 +12,7 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.frames import direction, effective_earth_radius, polar_from_map, wrap_angle
+from radar_service.parallel import BLAS_LIMIT
 from radar_service.propagation.attenuation import printed_atmosphere
 from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.propagation.sea_surface import rms_wave_height
@@ -99,6 +100,7 @@ class DocumentedEngine:
         power = beam_spread(detect(field), radar.beamwidth, radar.azimuth_step)  # eqs. 18, 19
         return field, power.astype(np.float32)
 
+    @BLAS_LIMIT.held()
     def azimuth_field(self, scan: int, index: int) -> Profiles:
         """Compressed field (N,) of one azimuth, relative amplitude: eqs. 4 to 15."""
         radar = self._scene.radar

@@ -18,7 +18,7 @@ from radar_service.engine.resting_sources import RestingField, resting_fields, r
 from radar_service.engine.source_numbers import INTERFERENCE, source_numbers
 from radar_service.engine.source_rows import Windows, source_rows
 from radar_service.engine.strongest import Strongest, unlabelled
-from radar_service.parallel import in_order
+from radar_service.parallel import BLAS_LIMIT, in_order
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.types import Flags, Profiles, Singles
@@ -29,6 +29,7 @@ FAINT = 0.01  # of the noise: a source that moves changes the field of the same 
 class Labeller:
     """Labels tiles of azimuths of a prepared scene. Safe to call from several threads."""
 
+    @BLAS_LIMIT.held()
     def __init__(self, prepared: Prepared) -> None:
         self._prepared, self._numbers = prepared, source_numbers(prepared.scene)
         self._azimuths, self._bins = prepared.scene.radar.azimuths, prepared.scene.radar.bins
@@ -46,6 +47,7 @@ class Labeller:
             if may_change:
                 self._resting[number] = field
 
+    @BLAS_LIMIT.held()
     def labels(self, azimuths: AzimuthTimes, record: Contributions) -> Labels:
         """Labels (K, bins) of the azimuths (K,) of a tile, from what its stages added."""
         transmitting, start = record.transmitting, int(azimuths.number[0]) % self._azimuths

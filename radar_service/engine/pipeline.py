@@ -21,7 +21,7 @@ from radar_service.echo.resting import OccludedEchoes
 from radar_service.echo.second_time_around import fold_ranges
 from radar_service.engine.preparation import Prepared, column
 from radar_service.frames import wrap_angle
-from radar_service.parallel import in_order
+from radar_service.parallel import BLAS_LIMIT, in_order
 from radar_service.radar.parameters import Radar
 from radar_service.random import NOISE, generator
 from radar_service.receive.detection import square_law
@@ -46,6 +46,7 @@ class Contributions:
     interference: dict[int, Complexes] = dataclasses.field(default_factory=dict)
 
 
+@BLAS_LIMIT.held()
 def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles:
     """Compressed range profiles (K, bins) [sqrt(W)] of the azimuths (K,) of one tile.
 
@@ -64,6 +65,7 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     return field
 
 
+@BLAS_LIMIT.held()
 def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
     """What each stage adds to the azimuths (K,) of one tile; noise is not drawn, and nothing is compressed."""
     blind = prepared.scene.blind(azimuths.time, azimuths.boresight)

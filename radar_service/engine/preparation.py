@@ -1,7 +1,7 @@
 """What the engine computes once for a scene: scatterers, line of sight, resting profiles, receiver, clutter, interference."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
 from radar_service.fidelity import Fidelity
 from radar_service.frames import effective_earth_radius
+from radar_service.parallel import BLAS_LIMIT
 from radar_service.radar.antenna import grid_rows
-from radar_service.radar.parameters import Radar
+from radar_service.radar.parameters import Origin, Radar
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
@@ -23,6 +24,7 @@ from radar_service.receive.interference import Interference
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.scene.body import Body
+from radar_service.scene.convert import scene_at_origin
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
@@ -62,6 +64,17 @@ class Prepared:
     clutter: Clutter | None
     interference: tuple[Interference, ...]
 
+    def at_origin(self, origin: Origin, seed: int) -> "Prepared":
+        """Returns the preparation of the same scene whose rotation has another origin; what rests is not computed again.
+
+        seed: of the simulator, from which the texture of the sea comes for near pulses too.
+        """
+        scene, clutter = scene_at_origin(self.scene, origin), self.clutter
+        if clutter is not None and clutter.sea is not None:
+            other = prepare_clutter(scene, self.line_of_sight, self.compression, seed)
+            clutter = replace(clutter, sea=None if other is None else other.sea)
+        return replace(self, scene=scene, moving=self.moving.of_scene(scene), clutter=clutter)
+
     def motions_changed(self, own_ship: bool) -> None:
         """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile.
 
@@ -74,6 +87,7 @@ class Prepared:
             self.clutter.motions_changed(own_ship)
 
 
+@BLAS_LIMIT.held()
 def prepare(
     scene: Scene,
     fidelity: Fidelity,

@@ -16,6 +16,7 @@ from radar_service.engine.preparation import Prepared
 from radar_service.engine.source_numbers import BODY, SECOND_TIME_AROUND
 from radar_service.engine.source_rows import spread_echoes
 from radar_service.frames import effective_earth_radius, turned, wrap_angle, wrap_bearing
+from radar_service.parallel import BLAS_LIMIT
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, received_amplitude
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
@@ -39,6 +40,7 @@ class RadiometricTruth:
         self._earth_radius = effective_earth_radius(self._scene.environment.earth_factor)
         self._noise = receiver_noise_power(self._radar) if self._scene.environment.noise else None
 
+    @BLAS_LIMIT.held()
     def at(self, body: int, spoke: int) -> Radiometry:
         """The crossing of a body, by its index in the scene. spoke: number since the start of the spoke nearest to it."""
         window, gate = self._gated(body, spoke)

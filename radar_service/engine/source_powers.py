@@ -12,6 +12,7 @@ from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.resting_sources import RestingField, resting_field, resting_numbers
 from radar_service.engine.source_numbers import INTERFERENCE, NOISE, RAIN, SEA
 from radar_service.engine.source_rows import source_rows
+from radar_service.parallel import BLAS_LIMIT
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.types import Flags, Indices, Profiles, Singles
@@ -67,6 +68,7 @@ class SourcePowers:
                 whole[start : start + len(power)] = power
         return dict(sorted(powers.items()))
 
+    @BLAS_LIMIT.held()
     def computed(self, scan: int, start: int, of: PowersOf = "all") -> TilePowers:
         """As `tile`, computed anew: for a scene that is steered. of: the sources that matter; others may be left out."""
         record = contributions(self.prepared, tile_azimuths(self.prepared, scan, start))

@@ -21,16 +21,18 @@ ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no ke
 class ErrorReporter:
     """The errors of one radar's run, which `set` changes from one of its spokes on.
 
-    radar_id: of the radar, whose antenna and feed have random numbers of their own; first: number of the first spoke of the run.
+    radar_id: of the radar, whose antenna and feed have random numbers of their own; first: number of the first spoke of the run;
+    ship: name of the body that carries the radar, whose sensors have noise of their own, or None.
     """
 
     def __init__(
-        self, radar: Radar, seed: int, errors: ErrorSettings | None, radar_id: str = ONLY_RADAR, first: int = 0
+        self, radar: Radar, seed: int, errors: ErrorSettings | None, radar_id: str = ONLY_RADAR, first: int = 0,
+        ship: str | None = None,
     ) -> None:  # fmt: skip
-        self._radar, self._seed, self._radar_id, self._first = radar, seed, radar_id, first
+        self._radar, self._seed, self._radar_id, self._first, self._ship = radar, seed, radar_id, first, ship
         self._key = key = 0 if radar_id == ONLY_RADAR else name_key(radar_id)
         self._timeline, self._arranger = ErrorTimeline(errors), FeedArranger(radar)
-        self._sensor_laws = lru_cache(4)(lambda its: SensorLaws(its, radar, seed, key))
+        self._sensor_laws = lru_cache(4)(lambda its: SensorLaws(its, radar, seed, key, ship))
 
     @property
     def errors(self) -> ErrorSettings | None:
@@ -48,7 +50,7 @@ class ErrorReporter:
 
     def restarted(self, first: int) -> "ErrorReporter":
         """Returns a reporter with the errors now in force, for a run that begins with spoke `first`."""
-        return ErrorReporter(self._radar, self._seed, self.errors, self._radar_id, first)
+        return ErrorReporter(self._radar, self._seed, self.errors, self._radar_id, first, self._ship)
 
     def reported(self, block: SpokeBlock, earlier: Earlier) -> SpokeBlock:
         """Returns a true block as sensors and antenna report it. earlier: gives true readings of earlier spokes."""

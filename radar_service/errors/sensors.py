@@ -13,6 +13,7 @@ from radar_service.errors.antenna import AntennaLaw
 from radar_service.errors.noise import SensorNoise
 from radar_service.frames import wrap_angle, wrap_bearing
 from radar_service.radar.parameters import Radar
+from radar_service.random import name_key
 from radar_service.reports import Readings
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.types import Flags, Floats, Indices
@@ -25,15 +26,19 @@ Earlier = Callable[[Indices], Readings]  # the true readings (K,) of spokes of t
 class SensorLaws:
     """The laws of the sensors in force.
 
-    seed: of the noise. radar_key: of the antenna's noise, one for each radar; all radars of a ship share her sensors.
+    seed: of the noise. radar_key: of the antenna's noise, one for each radar. ship: name of the body that carries the radar, or
+    None: all radars of a ship share her sensors, and their noise is not that of another ship.
     """
 
-    def __init__(self, errors: ErrorSettings, radar: Radar, seed: int, radar_key: int = 0) -> None:
+    def __init__(self, errors: ErrorSettings, radar: Radar, seed: int, radar_key: int = 0, ship: str | None = None) -> None:
         self._errors, self._period = errors, radar.spoke_period
+        key = () if ship is None else (name_key(ship),)
         gyro, log, position, antenna = errors.gyro, errors.log, errors.position, errors.antenna
-        self._gyro = None if gyro is None else SensorNoise(gyro.noise_time, seed, GYRO)
-        self._log = None if log is None else SensorNoise(log.noise_time, seed, LOG)
-        self._position_noise = [] if position is None else [SensorNoise(position.noise_time, seed, a) for a in (EAST, NORTH)]
+        self._gyro = None if gyro is None else SensorNoise(gyro.noise_time, seed, GYRO, *key)
+        self._log = None if log is None else SensorNoise(log.noise_time, seed, LOG, *key)
+        self._position_noise = [
+            SensorNoise(position.noise_time, seed, axis, *key) for axis in (EAST, NORTH) if position is not None
+        ]
         self._antenna = None if antenna is None else AntennaLaw(antenna, seed, ANTENNA, radar_key)
 
     def reported(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Readings:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.echo.beam_passage import HELD_PHASE, MAX_PHASE, NEAREST
+from radar_service.echo.aspect_rates import NEAREST
+from radar_service.echo.passage_nodes import HELD_PHASE, MAX_PHASE
 from radar_service.fidelity import Fidelity
 from radar_service.plan.closest_approach import nearest_and_top
 from radar_service.plan.run import BodyRun, body_run

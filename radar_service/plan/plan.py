@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from radar_service.arithmetic import arithmetic
 from radar_service.fidelity import Fidelity
 from radar_service.plan.bodies import bodies
 from radar_service.plan.body_errors import aspects_db, passing_shadows_db
@@ -37,6 +38,7 @@ class Plan:
     """All choices for one scene at one fidelity.
 
     fidelity: its name.
+    arithmetic: of the process that made the plan.
     choices: one item for each effect and body.
     settings: the fields of the Fidelity.
     field_db: predicted relative field errors [dB]: at rest, moving, of sea reflection, of aspects, of shadows that pass
@@ -48,6 +50,7 @@ class Plan:
     """
 
     fidelity: str
+    arithmetic: str
     choices: tuple[PlanItem, ...]
     settings: dict[str, Any]
     field_db: dict[str, float]
@@ -72,7 +75,7 @@ class Plan:
     def _head(self) -> list[str]:
         budget = self.settings["error_db"]
         field = "" if not budget else f" (error budget {budget:g} dB, field {ErrorBudget(budget).field_db:.0f} dB)"
-        return [f"fidelity {self.fidelity}{field}", *self._predicted()]
+        return [f"fidelity {self.fidelity}{field}", f"arithmetic: {self.arithmetic}", *self._predicted()]
 
     def _predicted(self) -> list[str]:
         """Errors, counts and costs, a line each."""
@@ -105,6 +108,7 @@ def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NO
     errors, items = _field_errors(scene, fidelity, statistics), bodies(scene, fidelity, statistics)
     return Plan(
         fidelity.name,
+        arithmetic(),
         (*effects(scene, fidelity, statistics), *items),
         asdict(fidelity),
         errors,

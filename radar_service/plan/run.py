@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.echo.beam_passage import NEAREST
+from radar_service.echo.aspect_rates import NEAREST
 from radar_service.echo.visibility import mast_speed
 from radar_service.scene.body import Body
 from radar_service.scene.motion import Motion

@@ -55,6 +55,17 @@ def sea_leg(position: Floats, antenna: Floats, earth_radius: float) -> Leg:
     return Leg(ray.first + ray.second, level, rise, curvature, distance / earth_radius, ray.grazing_sine > 0.0)
 
 
+def sea_divergence(position: Floats, antenna: Floats, earth_radius: float) -> Floats:
+    """By what the curved sea lowers the fields (M,) that it reflects to positions (M, 3), arguments as `direct_leg`.
+
+    From 1 at the sea itself to 0 at the horizon: the factor of `divergence` (Kerr 1951, ch. 5).
+    """
+    distance, _ = _plan(position, antenna)
+    ray = reflected_ray(distance, position[:, 2], float(antenna[2]), earth_radius)
+    fall = earth_radius * (ray.first + ray.second) * np.maximum(ray.grazing_sine, _TINY)
+    return np.asarray(np.where(ray.grazing_sine > 0.0, 1.0 / np.sqrt(1.0 + 2.0 * ray.first * ray.second / fall), 0.0))
+
+
 def reflection_points(position: Floats, antenna: Floats, earth_radius: float) -> tuple[Floats, Flags]:
     """Where the ways by the sea to positions (M, 3) meet it, (M, 3) at height 0 on the map [m], and whether they do (M,)."""
     distance, level = _plan(position, antenna)

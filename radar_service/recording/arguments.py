@@ -6,6 +6,7 @@ from pathlib import Path
 
 from radar_service.arguments import file_ending, whole
 from radar_service.cell_sources import PowersOf, powers_from_text
+from radar_service.output_files import add_overwrite
 
 
 def add_commands(
@@ -17,6 +18,7 @@ def add_commands(
     record = commands.add_parser("record", parents=simulation, help="compute scans into a recording")
     record.add_argument("scene", metavar="SCENE", help=scene_help)
     record.add_argument("-o", "--out", type=ending, required=True, help="file.mcap to write")
+    add_overwrite(record)
     record.add_argument(
         "--scans", default=1, type=partial(whole, minimum=1, maximum=1_000_000), help="revolutions (default 1)"
     )
@@ -33,7 +35,7 @@ def add_commands(
     )  # fmt: skip
 
 
-def add_sources(command: argparse.ArgumentParser, verb: str, remark: str) -> None:
+def add_sources(command: "argparse._ActionsContainer", verb: str, remark: str) -> None:
     """Adds the options for labels and powers of sources. verb: what is done with them; remark: follows the help."""
     command.add_argument(
         "--labels", action="store_true", help=f"{verb} the number of the strongest source of each cell{remark}"

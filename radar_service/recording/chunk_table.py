@@ -1,9 +1,10 @@
-"""Where the chunks of an MCAP file are. A file that was cut short has those that are whole.
+"""Where the chunks of an MCAP file are. A file that was cut short has those that are whole, and the beginning of one more.
 
 The table comes from the records' heads alone, not from the index at the end, which such a file lacks; this takes two reads a
 chunk. The package `mcap` takes chunks apart and checks their sums.
 """
 
+import contextlib
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -11,6 +12,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
+from radar_service.recording.cut_chunk import HEAD, whole_records
 from radar_service.recording.error import RecordingError
 from radar_service.recording.mcap_library import (
     MCAP0_MAGIC,
@@ -24,7 +26,6 @@ from radar_service.recording.mcap_library import (
 )
 from radar_service.recording.recording_file import NANOSECONDS, PROFILE
 
-HEAD = struct.Struct("<BQ")  # of a record: opcode, length
 TIMES = struct.Struct("<QQQ")  # of a chunk: first and last log time [ns], size [bytes] before compression
 INDEXED = struct.Struct("<H")  # the channel of a message index
 MAX_CHUNK = 2**30  # bytes before compression; a recording's are of 1 MiB
@@ -32,22 +33,24 @@ MAX_CHUNK = 2**30  # bytes before compression; a recording's are of 1 MiB
 
 @dataclass(frozen=True)
 class ChunkPlace:
-    """A whole chunk: where its record's content begins and its length [bytes], and log times of its first and last message [s].
+    """A chunk: where its record's content begins and its length [bytes], and log times of its first and last message [s].
 
-    channels: numbers of those that it has messages of; empty where their index was cut off.
+    is_cut: whether the file ends within it; channels: numbers of those that it has messages of, empty where their index was cut
+    off.
     """
 
     offset: int
     length: int
     start: float
     end: float
+    is_cut: bool = False
     channels: set[int] = field(default_factory=set)
 
 
 class ChunkTable:
     """The chunks of a recording in their order, and the numbers of its channels by topic.
 
-    Raises RecordingError where the file is no recording, or no chunk is whole, and OSError.
+    Raises RecordingError where the file is no recording, or ends before its first message, and OSError.
     """
 
     def __init__(self, path: Path) -> None:
@@ -58,7 +61,9 @@ class ChunkTable:
             if not self._fill(file) and self.chunks:
                 self.chunks[-1].channels.clear()  # its index may not be whole
         if not self.chunks:
-            raise RecordingError(f"{path}: the file ends before its first chunk, so nothing of it can be read; record again")
+            raise RecordingError(
+                f"{path}: the file ends before its first message, so nothing of it can be read; record again"
+            )
         self.channels = {record.topic: record.id for record in self.records(self.chunks[0]) if isinstance(record, Channel)}
 
     def records(self, place: ChunkPlace) -> list[Channel | Message]:
@@ -67,18 +72,20 @@ class ChunkTable:
             file.seek(place.offset)
             content = file.read(place.length)
         try:
-            records = breakup_chunk(Chunk.read(ReadDataStream(BytesIO(content))), validate_crc=True)
+            chunk = Chunk.read(ReadDataStream(BytesIO(content)))
+            records = breakup_chunk(whole_records(chunk) if place.is_cut else chunk, validate_crc=True)
         except Exception as error:  # the package raises what its parts raise
             raise RecordingError(
                 f"{self._path}: the chunk at byte {place.offset} is damaged ({error}); copy the file again"
             ) from None
         return [record for record in records if isinstance(record, Channel | Message)]
 
-    def messages(self, channel: int, chunks: range | None = None, start: float = 0.0) -> Iterator[Message]:
-        """Yields the messages of a channel in their order.
+    def messages(self, topic: str, chunks: range | None = None, start: float = 0.0) -> Iterator[Message]:
+        """Yields the messages of a channel in their order; none where the file ends before it names that channel.
 
         chunks: by their indices, by default all; start: chunks that end before it are left out [s].
         """
+        channel = self.channels.get(topic)
         for k in range(len(self.chunks)) if chunks is None else chunks:
             place = self.chunks[k]
             if place.end >= start and (channel in place.channels or not place.channels):
@@ -91,20 +98,34 @@ class ChunkTable:
             file.seek(position)
             opcode, length = HEAD.unpack(file.read(HEAD.size))
             position += HEAD.size
+            if position + length > size and opcode == Opcode.CHUNK:
+                return self._add_cut(file, position, size - position)
             if position + length > size or opcode in (0, Opcode.DATA_END):
                 return bool(opcode == Opcode.DATA_END)
             if opcode == Opcode.HEADER:
                 self._check_profile(file.read(length))
             elif opcode == Opcode.CHUNK and length >= TIMES.size:
-                start, end, unpacked = TIMES.unpack(file.read(TIMES.size))
-                if unpacked > MAX_CHUNK:
-                    raise RecordingError(
-                        f"{self._path}: the chunk at byte {position} has {unpacked} bytes; at most {MAX_CHUNK} are allowed"
-                    )
-                self.chunks.append(ChunkPlace(position, length, start / NANOSECONDS, end / NANOSECONDS))
+                self.chunks.append(self._place(file, position, length, False))
             elif opcode == Opcode.MESSAGE_INDEX and self.chunks and length >= INDEXED.size:
                 self.chunks[-1].channels.update(INDEXED.unpack(file.read(INDEXED.size)))
             position += length
+        return False
+
+    def _place(self, file: BinaryIO, position: int, length: int, is_cut: bool) -> ChunkPlace:
+        """Returns the chunk whose content begins there, where the file is. Raises RecordingError."""
+        start, end, unpacked = TIMES.unpack(file.read(TIMES.size))
+        if unpacked > MAX_CHUNK:
+            raise RecordingError(
+                f"{self._path}: the chunk at byte {position} has {unpacked} bytes; at most {MAX_CHUNK} are allowed"
+            )
+        return ChunkPlace(position, length, start / NANOSECONDS, end / NANOSECONDS, is_cut)
+
+    def _add_cut(self, file: BinaryIO, position: int, length: int) -> bool:
+        """Adds the chunk within which the file ends, where some of it can be read; returns whether it does."""
+        with contextlib.suppress(RecordingError):
+            if length >= TIMES.size and self.records(place := self._place(file, position, length, True)):
+                self.chunks.append(place)
+                return True  # the index of the chunk before it is whole
         return False
 
     def _check_profile(self, content: bytes) -> None:

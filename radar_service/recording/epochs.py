@@ -30,18 +30,30 @@ def recorded_radars(table: ChunkTable) -> list[str]:
 
 
 def epochs_of(table: ChunkTable, radar: str) -> list[RecordedEpoch]:
-    """Returns the epochs of a radar. Raises RecordingError for a radar that the recording lacks, and for another format."""
+    """Returns the epochs of a radar, none where the file ends before its first one.
+
+    Raises RecordingError for a radar that the recording lacks, and for another format.
+    """
     if radar not in recorded_radars(table):
         raise RecordingError(
             f'radar: the recording has no "{radar[:40]}"; it has {", ".join(recorded_radars(table)) or "none"}'
         )
-    channel, scenes = table.channels[f"/radar/{radar}/scene"], list[tuple[int, dict[str, Any]]]()
+    scenes = list[tuple[int, dict[str, Any]]]()
     for k in range(len(table.chunks)):
-        scenes += [(k, json.loads(message.data)) for message in table.messages(channel, range(k, k + 1))]
+        scenes += [(k, json.loads(message.data)) for message in table.messages(f"/radar/{radar}/scene", range(k, k + 1))]
     for _, record in scenes:
         if record.get("format") != FORMAT:
             raise RecordingError(
                 f"format: {record.get('format')} is not {FORMAT}; read it with the version that recorded it"
             )
-    ends = [k + 1 for k, _ in scenes[1:]] + [len(table.chunks)]
+    ends = [*(k + 1 for k, _ in scenes), len(table.chunks)][1:]
     return [RecordedEpoch(record, range(k, end)) for (k, record), end in zip(scenes, ends, strict=True)]
+
+
+def radars_with_epoch(table: ChunkTable, number: int) -> list[str]:
+    """Returns the radars that have an epoch of this number, from 0: a file that was cut short may lack that of some.
+
+    Where none has it all radars are returned, so that the first one is refused with its reason. Raises RecordingError.
+    """
+    radars = recorded_radars(table)
+    return [radar for radar in radars if number < len(epochs_of(table, radar))] or radars

@@ -76,6 +76,7 @@ class RadarRecording:
         for line in header:
             self._write(self._truth, time, line.text.encode())
         self._write(self._feed, time, CODEC.hello(radar, VIEW, "lossless"))
+        self._file.flush()  # what the epoch is of can be read however soon the file is cut short
 
     def send(self, batch: SpokeBatch) -> None:
         """Writes spokes, and at the end of a scan its truth and its picture."""
@@ -91,10 +92,11 @@ class RadarRecording:
         if block.index + len(block) == batch.epoch.engine.scene.radar.azimuths:
             self._end_scan(batch)
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
-        """Writes that spokes never come."""
-        self._feed(self._logged, self._logged - self._offset, CODEC.gap(epoch, self._next, count, reason))
-        self._next += count
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Writes that spokes never come, nor those before that have not."""
+        missing = first + count - self._next
+        self._feed(self._logged, self._logged - self._offset, CODEC.gap(epoch, self._next, missing, reason))
+        self._next += missing
 
     def _write_commands(self, epoch: Epoch, time: float) -> None:
         """Writes the commands that came since the last spokes, before those of this time [s]."""

@@ -1,13 +1,13 @@
 """The command `record`: computes scans of a scene into a recording."""
 
 import argparse
-import errno
 import math
 from collections.abc import Callable
 
 from tqdm import tqdm
 
 from radar_service.cell_sources import SourceRequest
+from radar_service.output_files import prepare
 from radar_service.recording.error import RecordingError
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
@@ -30,8 +30,7 @@ def record(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> i
 
     Raises SceneError, RecordingError and OSError.
     """
-    if not options.out.parent.is_dir():  # refused now, not after the scene was prepared
-        raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(options.out.parent))
+    prepare([options.out], options.overwrite)
     simulator, request = make(load_scene(options.scene)), SourceRequest(options.labels, options.powers)
     try:
         simulator.request_sources(request.labels, request.powers)

@@ -11,6 +11,7 @@ import numpy as np
 
 from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
+from radar_service.radar.parameters import Origin
 from radar_service.receive.detection import square_law
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.epochs import epochs_of
@@ -54,7 +55,7 @@ class Recording:
     def __init__(self, path: str | Path, radar: str = "0", epoch: int = 0, start: float = 0.0) -> None:
         """radar: its id; epoch: number of the epoch, from 0; start: simulated time [s] of the first spoke, or before it.
 
-        A file that was cut short is read up to its last whole chunk. Raises RecordingError and OSError.
+        A file that was cut short is read up to there. Raises RecordingError and OSError.
         """
         self._table = table = ChunkTable(Path(path))
         epochs = epochs_of(table, radar)
@@ -103,6 +104,10 @@ class Recording:
         """Yields the scans. Azimuths that the recording lacks are NaN."""
         for _, scan in groupby(self._stored(), lambda block: block.scan):
             yield scan_of(scan, self.scene.radar.azimuths)
+
+    def begin_at(self, origin: Origin) -> None:
+        """Raises ValueError: spokes stay where they were recorded."""
+        raise ValueError(f"{PLAYS}; its rate of rotation stays")
 
     def skip_to(self, scan: int) -> None:
         """Leaves out earlier scans."""
@@ -185,9 +190,8 @@ class Recording:
 
     def _messages(self, channel: str, start: float) -> Iterator[bytes]:
         """The messages of a channel in this epoch's chunks that end at a simulated time [s] or later."""
-        number = self._table.channels[f"/radar/{self._radar}/{channel}"]
-        offset = float(self.record["log_offset"])
-        return (message.data for message in self._table.messages(number, self._epoch.chunks, offset + start))
+        topic, offset = f"/radar/{self._radar}/{channel}", float(self.record["log_offset"])
+        return (message.data for message in self._table.messages(topic, self._epoch.chunks, offset + start))
 
     def _block(self, message: Mapping[str, Any]) -> SpokeBlock:
         field = wire.samples(dict(message))

@@ -1,11 +1,12 @@
 """The command `replay`: serves a recording as `serve` serves scenes."""
 
 import argparse
+import contextlib
 from collections.abc import Iterator
 from typing import Any
 
 from radar_service.recording.chunk_table import ChunkTable
-from radar_service.recording.epochs import recorded_radars
+from radar_service.recording.epochs import radars_with_epoch
 from radar_service.recording.error import RecordingError
 from radar_service.recording.recording import NO_TRUTH, Recording
 from radar_service.records import SpokeBlock
@@ -16,6 +17,7 @@ from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.http.running import run
 from radar_service.stream.logs import log_event
 from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.processes.stop_signals import ended_by_signals
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.radio.station import Station
 from radar_service.stream.serve import access_for
@@ -74,15 +76,13 @@ def replay(options: argparse.Namespace) -> int:
     """
     access = access_for(options)
     logs.configure(options.log)
-    radars = recorded_radars(ChunkTable(options.recording))
+    radars = radars_with_epoch(ChunkTable(options.recording), options.epoch)
     sources = [ReplaySource(options.recording, radar, options.epoch, options.start) for radar in radars]
     if sources and sources[0].epochs > 1:
         print(f"epoch {options.epoch} of {sources[0].epochs}; --epoch selects another", flush=True)
     options.exit_when_failed = True
     fork_server = ForkServer(("radar_service.display.last_scan",), ())
-    fork_server.start()
-    try:
+    with ended_by_signals(), contextlib.closing(fork_server):
+        fork_server.start()
         status = run(options, access, lambda: [[source] for source in sources], refuse, fork_server, ReplayStation)
-    finally:
-        fork_server.close()
     return 0 if all(source.has_ended for source in sources) else status

@@ -32,7 +32,7 @@ class ServiceRecorder:
     """A recording of all radars of a service, as a context manager. Raises OSError where the file cannot be created.
 
     A disk that is full, or takes longer than `patience` [s], ends the recording with a line on standard error. The feed goes on,
-    and the file can be read up to its last whole chunk.
+    and what is in the file can be read.
     """
 
     def __init__(
@@ -132,9 +132,9 @@ class RecordingSink:
         ends_scan = block.index + len(block) == batch.epoch.engine.scene.radar.azimuths
         self._put(Work(partial(self._recording.send, batch), block.nbytes, ends_scan))
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Takes the notice of spokes that never come."""
-        self._put(Work(partial(self._recording.skip, epoch, count, reason)))
+        self._put(Work(partial(self._recording.skip, epoch, first, count, reason)))
 
     def close(self, reason: str) -> None:
         """Does nothing: the recording goes on with the next epoch."""

@@ -1,11 +1,12 @@
 """A Simulator of this process as a source of spokes for the stream."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
+from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command
 from radar_service.simulator import Simulator
@@ -15,7 +16,7 @@ from radar_service.stream.source import PlanSummary, SceneOrder, SceneOutline, T
 from radar_service.types import Floats
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class SimulatedSource:
     """A stream.source.SpokeSource: the simulator of the scene that `order` names."""
 
@@ -65,6 +66,11 @@ class SimulatedSource:
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
         """As SpokeSource.blocks."""
         return self.simulator.blocks(size=size)
+
+    def begin_at(self, origin: Origin) -> None:
+        """As SpokeSource.begin_at."""
+        self.simulator.begin_at(origin)
+        self.order = replace(self.order, origin=origin)
 
     def skip_to(self, scan: int) -> None:
         """As SpokeSource.skip_to."""

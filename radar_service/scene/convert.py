@@ -9,9 +9,10 @@ from radar_service.radar.parameters import START, NearPulse, Origin, Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
 from radar_service.scene.environment import Environment, Interferer
+from radar_service.scene.environment_model import EnvironmentModel
 from radar_service.scene.error import SceneError
 from radar_service.scene.interference_model import InterferenceModel
-from radar_service.scene.model import BodyModel, EnvironmentModel
+from radar_service.scene.model import BodyModel
 from radar_service.scene.presence import Fading, Presence
 from radar_service.scene.radar_model import RadarModel, antenna_pattern, max_rpm
 from radar_service.scene.world import Scene
@@ -72,6 +73,11 @@ def scene_at_rpm(scene: Scene, rpm: float, origin: Origin = START) -> Scene:
             f"scene's prf_hz; give at most {60.0 * radar.prf / radar.azimuths:g}, or use a scene with a higher prf_hz"
         )
     return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm, origin=origin))
+
+
+def scene_at_origin(scene: Scene, origin: Origin) -> Scene:
+    """Returns the scene with another origin of the rotation of its radar."""
+    return replace(scene, radar=replace(scene.radar, origin=origin))
 
 
 def interferer_from_model(model: InterferenceModel) -> Interferer:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.constants import KNOT
-from radar_service.frames import effective_earth_radius, polar_from_map
+from radar_service.frames import Polar, effective_earth_radius, polar_from_map
 from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.model import SceneModel
@@ -19,6 +19,8 @@ from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.scene.world import Scene
 
 APERTURE = 0.8859  # half-power beamwidth x aperture / wavelength, uniform aperture (Balanis 2016)
+SCREEN = 24  # lines of a terminal
+MAX_WARNINGS, MIN_BODIES = 8, 6  # lines of an overview
 NO_REMARKS: Mapping[str, Sequence[str]] = MappingProxyType({})
 TWO_WAY_SINC2 = 0.7200  # two-way over one-way half-power width of a sinc^2 beam (docs/specification.md, errata row 2)
 
@@ -45,6 +47,60 @@ def describe(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) ->
     lines += [f"note        {note}" for note in scene.notes]
     lines += [f"warning     {warning}" for warning in scene.warnings]
     return "\n".join(lines)
+
+
+def overview(scene: Scene, remarks: Mapping[str, Sequence[str]] = NO_REMARKS) -> str:
+    """Returns a description of one screen, what matters most first: warnings, radar, bodies that are out of sight, the rest.
+
+    remarks: as `describe`, of which the number is given.
+    """
+    triangles = sum(len(body.mesh.faces) for body in scene.bodies if body.mesh is not None)
+    radar, environment = _radar_lines(scene.radar), _environment_lines(scene)
+    lines = [f"scene       {scene.name}: {len(scene.bodies)} bodies, {triangles} triangles"]
+    lines += [f"warning     {warning}" for warning in scene.warnings[:MAX_WARNINGS]]
+    lines += [f"radars      {', '.join(scene.radar_ids)}; this is {scene.radar_id}"] if len(scene.radar_ids) > 1 else []
+    lines += [radar[0], *(line for line in radar if line.startswith(("  range", "  scan", "  beam"))), *environment]
+    lines.append(f"own ship    {_motion_text(scene.own_ship)}")
+    bodies = sorted(scene.bodies, key=lambda body: (not _is_out_of_sight(body, scene), _distance(body, scene)))
+    room = max(MIN_BODIES, SCREEN - 1 - len(lines))
+    lines += [_short_body_line(body, scene, len(remarks.get(body.name, ()))) for body in bodies[:room]]
+    return "\n".join([*lines, _rest(scene, len(bodies) - room, sum(map(len, remarks.values())))])
+
+
+def _rest(scene: Scene, bodies: int, remarks: int) -> str:
+    """The last line of an overview: what it leaves out."""
+    left = {
+        "warnings": len(scene.warnings) - MAX_WARNINGS, "bodies": bodies, "notes": len(scene.notes), "remarks on bodies": remarks
+    }  # fmt: skip
+    text = ", ".join(f"{count} {name}" for name, count in left.items() if count > 0)
+    return f"--all       shows {text + ' more, and ' if text else ''}all numbers of the radar and of each body"
+
+
+def _short_body_line(body: Body, scene: Scene, remarks: int) -> str:
+    """One line about a body at t = 0."""
+    speed = "at rest" if body.motion.at_rest else f"{body.motion.pose(0.0).speed[0] / KNOT:.1f} kn"
+    section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm"
+    more = f"; {remarks} remark{'s' if remarks > 1 else ''}" if remarks else ""
+    polar, hidden = _polar(body, scene)
+    return (
+        f"  {body.name[:30]}: {polar.distance[0]:.0f} m off, bearing {_bearing(float(polar.azimuth[0]))}{hidden}, {speed}; "
+        f"{body.material.name}, {body.scattering}{section}{more}"
+    )
+
+
+def _polar(body: Body, scene: Scene) -> tuple[Polar, str]:
+    """Where a body is from the antenna at t = 0, and text that says why it has no echo there; empty otherwise."""
+    start = body.motion.pose(0.0).position
+    polar = polar_from_map(start, scene.antenna(0.0), effective_earth_radius(scene.environment.earth_factor))
+    return polar, _visibility_text(float(polar.range[0]), float(polar.distance[0]), float(start[0, 2]), body, scene)
+
+
+def _is_out_of_sight(body: Body, scene: Scene) -> bool:
+    return bool(_polar(body, scene)[1])
+
+
+def _distance(body: Body, scene: Scene) -> float:
+    return float(_polar(body, scene)[0].distance[0])
 
 
 def json_schema() -> dict[str, Any]:
@@ -136,14 +192,12 @@ def _environment_lines(scene: Scene) -> list[str]:
 
 
 def _body_lines(body: Body, scene: Scene) -> list[str]:
-    start = body.motion.pose(0.0).position
-    polar = polar_from_map(start, scene.antenna(0.0), effective_earth_radius(scene.environment.earth_factor))
+    polar, hidden = _polar(body, scene)
     bearing = _bearing(float(polar.azimuth[0]))
     shape = "a point"
     if body.mesh is not None:
         x, y, z = np.ptp(body.mesh.vertices, axis=0)
         shape = f"{len(body.mesh.faces)} triangles, {x:.4g} x {y:.4g} x {z:.4g} m (across, along, up)"
-    hidden = _visibility_text(float(polar.range[0]), float(polar.distance[0]), float(start[0, 2]), body, scene)
     fluctuation = f", Swerling {body.swerling}" if body.swerling else ""
     section = "" if body.rcs is None else f" {10 * math.log10(body.rcs):g} dBsm{fluctuation}"
     route = _motion_text(body.motion) + _presence_text(body.presence)

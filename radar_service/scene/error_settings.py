@@ -7,12 +7,13 @@ from typing import Any
 from radar_service.constants import KNOT
 from radar_service.scene.error_profiles import PROFILES
 from radar_service.scene.errors_model import (
+    SENSORS,
     AntennaErrorsModel,
-    ErrorsModel,
     FeedErrorsModel,
     GyroErrorsModel,
     LogErrorsModel,
     PositionErrorsModel,
+    ProfileSection,
 )
 from radar_service.scene.fields import Section
 
@@ -102,19 +103,29 @@ TABLES: dict[str, tuple[type[Section], Any]] = {
 }  # fmt: skip
 
 
-def settings_from_model(model: ErrorsModel | None) -> ErrorSettings | None:
-    """Returns the errors of a scene file; None where it has none. A table of defaults has no errors."""
-    if model is None:
-        return None
-    profile, made = PROFILES[model.profile] if model.profile else {}, dict[str, Any]()
+def settings_from_models(*models: ProfileSection | None, has_sensors: bool = True) -> ErrorSettings | None:
+    """Returns the errors of one radar; None where it has none. A table of defaults has no errors.
+
+    models: tables of errors of a scene file, where a key of a later one goes before that of an earlier one. has_sensors: whether
+    the platform has sensors; errors of sensors that it lacks are left out.
+    """
+    made = dict[str, Any]()
     for name, (kind, record) in TABLES.items():
-        given = getattr(model, name)
-        if given is not None or name in profile:
-            own = {} if given is None else given.model_dump(exclude_unset=True)
-            table = dict(kind(**profile.get(name, {}) | own))
-            if table != dict(kind()):
-                made[name] = record(**{_bare(key): _scaled(value, _scale(key)) for key, value in table.items()})
+        if name in SENSORS and not has_sensors:
+            continue
+        keys = {key: value for model in models if model is not None for key, value in _keys(model, name).items()}
+        table = dict(kind(**keys))
+        if table != dict(kind()):
+            made[name] = record(**{_bare(key): _scaled(value, _scale(key)) for key, value in table.items()})
     return ErrorSettings(**made) if made else None
+
+
+def _keys(model: ProfileSection, name: str) -> dict[str, Any]:
+    """The keys that one of the tables of errors gives, by itself or by its profile, if it may have a table of that name."""
+    if name not in type(model).model_fields:
+        return {}
+    profile, given = PROFILES[model.profile] if model.profile else {}, getattr(model, name)
+    return profile.get(name, {}) | ({} if given is None else given.model_dump(exclude_unset=True))
 
 
 def _table(kind: type[Section], record: Any) -> dict[str, Any] | None:

@@ -1,6 +1,7 @@
 """Scene file model of errors on purpose: what sensors, antenna and feed report wrongly. The echoes are computed without them."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -17,6 +18,8 @@ CorrelationTime = Annotated[float, Field(strict=True, ge=0, le=86_400)]  # s
 Latency = Annotated[float, Field(strict=True, ge=0, le=MAX_LATENCY_S)]  # s
 Probability = Annotated[float, Field(strict=True, ge=0, le=1)]
 Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s
+
+SENSORS = ("gyro", "log", "position")  # of a platform; the other tables belong to a radar
 
 _NOISE_TIME = "its correlation falls to 1/e within this time; 0: independent from spoke to spoke"
 _LATENCY = "age of a reading, in whole spokes"
@@ -88,12 +91,52 @@ class FeedErrorsModel(Section):
         return self
 
 
-class ErrorsModel(Section):
-    """Errors on purpose. A table that is not given has no errors."""
+class ProfileSection(Section):
+    """A table of errors with a profile."""
 
     profile: Literal["imo-a823"] | None = Field(None, description="values of the keys that are not given")
+
+
+class RadarErrorsModel(ProfileSection):
+    """Errors on purpose of one radar: its antenna and its feed."""
+
+    antenna: AntennaErrorsModel | None = None
+    feed: FeedErrorsModel | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_owner(cls, given: Any) -> Any:
+        return _without(
+            given, SENSORS, "is a sensor of the platform; give it in the errors of own_ship or of the body, or in [errors]"
+        )
+
+
+class PlatformErrorsModel(ProfileSection):
+    """Errors on purpose of one platform: its gyro, its log and its position sensor."""
+
+    gyro: GyroErrorsModel | None = None
+    log: LogErrorsModel | None = None
+    position: PositionErrorsModel | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_owner(cls, given: Any) -> Any:
+        return _without(given, ("antenna", "feed"), "belongs to a radar; give it in the errors of the radar, or in [errors]")
+
+
+class ErrorsModel(ProfileSection):
+    """Errors on purpose of all radars and platforms. A table that is not given has no errors."""
+
     gyro: GyroErrorsModel | None = None
     log: LogErrorsModel | None = None
     position: PositionErrorsModel | None = None
     antenna: AntennaErrorsModel | None = None
     feed: FeedErrorsModel | None = None
+
+
+def _without(given: Any, others: Iterable[str], reason: str) -> Any:
+    """Returns a table as it is. Raises ValueError where it has one of the `others`, which belong elsewhere."""
+    for name in others:
+        if isinstance(given, Mapping) and name in given:
+            raise ValueError(f"{name} {reason}")
+    return given

@@ -1,6 +1,7 @@
 """Loads a scene: converts the model to SI units and reads its meshes, height maps and tracks.
 
-Every problem raises a SceneError with the key, the value, the allowed range and the remedy; no other error is raised.
+Every problem raises a SceneError with the key, the value, the allowed range and the remedy; no other error is raised, but
+for the MachineBusyError of a sandbox.
 """
 
 from collections.abc import Callable, Hashable
@@ -18,7 +19,7 @@ from radar_service.scene.checks.placement import placement_warnings
 from radar_service.scene.checks.validity import check_antenna, check_echo_power, validity_warnings
 from radar_service.scene.convert import environment_from_model, interferer_from_model, presence_from_model, radar_from_model
 from radar_service.scene.error import SceneError
-from radar_service.scene.error_settings import settings_from_model
+from radar_service.scene.error_settings import ErrorSettings, settings_from_models
 from radar_service.scene.files.heightmap import Coverage, Terrain
 from radar_service.scene.files.mesh import MAX_FILE_BYTES, LoadedMesh
 from radar_service.scene.files.mesh_reader import IN_PROCESS, MeshReader
@@ -32,7 +33,7 @@ from radar_service.scene.materials import VESSEL_MATERIALS, material_from_name
 from radar_service.scene.model import SHAPE_SIZES, BodyModel, SceneModel
 from radar_service.scene.motion import Motion
 from radar_service.scene.platform import Installation, Platform
-from radar_service.scene.platform_model import PlatformModel, radar_entries
+from radar_service.scene.platform_model import PlatformModel, RadarEntry, has_sensors, radar_entries
 from radar_service.scene.routes import constant_motion, motion_from_model
 from radar_service.scene.shapes import shape_mesh
 from radar_service.scene.validation_messages import error_from_problems
@@ -48,7 +49,7 @@ def load_scene(source: Source, *, folder: Path | None = None, mesh_reader: MeshR
 
     source: a path, the name of a packaged scene ("harbour" and "scenes/harbour.toml" work in any folder), or a mapping.
     folder: the folder of its meshes, height maps and tracks; by default that of the file. mesh_reader: reads meshes and
-    height maps; use files.sandbox.Sandbox for untrusted files. Raises only SceneError.
+    height maps; use files.sandbox.Sandbox for untrusted files. Raises only SceneError; with a Sandbox also MachineBusyError.
     """
     return scene_from_model(*model_and_folder(source, folder), mesh_reader)
 
@@ -79,8 +80,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         loader.warnings.extend(placement_warnings(world, its.radar, its.platform, terrain))
     interference = tuple(interferer_from_model(other) for other in model.interference)
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.findings))
-    errors = settings_from_model(model.errors)
-    return Scene(world, first.radar, first.platform, warnings, interference, notes, errors, first.id, tuple(radars))
+    return Scene(world, first.radar, first.platform, warnings, interference, notes, first.errors, first.id, tuple(radars))
 
 
 class _Loader:
@@ -106,7 +106,11 @@ class _Loader:
     def installations(self) -> list[Installation]:
         """Returns the radars of a scene without problems."""
         parts = zip(self.entries, self.radars, self.platforms, self.environments, strict=True)
-        return [Installation(e.id, radar, carrier, around) for e, radar, carrier, around in parts if carrier and around]
+        return [
+            Installation(e.id, radar, carrier, around, self._errors(e), has_sensors(e))
+            for e, radar, carrier, around in parts
+            if carrier and around
+        ]
 
     def load_body(self, k: int) -> Body | None:
         """Returns body k, or None after collecting its problems."""
@@ -132,6 +136,16 @@ class _Loader:
             return self._collected(partial(self._carrier, platform.body))
         start = self._position(platform.latitude_deg, platform.longitude_deg, 0.0, platform.position_m)
         return Platform(constant_motion(start, platform.heading_deg, None, 0.0))
+
+    def _errors(self, entry: RadarEntry) -> ErrorSettings | None:
+        """Returns the errors of a radar: of all, of its platform's sensors and of its own, the nearest last."""
+        own_ship = self.model.own_ship
+        body = own_ship.body if entry.platform is None else entry.platform.body
+        of_platform = [its.errors for its in self.model.body if its.name == body]
+        if entry.platform is None or (body is not None and body == own_ship.body):
+            of_platform.append(own_ship.errors)
+        models = (self.model.errors, *of_platform, entry.model.errors)
+        return settings_from_models(*models, has_sensors=has_sensors(entry))
 
     def _carrier(self, name: str) -> Platform:
         """Returns the body of that name as a platform."""

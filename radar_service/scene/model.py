@@ -4,12 +4,13 @@ Field names carry the units of the file (degrees, knots, dB). Unknown keys, NaN 
 check rules that involve several fields; `load` checks the files.
 """
 
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
 from radar_service.scene.body import Scattering
-from radar_service.scene.errors_model import ErrorsModel
+from radar_service.scene.environment_model import EnvironmentModel
+from radar_service.scene.errors_model import ErrorsModel, PlatformErrorsModel
 from radar_service.scene.fields import (
     Bearing,
     EastNorth,
@@ -26,7 +27,7 @@ from radar_service.scene.fields import (
 )  # fmt: skip
 from radar_service.scene.interference_model import MAX_INTERFERERS, InterferenceModel
 from radar_service.scene.manoeuvre_model import TurningSection
-from radar_service.scene.platform_model import Radars, check_radars
+from radar_service.scene.platform_model import Radars, check_error_owners, check_radars
 from radar_service.scene.presence_model import FadingModel, Instant
 from radar_service.scene.radar_model import RadarModel
 from radar_service.scene.sway_model import SwaySection
@@ -105,38 +106,12 @@ class OwnShipModel(MovingSection):
         None, min_length=1, max_length=200, description="name of the body that is own ship: its motion, and what others see"
     )
     position_m: EastNorth = (0.0, 0.0)
+    errors: PlatformErrorsModel | None = Field(None, description="of her sensors, on purpose")
 
     @model_validator(mode="after")
     def _check_body(self) -> Self:
-        if self.body is not None and (others := sorted(self.model_fields_set - {"body"})):
+        if self.body is not None and (others := sorted(self.model_fields_set - {"body", "errors"})):
             raise ValueError(f"{others[0]}: the body already defines how own ship moves; remove {', '.join(others)}")
-        return self
-
-
-class EnvironmentModel(Section):
-    """Effects of the environment. All are off by default, except the curvature of the earth."""
-
-    earth: Literal["4/3", "flat"] | Annotated[float, Field(strict=True, gt=0, le=1e6)] = Field(
-        "4/3", description="effective earth radius over the earth's radius"
-    )
-    noise: Flag = False
-    multipath: Flag = False
-    diffraction: Flag = Field(False, description="over the horizon, of all but physical optics; needs `multipath`")
-    gas_db_per_km: Literal["itu"] | Annotated[float, Field(strict=True, ge=0, le=10)] = Field(0.0, description="one way")
-    rain_mm_h: Number = Field(0.0, ge=0, le=300)
-    sea_state: Whole = Field(0, ge=0, le=9, description="Douglas scale")
-    sea_texture_shape: Number | None = Field(
-        None, ge=0.05, le=1000, description="K distribution: small is spiky; default by grazing angle and cell"
-    )
-    wind_from_deg: Bearing = 0.0
-    ground_plane: Flag = Field(False, description="a flat reflecting plane at height 0, for the documented fidelity only")
-
-    @model_validator(mode="after")
-    def _check_diffraction(self) -> Self:
-        if self.diffraction and not self.multipath:
-            raise ValueError("diffraction: true needs the sea's reflection; give multipath = true, or diffraction = false")
-        if self.diffraction and self.earth != "4/3" and not (isinstance(self.earth, float) and 0.1 <= self.earth <= 100.0):
-            raise ValueError(f"diffraction: true needs a round earth, not earth = {self.earth}; give 4/3, or 0.1 to 100")
         return self
 
 
@@ -184,6 +159,7 @@ class BodyModel(MovingSection):
     rcs_dbsm: Number | None = Field(None, ge=-100, le=100)
     swerling: Literal[0, 1, 2, 3, 4] = 0
     mmsi: Whole | None = Field(None, ge=1, le=999_999_999)
+    errors: PlatformErrorsModel | None = Field(None, description="of the sensors of a body that carries a radar, on purpose")
     start_s: Instant = Field(0.0, description="when the body appears; it moves from time 0 on all the same")
     end_s: Instant | None = Field(None, description="when it disappears for good; default: never")
     fading: FadingModel | None = Field(None, description="a schedule on which it comes and goes; default: none")
@@ -296,4 +272,6 @@ class SceneModel(Section):
                 raise ValueError(f"body[{i}].latitude_deg: latitude and longitude need an [origin] in the scene; add one")
         can_carry = {body.name: body.heightmap is None for body in self.body}
         check_radars(self.radar, self.own_ship.body, can_carry, self.origin is not None)
+        with_errors = {body.name: i for i, body in enumerate(self.body) if body.errors is not None}
+        check_error_owners(self.radar, self.own_ship.body, self.own_ship.errors is not None, with_errors)
         return self

@@ -13,6 +13,7 @@ from radar_service.scene.sway import Sway
 from radar_service.scene.waypoint_arcs import move_along_arc
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 
 class Pose(NamedTuple):
@@ -127,6 +128,17 @@ class Motion:
             rate = rate + self.arcs[leg, 2]
         rate = np.where(phase < self.time[0], 0.0, rate)
         return rate if self.sway is None else rate + self.sway.rate(2, t)
+
+    def corners(self, time: Floats) -> Flags:
+        """Returns whether another leg, or another lap, begins between each of `time` (K,) [s] and the next one (K - 1,).
+
+        Between two of them without a corner the motion is smooth. It begins at the first knot, before which the body rests.
+        """
+        if self.at_rest:
+            return np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
+        laps, since = (np.zeros(len(time)), time) if self.period is None else np.divmod(time, self.period)
+        leg = np.searchsorted(self.time, since, side="right")
+        return np.asarray((np.diff(leg) != 0) | (np.diff(laps) != 0.0))
 
     @cached_property
     def _leg_velocity(self) -> Floats:

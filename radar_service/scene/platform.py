@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from radar_service.frames import map_from_deck
 from radar_service.radar.parameters import Radar
 from radar_service.scene.environment import Environment
+from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.motion import Motion
 
 Floats = NDArray[np.float64]
@@ -62,9 +63,13 @@ class Installation:
     radar: the parameters of the set.
     platform: the carrier of its antenna.
     environment: of the scene, with the attenuation at the radar's frequency.
+    errors: on purpose, of the radar and of its platform; None without any.
+    has_sensors: whether the platform has gyro, log and position sensor: a fixed site has none.
     """
 
     id: str
     radar: Radar
     platform: Platform
     environment: Environment
+    errors: ErrorSettings | None
+    has_sensors: bool

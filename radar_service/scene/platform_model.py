@@ -75,6 +75,11 @@ def radar_entries(radars: RadarModel | tuple[NamedRadarModel, ...]) -> tuple[Rad
     return tuple(RadarEntry(radar.id, f"radar[{i}]", radar, radar.platform) for i, radar in enumerate(radars))
 
 
+def has_sensors(entry: RadarEntry) -> bool:
+    """Whether the platform of a radar has gyro, log and position sensor: own ship and bodies have, a fixed site has not."""
+    return entry.platform is None or entry.platform.body is not None
+
+
 def check_radars(
     radars: RadarModel | tuple[NamedRadarModel, ...],
     own_ship_body: str | None,
@@ -100,6 +105,30 @@ def check_radars(
             raise ValueError(
                 f"{entry.location}.platform.latitude_deg: latitude and longitude need an [origin] in the scene; add one"
             )
+
+
+def check_error_owners(
+    radars: RadarModel | tuple[NamedRadarModel, ...],
+    own_ship_body: str | None,
+    own_ship_errs: bool,
+    bodies_with_errors: Mapping[str, int],
+) -> None:
+    """Raises ValueError for errors of sensors that no radar uses, and for two tables of one platform.
+
+    own_ship_errs: whether own ship has a table of errors; bodies_with_errors: the number of each body that has one, by name.
+    """
+    platforms = [entry.platform for entry in radar_entries(radars)]
+    has_own_ship = None in platforms
+    carriers = {its.body for its in platforms if its is not None} | ({own_ship_body} if has_own_ship else set())
+    if own_ship_errs and not has_own_ship and own_ship_body not in carriers - {None}:
+        raise ValueError("own_ship.errors: own ship carries no radar; remove errors, or let a radar stand on own ship")
+    for name, k in bodies_with_errors.items():
+        if name not in carriers:
+            raise ValueError(
+                f'body[{k}].errors: "{name[:60]}" carries no radar; remove errors, or make the body the platform of a radar'
+            )
+        if own_ship_errs and name == own_ship_body:
+            raise ValueError(f"own_ship.errors: body[{k}].errors defines the errors of own ship too; remove one of the two")
 
 
 def _check_carrier(location: str, name: str, can_carry: Mapping[str, bool]) -> None:

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, grid_rows
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
+from radar_service.scene.errors_model import RadarErrorsModel
 from radar_service.scene.fields import Bearing, Flag, Number, Whole
 from radar_service.scene.pulse_model import WAVEFORM_KEYS, PulseModel, WaveformModel
 
@@ -73,6 +74,7 @@ class RadarModel(WaveformModel):
         max_length=16,
         description="no transmission between these angles, clockwise from the bow; [0, 360] is the full circle",
     )
+    errors: RadarErrorsModel | None = Field(None, description="of its antenna and its feed, on purpose")
 
     @property
     def sampling_hz(self) -> float:

@@ -138,6 +138,10 @@ class SteeredMotion(CommandedMotion):
         """Returns the rate (K,) [rad/s] at which the heading turns to starboard at each `time` (K,) [s]."""
         return self._track.current.turn_rate(time)
 
+    def corners(self, time: Floats) -> Flags:
+        """As `Motion.corners`, of what `pose` follows."""
+        return self._track.current.corners(time)
+
     def leg_at(self, time: float) -> Leg:
         """Returns what is left of the leg of the last command at `time` [s]; before the first one, the course as it is."""
         if self._track.legs:
@@ -206,6 +210,13 @@ class PastMotion(CommandedMotion):
         for which, motion in self.steered.legs_at(t):
             rate[which] = motion.turn_rate(t[which])
         return rate
+
+    def corners(self, time: Floats) -> Flags:
+        """As `Motion.corners`; each command begins another leg."""
+        corners = np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
+        for which, motion in self.steered.legs_at(time):
+            corners |= np.where(which[1:] == which[:-1], which[1:] & motion.corners(time), True)
+        return corners
 
 
 def _fields(motion: Motion) -> dict[str, Any]:

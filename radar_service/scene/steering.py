@@ -8,7 +8,9 @@ from threading import Lock
 from types import MappingProxyType
 from typing import Any
 
+from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import MAX_COMMANDS, Command, CommandError
+from radar_service.scene.convert import scene_at_origin
 from radar_service.scene.motion import Motion
 from radar_service.scene.presence import Presence
 from radar_service.scene.steered_motion import SteeredMotion
@@ -74,6 +76,13 @@ class Steering:
         """The first spoke that the motions which `go_to` has chosen do not hold for; inf where they always do."""
         with self._lock:
             return self._commands[self._followed].spoke if self._followed < len(self._commands) else math.inf
+
+    def begin_at(self, origin: Origin) -> None:
+        """Gives the rotation of the radar another origin. Comes before any command."""
+        is_steered = self.past is not self.scene
+        self.scene = scene_at_origin(self.scene, origin)
+        self.past = scene_at_origin(self.past, origin) if is_steered else self.scene
+        self.steerable = replace(self.steerable, radar=self.scene.radar)
 
     def add(
         self, spoke: int | None, body: str | None, values: Mapping[str, Any], reached: int = -1, time: float | None = None

@@ -17,6 +17,7 @@ from radar_service.scene.error import SceneError
 from radar_service.scene.model import SceneModel
 
 MAX_PROBLEMS = 20  # in one message; the rest is counted
+MAX_KEYS = 3  # that a message names; docs/scenes.md has all
 MAX_DEPTH = 24  # of nested tables and lists; a scene needs six
 MAX_VALUES = 5_000_000
 
@@ -173,9 +174,10 @@ def _unknown_key(location: tuple[str | int, ...]) -> str:
     node = _form(_walk(location[:-1])[1], is_list=False)
     keys = list(node.get("properties", {}))
     key = str(location[-1])
-    similar = difflib.get_close_matches(key, keys, n=1)
-    remedy = f'did you mean "{similar[0]}"?' if similar else "remove it"
-    return f"{location_text((*location[:-1], key))}: this is not a known key; {remedy} (allowed: {', '.join(keys)})"
+    nearest = difflib.get_close_matches(key, keys, n=MAX_KEYS, cutoff=0.0)
+    remedy = f'did you mean "{nearest[0]}"?' if difflib.get_close_matches(key, keys) else "remove it"
+    shown = f"nearest of {len(keys)} keys" if len(keys) > MAX_KEYS else "allowed"
+    return f"{location_text((*location[:-1], key))}: this is not a known key; {remedy} ({shown}: {', '.join(nearest)})"
 
 
 def _allowed(node: Schema) -> str:
@@ -195,7 +197,12 @@ def _allowed(node: Schema) -> str:
         return "true or false"
     if kind == "array":
         return _allowed_list(node)
-    return "a table with the keys " + ", ".join(node["properties"]) if "properties" in node else "a value of another type"
+    return _allowed_table(list(node["properties"])) if "properties" in node else "a value of another type"
+
+
+def _allowed_table(keys: list[str]) -> str:
+    more = f" and {len(keys) - MAX_KEYS} more" if len(keys) > MAX_KEYS else ""
+    return f"a table with the keys {', '.join(keys[:MAX_KEYS])}{more}"
 
 
 def _allowed_list(node: Schema) -> str:

@@ -3,6 +3,7 @@
 Positions are east, north, up [m] on the map; angles are in radians. `load` builds these records; all are frozen.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -51,7 +52,7 @@ class Scene:
     warnings: sentences about unusual but usable content, in order.
     interference: other radars whose pulses this radar receives.
     notes: sentences about its files that need no action.
-    errors: what sensors, antenna and feed report wrongly; None without any.
+    errors: what sensors, antenna and feed of this radar report wrongly; None without any.
     radar_id: of this radar, "0" where the file has a single one without an id.
     radars: all radars of the file, in its order; `for_radar` gives the scene as another one has it.
     """
@@ -127,6 +128,11 @@ class Scene:
         return tuple(its.id for its in self.radars) or (self.radar_id,)
 
     @property
+    def has_sensors(self) -> bool:
+        """Whether the platform has gyro, log and position sensor: a fixed site has none."""
+        return next((its.has_sensors for its in self.radars if its.id == self.radar_id), True)
+
+    @property
     def own_id(self) -> str:
         """The id of the radar where the file gives it one of its own; "" for the id "0"."""
         return "" if self.radar_id == FIRST_ID else self.radar_id
@@ -143,12 +149,10 @@ class Scene:
         """
         if radar_id in (None, self.radar_id):
             return self
-        for its in self.radars:
-            if its.id == radar_id:
-                world = replace(self.world, environment=its.environment)
-                return replace(self, world=world, radar=its.radar, platform=its.platform, radar_id=its.id)
-        known = ", ".join(self.radar_ids)
-        raise SceneError(f'radar: "{str(radar_id)[:40]}" is not a radar of this scene; it has {known}: give one of them')
+        known = known_radar(radar_id, self.radar_ids)
+        its = next(its for its in self.radars if its.id == known)
+        world = replace(self.world, environment=its.environment)
+        return replace(self, world=world, radar=its.radar, platform=its.platform, radar_id=its.id, errors=its.errors)
 
     def with_world(self, **changes: Any) -> "Scene":
         """Returns the scene with changes to fields of its world."""
@@ -175,3 +179,14 @@ class Scene:
         if not self.radar.blind_sectors:
             return np.zeros(np.broadcast_shapes(time.shape, boresight.shape), dtype=np.bool_)
         return self.radar.is_blind(boresight - self.platform.heading(time))
+
+
+def known_radar(radar_id: str | None, ids: Sequence[str]) -> str:
+    """Returns the id of a radar among those of a scene; None stands for the first. Raises SceneError, which lists them."""
+    if radar_id is None:
+        return ids[0]
+    if radar_id not in ids:
+        raise SceneError(
+            f'radar: "{str(radar_id)[:40]}" is not a radar of this scene; it has {", ".join(ids)}: give one of them'
+        )
+    return radar_id

@@ -1,6 +1,7 @@
 """Sets up what computes the scans of a simulator, for a scene, a fidelity and a seed."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from radar_service.cell_sources import Labels
@@ -10,6 +11,7 @@ from radar_service.engine.preparation import Prepared, prepare
 from radar_service.engine.stitched import LabellingStitchedEngine, own_noise, pulse_scenes
 from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.frames import effective_earth_radius
+from radar_service.parallel import BLAS_LIMIT
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.cost_model import SetUp, first_visibility_update
 from radar_service.plan.culling import Culling, cull
@@ -62,6 +64,7 @@ class EngineSetUp(NamedTuple):
     pulses: tuple[Prepared, ...] = ()
 
 
+@BLAS_LIMIT.held()
 def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int) -> EngineSetUp:
     """Returns the engine of a scene: a LabelledEngine but for the specification as printed.
 
@@ -71,7 +74,20 @@ def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, s
         line_of_sight = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
         return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
     set_up = pipeline_set_up(scene, fidelity, seed)
-    pulses = prepared_pulses(scene, set_up.prepared, requested, seed)
+    return _of_pulses(set_up, prepared_pulses(scene, set_up.prepared, requested, seed), threads)
+
+
+def set_up_at_origin(
+    made: EngineSetUp, scene: Scene, fidelity: Fidelity, requested: str | Fidelity, seed: int, threads: int
+) -> EngineSetUp:
+    """Returns the engine of the same scene whose rotation has another origin; arguments as `engine_set_up`."""
+    if made.set_up is None:
+        return engine_set_up(scene, fidelity, requested, seed, threads)
+    pulses = tuple(prepared.at_origin(scene.radar.origin, seed) for prepared in made.pulses)
+    return _of_pulses(replace(made.set_up, prepared=pulses[-1]), pulses, threads)
+
+
+def _of_pulses(set_up: SetUp, pulses: tuple[Prepared, ...], threads: int) -> EngineSetUp:
     engines = [LabellingEngine(prepared, threads) for prepared in pulses]
     engine = LabellingStitchedEngine(engines) if len(engines) > 1 else engines[0]
     return EngineSetUp(engine, set_up, set_up.prepared.line_of_sight, pulses)
@@ -90,6 +106,7 @@ def chosen_fidelity(scene: Scene, fidelity: str | Fidelity) -> Fidelity:
     return fidelity_from_name(fidelity) if isinstance(fidelity, str) else fidelity
 
 
+@BLAS_LIMIT.held()
 def pipeline_set_up(scene: Scene, fidelity: Fidelity, seed: int) -> SetUp:
     """Culls what the scene does not need, prepares the pipeline and runs the first visibility update."""
     rays = RayCount()

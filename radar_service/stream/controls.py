@@ -146,6 +146,11 @@ def changed_settings(settings: Settings, scene: SceneOutline, requested: Mapping
     return settings
 
 
+def changes_engine(requested: Mapping[str, Any]) -> bool:
+    """Whether an engine control is among the requested ones."""
+    return any(control.name in requested and control.rebuild is not None for control in CONTROLS)
+
+
 def changed_order(settings: Settings, source: SpokeSource, requested: Mapping[str, Any]) -> SceneOrder | None:
     """Returns the order of the source's scene with the requested engine controls, None where it has them already."""
     result = source.order

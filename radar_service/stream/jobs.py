@@ -58,16 +58,18 @@ class Job:
 
     def ends_with(self, close: Callable[[], None]) -> None:
         """Notes what ends the work early; called from the job's thread."""
-        self._close = close
         if self.state == "cancelled":
             close()
+        elif not self.is_over:
+            self._close = close
 
     def cancel(self) -> None:
         """Ends the work now, or as soon as its process has started."""
         if not self.is_over:
+            close = self._close
             self._over("cancelled")
-            if self._close:
-                self._close()
+            if close:
+                close()
 
     def perform(self, work: Callable[["Job"], Result]) -> Result:
         """Does the work in this thread. Raises what it raises, and Cancelled."""
@@ -90,6 +92,7 @@ class Job:
 
     def _over(self, state: State) -> None:
         self.state, self._ended, self.doing = state, monotonic(), ""
+        self._close = None  # it holds what the job has made, and the job stays listed
 
 
 class JobQueue:

@@ -6,6 +6,7 @@ What takes long to import is imported while those processes start and prepare.
 import argparse
 import contextlib
 import gc
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 from radar_service.stream import logs
 from radar_service.stream.http.access import Access, checked_token, is_loopback
 from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.processes.stop_signals import ended_by_signals
 
 if TYPE_CHECKING:
     from radar_service.stream.http.running import MakeStation
@@ -49,16 +51,20 @@ def serve(options: argparse.Namespace, make_engine: "MakeEngine", make_station: 
     gc.disable()  # until the service runs: a tenth of the time of imports
     with contextlib.ExitStack() as on_end:
         on_end.callback(gc.enable)
+        on_end.enter_context(ended_by_signals())
+        worlds: list[Future[list[WorldSource]]] = []
+        start = Start()
         fork_server = ForkServer(WORLDS_NEED, OTHERS_NEED)
-        on_end.callback(fork_server.close)
+        for close in (partial(_close, worlds), fork_server.close, start.close):  # the last one comes first
+            on_end.callback(close)
         fork_server.start()
         from radar_service.stream.radio.prefetch import EngineFault
         from radar_service.stream.radio.world import WorldMaker  # here and below: meanwhile the other process starts
-        from radar_service.stream.source import UNFOLLOWED, SceneOrder
+        from radar_service.stream.source import SceneOrder
 
         make = WorldMaker(fork_server, make_engine)
         orders = [SceneOrder(source, options.sandbox_all) for source in options.scenes]
-        worlds = _started(partial(make, progress=UNFOLLOWED), orders, on_end.callback)
+        worlds += _started(partial(make, progress=start), orders)
         from radar_service.stream.http.running import run
 
         try:
@@ -67,23 +73,50 @@ def serve(options: argparse.Namespace, make_engine: "MakeEngine", make_station: 
             raise StartError(f"scene: {error}") from None
 
 
+class Start:
+    """The preparation of the first scenes: a source.Progress. `close` ends it early."""
+
+    in_background = False
+
+    def __init__(self) -> None:
+        self._closes: list[Callable[[], None]] = []
+        self._closed = False
+        self._lock = threading.Lock()
+
+    def stage(self, text: str) -> None:
+        """Ignores it."""
+
+    def ends_with(self, close: Callable[[], None]) -> None:
+        """Notes what ends a preparation early."""
+        with self._lock:
+            self._closes.append(close)
+        if self._closed:
+            close()
+
+    def close(self) -> None:
+        """Ends all preparations, those to come too."""
+        self._closed = True
+        with self._lock:
+            closes = list(self._closes)
+        for close in closes:
+            close()
+
+
 def _started(
-    make: "Callable[[SceneOrder], WorldSource]", orders: "Sequence[SceneOrder]",
-    on_end: Callable[[Callable[[], None]], object],
-) -> "list[Future[list[WorldSource]]]":  # fmt: skip
-    """Returns the radars of each scene; scenes are prepared side by side. on_end: is called with what ends them."""
+    make: "Callable[[SceneOrder], WorldSource]", orders: "Sequence[SceneOrder]"
+) -> "list[Future[list[WorldSource]]]":
+    """Returns the radars of each scene; scenes are prepared side by side."""
     threads = ThreadPoolExecutor(len(orders), thread_name_prefix="start")
     worlds = [threads.submit(_radars, make, order) for order in orders]
     threads.shutdown(wait=False)
-
-    def close() -> None:
-        for world in worlds:
-            if not world.exception():
-                for radar in world.result():
-                    radar.close()
-
-    on_end(close)
     return worlds
+
+
+def _close(worlds: "Sequence[Future[list[WorldSource]]]") -> None:
+    for world in worlds:
+        if not world.exception():
+            for radar in world.result():
+                radar.close()
 
 
 def _radars(make: "Callable[[SceneOrder], WorldSource]", order: "SceneOrder") -> "list[WorldSource]":

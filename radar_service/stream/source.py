@@ -1,7 +1,7 @@
 """What the stream needs of a running scene, so that tests and recordings can replace one, and how it orders one."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -25,7 +25,8 @@ class SceneOrder:
 
     source: a file, the name of a packaged scene, or a small scene itself.
     sandboxed: whether its meshes and height maps are parsed in a process of their own, see scene.files.sandbox.
-    rpm: rate of rotation instead of the scene's own; origin: where it goes on at that rate, None for a scene that begins.
+    rpm: rate of rotation instead of the scene's own.
+    origin: where it goes on at that rate; None for a scene that begins, or whose origin is not agreed yet.
     radar: id of one of the scene's radars, None for the first.
     plan: as plain data, where it was made for this order before; it is not made again.
     folder: kept while this order exists; it owns the files of an upload.
@@ -59,6 +60,7 @@ class SceneOutline:
     steerable: what commands may steer.
     errors: on purpose, which the serving process adds; None without any.
     radar_id: of the radar; radar_ids: of all radars of its file.
+    has_sensors: whether the platform has gyro, log and position sensor.
     """
 
     name: str
@@ -71,6 +73,12 @@ class SceneOutline:
     errors: ErrorSettings | None = None
     radar_id: str = FIRST_ID
     radar_ids: tuple[str, ...] = (FIRST_ID,)
+    has_sensors: bool = True
+
+    def at_origin(self, origin: Origin) -> "SceneOutline":
+        """Returns the outline with another origin of the radar's rotation."""
+        radar = replace(self.radar, origin=origin)
+        return replace(self, radar=radar, steerable=replace(self.steerable, radar=radar))
 
 
 def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError:
@@ -136,6 +144,9 @@ class SpokeSource(Protocol):
 
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
         """Yields blocks of at most `size` consecutive spokes of one scan each, without end."""
+
+    def begin_at(self, origin: Origin) -> None:
+        """Lets the scene go on from an origin, at the rate of its order. Comes before `replay` and `blocks`."""
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one, counted from 0."""

@@ -80,8 +80,8 @@ class SpokeSink(Protocol):
     def send(self, batch: SpokeBatch) -> None:
         """Takes the next spokes of the open epoch."""
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
-        """Receives the notice that the next `count` spokes of this epoch will never come."""
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Receives the notice that `count` spokes of this epoch, from sequence number `first` on, will never come."""
 
     def close(self, reason: str) -> None:
         """Receives the notice that no spokes come until another epoch opens."""

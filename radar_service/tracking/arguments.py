@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 
 from radar_service.arguments import file_ending, whole
+from radar_service.display.units import add_unit
+from radar_service.output_files import add_overwrite
 
 
 def add_bench_tracker(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -69,6 +71,8 @@ def add_plots(
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".json"), help="file.json to write")
     parser.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: the plots on the PPI")
+    add_unit(parser, "--png")
+    add_overwrite(parser)
 
 
 def _probability(text: str) -> float:

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -13,8 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.arithmetic import arithmetic
+from radar_service.output_files import make_folder
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.scan import Scan
+from radar_service.tracking.flood import FloodWarning, flood_remark
 from radar_service.tracking.json_lines import LineTracker
 from radar_service.tracking.plot_scores import plot_metrics
 from radar_service.tracking.power_centroids import at_power_centroids
@@ -25,7 +29,7 @@ from radar_service.tracking.scoring import ScanResult, scores
 from radar_service.tracking.trackers import program_digest, tracker_for
 from radar_service.tracking.verdicts import verdict
 
-SCHEMA = 1
+SCHEMA = 2
 FIRST_SEED = 0  # the one that the report draws
 MAX_NAME = 100  # characters of a run's file: a command may be longer than file systems take
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
@@ -37,14 +41,17 @@ def single_run(scenario: Scenario, seed: int, tracker_name: str) -> dict[str, An
     tracker = tracker_for(tracker_name, scenario, {"scenario": scenario.name, "seed": seed, "schema": SCHEMA})
     latest = deque[Scan](maxlen=1)
     try:
-        with BLAS_LIMIT.held():
+        with BLAS_LIMIT.held(), warnings.catch_warnings():
+            warnings.simplefilter("ignore", FloodWarning)  # the report has a remark
             results = at_power_centroids(list(run(scenario, seed, tracker, latest.append)))
     finally:
         if isinstance(tracker, LineTracker):
             tracker.close()
     return {
-        "scenario": scenario.name, "digest": scenario.digest, "seed": seed, "tracker": tracker_name, "program": program,
+        "schema": SCHEMA, "scenario": scenario.name, "digest": scenario.digest, "seed": seed, "tracker": tracker_name,
+        "program": program, "arithmetic": arithmetic(),
         "metrics": {**scores(results), **plot_metrics(results)},
+        "remark": flood_remark([one.flood for one in results if one.flood], len(results)),
         "scans": [_scan_data(result) for result in results],
         "ppi": ppi_of(latest[0]) if seed == FIRST_SEED else None,
     }  # fmt: skip
@@ -71,7 +78,7 @@ def bench(
     scenarios: of different names; jobs: processes at once; progress: wraps the runs that are left, of which it gets the number.
     Raises TrackerError, SceneError and OSError.
     """
-    (folder / "runs").mkdir(parents=True, exist_ok=True)
+    make_folder(folder / "runs")
     program = program_digest(tracker)
     orders = [(scenario, seed) for scenario in scenarios for seed in range(seeds)]
     left = [(scenario, seed) for scenario, seed in orders if not _is_kept(folder, scenario, seed, tracker, program)]
@@ -98,7 +105,8 @@ def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]]) -> dict[str,
     values = {name: [one["metrics"].get(name) for one in runs] for name in names}
     return {
         "name": scenario.name, "question": scenario.question, "expected": scenario.expected, "source": scenario.source,
-        "seeds": [one["seed"] for one in runs], "metrics": {name: _mean(some) for name, some in values.items()},
+        "seeds": [one["seed"] for one in runs], "remark": next((one["remark"] for one in runs if one["remark"]), None),
+        "metrics": {name: _mean(some) for name, some in values.items()},
         "percentile_95": {name: _percentile(some) for name, some in values.items()},
         "verdicts": [verdict(limit, values.get(limit.metric, [None] * len(runs))).as_dict() for limit in scenario.limit],
     }  # fmt: skip
@@ -135,10 +143,17 @@ def _file(folder: Path, scenario: str, seed: int, tracker: str) -> Path:
 
 
 def _is_kept(folder: Path, scenario: Scenario, seed: int, tracker: str, program: str) -> bool:
-    """Whether an earlier command made this run with the same scenario and program, and its file is whole."""
+    """Whether an earlier command made this run with the same scenario, program and arithmetic, and its file is whole."""
+    made_of = {
+        "schema": SCHEMA,
+        "digest": scenario.digest,
+        "tracker": tracker,
+        "program": program,
+        "arithmetic": arithmetic(),
+    }
     try:
         kept = _read(_file(folder, scenario.name, seed, tracker))
-        return (kept["digest"], kept["tracker"], kept["program"]) == (scenario.digest, tracker, program)
+        return {name: kept[name] for name in made_of} == made_of
     except (OSError, ValueError, KeyError, TypeError):
         return False
 

@@ -5,11 +5,10 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
-from tqdm import tqdm
-
+from radar_service.progress import progress
 from radar_service.tracking.bench import bench, runs_of
 from radar_service.tracking.json_lines import TrackerError
-from radar_service.tracking.report import comparison, write_report
+from radar_service.tracking.report import comparison, verdict_table, write_report
 from radar_service.tracking.scenario import load_scenario, load_scenarios, scenarios
 
 
@@ -28,13 +27,10 @@ def bench_tracker(options: argparse.Namespace) -> int:
     loaded = load_scenarios(options.scenarios)
     report = bench(loaded, options.seeds, options.tracker, options.out, options.jobs, _progress)
     write_report(report, runs_of(loaded, options.seeds, options.tracker, options.out), options.out)
-    words = [(one["name"], verdict) for one in report["scenarios"] for verdict in one["verdicts"]]
-    for name, verdict in words:
-        print(f"{name}: {verdict['metric']}: {verdict['word']} ({verdict['failures']} of {verdict['runs']} runs miss it)")
-    print(options.out / "report.html")
-    return 1 if any(verdict["word"] == "fail" for _, verdict in words) else 0
+    print(verdict_table(report) + str(options.out / "report.html"))
+    failed = any(verdict["word"] == "fail" for one in report["scenarios"] for verdict in one["verdicts"])
+    return 1 if failed else 0
 
 
 def _progress(runs: Iterable[Any], count: int) -> Iterable[Any]:
-    bar: Iterable[Any] = tqdm(runs, total=count, unit="runs", disable=None)
-    return bar
+    return progress(runs, count, "runs", lambda run: f"{run['scenario']}, seed {run['seed']}")

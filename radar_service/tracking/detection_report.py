@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.output_files import make_folder
 from radar_service.tracking.report import STYLE
 from radar_service.tracking.scoring import NAUTICAL_MILE
 
@@ -20,8 +21,8 @@ COLUMNS = (
 
 
 def write_detection(study: Mapping[str, Any], folder: Path) -> None:
-    """Writes detection.json and detection.html. Raises OSError."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Writes detection.json and detection.html into a folder, which is made. Raises OSError."""
+    make_folder(folder)
     (folder / "detection.json").write_text(json.dumps(study, indent=1, allow_nan=False), encoding="utf-8")
     (folder / "detection.html").write_text(page(study), encoding="utf-8")
 
@@ -47,12 +48,18 @@ def criterion(study: Mapping[str, Any]) -> str:
 
 
 def summary(study: Mapping[str, Any]) -> str:
-    """Returns the study as lines of text, one a target."""
-    return "".join(
-        f"{series['environment']}: {one['target']}: {one['word']} ({', '.join(_row(one)[1:6])})\n"
-        for series in study["series"]
-        for one in series["targets"]
-    )
+    """Returns a table of the targets as text."""
+    lines = [
+        f"{'environment':14} {'target':32} {'first lost':>16} {'last held':>16} {'standard':>9} {'p':>6} {'SNR':>17}  verdict"
+    ]
+    for series in study["series"]:
+        for one in series["targets"]:
+            target, lost, held, standard, p, snr, word = _row(one)
+            lines.append(
+                f"{series['environment'][:14]:14} {target[:32]:32} {lost:>16} {held:>16} {standard:>9} {p:>6} {snr:>17}  {word}"
+            )
+    lines += ["ranges: predicted (measured); SNR: mean of the measured less the predicted one"]
+    return "\n".join(lines) + "\n"
 
 
 def _section(series: Mapping[str, Any]) -> str:
@@ -76,12 +83,12 @@ def _row(one: Mapping[str, Any]) -> tuple[str, ...]:
     standard = "none" if one["standard_nm"] is None else f"{one['standard_nm']:g} NM"
     p = "none" if one["p"] is None else f"{one['p']:.2g}"
     snr = "none" if one["snr_difference_db"] is None else f"{one['snr_difference_db']:+.2f} +- {one['snr_error_db']:.2f} dB"
-    return one["target"], f"first lost {lost}", f"last held {held}", standard, f"p {p}", snr, one["word"]
+    return one["target"], lost, held, standard, p, snr, one["word"]
 
 
 def _both(values: Mapping[str, float | None]) -> str:
     """A predicted and a measured range in nautical miles."""
-    predicted, measured = (None if value is None else f"{value / NAUTICAL_MILE:.2f}" for value in values.values())
+    predicted, measured = ("none" if value is None else f"{value / NAUTICAL_MILE:.2f}" for value in values.values())
     return f"{predicted} NM ({measured})"
 
 

@@ -33,7 +33,7 @@ class Detections:
     def __len__(self) -> int:
         return len(self.spoke)
 
-    def only(self, which: Flags | Indices) -> "Detections":
+    def only(self, which: Flags | Indices | slice) -> "Detections":
         """Returns some of the detections."""
         return Detections(*(getattr(self, column.name)[which] for column in fields(self)))
 

@@ -1,5 +1,6 @@
 """The plot extractor: from scans to plots, across north."""
 
+import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
@@ -8,13 +9,15 @@ import numpy as np
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scan import Scan
-from radar_service.tracking.clusters import ClusterRule, clusters, groups, parts
+from radar_service.tracking.clusters import ClusterRule, clusters, parts
 from radar_service.tracking.detections import Detections, detections_of, no_detections
+from radar_service.tracking.flood import Flood, FloodWarning, flood_of
+from radar_service.tracking.groups import Groups
 from radar_service.tracking.peak_gate import about_peak
-from radar_service.tracking.plot import Plot, SpokeLayout, plot_of
+from radar_service.tracking.plot import Plot, SpokeLayout, centroid_ranges, plot_of
 from radar_service.tracking.sidelobes import SidelobeGate
 from radar_service.tracking.thresholds import KnownThreshold, Threshold
-from radar_service.types import Indices
+from radar_service.types import Flags, Indices
 
 MARGIN_DB = 3.0  # over the sidelobes of a point at rest: those of moving and of several scatterers are stronger
 
@@ -27,6 +30,7 @@ class ScanPlots:
     plots: by time.
     sidelobes: number of plots that the sidelobe gate removed.
     dropped: number of plots beyond the maximum, the weakest.
+    flood: too many detections in this scan, and the remedy; None as a rule.
     cells: the detections of each plot.
     """
 
@@ -34,6 +38,7 @@ class ScanPlots:
     plots: tuple[Plot, ...]
     sidelobes: int
     dropped: int
+    flood: Flood | None = None
     cells: tuple[Detections, ...] = field(default=(), compare=False, repr=False)
 
 
@@ -41,7 +46,7 @@ class PlotExtractor:
     """Turns the scans of one radar into plots.
 
     A cluster that touches the end of a scan is finished with the next one. One that touches the very first spoke is cut, and
-    gives no plot; neither does one that touches the end of the last scan.
+    gives no plot; neither does one that touches the end of the last scan. The first scan with a flood gives a FloodWarning.
     """
 
     def __init__(
@@ -61,7 +66,9 @@ class PlotExtractor:
         self._gate_db = gate_db
         self._gate = None if sidelobe_margin_db is None else SidelobeGate(radar, sidelobe_margin_db)
         self._layout = SpokeLayout(radar.azimuths, 0.5 * radar.range_step, radar.range_step, receiver_noise_power(radar))
-        self._open = self._before = no_detections()  # of clusters that may go on, and all of the scan before
+        self._before = no_detections()  # in the scan before
+        self._open = np.zeros(0, dtype=np.bool_)  # which of these are of clusters that may go on
+        self._warned = False
         self._first: int | None = None  # spoke of the first scan
 
     def scans(self, scans: Iterable[Scan]) -> Iterator[ScanPlots]:
@@ -74,34 +81,62 @@ class PlotExtractor:
             self._first = scan.number * self._layout.azimuths
         fresh = detections_of(scan, self.threshold.of(scan.power))
         recent = self._before.and_then(fresh)
-        closed = self._closed(fresh, (scan.number + 1) * self._layout.azimuths)
-        ended = [self._gated(cluster.only(part)) for cluster in closed for part in parts(cluster, self._rule)]
-        kept = [cells for cells in ended if not (self._gate and self._gate.is_sidelobe(cells, recent))]
+        cells, plot = self._ended(recent, (scan.number + 1) * self._layout.azimuths)
         layout = replace(self._layout, first=float(scan.range[0]))  # where the feed says that samples stand
-        plotted = ((plot_of(cells, layout), cells) for cells in kept)
-        plots = sorted((pair for pair in plotted if pair[0].range >= self._nearest), key=lambda pair: -pair[0].snr_db)
-        best = sorted(plots[: self._max_plots], key=lambda pair: pair[0].time)
-        self._before = fresh
+        groups = Groups(plot)
+        peak = cells[groups.strongest(recent.power[cells])]
+        explained = self._explained(recent, peak, cells, groups)
+        far = centroid_ranges(recent.only(cells), groups, layout) >= self._nearest
+        kept = np.flatnonzero(~explained & far)
+        best = kept[np.argsort(-recent.power[peak[kept]], kind="stable")[: self._max_plots]]
+        chosen = [recent.only(cells[groups.members(number)]) for number in best.tolist()]
+        pairs = sorted(((plot_of(one, layout), one) for one in chosen), key=lambda pair: pair[0].time)
+        dropped = len(kept) - len(best)
+        flood = flood_of(scan.number, len(fresh), scan.power.size, len(best), dropped, self.threshold)
+        self._warn(flood)
         return ScanPlots(
-            scan.number, tuple(plot for plot, _ in best), len(ended) - len(kept), len(plots) - len(best),
-            tuple(cells for _, cells in best),
-        )  # fmt: skip
+            scan.number,
+            tuple(plot for plot, _ in pairs),
+            int(explained.sum()),
+            dropped,
+            flood,
+            tuple(one for _, one in pairs),
+        )
 
-    def _gated(self, cells: Detections) -> Detections:
-        return cells if np.isinf(self._gate_db) else about_peak(cells, self._gate_db)
+    def _warn(self, flood: Flood | None) -> None:
+        if flood and not self._warned:
+            self._warned = True
+            warnings.warn(str(flood), FloodWarning, stacklevel=3)
 
-    def _closed(self, fresh: Detections, end: int) -> list[Detections]:
-        """The clusters that cannot go on at spoke `end`, but for those that the start cut; the others wait."""
-        waiting = self._open.and_then(fresh)
-        connected = groups(clusters(waiting, self._rule))
-        goes_on = [self._goes_on(waiting.spoke[group], end) for group in connected]
-        still = np.zeros(len(waiting), dtype=np.bool_)
-        for group, stays in zip(connected, goes_on, strict=True):
-            still[group] = stays
-        self._open = waiting.only(still)
-        ended = (waiting.only(group) for group, stays in zip(connected, goes_on, strict=True) if not stays)
-        return [cluster for cluster in ended if cluster.spoke.min() >= (self._first or 0) + self._rule.spokes]
+    def _explained(self, recent: Detections, peak: Indices, cells: Indices, groups: Groups) -> Flags:
+        """Which plots (P,) are sidelobes. peak: their strongest detections; cells: all of theirs, in groups."""
+        if self._gate is None:
+            return np.zeros(len(peak), dtype=np.bool_)
+        plot = np.full(len(recent), -1, dtype=np.int64)
+        plot[cells] = groups.of_each
+        return self._gate.sidelobes(recent, peak, plot)
 
-    def _goes_on(self, spokes: Indices, end: int) -> bool:
-        """Whether detections at these spokes (C,) touch the spoke `end`; after a full circle they are cut."""
-        return bool(spokes.max() >= end - self._rule.spokes and spokes.min() > end - self._layout.azimuths)
+    def _ended(self, recent: Detections, end: int) -> tuple[Indices, Indices]:
+        """Detections (K,) of clusters that ended before spoke `end`, and the number of the part of each; others wait.
+
+        recent: those of the last scan and of this one. Clusters that the start cut are left out.
+        """
+        old = len(self._open)
+        waiting = np.concatenate([np.flatnonzero(self._open), np.arange(old, len(recent))])
+        cluster = clusters(recent.only(waiting), self._rule)
+        groups = Groups(cluster)
+        first, last = groups.minimum(recent.spoke[waiting]), groups.maximum(recent.spoke[waiting])
+        goes_on = (last >= end - self._rule.spokes) & (
+            first > end - self._layout.azimuths
+        )  # after a full circle they are cut
+        still = np.zeros(len(recent), dtype=np.bool_)
+        still[waiting] = goes_on[groups.of_each]
+        self._before, self._open = recent.only(slice(old, None)), still[old:]
+        ended = (~goes_on & (first >= (self._first or 0) + self._rule.spokes))[groups.of_each]
+        return self._gated(recent, waiting[ended], parts(recent.only(waiting[ended]), cluster[ended], self._rule))
+
+    def _gated(self, recent: Detections, cells: Indices, part: Indices) -> tuple[Indices, Indices]:
+        if np.isinf(self._gate_db):
+            return cells, part
+        near = about_peak(recent.only(cells), part, self._gate_db)
+        return cells[near], part[near]

@@ -4,7 +4,8 @@ A cell's label is its strongest source (docs/truth.md). Cells labelled as noise 
 alarms. A plot is of the source that gives most of its power.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import islice
 from typing import Any, Literal, get_args
@@ -19,8 +20,9 @@ from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
 from radar_service.tracking.detections import Detections
 from radar_service.tracking.extractor import PlotExtractor
+from radar_service.tracking.flood import Flood, FloodWarning, flood_remark
 from radar_service.tracking.plot import Plot
-from radar_service.types import Indices
+from radar_service.types import Floats, Indices
 
 Kind = Literal["ship", "buoy", "land", "clutter", "interference", "noise"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -28,6 +30,7 @@ COMMON_KINDS: dict[int, Kind] = {  # what comes from an earlier pulse disturbs a
     NOISE: "noise", SEA: "clutter", RAIN: "clutter", INTERFERENCE: "interference", SECOND_TIME_AROUND: "clutter",
 }  # fmt: skip
 SCHEMA = 1
+Progress = Callable[[Iterable[Scan], int], Iterable[Scan]]
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ class PlotReport:
     """What the labels say of the plots of consecutive scans.
 
     scene, seed, fidelity: of the simulator. scans: their number. kinds: all, in the order of KINDS. bodies: those that are no
-    land. plots: by scan. last: the last of the scans.
+    land. plots: by scan. last: the last of the scans. remark: what to set against a flood, None as a rule.
     """
 
     scene: str
@@ -99,12 +102,13 @@ class PlotReport:
     bodies: tuple[BodyCount, ...]
     plots: tuple[LabelledPlot, ...]
     last: Scan = field(compare=False)
+    remark: str | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data, without the scan."""
         tables = {"kinds": [*map(asdict, self.kinds)], "bodies": [*map(asdict, self.bodies)]}
         about = {"schema": SCHEMA, "scene": self.scene, "seed": self.seed, "fidelity": self.fidelity, "scans": self.scans}
-        return {**about, **tables, "plots": [plot.as_dict() for plot in self.plots]}
+        return {**about, "remark": self.remark, **tables, "plots": [plot.as_dict() for plot in self.plots]}
 
 
 def kind_of(body: Body) -> Kind:
@@ -123,17 +127,21 @@ def _kind(scene: Scene, label: int) -> Kind:
     return "land" if label >= LAND else COMMON_KINDS[label]
 
 
-def labelled_plots(simulator: Simulator, extractor: PlotExtractor, scans: int) -> PlotReport:
+def labelled_plots(
+    simulator: Simulator, extractor: PlotExtractor, scans: int, progress: Progress = lambda scans, count: scans
+) -> PlotReport:
     """Returns what the labels say of the plots of so many scans of a simulator with labels.
 
-    Two more scans are computed: the first and the last one have cut plots, and do not count. extractor: a new one. Raises
-    ValueError for a simulator without labels, or less than one scan.
+    Two more scans are computed: the first and the last one have cut plots, and do not count. extractor: a new one. progress:
+    wraps the scans, of which it gets the number. Raises ValueError for a simulator without labels, or less than one scan.
     """
     if scans < 1:
         raise ValueError(f"scans: {scans} is not allowed; 1 or more, best 10")
     count = _Counting(simulator, extractor)
-    for scan in islice(_scans(simulator), scans + 2):
-        count.add(scan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FloodWarning)  # the report has a remark
+        for scan in progress(islice(_scans(simulator), scans + 2), scans + 2):
+            count.add(scan)
     return count.report()
 
 
@@ -156,6 +164,7 @@ class _Counting:
         self._cells: list[Indices] = []  # (2, size) cells and detected cells of each scan, by label
         self._spokes: list[Indices] = []  # (S, 2) spoke and label of all bodies with cells
         self._scan: list[Scan] = []  # the last two
+        self._floods: list[Flood] = []
 
     def add(self, scan: Scan) -> None:
         """Counts one scan."""
@@ -172,12 +181,15 @@ class _Counting:
         self._spokes.append(np.unique(np.stack([scan.number * len(labels) + rows, labels[rows, columns]], axis=1), axis=0))
         self._crossings += self._simulator.crossings(scan.number)
         ended = self._extractor.add(scan)
+        self._floods += [ended.flood] if ended.flood else []
         self._plots += map(self._labelled, ended.plots, ended.cells)
 
     def _labelled(self, plot: Plot, cells: Detections) -> LabelledPlot:
         scan, row = np.divmod(cells.spoke, self._simulator.scene.radar.azimuths)
-        labels = [self._labels[s][r, c] for s, r, c in zip(scan.tolist(), row.tolist(), cells.cell.tolist(), strict=True)]
-        power = np.bincount(labels, weights=cells.power, minlength=self._size)
+        numbers = sorted(self._labels)
+        labels = np.stack([self._labels[number][row, cells.cell] for number in numbers])
+        label = labels[np.searchsorted(numbers, scan), np.arange(len(cells))]
+        power = np.bincount(label, weights=cells.power, minlength=self._size)
         best = int(power.argmax())
         return LabelledPlot(plot, best, self._names[best], self._kinds[best], float(power[best] / power.sum()))
 
@@ -190,7 +202,7 @@ class _Counting:
             simulator.scene.name, simulator.seed, simulator.fidelity.name, len(numbers),
             tuple(self._kind_count(kind, cells, plots, len(numbers)) for kind in KINDS),
             tuple(self._body_count(body, label, numbers) for label, body in self._bodies().items()),
-            tuple(plots), self._scan[0],
+            tuple(plots), self._scan[0], flood_remark(self._floods, len(self._cells)),
         )  # fmt: skip
 
     def _kind_count(self, kind: Kind, cells: Indices, plots: Sequence[LabelledPlot], scans: int) -> KindCount:
@@ -207,11 +219,17 @@ class _Counting:
         radar = self._simulator.scene.radar
         crossings = [one for one in self._crossings if one.body == body.name and one.scan in scans]
         spokes = np.concatenate([some[some[:, 1] == label, 0] for some in self._spokes])
-        times = np.array([one.plot.time for one in self._plots if one.label == label])
-        has_cells = [bool((2 * np.abs(spokes - one.spoke) < radar.azimuths).any()) for one in crossings]
-        has_plot = [bool((2.0 * np.abs(times - one.time) < radar.rotation_period).any()) for one in crossings]
+        times = np.sort([one.plot.time for one in self._plots if one.label == label])
+        has_cells = [2 * _nearest(spokes, one.spoke) < radar.azimuths for one in crossings]
+        has_plot = [2.0 * _nearest(times, one.time) < radar.rotation_period for one in crossings]
         there, plotted = sum(has_cells), sum(has_plot)
         return BodyCount(
             body.name, kind_of(body), float(np.mean([one.range for one in crossings])) if crossings else None,
             len(crossings), there, plotted, plotted / there if there else None,
         )  # fmt: skip
+
+
+def _nearest(values: Sequence[float] | Floats | Indices, value: float) -> float:
+    """The distance of a value from the nearest of rising ones (K,); inf without any."""
+    at = int(np.searchsorted(values, value))
+    return float(min((abs(one - value) for one in values[max(at - 1, 0) : at + 1]), default=np.inf))

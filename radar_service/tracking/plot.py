@@ -7,6 +7,8 @@ import numpy as np
 
 from radar_service.frames import wrap_angle, wrap_bearing
 from radar_service.tracking.detections import Detections
+from radar_service.tracking.groups import Groups
+from radar_service.types import Floats
 
 CENTROID_CUT = 1e-3  # of a plot's peak: weaker cells are noise and sidelobes; points at 48 dB err by 3 mm, 22 mm without
 
@@ -49,6 +51,14 @@ class SpokeLayout:
     first: float
     step: float
     noise_power: float
+
+
+def centroid_ranges(detections: Detections, plots: Groups, layout: SpokeLayout) -> Floats:
+    """Returns the range (P,) of the centroid of each plot [m], as `plot_of` has it but for rounding."""
+    peak = plots.maximum(detections.power)[plots.of_each]
+    weight = detections.power - np.maximum(detections.threshold, CENTROID_CUT * peak)
+    weight = np.maximum(weight, 0.0)
+    return layout.first + layout.step * (plots.total(weight * detections.cell) / plots.total(weight))
 
 
 def plot_of(detections: Detections, layout: SpokeLayout) -> Plot:

@@ -1,10 +1,13 @@
 """The command `plots`: the plots of a scene, told apart by their sources."""
 
 import argparse
-import errno
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import partial
 
+from radar_service.output_files import prepare
+from radar_service.progress import progress
+from radar_service.scan import Scan
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
@@ -20,20 +23,22 @@ NEVER = "-"
 def plots(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> int:
     """Runs the command; returns the exit status. make: makes the simulator, with labels. Raises SceneError, ValueError and
     OSError."""
-    for path in (options.out, options.png):
-        if path and not path.parent.is_dir():  # refused now, not after minutes of computation
-            raise FileNotFoundError(errno.ENOENT, "there is no such folder; create it first", str(path.parent))
+    prepare((options.out, options.png), options.overwrite)
     simulator = make(load_scene(options.scene).for_radar(options.radar))
     radar = simulator.scene.radar
     settings = PlotSettings(threshold=options.threshold, pfa=options.pfa, guard_m=options.guard_m, window_m=options.window_m)
     extractor = PlotExtractor(radar, threshold_of(settings, radar), max_plots=options.max_plots)
-    report = labelled_plots(simulator, extractor, options.scans)
+    report = labelled_plots(simulator, extractor, options.scans, partial(_progress, simulator))
     print(table(report), end="")
     if options.out:
         options.out.write_text(json.dumps(report.as_dict(), indent=1, allow_nan=False), encoding="utf-8")
     if options.png:
-        write_picture(options.png, report)
+        write_picture(options.png, report, options.unit)
     return 0
+
+
+def _progress(simulator: Simulator, scans: Iterable[Scan], count: int) -> Iterable[Scan]:
+    return progress(scans, count, "scans", lambda scan: f"{simulator.scene.name}, seed {simulator.seed}, scan {scan.number}")
 
 
 def table(report: PlotReport) -> str:
@@ -51,6 +56,7 @@ def table(report: PlotReport) -> str:
             f"{body.name[:31]:32}{body.kind:6}{distance:>9}{body.crossings:11}{body.with_cells:12}{body.with_plot:11}"
             f"{_number(body.pd):>7}"
         )
+    lines += ["", f"remark: {report.remark}"] if report.remark else []
     return "\n".join(lines) + "\n"
 
 

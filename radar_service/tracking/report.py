@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MIN_HALF_WIDTH = 100.0  # m, of the map
+UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s"}  # by endings
+MINUTES = ("_1min", "_3min")  # after which a metric of motion is judged
 MAX_NAMES = 8  # of targets in a legend: more leave no room for the map
 
 STYLE = (
@@ -57,19 +59,44 @@ def comparison(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def verdict_table(report: Mapping[str, Any]) -> str:
+    """Returns a table of the verdicts as text: a limit's metric, its value that 95 % of runs keep, bound, unit; then remarks."""
+    lines = [f"{'scenario':26} {'metric':28} {'95 % value':>10} {'limit':>16} {'unit':8} {'missed':>9}  verdict"]
+    for one in report["scenarios"]:
+        for verdict in one["verdicts"]:
+            missed = f"{verdict['failures']} of {verdict['runs']}"
+            lines.append(
+                f"{one['name'][:26]:26} {verdict['metric'][:28]:28} {_number(verdict['value_95']):>10} {_bound(verdict):>16} "
+                f"{unit_of(verdict['metric']):8} {missed:>9}  {verdict['word']}"
+            )
+    lines += [f"{one['name']}: remark: {one['remark']}" for one in report["scenarios"] if one["remark"]]
+    return "\n".join(lines) + "\n"
+
+
+def unit_of(metric: str) -> str:
+    """Returns the unit of a metric, which its name ends with or has before a time as in `_1min`; empty for a number."""
+    name = metric.rsplit("_", 1)[0] if metric.endswith(MINUTES) else metric
+    return next((unit for ending, unit in UNITS.items() if name.endswith(ending)), "")
+
+
+def _bound(verdict: Mapping[str, Any]) -> str:
+    return f"at most {verdict['maximum']:g}" if verdict["maximum"] is not None else f"at least {verdict['minimum']:g}"
+
+
 def _number(value: float | None) -> str:
     return "none" if value is None else f"{value:.4g}"
 
 
 def _section(scenario: Mapping[str, Any], run: Mapping[str, Any]) -> str:
     text = {key: html.escape(str(scenario[key])) for key in ("name", "question", "expected", "source")}
+    remark = f"<p>Remark: {html.escape(scenario['remark'])}</p>" if scenario["remark"] else ""
     metrics = "".join(
         f"<tr><td>{name}</td><td>{_number(scenario['metrics'][name])}</td>"
         f"<td>{_number(scenario['percentile_95'][name])}</td></tr>"
         for name in scenario["metrics"]
     )
     return (
-        f"<h2>{text['name']}</h2><p>{text['question']} Expected: {text['expected']} ({text['source']})</p>"
+        f"<h2>{text['name']}</h2><p>{text['question']} Expected: {text['expected']} ({text['source']})</p>{remark}"
         f"<table><tr><th>limit</th><th>95 % value</th><th>runs that miss it</th><th>verdict</th><th>source</th></tr>"
         f"{''.join(map(_verdict_row, scenario['verdicts']))}</table>"
         f'<img alt="plots, tracks and truth over the PPI of the last scan" src="data:image/png;base64,{_figure(run)}">'
@@ -79,9 +106,9 @@ def _section(scenario: Mapping[str, Any], run: Mapping[str, Any]) -> str:
 
 
 def _verdict_row(verdict: Mapping[str, Any]) -> str:
-    bound = f"at most {verdict['maximum']:g}" if verdict["maximum"] is not None else f"at least {verdict['minimum']:g}"
+    limit = f"{html.escape(verdict['metric'])} {_bound(verdict)} {unit_of(verdict['metric'])}"
     return (
-        f"<tr><td>{html.escape(verdict['metric'])} {bound}</td><td>{_number(verdict['value_95'])}</td>"
+        f"<tr><td>{limit}</td><td>{_number(verdict['value_95'])}</td>"
         f'<td>{verdict["failures"]} of {verdict["runs"]}</td><td class="{verdict["word"].split(",")[0]}">{verdict["word"]}</td>'
         f"<td>{html.escape(verdict['source'])}</td></tr>"
     )

@@ -38,8 +38,10 @@ def run(
     for _ in range(scenario.scans):
         scan = simulator.scan()
         watch(scan)
-        given = tracker_input(scan, extractor.add(scan).plots, scene.radar.rotation_period)
-        yield ScanResult(given, tuple(tracker.update(given)), truths_of(simulator, scan.number, scenario.tracked))
+        ended = extractor.add(scan)
+        given = tracker_input(scan, ended.plots, scene.radar.rotation_period)
+        truths = truths_of(simulator, scan.number, scenario.tracked)
+        yield ScanResult(given, tuple(tracker.update(given)), truths, ended.flood)
 
 
 def threshold_of(settings: PlotSettings, radar: Radar) -> Threshold:

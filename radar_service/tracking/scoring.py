@@ -12,6 +12,7 @@ from scipy.optimize import linear_sum_assignment
 from radar_service.constants import KNOT
 from radar_service.frames import wrap_angle
 from radar_service.tracking.dead_reckoning import distance_at, moved_on
+from radar_service.tracking.flood import Flood
 from radar_service.tracking.tracker import TrackerInput, TrackState
 from radar_service.truth.crossings import closest_approach
 from radar_service.types import Floats
@@ -49,11 +50,13 @@ class TargetTruth:
 
 @dataclass(frozen=True)
 class ScanResult:
-    """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan."""
+    """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan; flood: of
+    the plot extractor, None as a rule."""
 
     given: TrackerInput
     tracks: tuple[TrackState, ...]
     truths: tuple[TargetTruth, ...]
+    flood: Flood | None = None
 
 
 def scores(results: Sequence[ScanResult]) -> dict[str, float | None]:

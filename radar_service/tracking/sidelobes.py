@@ -5,8 +5,9 @@ import numpy as np
 from radar_service.fidelity import PRESETS
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import compression_for, receiver_noise_power
+from radar_service.tracking.detection_tree import Boxes, DetectionTree
 from radar_service.tracking.detections import Detections
-from radar_service.types import Floats
+from radar_service.types import Flags, Floats, Indices
 
 MAIN_LOBE = 0.01  # of the two-way gain on boresight: sidelobes are weaker
 
@@ -21,26 +22,53 @@ class SidelobeGate:
         self._margin = 10.0 ** (margin_db / 10.0)
         self._azimuths = radar.azimuths
         self._noise = NOISE_PEAK * np.sqrt(receiver_noise_power(radar))
-        self._azimuth = azimuth_envelope(radar)
+        apart = np.arange(2 * radar.azimuths)  # spokes between two detections of two scans; the beam turns the shorter way
+        self._azimuth = azimuth_envelope(radar)[np.minimum(apart % radar.azimuths, -apart % radar.azimuths)]
+        self._again = (apart > radar.azimuths // 2) & (self._azimuth > MAIN_LOBE)  # it meets an echo again a scan later
         self._range = range_envelope(radar)
 
-    def is_sidelobe(self, plot: Detections, every: Detections) -> bool:
-        """Returns whether a stronger echo among the detections of the same scans explains a plot.
+    def sidelobes(self, every: Detections, peak: Indices, plot: Indices) -> Flags:
+        """Returns which plots (P,) a stronger echo explains.
 
-        plot: the detections of the plot; every: all detections, its own among them.
+        every: all detections of two consecutive scans at most. peak: the strongest of each plot (P,). plot: the number of the
+        plot of each detection (C,), from 0; -1 for a detection of none.
         """
-        peak = int(plot.power.argmax())
-        spoke, cell, power = plot.spoke[peak], plot.cell[peak], plot.power[peak]
-        stronger = np.flatnonzero(every.power * self._margin > power)
-        spokes, cells, powers = every.spoke[stronger], every.cell[stronger], every.power[stronger]
-        apart = np.abs(spokes - spoke)
-        across = np.minimum(apart % self._azimuths, -apart % self._azimuths)  # the beam meets an echo again a scan later,
-        again = (apart > self._azimuths // 2) & (self._azimuth[across] > MAIN_LOBE)  # and the plot's own echo as well
-        along = np.minimum(np.abs(cells - cell), len(self._range) - 1)
-        along = np.maximum(along - 1, 0)  # an echo stands between two cells
-        own = np.isin(spokes * 2**32 + cells, plot.spoke * 2**32 + plot.cell)
-        level = (powers * self._azimuth[across] * self._range[along])[~again & ~own].max(initial=0.0)
-        return bool(np.sqrt(power) <= np.sqrt(level * self._margin) + self._noise)
+        spoke, cell, power = every.spoke[peak], every.cell[peak], every.power[peak]
+
+        def may(query: Indices, boxes: Boxes, box: Indices) -> Flags:
+            echo = every.power[boxes.strongest[box]]
+            near, far = distances(spoke[query], boxes.spoke[:, box])
+            across = np.maximum(self._azimuth[near], self._azimuth[far])
+            across[(near <= self._azimuths) & (self._azimuths <= far)] = 1.0
+            along, _ = distances(cell[query], boxes.cell[:, box])
+            return self._explains(power[query], echo, across, along)
+
+        def does(query: Indices, echo: Indices) -> Flags:
+            apart, along = np.abs(every.spoke[echo] - spoke[query]), np.abs(every.cell[echo] - cell[query])
+            other = ~self._again[apart] & (plot[echo] != query)
+            return np.asarray(
+                other & self._explains(power[query], every.power[echo], self._azimuth[apart], along), dtype=np.bool_
+            )
+
+        explained = DetectionTree(every).any(len(peak), may, does)
+        return np.asarray(explained | (np.sqrt(power) <= self._noise), dtype=np.bool_)
+
+    def _explains(self, power: Floats, echo: Floats, across: Floats, along: Indices) -> Flags:
+        """Whether echoes of higher power [W] have sidelobes as strong as plots of this power [W].
+
+        across: gain of the sidelobes in azimuth; along: cells from the echo.
+        """
+        along = np.maximum(np.minimum(along, len(self._range) - 1) - 1, 0)  # an echo stands between two cells
+        level = echo * across * self._range[along]
+        as_strong = np.sqrt(power) <= np.sqrt(level * self._margin) + self._noise
+        return np.asarray((echo * self._margin > power) & as_strong, dtype=np.bool_)
+
+
+def distances(position: Indices, interval: Indices) -> tuple[Indices, Indices]:
+    """Returns the distances (P,) of positions from the nearest and the farthest number of intervals (2, P)."""
+    first, last = interval
+    near = np.maximum(np.maximum(first - position, position - last), 0)
+    return near, np.maximum(np.abs(first - position), np.abs(last - position))
 
 
 def azimuth_envelope(radar: Radar) -> Floats:

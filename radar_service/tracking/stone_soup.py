@@ -10,12 +10,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from radar_service.extras import MissingExtra
 from radar_service.tracking.plot import Plot
 from radar_service.tracking.tracker import TrackerInput, TrackState
 
 EPOCH = datetime(2000, 1, 1)
 NEAR = 500.0  # m: farther plots say nothing of when the beam met a track
-MISSING = "the reference tracker needs Stone Soup: pip install 'radar-service[tracking]'"
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,11 @@ class StoneSoupTracker:
     """A tracker.Tracker."""
 
     def __init__(self, tuning: Tuning | None = None) -> None:
-        """Raises ImportError, with the remedy, where Stone Soup is absent."""
+        """Raises MissingExtra where Stone Soup is absent."""
         try:
             import stonesoup  # noqa: F401
-        except ImportError as error:
-            raise ImportError(MISSING) from error
+        except ModuleNotFoundError as error:
+            raise MissingExtra("the reference trackers", "tracking", error) from None
         self._tuning = tuning or Tuning()
         self._feed = _Feed()
         self._tracker = reference_tracks(self._tuning, self._feed)

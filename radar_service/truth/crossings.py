@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from radar_service.frames import polar_from_map, turned, wrap_bearing
+from radar_service.parallel import BLAS_LIMIT
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
@@ -31,6 +32,7 @@ class References(NamedTuple):
 class CrossingTruth:
     """The crossings and snapshots of a scene. truth: of the same scene. Safe to call from several threads."""
 
+    @BLAS_LIMIT.held()
     def __init__(self, truth: GroundTruth) -> None:
         self._truth, self._scene = truth, truth.scene
         bodies, radar = self._scene.bodies, self._scene.radar
@@ -42,6 +44,7 @@ class CrossingTruth:
         self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
         self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths, radar.origin)
 
+    @BLAS_LIMIT.held()
     def crossings(self, scan: int) -> tuple[Crossing, ...]:
         """Returns the crossings of one scan by time."""
         bodies, time = self._search.within(scan)
@@ -51,6 +54,7 @@ class CrossingTruth:
             for spoke, own_ship, kinematics in zip(spokes, self._own_ship(time), self._kinematics(bodies, time), strict=True)
         )
 
+    @BLAS_LIMIT.held()
     def snapshot(self, scan: int) -> Snapshot:
         """Returns all bodies at the end of one scan, before any command that acts from the next one on."""
         time = self._scene.radar.time_of_turns(scan + 1.0)

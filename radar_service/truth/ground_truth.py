@@ -7,6 +7,7 @@ import numpy as np
 
 from radar_service.echo.second_time_around import apparent_range
 from radar_service.frames import polar_from_map, wrap_bearing
+from radar_service.parallel import BLAS_LIMIT
 from radar_service.records import BodyTruth, Truth
 from radar_service.scattering.models import height_over_horizon
 from radar_service.scene.body import Body
@@ -25,6 +26,7 @@ REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # b
 class GroundTruth:
     """The truth of a scene at any instant. Safe to call from several threads."""
 
+    @BLAS_LIMIT.held()
     def __init__(self, scene: Scene, line_of_sight: OcclusionScene, sampler: str = "scatterers") -> None:
         """sampler: of the fidelity, as `scattering_model` takes it."""
         self.scene, self.line_of_sight, self.earth_radius = scene, line_of_sight, line_of_sight.earth_radius
@@ -32,6 +34,7 @@ class GroundTruth:
         self._surface_samples = [_surface_samples(body) for body in scene.bodies]
         self._over_horizon = np.array([height_over_horizon(body, scene, sampler) for body in scene.bodies])
 
+    @BLAS_LIMIT.held()
     def at(self, time: float) -> Truth:
         """Own ship and every body at `time` [s]."""
         scene = self.scene
@@ -45,6 +48,7 @@ class GroundTruth:
         )
         return Truth(time, self._record("own ship", own, antenna, "", None, 0.0), bodies)
 
+    @BLAS_LIMIT.held()
     def why_invisible(self, bodies: Indices, time: Floats) -> list[str]:
         """For each of bodies (E,) the reason why no part of it is visible at its time (E,) [s]; "" where one is."""
         if not len(bodies):

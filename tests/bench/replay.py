@@ -16,6 +16,7 @@ import numpy as np
 
 from radar_service.records import SpokeBlock
 from radar_service.stream.http.app import create_app
+from radar_service.stream.http.requests import Requests
 from radar_service.stream.http.server import Server, configuration, listening_socket
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio.pacing import Schedule
@@ -80,7 +81,7 @@ def main(azimuths: int, bins: int, name: str = "") -> None:
     app = create_app([station], fork_server=fork_server)
     config = configuration(app, connections=2000)
     listener = listening_socket("127.0.0.1", 0)
-    server = Server(config, [station], lambda: None)
+    server = Server(config, [station], lambda: None, Requests())
     signal.signal(signal.SIGTERM, lambda *_: None)  # uvicorn stops at it and raises it again, which must not be our end
     gc.collect()
     gc.freeze()

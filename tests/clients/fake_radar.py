@@ -64,6 +64,9 @@ class FakeRadar:
         self.scene = "known"
         self.origin: dict[str, float] | None = None
         self.gives_truth = False
+        self.fidelity = "balanced"
+        self.errors: dict[str, Any] = {}
+        self.asked_for_errors = 0
         self.health: dict[str, Any] = {"id": "0", "state": "running", "factor_reached": 1.0}
         self.uploads: list[tuple[str, list[tuple[str, str, bytes]]]] = []  # name, and field, name and content of files
         self.removed: list[str] = []
@@ -99,7 +102,8 @@ class FakeRadar:
         return {
             "type": "hello", "protocol": 1, "epoch": self.epoch, "radar": radar, "encoding": encoding,
             "scene": {"name": self.scene, "origin": self.origin, "bodies": 3, "warnings": self.warnings},
-            "seed": 0, "fidelity": "balanced", "plan": {}, "controls": self.controls, "truth": self.gives_truth,
+            "seed": 0, "fidelity": self.fidelity, "arithmetic": "fake", "plan": {}, "controls": self.controls,
+            "truth": self.gives_truth,
             "clocks": {"simulated_s": 0.0, "utc": "2026-01-01T00:00:00+00:00", "pace": self.controls["pace"]},
         }  # fmt: skip
 
@@ -196,6 +200,11 @@ def fake_app(air: Air) -> FastAPI:
     @app.get("/api/radars/{name}")
     def description(name: str) -> dict[str, Any]:
         return air.radar.description(name)
+
+    @app.get("/api/radars/{name}/errors")
+    def errors(name: str) -> dict[str, Any]:
+        air.radar.asked_for_errors += 1
+        return dict.fromkeys(("gyro", "log", "position", "antenna", "feed")) | air.radar.errors
 
     @app.get("/api/scenes")
     def scenes() -> list[dict[str, str]]:

@@ -35,7 +35,7 @@ def test_live_reconnects_fits_every_window_and_ends_at_q() -> None:
             terminal.until(
                 lambda: terminal.screen().text(19).startswith("q ends; 72 spokes received, 0 lost; back after 0.")
             )
-            assert terminal.screen().text(0).startswith("test scene, test radar: range 2 km, rings 500 m, north up")
+            assert terminal.screen().text(0).startswith("test scene, test radar: range 1.08 NM, rings 0.25 NM, north")
             wide = terminal.screen().pixels()
             assert wide[2:38, 12:48].any(axis=(1, 2)).all() and not wide[:, :11].any() and not wide[:, 49:].any()
             assert (wide.astype(int).sum(axis=2) > 300).sum() >= 3  # the targets

@@ -29,7 +29,7 @@ def test_azimuths_without_a_spoke_are_grey_and_a_new_epoch_begins_empty() -> Non
     image = half.image(60)
     assert image[30, 10].tolist() == list(UNSEEN) and image[30, 50].tolist() != list(UNSEEN)
     half.take(hello("b", bins=50))
-    assert (half.image(60)[25:35, 50] == UNSEEN).all()
+    assert (half.image(60)[25:35, 46] == UNSEEN).all()
     assert not Scope().image(10).any() and Scope().caption == "no radar yet"
 
 

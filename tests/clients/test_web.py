@@ -268,6 +268,23 @@ def test_lost_spokes_are_counted_announced_or_not(radar: FakeRadar, opened: Open
     page.wait("document.getElementById('lost-text').textContent === '45 (5 unannounced)'")
 
 
+def test_a_restart_of_the_service_ends_counts_and_notices(radar: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE)
+    radar.send({"type": "gap", "epoch": "one", "first": 720, "count": 40, "reason": "slow"}, radar.spokes(760, 20))
+    page.wait("document.getElementById('lost-text').textContent === '40'")
+    page.ask("import('./toast.js').then(({toast}) => void toast('rpm: 13 is refused', {isAlert: true}))")
+    page.ask("document.getElementById('scene-answer').textContent = 'old.toml is refused'")
+    radar.next = 780
+    radar.drop()  # and the same service answers again
+    page.wait(DRAWN.format("one:1500"))
+    assert page.text("#lost-text") == "40" and page.text("#alerts p") == "rpm: 13 is refused"
+    radar.epoch, radar.next = "two", 0
+    radar.drop()
+    page.wait(DRAWN.format("two:720"))
+    page.wait("document.getElementById('lost-text').textContent === '0'")
+    assert page.text("#alerts") == page.text("#scene-answer") == ""
+
+
 def test_page_reconnects_and_continues_with_the_next_number(radar: FakeRadar, opened: Opened) -> None:
     page = opened(BARE)
     radar.next = 720

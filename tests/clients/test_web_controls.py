@@ -106,6 +106,31 @@ def test_an_answer_from_before_a_change_is_not_shown(radar: FakeRadar, opened: O
     assert radar.patched == [{"transmit": False}, {"transmit": True}]
 
 
+HELD = """const given = window.fetch;
+  window.fetch = async (address, options) => {
+    if (options.method === 'PATCH' && options.body.includes('rpm') && !window.held)
+      await new Promise((release) => (window.held = release));
+    return given(address, options);
+  };"""
+
+
+def test_no_control_waits_for_a_change_of_rpm_and_the_page_says_that_it_is_prepared(
+    radar: FakeRadar, opened: Opened
+) -> None:
+    page = opened(BARE, first=HELD)
+    page.ask("rpm.value = 30, rpm.dispatchEvent(new Event('change'))")
+    page.wait("window.held")
+    assert "Preparing Antenna 30 rev/min …" in page.text("#answers")
+    page.press("p")
+    page.ask("transmit.click()")
+    page.wait("transmit.ariaPressed === 'false' && document.getElementById('pause').ariaPressed === 'true'")
+    assert page.ask("rpm.value") == "30"  # what is prepared, not what runs
+    assert radar.patched == [{"pace": {"state": "pause"}}, {"transmit": False}]
+    page.ask("held(), 1")
+    page.wait("!document.getElementById('answers').textContent.includes('Preparing')")
+    assert radar.patched[2:] == [{"rpm": 30}] and page.ask("rpm.value") == "30"
+
+
 def test_no_control_has_the_id_of_another_element() -> None:
     ids = set(re.findall(r'id="([^"]+)"', (WEB / "index.html").read_text()))
     assert len(ids) > 50 and ids & {control.name for control in CONTROLS} == set()

@@ -1,4 +1,4 @@
-"""What a mariner does with the page: framing, read-outs, trails, truth, scenes, small screens; in a real browser."""
+"""What a mariner does with the page: framing, read-outs, trails, scenes, small screens; in a real browser."""
 
 import threading
 
@@ -133,52 +133,6 @@ def test_trails_show_where_a_target_was(radar: FakeRadar, opened: Opened, render
     assert np.array_equal(seen(page)[round(point[1]), round(point[0])], elsewhere)
 
 
-TRUTH_COLOUR = (0x86, 0xE3, 0x9A)  # of the dusk palette
-
-
-def test_truth_is_drawn_and_listed_if_the_service_sends_it(radar: FakeRadar, opened: Opened) -> None:
-    radar.gives_truth = True
-    page = opened(f"{BARE}&truth=on&unit=m")
-    page.wait(f"{DRAWN.format('one:720')} && !document.getElementById('targets').hidden")
-    assert [query.get("truth") for query in radar.joined[-2:]] == [None, "1"]  # first it must learn that it may ask
-    centre, radius, _ = measure(seen(page))
-    seen_one = {
-        "position": [1024.0, 0.0, 0.0],
-        "range": 1024.0,
-        "azimuth": np.pi / 2,
-        "velocity": [0.0, 5.0, 0.0],
-        "speed": 5.0,
-    }
-    hidden = {"position": [0.0, -512.0, 0.0], "range": 512.0, "azimuth": np.pi, "visible": False, "reason": "below horizon"}
-    radar.send(radar.truth(coast={"range": 20.0, "extent": 4000.0}, ferry=seen_one, rock=hidden))
-    page.ask("document.getElementById('targets').open = true")
-    page.wait("document.querySelectorAll('#targets tbody tr').length === 3")
-    rows = page.ask(
-        "[...document.querySelectorAll('#targets tbody tr')].map((row) => [...row.children].map((c) => c.textContent))"
-    )
-    assert rows == [
-        ["rock", "512", "180.0°", "–", "below horizon"],
-        ["ferry", "1024", "090.0°", "000° 10", "yes"],
-        ["coast", "around", "–", "–", "yes"],  # its position, which is not the nearest point of it, is 20 m off
-    ]
-    assert page.text("#targets thead") == "NameRange, mBrgCourse, knVisible"
-    assert page.ask("(({scrollWidth, clientWidth}) => scrollWidth - clientWidth)(document.querySelector('.table'))") == 0
-    screen = seen(page)
-    lowest = centre + [radius * 1024 / 2778, 6], centre + [0, radius * 512 / 2778 + 6]  # points of the two circles
-    for position in lowest:
-        off = np.abs(reddish(screen, *position) - np.array(TRUTH_COLOUR)).sum(axis=-1)
-        assert off.min() < 60
-    page.ask(CLICK.format("truth"))
-    page.wait("document.getElementById('targets').hidden")
-
-
-def test_truth_cannot_be_selected_if_the_service_does_not_send_it(radar: FakeRadar, opened: Opened) -> None:
-    page = opened(f"{BARE}&truth=on")
-    assert page.ask("document.getElementById('truth').disabled")
-    assert "truth" not in radar.joined[-1]
-    assert "--truth" in page.ask("document.getElementById('truth-row').title")
-
-
 DROP = """(() => {{
   const data = new DataTransfer();
   for (const [name, text] of {}) data.items.add(new File([text], name));
@@ -222,11 +176,23 @@ def test_a_dropped_scene_is_uploaded_started_and_its_plan_shown(radar: FakeRadar
     assert "another viewer" not in page.text("#toasts")
 
 
-def test_the_page_says_how_far_the_service_falls_behind(radar: FakeRadar, opened: Opened) -> None:
-    radar.health = {"id": "0", "state": "behind", "factor_reached": 0.618}
+@pytest.mark.parametrize(
+    ("reached", "fidelity", "remedy"),
+    [
+        (0.618, "balanced", "set Speed to ½×, or start the server with --fidelity fast"),
+        (0.3, "fast", "set Speed to ¼×"),
+        (0.2, "reference", "start the server with --fidelity fast"),
+        (0.2, "fast", "take a smaller scene"),
+    ],
+)
+def test_the_page_says_how_far_the_service_falls_behind_and_what_to_do(
+    radar: FakeRadar, opened: Opened, reached: float, fidelity: str, remedy: str
+) -> None:
+    radar.fidelity, radar.health = fidelity, {"id": "0", "state": "behind", "factor_reached": reached}
     page = opened(BARE)
     page.press("-")  # whatever is commanded, the page asks how things stand
-    page.wait("document.getElementById('banner').textContent === 'Too slow: 0.62× reached of 1× requested'")
+    page.wait("!document.getElementById('banner').hidden")
+    assert page.text("#banner") == f"Too slow: {reached:.2f}× of 1×. Remedy: {remedy}"
     assert page.ask("document.getElementById('warning').classList.contains('mild')")
 
 

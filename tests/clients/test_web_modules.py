@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from radar_service.display.palettes import PALETTES, colour_map
+from radar_service.display.units import Unit, range_text, ring_step
 from tests.clients.chromium import Page
 from tests.clients.screen import BROWSER
+from tests.display.test_units import RANGES
 
 pytestmark = BROWSER
 
@@ -139,6 +141,16 @@ def test_an_ended_feed_ignores_messages(modules: Page) -> None:
 def test_rings_are_at_round_ranges(modules: Page, reach: float, unit: str, step: float) -> None:
     got = modules.ask(f"import('./units.js').then(({{ringStep}}) => ringStep({reach}, '{unit}'))")
     assert got == pytest.approx(step, rel=1e-12)  # rounding of two products
+
+
+@pytest.mark.parametrize("unit", ["nm", "m"])
+def test_pictures_have_the_rings_and_texts_of_the_page(modules: Page, unit: Unit) -> None:
+    script = (
+        "import('./units.js').then(({ringStep, rangeText}) => RANGES.map((m) => [ringStep(m, UNIT), rangeText(m, UNIT)]))"
+    )
+    got = modules.ask(script.replace("RANGES", str(list(RANGES))).replace("UNIT", repr(unit)))
+    assert [text for _, text in got] == [range_text(distance, unit) for distance in RANGES]
+    assert [step for step, _ in got] == pytest.approx([ring_step(distance, unit) for distance in RANGES], rel=1e-12)
 
 
 FRAMES = """import('./detail.js').then(({Detail}) => {

@@ -100,3 +100,13 @@ def test_axe_finds_no_violation_in_any_palette(radar: FakeRadar, opened: Opened)
             "`${one.id}: ${one.help}: ${one.nodes.map((node) => node.html.slice(0, 120)).join(' | ')}`))"
         )
         assert found == [], palette
+
+
+def test_each_control_has_a_tooltip(radar: FakeRadar, opened: Opened) -> None:
+    """Its own, or that of its row."""
+    radar.radars.append({"id": "1", "name": "aft radar"})
+    page = opened("")
+    page.wait("document.getElementById('gain') !== null")
+    script = """[...document.querySelectorAll('#panel :is(button, select, input)')]
+      .filter((control) => !control.closest('[title]:not([title=""])')).map((control) => control.id)"""
+    assert page.ask(script) == []

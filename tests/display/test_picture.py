@@ -12,13 +12,13 @@ from radar_service.display.palettes import colour_map
 from radar_service.display.picture import (
     SEA,
     UNSEEN,
-    distance_label,
+    Drawing,
     picture_from_power,
     render_png,
-    ring_step,
 )
+from radar_service.display.units import Unit
 
-TARGETS = ((30.0, 1300.0), (120.0, 2300.0), (250.0, 3700.0))  # bearing in degrees, range in metres; none on a ring
+TARGETS = ((30.0, 1300.0), (120.0, 2300.0), (250.0, 3700.0))  # bearing in degrees, range in metres; none on a ring of 1000 m
 
 
 def pixels(png: bytes) -> NDArray[np.uint8]:
@@ -52,7 +52,7 @@ def test_targets_and_heading_line_stand_where_theory_puts_them(heading_deg: floa
     for bearing_deg, there in TARGETS:
         row, column = round(bearing_deg * 2), round(there / step - 0.5)
         picture[row - 2 : row + 3, column - 3 : column + 4] = 255
-    png = render_png(picture, step / 2, step, size=size, heading=math.radians(heading_deg), head_up=head_up)
+    png = render_png(picture, step / 2, step, size=size, heading=math.radians(heading_deg), head_up=head_up, unit="m")
     image = pixels(png).astype(int)
     assert image.shape == (size, size, 3)
     radius = (size - 2 * round(0.052 * size)) / 2
@@ -125,6 +125,15 @@ def test_pictures_that_cannot_be_drawn_are_refused() -> None:
         render_png(picture, 0.5, 1.0, head_up=True)
 
 
-def test_rings_stand_at_round_distances() -> None:
-    assert [ring_step(r) for r in (5000.0, 3000.0, 2999.0, 750.0, 60.0, 96_000.0)] == [1000, 1000, 500, 200, 20, 20_000]
-    assert [distance_label(d) for d in (500.0, 999.0, 1000.0, 2500.0)] == ["500 m", "999 m", "1 km", "2.5 km"]
+@pytest.mark.parametrize(("unit", "step"), [(None, 926.0), ("nm", 926.0), ("m", 1000.0)])
+def test_rings_are_drawn_in_the_unit_and_by_default_in_nautical_miles(unit: Unit | None, step: float) -> None:
+    """A picture of 5 km, 600 pixels: along south, where no label stands, rings are brighter than the sea."""
+    drawing = Drawing(unit=unit) if unit else Drawing()
+    image = pixels(render_png(np.zeros((360, 100), np.uint8), 25.0, 50.0, size=600, **drawing)).astype(int)
+    radius = (600 - 2 * round(0.052 * 600)) / 2
+    lit = np.flatnonzero(image[300:, 299].sum(axis=1) > 2 * sum(SEA)) + 0.5
+    rings = np.array([far for far in lit if far < radius - 3]) * 5000.0 / radius
+    assert {round(far / step) for far in rings} == set(range(1, int(np.ceil(5000.0 / step))))
+    assert (
+        np.abs(rings - np.rint(rings / step) * step).max() < 1.5 * 5000.0 / radius
+    )  # a line of two pixels, one of them half

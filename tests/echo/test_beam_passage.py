@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.echo.beam_passage import CUBIC_PHASE, MAIN_BEAM, BeamPassages
+from radar_service.echo.beam_passage import BeamPassages
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.passage_nodes import CUBIC
+from radar_service.echo.passage_nodes import ALL_ROUND, CUBIC, CUBIC_PHASE, MAIN_BEAM
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.fidelity import PRESETS
@@ -245,7 +245,7 @@ def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_
     assert gaps.min() == np.floor(CUBIC_PHASE / rate / made.radar.spoke_period) and len(nodes) >= CUBIC
     every = np.diff(passages(made, "reference").nodes(0, crossing))
     assert len(nodes) < len(every) / 4
-    assert set(every.tolist()) == {gaps.min()}
+    assert set(every.tolist()) == {np.floor(ALL_ROUND * CUBIC_PHASE / rate / made.radar.spoke_period)}
 
 
 def test_sea_reflection_and_nearness_make_more_nodes() -> None:
@@ -308,3 +308,77 @@ def test_bodies_outside_the_beam_are_not_evaluated(monkeypatch: pytest.MonkeyPat
     number = 720 + round(720 * 1.5 / (2 * np.pi)) + np.arange(-8, 8)
     prepared.moving.echoes(AzimuthTimes(number, *prepared.scene.radar.schedule(number)))
     assert set(evaluated) == {1}
+
+
+def passing_field(
+    name: str, body: dict[str, Any], own_ship: dict[str, Any], spokes: NDArray[np.int64]
+) -> NDArray[np.complex64]:
+    """Narrowband fields (K,) of spokes, numbered from the start."""
+    prepared = prepare(scene([BOX | body], radar=RADAR | {"rpm": 24}, own_ship=own_ship), PRESETS[name], 0)
+    size = prepared.fidelity.azimuths_per_block
+    azimuths = AzimuthTimes(spokes, *prepared.scene.radar.schedule(spokes))
+    return np.concatenate([prepared.moving.echoes(one).amplitude.sum(axis=0) for one in blocks(azimuths, size)])
+
+
+BOX = {"name": "b", "shape": "box", "length_m": 8, "width_m": 3, "height_m": 3, "scattering": "optics"}
+NORTH = {"course_deg": 0.0, "speed_kn": 10.0}  # the position is given at the crossing
+CROSSING, SPEED, STEP = 2 * 720 + 180, 10 * 1852 / 3600, 2.5 / 720  # at bearing 90
+
+
+def by_manoeuvre(time: float, **change: float) -> dict[str, Any]:
+    return NORTH | {"position_m": [600.0, -SPEED * CROSSING * STEP, 14.0], "manoeuvre": [{"time_s": time, **change}]}
+
+
+def by_waypoints(time: float, **more: Any) -> dict[str, Any]:
+    begin = -SPEED * CROSSING * STEP
+    stops = [{"position_m": [600 + 400 * k, begin + SPEED * time], "speed_kn": 10} for k in (0, 1)]
+    return {"position_m": [600.0, begin, 14.0], "waypoints": stops, **more}
+
+
+@pytest.mark.parametrize("name", ["balanced", "reference"])
+@pytest.mark.parametrize("after", [-3, 30])
+@pytest.mark.parametrize("kind", ["waypoints", "manoeuvre", "speed and rate", "loop", "rolling", "own ship"])
+def test_spokes_before_a_corner_know_nothing_of_it(kind: str, after: int, name: str) -> None:
+    """No node of another heading counts: the field is that without the corner, but for nodes that lie elsewhere."""
+    time = (CROSSING + after - 0.5) * STEP
+    spokes = CROSSING + np.arange(-8, min(after, 8))
+    own: tuple[dict[str, Any], ...] = ({}, {})
+    rest = {"position_m": [600.0, 0.0, 14.0], "heading_deg": 7.0}
+    straight = by_manoeuvre(1e6, course_deg=90)
+    body = {
+        "waypoints": by_waypoints(time),
+        "manoeuvre": by_manoeuvre(time, course_deg=90),
+        "speed and rate": by_manoeuvre(time, speed_kn=30, turn_rate_deg_s=-40),
+        "loop": by_waypoints(time, loop=True),
+        "rolling": by_waypoints(time, roll_deg=8, roll_period_s=6),
+        "own ship": rest,
+    }[kind]
+    without = {"rolling": straight | {"roll_deg": 8, "roll_period_s": 6}, "own ship": rest}.get(kind, straight)
+    if kind == "own ship":
+        sway = {"course_deg": 180, "speed_kn": 12, "roll_deg": 8, "roll_period_s": 5, "roll_phase_deg": 60}
+        own = tuple(sway | {"manoeuvre": [{"time_s": t, "course_deg": 90}]} for t in (1e6, time))
+    exact, result = (passing_field(name, each, ship, spokes) for each, ship in zip((without, body), own, strict=True))
+    assert np.abs(result - exact).max() < 0.02 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("name", ["balanced", "reference"])
+def test_a_loop_in_the_first_scan_is_on_its_first_leg(name: str) -> None:
+    """Before the start a lap ends: a body due north has the aspect of its first leg all the same."""
+    spokes = np.arange(8)
+    stops = [{"position_m": [800.0, 600.0], "speed_kn": 10}, {"position_m": [800.0, -200.0], "speed_kn": 10}]
+    body = {"position_m": [0.0, 600.0, 14.0], "waypoints": stops}
+    exact, result = (passing_field(name, body | {"loop": loop}, {}, spokes) for loop in (False, True))
+    assert np.abs(result - exact).max() < 0.02 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("after", [-6, -3, 0, 3, 6])
+def test_a_body_whose_middle_jumps_across_the_beam_has_its_crossing_there(after: int) -> None:
+    """From the east 20 m ahead to 20 m north, at 400 m: between six spokes no spoke points at it."""
+    time = (2 * 720 + 180 + after) * STEP
+    stops = [{"position_m": [400.0, north], "speed_kn": 10} for north in (0.0, 200.0)]
+    made = scene([BOX | {"position_m": [400.0 - SPEED * time, 0.0, 14.0], "waypoints": stops}], radar={"azimuths": 720})
+    body = made.bodies[0]
+    assert body.mesh is not None
+    ahead = replace(body, mesh=replace(body.mesh, vertices=body.mesh.vertices + np.array([0.0, 20.0, 0.0])))
+    crossing = passages(made.with_world(bodies=(ahead,))).crossing(0, 2.25) - 2 * 720
+    assert crossing == {-6: 174, 3: 180, 6: 180}.get(after, 177)

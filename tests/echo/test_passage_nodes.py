@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from radar_service.echo.beam_passage import CUBIC_PHASE
-from radar_service.echo.passage_nodes import node_weights, outward_nodes, waterline_rise
-from tests.scenes import scene
+from radar_service.echo.passage_nodes import CUBIC_PHASE, Part, node_weights, outward_nodes, part_nodes, stretches
 
 
 def test_nodes_are_at_whole_spokes_as_far_apart_as_allowed() -> None:
@@ -40,11 +38,36 @@ def test_between_four_nodes_and_more_fields_follow_cubics() -> None:
     assert 0.8 < gap[inner].max() / (3 * theta**4 / 128) < 1.1 and gap.max() < theta**4 / 24
 
 
-def test_a_waterline_rises_by_heave_and_by_what_roll_lifts_a_side() -> None:
-    """2 pi amplitude / period each: a box 8 m wide lifts its side at 4 m; one that never touches the sea has no waterline."""
-    box = {"name": "b", "shape": "box", "length_m": 20, "width_m": 8, "height_m": 4, "scattering": "optics"}
-    sway = {"heave_m": 0.5, "heave_period_s": 4, "roll_deg": 3, "roll_period_s": 5}
-    afloat, aloft = scene([box | sway | {"name": str(up), "position_m": [0, 300, up]} for up in (-1, 50)]).bodies
-    expected = 2 * np.pi * (0.5 / 4 + 4 * np.deg2rad(3) / 5)
-    np.testing.assert_allclose(waterline_rise(afloat), expected, rtol=1e-12)
-    assert waterline_rise(aloft) == 0.0
+def test_a_passage_has_a_part_between_each_two_corners() -> None:
+    """Each spoke has weights of one part alone, whose nodes lie on its side of all corners."""
+    parts = stretches([-4, 9], 50.0)
+    assert [part[:2] for part in parts] == [(-50.0, -5.0), (-4.0, 8.0), (9.0, 50.0)]
+    assert [part.nearest for part in parts] == [-5.0, 0.0, 9.0]
+    rate = 0.2  # rad per spoke: nodes are 4 apart
+    nodes = [part_nodes(part, np.ones_like, lambda offset: np.full(len(offset), rate), False) for part in parts]
+    assert nodes[0].max() == -5 and (nodes[1].min(), nodes[1].max()) == (-4, 8) and nodes[2].min() == 9
+    assert nodes[0].min() <= -50 and nodes[2].max() >= 50  # the passage goes on there
+    spoke = np.arange(-60.0, 60.0)
+    made = [
+        Part(first, last, each) for (first, last), each in zip(((-np.inf, -5), (-4, 8), (9, np.inf)), nodes, strict=True)
+    ]
+    weights = [part.weights(spoke) for part in made]
+    np.testing.assert_allclose(np.sum([each.sum(axis=0) for each in weights], axis=0), 1.0, atol=1e-6)
+    assert all((np.abs(one).sum(axis=0) * np.abs(other).sum(axis=0) == 0).all() for one, other in (weights[:2], weights[1:]))
+
+
+def test_a_part_of_one_spoke_or_that_hardly_changes_has_one_node_next_to_the_crossing() -> None:
+    for corners, expected in (([3, 4], [0, 3, 4]), ([-9, -2], [-10, -3, 0])):
+        nodes = [
+            part_nodes(part, np.ones_like, lambda offset: np.full(len(offset), 1e-6), False)
+            for part in stretches(corners, 40.0)
+        ]
+        assert [each.tolist() for each in nodes] == [[node] for node in expected]
+
+
+def test_all_round_the_crossing_is_a_node_and_nodes_are_twice_as_close() -> None:
+    """Else a body is weakest where the beam points at it."""
+    (whole,) = stretches([], 100.0)
+    nodes = [part_nodes(whole, np.ones_like, lambda offset: np.full(len(offset), 0.08), every) for every in (False, True)]
+    assert 0 not in nodes[0] and np.diff(nodes[0]).min() == CUBIC_PHASE / 0.08
+    assert 0 in nodes[1] and set(np.diff(nodes[1]).tolist()) == {CUBIC_PHASE / 0.08 / 2}

@@ -37,3 +37,13 @@ def test_a_profile_replaces_the_tables_that_it_has() -> None:
 def test_what_is_not_a_table_is_refused(tables: Any) -> None:
     with pytest.raises(rs.SceneError, match="errors"):
         changed_errors(BOTH, tables)
+
+
+def test_a_site_without_sensors_has_no_errors_of_them() -> None:
+    made = changed_errors(None, {"profile": "imo-a823", "log": None, "position": {}}, has_sensors=False)
+    assert made and made.antenna and not (made.gyro or made.log or made.position)
+    message = (
+        "errors.gyro: a fixed site has no gyro, log or position sensor; remove gyro, or turn the picture by antenna.misalign"
+    )
+    with pytest.raises(rs.SceneError, match=message):
+        changed_errors(None, {"gyro": {"bias_deg": 1}}, has_sensors=False)

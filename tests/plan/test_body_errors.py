@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.echo.beam_passage import MAX_PHASE, BeamPassages
+from radar_service.echo.beam_passage import BeamPassages
+from radar_service.echo.passage_nodes import MAX_PHASE, Part
 from radar_service.fidelity import PRESETS
 from radar_service.plan.body_errors import NODES, BodyError, aspects_db, body_error
 from radar_service.plan.budget import ErrorBudget
@@ -26,9 +27,9 @@ def error_of(body: dict[str, Any], scatterers: int | None = None, **sections: An
     return body_error(world.bodies[0], world, PRESETS["balanced"], scatterers)
 
 
-def every_azimuth(passages: BeamPassages, n: int, crossing: int) -> np.ndarray[Any, Any]:
+def every_azimuth(passages: BeamPassages, n: int, crossing: int) -> tuple[Part, ...]:
     """Nodes at all azimuths within 12 beamwidths of a crossing, for `BeamPassages._scheduled`."""
-    return np.asarray(crossing + np.arange(-47, 48))
+    return (Part(-np.inf, np.inf, crossing + np.arange(-47, 48)),)
 
 
 PASSES = {

@@ -6,6 +6,7 @@ from dataclasses import asdict
 
 import pytest
 
+from radar_service.arithmetic import arithmetic
 from radar_service.fidelity import PRESETS
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
@@ -31,21 +32,22 @@ def test_the_text_has_errors_counts_costs_and_a_line_for_each_choice() -> None:
     plan = plan_for(made, PRESETS["balanced"], EngineStatistics(counts=COUNTS, costs=COSTS))
     lines = str(plan).splitlines()
     assert lines[0] == "fidelity balanced"
-    assert lines[1] == (
+    assert lines[1] == f"arithmetic: {arithmetic()}"
+    assert lines[2] == (
         f"predicted field error: {resting_db(made.radar, PRESETS['balanced']):.0f} dB at rest, "
         f"{moving_db(made.radar, PRESETS['balanced']):.0f} dB moving"
     )
-    assert lines[2] == (
+    assert lines[3] == (
         "40 scatterers; once 7 echoes and 90 rays; 3.6 visibility updates per scan, the first 5 echoes and 11 rays, "
         "3 in shadow; 8064 FFT samples per profile"
     )
     factor = made.radar.spoke_period / 38.25e-6
-    assert lines[3] == (
+    assert lines[4] == (
         "cost: 38.2 us per azimuth (visibility 1, moving 9.96, receiver 24.2, profiles 2.84), "
         f"{factor:.3g} x real time on one thread here"
     )
-    assert len(lines) == 4 + len(plan.choices)
-    assert all(line.startswith("+ " if c.modelled else "- ") for line, c in zip(lines[4:], plan.choices, strict=True))
+    assert len(lines) == 5 + len(plan.choices)
+    assert all(line.startswith("+ " if c.modelled else "- ") for line, c in zip(lines[5:], plan.choices, strict=True))
 
 
 def test_the_budget_is_in_the_head_of_a_planned_fidelity() -> None:
@@ -58,7 +60,9 @@ def test_the_budget_is_in_the_head_of_a_planned_fidelity() -> None:
 def test_plain_data_has_the_public_keys_and_no_infinity() -> None:
     plan = plan_for(moving_scene(), PRESETS["reference"], EngineStatistics(counts=COUNTS, costs=COSTS))
     plain = plan.as_dict()
-    assert list(plain) == ["fidelity", "choices", "settings", "field_db", "counts", "costs", "realtime_factor", "caveats"]
+    assert list(plain) == [
+        "fidelity", "arithmetic", "choices", "settings", "field_db", "counts", "costs", "realtime_factor", "caveats",
+    ]  # fmt: skip
     assert math.isinf(plan.settings["beam_extent"]) and plain["settings"]["beam_extent"] is None
     assert plain["counts"] == asdict(COUNTS) and json.loads(json.dumps(plain, allow_nan=False)) == plain
 

@@ -15,6 +15,12 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
+def documented_recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three scans of the small scene as the specification computes them, without truth; powers are recorded beside fields."""
+    return recorded(tmp_path_factory.mktemp("recording") / "documented.mcap", fidelity="documented", with_truth=False)
+
+
+@pytest.fixture(scope="session")
 def labelled_recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three scans of the small scene, with labels and the power of both ships."""
     told = SourceRequest(True, (256, 257))

@@ -1,5 +1,6 @@
 """Where chunks are: whole files, files cut anywhere, damaged ones, and files that are no recordings."""
 
+import os
 import random
 from pathlib import Path
 
@@ -7,46 +8,112 @@ import pytest
 
 from radar_service.recording import RecordingError, read
 from radar_service.recording.chunk_table import ChunkTable
-from radar_service.recording.mcap_library import Writer
+from radar_service.recording.mcap_library import CompressionType, Writer
+from radar_service.recording.recording_file import RecordingFile
+
+CONTENT = 40  # bytes of a message
+KINDS = {
+    "compressed": (CompressionType.ZSTD, ("/radar/0/feed", "/radar/0/scene", "/radar/0/truth")),
+    "plain": (CompressionType.NONE, ("/radar/0/feed", "/radar/0/scene", "/radar/0/sources")),
+    "two radars": (CompressionType.NONE, ("/radar/a/feed", "/radar/b/feed", "/radar/a/scene", "/radar/b/scene")),
+}
 
 
-def test_a_file_that_is_cut_anywhere_opens_up_to_its_last_whole_chunk(recording: Path, tmp_path: Path) -> None:
-    data, cut = recording.read_bytes(), tmp_path / "cut.mcap"
-    chunks = ChunkTable(recording).chunks
-    assert len(chunks) >= 3  # one a scan: what is lost is never more
-    ends, whole = [place.offset + place.length for place in chunks], list(read(recording).spokes())
-    drawn = random.Random(1).sample(range(len(data)), 60)
-    index = range(ends[1], ends[1] + 240, 9)  # of its messages, behind the second chunk
-    for size in sorted(
-        {*drawn, *index, 0, 1, 7, 8, *ends, *(end - 1 for end in ends), *(end + 1 for end in ends), len(data) - 1}
-    ):
-        cut.write_bytes(data[:size])
-        count = sum(end <= size for end in ends)
-        if not count:
-            with pytest.raises(RecordingError, match="no MCAP file" if size < 8 else "ends before its first chunk"):
-                ChunkTable(cut)
+def small_file(path: Path, compression: CompressionType, topics: tuple[str, ...]) -> list[tuple[str, bytes]]:
+    """Writes two chunks with messages of all topics; returns the messages in their order."""
+    drawn, messages = random.Random(4), list[tuple[str, bytes]]()
+    with path.open("wb") as file:
+        writer = Writer(file, compression=compression)
+        writer.start("radar-service")
+        schema = writer.register_schema("line", "jsonschema", b"{}")
+        channels = {topic: writer.register_channel(topic, "json", schema) for topic in topics}
+        for time in range(2):
+            for topic, channel in channels.items():
+                messages.append((topic, drawn.randbytes(CONTENT)))
+                writer.add_message(channel, time * 10**9, messages[-1][1], time * 10**9)
+            writer.flush()  # type: ignore[no-untyped-call]
+        writer.finish()  # type: ignore[no-untyped-call]
+    return messages
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_file_that_is_cut_at_any_byte_has_the_messages_before_it(kind: str, tmp_path: Path) -> None:
+    compression, topics = KINDS[kind]
+    messages = small_file(path := tmp_path / "whole.mcap", compression, topics)
+    data, chunks = path.read_bytes(), ChunkTable(path).chunks
+    ends = [data.index(content) + CONTENT if kind != "compressed" else 0 for _, content in messages]
+    if kind == "compressed":  # each chunk is one block of zstd
+        ends = [place.offset + place.length for place in chunks for _ in topics]
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(data)
+    for size in reversed(range(len(data))):
+        os.truncate(cut, size)
+        before = sum(end <= size for end in ends)
+        try:
+            table = ChunkTable(cut)
+        except RecordingError as error:
+            assert before == 0 and ("ends before its first message" in str(error) or size < 8), size
             continue
-        assert len(ChunkTable(cut).chunks) == count
-        got = list(read(cut).spokes())
+        for topic in topics:
+            expected = [content for name, content in messages[:before] if name == topic]
+            assert [message.data for message in table.messages(topic)] == expected, size
+
+
+@pytest.mark.parametrize("kind", ["recording", "labelled_recording", "documented_recording"])
+def test_a_recording_that_is_cut_anywhere_is_read_up_to_there(
+    kind: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    recording: Path = request.getfixturevalue(kind)
+    data, cut, chunks = recording.read_bytes(), tmp_path / "cut.mcap", ChunkTable(recording).chunks
+    assert len(chunks) == 4  # what the epoch is of, and one a scan
+    ends, whole = [place.offset + place.length for place in chunks], list(read(recording).spokes())
+    index = range(ends[1], ends[1] + 240, 24)  # of its messages, behind the second chunk
+    near = {end + step for end in ends for step in (-1, 0, 1)}
+    for size in sorted({*random.Random(1).sample(range(ends[0], len(data)), 12), *index, *near, len(data) - 1}):
+        cut.write_bytes(data[:size])
+        if size < ends[0]:
+            with pytest.raises(RecordingError, match="ends before its first message"):
+                read(cut)
+            continue
+        got, scans = list(read(cut).spokes()), sum(end <= size for end in ends[1:])
         assert [spoke.field.tobytes() for spoke in got] == [spoke.field.tobytes() for spoke in whole[: len(got)]]
-        assert len(got) == 64 * count  # each scan ends a chunk
-        assert len(read(cut).truth_lines(count - 1)) == len(read(recording).truth_lines(count - 1))
+        assert len(got) >= 64 * scans, size
+        if scans:
+            assert len(read(cut).truth_lines(scans - 1)) == len(read(recording).truth_lines(scans - 1))
+
+
+def test_a_cut_within_a_chunk_of_many_blocks_loses_less_than_a_block(tmp_path: Path) -> None:
+    """Messages of 1 KiB that do not compress, in one chunk of 800 KiB."""
+    drawn, path = random.Random(3), tmp_path / "long.mcap"
+    contents = [drawn.randbytes(1024) for _ in range(800)]
+    with RecordingFile(path) as file:
+        write = file.channel("/radar/0/feed", "msgpack")
+        for content in contents:
+            write(0.0, 0.0, content)
+    (place,), data = ChunkTable(path).chunks, path.read_bytes()
+    for size in (drawn.randrange(place.offset, place.offset + place.length) for _ in range(20)):
+        path.write_bytes(data[:size])
+        try:
+            got = [message.data for message in ChunkTable(path).messages("/radar/0/feed")]
+        except RecordingError:
+            got = []
+        assert got == contents[: len(got)] and 1024 * len(got) > size - place.offset - 2**17 - 2**15, size
 
 
 @pytest.mark.parametrize("tail", [b"\0" * 5000, b"\x06" + b"\xff" * 400, b"rubbish" * 100], ids=["zeros", "endless", "text"])
 def test_rubbish_behind_the_last_whole_chunk_is_ignored(recording: Path, tail: bytes, tmp_path: Path) -> None:
-    second = ChunkTable(recording).chunks[1]
-    (path := tmp_path / "tail.mcap").write_bytes(recording.read_bytes()[: second.offset + second.length] + tail)
+    third = ChunkTable(recording).chunks[2]
+    (path := tmp_path / "tail.mcap").write_bytes(recording.read_bytes()[: third.offset + third.length] + tail)
     assert len(list(read(path).spokes())) == 128
 
 
 def test_a_long_tail_of_zeros_is_not_searched(recording: Path, tmp_path: Path) -> None:
     """As of a file whose space was reserved: 2 GiB, which would take minutes."""
-    second = ChunkTable(recording).chunks[1]
-    (path := tmp_path / "tail.mcap").write_bytes(recording.read_bytes()[: second.offset + second.length])
+    third = ChunkTable(recording).chunks[2]
+    (path := tmp_path / "tail.mcap").write_bytes(recording.read_bytes()[: third.offset + third.length])
     with path.open("r+b") as file:
         file.truncate(2**31)
-    assert len(ChunkTable(path).chunks) == 2
+    assert len(ChunkTable(path).chunks) == 3
 
 
 def test_a_damaged_chunk_is_named(recording: Path, tmp_path: Path) -> None:

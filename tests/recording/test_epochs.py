@@ -7,7 +7,7 @@ import pytest
 
 from radar_service.recording import RecordingError
 from radar_service.recording.chunk_table import ChunkTable
-from radar_service.recording.epochs import epochs_of, recorded_radars
+from radar_service.recording.epochs import epochs_of, radars_with_epoch, recorded_radars
 from radar_service.recording.recording_file import RecordingFile
 
 
@@ -37,3 +37,19 @@ def test_another_format_is_refused(tmp_path: Path) -> None:
 def test_another_radar_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match='has no "0"; it has west'):
         epochs_of(written(tmp_path / "a.mcap", {"format": 1, "epoch": "x"}), "0")
+
+
+def test_a_radar_whose_epoch_was_cut_off_is_left_out(tmp_path: Path) -> None:
+    with RecordingFile(path := tmp_path / "two.mcap") as file:
+        writers = {}
+        for radar in ("east", "west"):
+            file.channel(f"/radar/{radar}/feed", "msgpack")
+            writers[radar] = file.channel(f"/radar/{radar}/scene", "json")
+        for radar, epoch in (("east", "x"), ("west", "x"), ("west", "y")):
+            writers[radar](0.0, 0.0, json.dumps({"format": 1, "epoch": epoch}).encode())
+            file.flush()
+    table = ChunkTable(path)
+    assert [radars_with_epoch(table, number) for number in range(3)] == [["east", "west"], ["west"], ["east", "west"]]
+    path.write_bytes(path.read_bytes()[: table.chunks[1].offset])
+    cut = ChunkTable(path)
+    assert recorded_radars(cut) == ["east", "west"] and radars_with_epoch(cut, 0) == ["east"]

@@ -14,7 +14,7 @@ from radar_service.records import Crossing
 @pytest.mark.parametrize(("channel", "schema"), [("scene", SCENE), ("truth", truth_schema()), ("ppi", COMPRESSED_IMAGE)])
 def test_every_message_fits_its_schema(channel: str, schema: dict[str, object], recording: Path) -> None:
     table = ChunkTable(recording)
-    lines = [json.loads(message.data) for message in table.messages(table.channels[f"/radar/0/{channel}"])]
+    lines = [json.loads(message.data) for message in table.messages(f"/radar/0/{channel}")]
     assert len(lines) >= {"scene": 1, "truth": 7, "ppi": 3}[channel]
     for line in lines:
         Draft202012Validator(schema).validate(line)

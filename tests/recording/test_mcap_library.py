@@ -2,6 +2,9 @@
 
 import subprocess
 import sys
+from pathlib import Path
+
+from radar_service.extras import install_command
 
 HIDE = "import sys; sys.modules['mcap'] = None; sys.modules['mcap.data_stream'] = None\n"
 
@@ -10,12 +13,18 @@ def run(code: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", HIDE + code], capture_output=True, text=True, timeout=60)
 
 
-def test_commands_name_the_extra() -> None:
-    for command in (["record", "one", "-o", "/tmp/x.mcap"], ["replay", "x.mcap"], ["serve", "--record", "x.mcap"]):
+def test_commands_name_the_extra(tmp_path: Path) -> None:
+    (path := tmp_path / "x.mcap").touch()
+    for command in (["record", "one", "-o", str(path)], ["replay", str(path)], ["serve", "--record", str(path)]):
         result = run(f"from radar_service.__main__ import main\nsys.exit(main({command}))")
         assert result.returncode == 2
         assert result.stderr.startswith("recordings need the package mcap")
-        assert result.stderr.endswith('install it: pip install "radar-service[record]"\n')
+        assert result.stderr.endswith(f"run: `{install_command('record')}`\n")
+
+
+def test_a_file_that_is_missing_is_named_before_the_extra() -> None:
+    result = run("from radar_service.__main__ import main\nsys.exit(main(['replay', 'nofile.mcap']))")
+    assert (result.returncode, result.stderr) == (2, "nofile.mcap: there is no such file; give a recording\n")
 
 
 def test_reading_names_the_extra() -> None:

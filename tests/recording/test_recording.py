@@ -65,7 +65,7 @@ def test_labels_change_nothing_else_of_a_recording(labelled_recording: Path, rec
     def feed(path: Path) -> list[dict[str, object]]:
         return [
             {key: value for key, value in wire.unpack(message.data).items() if key not in ("epoch", "clocks")}
-            for message in ChunkTable(path).messages(ChunkTable(path).channels["/radar/0/feed"])
+            for message in ChunkTable(path).messages("/radar/0/feed")
         ]
 
     plain, labelled = feed(recording), feed(labelled_recording)
@@ -111,6 +111,7 @@ def test_the_attributes_are_those_of_the_simulator(recording: Path) -> None:
         assert getattr(result, name) == getattr(made, name)
     assert result.range.tobytes() == made.range.tobytes()
     assert result.plan.as_dict().keys() == made.plan.as_dict().keys()
+    assert result.plan.as_dict()["arithmetic"] == made.plan.arithmetic
     assert result.record["document"]["body"][0]["name"] == "a"
     assert result.spare() is None and result.trees == 0 and "two ships" in repr(result)
     result.close()
@@ -175,7 +176,7 @@ def test_epochs_and_gaps_are_kept_apart(tmp_path: Path) -> None:
             for first in numbers:
                 recording.send(SpokeBatch(epoch, first, engine.block(first, 5), Controls()))
                 if first == 5 and name == "first":
-                    recording.skip(name, 6, "the engine was started again")
+                    recording.skip(name, 10, 6, "the engine was started again")
     one, two = Recording(tmp_path / "two.mcap", "1"), Recording(tmp_path / "two.mcap", "1", 1)
     assert one.epochs == two.epochs == 2
     assert [(block.first, len(block)) for block in one.blocks(size=32)] == [(0, 10), (16, 5), (24, 5)]

@@ -212,7 +212,7 @@ def test_the_command_refuses_rubbish(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["replay", str(path)]) == 2
     assert capsys.readouterr().err == f"{path}: this is no MCAP file; give one that `radar-service record` wrote\n"
     assert main(["replay", str(tmp_path / "none.mcap")]) == 2
-    assert "none.mcap: No such file" in capsys.readouterr().err
+    assert "none.mcap: there is no such file; give a recording" in capsys.readouterr().err
 
 
 def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_path: Path) -> None:

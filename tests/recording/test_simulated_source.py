@@ -2,11 +2,14 @@
 
 import json
 
+import pytest
+
 from radar_service.recording.simulated_source import SimulatedSource
 from radar_service.stream.source import SceneOrder
 from tests.recording.scenes import AZIMUTHS, MOVING, simulator
 
 
+@pytest.mark.same_bytes
 def test_it_has_what_the_simulator_has() -> None:
     made = simulator()
     source = SimulatedSource(made, SceneOrder(MOVING))

@@ -71,3 +71,14 @@ def point_field(
         weight = amplitude[:, t] * sinc2_beam(boresights - target_azimuth[:, t], beamwidth)
         field += (weight * np.exp(-4j * np.pi * r / wavelength))[:, None] * profile
     return field
+
+
+def in_bins(at: NDArray[np.float64], amplitudes: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Sums (B,) of amplitudes (M,) by bin: each is shared linearly by the two bins beside its place `at` (M,) [bins]."""
+    low = at.astype(np.int64)
+    count = int(low.max()) + 2
+    total = np.zeros(count, dtype=np.complex128)
+    for index, share in ((low, 1.0 - (at - low)), (low + 1, at - low)):
+        weighted = amplitudes * share
+        total += np.bincount(index, weighted.real, count) + 1j * np.bincount(index, weighted.imag, count)
+    return total

@@ -150,6 +150,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "fading": lambda: section("FadingModel"),
     "interference": lambda: section("InterferenceModel"),
     "errors": lambda: section("ErrorsModel"),
+    "errors-radar": lambda: section("RadarErrorsModel"),
+    "errors-platform": lambda: section("PlatformErrorsModel"),
     **{
         f"errors-{name}": partial(section, f"{name.capitalize()}ErrorsModel")
         for name in ("gyro", "log", "position", "antenna", "feed")

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tests.reference import metal_on_water as oracle
-from tests.reference.compressed_pulse import compressed_pulse, sinc2_beam
+from tests.reference.compressed_pulse import compressed_pulse, in_bins, sinc2_beam
 from tests.reference.metal_on_water import EARTH, Face, Floats, Screen, Setting
 
 KNOT = 1852.0 / 3600.0  # m/s
@@ -201,15 +201,9 @@ def compressed(
     if not len(lengths):
         return profile
     first = lengths.min() - bin_length
-    at = (lengths - first) / bin_length
-    low = at.astype(np.int64)
-    count = int(low.max()) + 2
-    total = np.zeros(count, dtype=np.complex128)
-    for index, share in ((low, 1.0 - (at - low)), (low + 1, at - low)):
-        weighted = amplitudes * share
-        total += np.bincount(index, weighted.real, count) + 1j * np.bincount(index, weighted.imag, count)
+    total = in_bins((lengths - first) / bin_length, amplitudes)
     near = np.flatnonzero(np.abs(ranges - first) < 10.0 * CELL)
-    centres = first + bin_length * np.arange(count)
+    centres = first + bin_length * np.arange(len(total))
     delay = 2.0 * (ranges[near][:, None] - centres) / oracle.LIGHT
     profile[near] = compressed_pulse(delay, BANDWIDTH, PULSE, HAMMING) @ total
     return profile

@@ -2,12 +2,13 @@
 
 import json
 import math
+from dataclasses import replace
 
 import jsonschema
 import pytest
 
 import radar_service as rs
-from radar_service.scene.describe import describe, json_schema, two_way_beamwidth
+from radar_service.scene.describe import SCREEN, describe, json_schema, overview, two_way_beamwidth
 from radar_service.scene.load import load_scene
 from tests.scenes import TWO_RADARS, point, scene
 
@@ -44,6 +45,33 @@ def test_description_has_the_derived_numbers() -> None:
         "bearing 180.0 (beyond range)",
     ):
         assert part in text, part
+
+
+MANY = [point(f"buoy {k}", 0, 3000 - 40 * k) for k in range(40)]
+
+
+def test_an_overview_is_one_screen_with_what_matters_first() -> None:
+    """Warnings, the radar, bodies out of sight, then the nearest; the last line says what is left out."""
+    made = load_scene({"name": "many", "radar": {"range_max_m": 2900}, "own_ship": {"speed_kn": 3}, "body": MANY})
+    lines = overview(made, {"buoy 39": ["one", "two"]}).splitlines()
+    assert len(lines) == SCREEN and lines[0] == "scene       many: 40 bodies, 0 triangles"
+    bodies = [line.split(":")[0].strip() for line in lines if line.startswith("  buoy")]
+    assert bodies[:5] == ["buoy 2", "buoy 1", "buoy 0", "buoy 39", "buoy 38"]
+    assert "beyond range" in lines[-1 - len(bodies)] and "2 remarks" in lines[-len(bodies) + 2]
+    assert lines[-1] == (
+        f"--all       shows {40 - len(bodies)} bodies, 2 remarks on bodies more, and all numbers of the radar and of each body"
+    )
+
+
+def test_an_overview_begins_with_the_warnings() -> None:
+    made = load_scene(SCENE)
+    warned = replace(made, warnings=tuple(f"warning {k}" for k in range(10)))
+    lines = overview(warned).splitlines()
+    assert (
+        lines[1] == "warning     warning 0" and "2 warnings" in lines[-1] and sum("warning " in line for line in lines) == 8
+    )
+    assert any(line.startswith("  ferry: 1000 m off, bearing 270.0, 12.0 kn; ") for line in lines)
+    assert any(line.startswith("  buoy: ") and "rcs 10 dBsm" in line for line in lines)
 
 
 def test_horizon_and_two_way_beam() -> None:
@@ -140,7 +168,7 @@ def test_nearer_pulses_are_in_the_description() -> None:
 def test_errors_on_purpose_are_named() -> None:
     errors = {"profile": "imo-a823", "feed": {"drop_rate": 0.1}}
     assert "errors      on purpose, of gyro, log, antenna, feed\n" in describe(load_scene({"errors": errors}))
-    assert "errors" not in describe(load_scene({}))
+    assert "errors" not in describe(scene())
 
 
 def test_it_says_when_a_body_is_there_how_it_sways_and_how_it_turns_at_last() -> None:

@@ -53,4 +53,91 @@ def test_what_is_given_goes_before_the_profile() -> None:
 
 @pytest.mark.parametrize("errors", [{}, {"gyro": {}}, {"gyro": {"bias_deg": 0}, "feed": {"drop_rate": 0}}])
 def test_tables_of_defaults_are_no_errors(errors: dict[str, Any]) -> None:
-    assert rs.load_scene({"errors": errors}).errors is None and rs.load_scene({}).errors is None
+    assert rs.load_scene({"errors": errors}).errors is None and rs.load_scene({"name": "none"}).errors is None
+
+
+SHORE: dict[str, Any] = {"id": "shore", "platform": {"position_m": [90, 0]}}
+FERRY: dict[str, Any] = {
+    "name": "ferry",
+    "shape": "box",
+    "length_m": 9,
+    "width_m": 9,
+    "height_m": 9,
+    "position_m": [0, 900, 0],
+}
+
+
+def of_each(**sections: Any) -> dict[str, ErrorSettings | None]:
+    """The errors of the radars of a scene with one on own ship, one on the ferry and one ashore, by their ids.
+
+    ferry, shore: errors of the ferry and of the radar ashore.
+    """
+    ferry, shore = (({"errors": sections.pop(name)} if name in sections else {}) for name in ("ferry", "shore"))
+    radars = [{"id": "bow"}, {"id": "ferry", "platform": {"body": "ferry"}}, SHORE | shore]
+    made = rs.load_scene({"radar": radars, "body": [FERRY | ferry], **sections})
+    return {name: made.for_radar(name).errors for name in made.radar_ids}
+
+
+def test_sensors_err_on_their_own_platform_alone() -> None:
+    gyro = {"gyro": {"bias_deg": 1}}
+    assert of_each(own_ship={"errors": gyro}) == {"bow": settings(gyro), "ferry": None, "shore": None}
+    assert of_each(ferry=gyro) == {"bow": None, "ferry": settings(gyro), "shore": None}
+
+
+def test_antenna_and_feed_err_on_their_own_radar_alone() -> None:
+    feed = {"feed": {"drop_rate": 0.1}, "antenna": {"misalignment_deg": 2}}
+    assert of_each(shore=feed) == {"bow": None, "ferry": None, "shore": settings(feed)}
+    alone = rs.load_scene({"radar": {"errors": feed}, "own_ship": {"errors": {"log": {"bias_kn": 1}}}}).errors
+    assert alone == settings(feed | {"log": {"bias_kn": 1}})
+
+
+def test_errors_of_all_spare_a_fixed_site_those_of_sensors_that_it_lacks() -> None:
+    feed = {"feed": {"drop_rate": 0.1}}
+    made = of_each(errors={"gyro": {"bias_deg": 1}, "log": {"bias_kn": 1}, "position": {"noise_m": 1}, **feed})
+    assert made["bow"] == made["ferry"] != made["shore"] == settings(feed)
+    assert of_each(errors={"gyro": {"bias_deg": 1}})["shore"] is None
+
+
+def test_the_nearest_table_goes_first_key_by_key() -> None:
+    """A profile stands for the keys that its own table does not give, so a near profile goes before a far key."""
+    gyro = {"bias_deg": 1, "noise_deg": 3}
+    made = of_each(errors={"gyro": gyro}, own_ship={"errors": {"gyro": {"bias_deg": 2}}}, ferry={"profile": "imo-a823"})
+    assert made["bow"] == settings({"gyro": {"bias_deg": 2, "noise_deg": 3}})
+    assert made["ferry"] == settings(
+        {"gyro": {"bias_deg": 0.5, "noise_deg": 0.12}, "log": {"bias_kn": 0.5, "noise_kn": 0.2 / 3}}
+    )
+    assert of_each(errors={"gyro": {"bias_deg": 1}}, own_ship={"errors": {"gyro": {"bias_deg": 0}}})["bow"] is None
+
+
+def test_a_body_that_is_own_ship_has_its_errors_at_either_place() -> None:
+    gyro = {"gyro": {"bias_deg": 1}}
+    for sections in ({"own_ship": {"body": "ferry", "errors": gyro}}, {"own_ship": {"body": "ferry"}, "ferry": gyro}):
+        assert of_each(**sections) == {"bow": settings(gyro), "ferry": settings(gyro), "shore": None}
+
+
+@pytest.mark.parametrize(
+    ("sections", "message"),
+    [
+        ({"radar": {"errors": {"gyro": {}}}}, "radar.errors: gyro is a sensor of the platform; give it in"),
+        ({"own_ship": {"errors": {"feed": {}}}}, "own_ship.errors: feed belongs to a radar; give it in"),
+        (
+            {"body": [FERRY | {"errors": {"antenna": {}}}]},
+            "body[0].errors: antenna belongs to a radar; give it in",
+        ),
+        ({"body": [FERRY | {"errors": {"log": {}}}]}, 'body[0].errors: "ferry" carries no radar; remove errors'),
+        (
+            {"radar": [SHORE], "own_ship": {"errors": {"log": {}}}},
+            "own_ship.errors: own ship carries no radar; remove errors",
+        ),
+        (
+            {"own_ship": {"body": "ferry", "errors": {}}, "body": [FERRY | {"errors": {}}]},
+            "own_ship.errors: body[0].errors defines the errors of own ship too; remove one of the two",
+        ),
+        ({"own_ship": {"errors": {"gyro": {"bias_deg": 200}}}}, "own_ship.errors.gyro.bias_deg: 200 is not allowed"),
+        ({"radar": {"errors": {"fed": {}}}}, "radar.errors.fed: this is not a known key"),
+    ],
+)
+def test_a_table_at_the_wrong_place_is_refused_with_the_right_one(sections: dict[str, Any], message: str) -> None:
+    with pytest.raises(rs.SceneError) as refused:
+        rs.load_scene(sections)
+    assert message in str(refused.value)

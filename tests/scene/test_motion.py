@@ -1,10 +1,12 @@
 """Properties of a motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from radar_service.constants import KNOT
-from radar_service.scene.motion import Motion, Pose
+from radar_service.scene.motion import Motion, Pose, leg_headings
 from radar_service.scene.sway import Sway
 from tests.scenes import point, scene
 
@@ -38,3 +40,24 @@ def test_a_motion_is_even_where_a_straight_line_over_time_fits_it() -> None:
     swaying = Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1), sway=Sway(np.full(4, 0.1), np.full(4, 8.0)))
     assert not straight.is_even(around) and straight.is_even(after)
     assert not swaying.is_even(after) and Motion(np.full(1, 5.0), np.zeros((1, 3)), np.zeros(1)).is_even(around)
+
+
+def test_corners_lie_between_legs_and_laps() -> None:
+    """A loop of 10, 10 and 20 s; before the start a lap ends. At rest and on one leg there are none."""
+    knots = np.array([(0.0, 0, 0), (0, 10, 0), (10, 10, 0), (0, 0, 0)])
+    loop = Motion(np.array([0.0, 10.0, 20.0, 40.0]), knots, leg_headings(knots, None), period=40.0)
+    times = np.array([-1.0, 0.0, 5.0, 10.0, 15.0, 19.9, 20.1, 39.0, 40.0, 41.0, 55.0, 79.9, 80.0])
+    assert np.flatnonzero(loop.corners(times)).tolist() == [0, 2, 5, 7, 9, 10, 11]
+    once = replace(loop, period=None)
+    assert np.flatnonzero(once.corners(times)).tolist() == [0, 2, 5, 7]
+    straight = Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1), np.ones(3))
+    assert np.flatnonzero(straight.corners(times)).tolist() == [0]
+    assert not replace(straight, final_velocity=np.zeros(3)).corners(times).any()
+
+
+def test_corners_are_where_the_pose_jumps_to_the_last_digit() -> None:
+    """Laps of 0.1 s, which no time holds exactly: each jump of the heading has a corner, and no other step."""
+    knots = np.array([(0.0, 0, 0), (0, 1, 0), (0, 0, 0)])
+    loop = Motion(np.array([0.0, 0.05, 0.1]), knots, leg_headings(knots, None), period=0.1)
+    times = np.arange(4000) * 0.05 / 7.0 + 1e5
+    np.testing.assert_array_equal(loop.corners(times), np.diff(loop.pose(times).heading) != 0.0)

@@ -136,3 +136,16 @@ def test_a_copy_and_a_pickled_one_are_steered_alone() -> None:
     motion.follow()
     assert replace(motion).pose(9.0).speed[0] == pytest.approx(5.0)
     assert pickle.loads(pickle.dumps(motion)).pose(9.0).speed[0] == 0.0
+
+
+def test_a_command_makes_a_corner_in_what_was_and_none_in_what_is_followed() -> None:
+    """The motion that is followed continues backward; the past has the course before the command."""
+    motion = steered()
+    motion.steer(Leg(30.0, motion.pose(30.0).position[0], 2.0, 5.0, 0.1, 4.0))
+    motion.follow()
+    times = np.array([10.0, 29.0, 30.0, 33.0, 34.5, 40.0])
+    assert np.flatnonzero(motion.past.corners(times)).tolist() == [1, 3]
+    headings = motion.pose(times).heading
+    assert headings[1] == pytest.approx(1.9) and np.flatnonzero(motion.corners(times)).tolist() == [1, 3]
+    motion.forget()
+    assert not motion.past.corners(times).any()

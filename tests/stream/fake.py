@@ -9,10 +9,10 @@ import numpy as np
 
 from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
-from radar_service.radar.parameters import START
+from radar_service.radar.parameters import START, Origin
 from radar_service.records import BodyTruth, Crossing, OwnShipTruth, Snapshot, SpokeBlock, Truth
 from radar_service.scene.commands import Command
-from radar_service.scene.convert import scene_at_rpm
+from radar_service.scene.convert import scene_at_origin, scene_at_rpm
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.stream.command_log import CommandLog
@@ -125,6 +125,11 @@ class FakeEngine:
         """Waits until so many blocks were made. Raises AssertionError after `timeout` [s]."""
         with self._made:
             assert self._made.wait_for(lambda: self.blocks_made >= count, timeout)
+
+    def begin_at(self, origin: Origin) -> None:
+        self.scene, self.order = scene_at_origin(self.scene, origin), replace(self.order, origin=origin)
+        self._first = self._next = origin.scan
+        self.commands = CommandLog(self.scene.steerable)
 
     def skip_to(self, scan: int) -> None:
         self._first = max(scan, self.scene.radar.origin.scan)

@@ -21,6 +21,11 @@ class BlockCache(NamedTuple):
 def held() -> BlockCache:
     """What this process has now, when what nobody uses has been collected; from within a running event loop."""
     gc.collect()
-    memory = int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    memory = resident_memory(os.getpid())
     files = len(os.listdir("/proc/self/fd"))
     return BlockCache(memory, len(asyncio.all_tasks()), threading.active_count(), files, len(gc.get_objects()))
+
+
+def resident_memory(process: int) -> int:
+    """Resident memory of a process [bytes]."""
+    return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")

@@ -11,6 +11,7 @@ from typing import Any
 
 from fastapi import FastAPI
 
+from radar_service.stream.http.requests import Requests
 from radar_service.stream.http.server import Server, configuration, listening_socket
 from radar_service.stream.radio.station import Station
 
@@ -35,11 +36,16 @@ class Turns:
 
 
 @contextlib.contextmanager
-def served(app: FastAPI, stations: list[Station], turns: Turns | None = None, **limits: Any) -> Iterator[tuple[str, int]]:
-    """Host and port while the application is served; afterwards it has stopped. limits: as `configuration` takes them."""
+def served(
+    app: FastAPI, stations: list[Station], turns: Turns | None = None, requests: Requests | None = None, **limits: Any
+) -> Iterator[tuple[str, int]]:
+    """Host and port while the application is served; afterwards it has stopped.
+
+    requests: those of the application; limits: as `configuration` takes them.
+    """
     listener, begun = listening_socket("127.0.0.1", 0), threading.Event()
     host, port = listener.getsockname()[:2]
-    server = Server(configuration(app, **limits), stations, begun.set)
+    server = Server(configuration(app, **limits), stations, begun.set, requests or Requests())
 
     async def serve() -> None:
         watching = asyncio.create_task((turns or Turns()).watch())

@@ -1,7 +1,9 @@
 """The queue of jobs: bounded, cancelled, never stuck."""
 
 import asyncio
+import contextlib
 import threading
+import weakref
 from collections.abc import Awaitable, Callable
 
 import pytest
@@ -134,3 +136,31 @@ def test_only_the_last_jobs_are_remembered_and_a_closed_queue_takes_none() -> No
             await queue.run("scene", lambda job: None)
 
     play(test)
+
+
+class Scene:
+    """What a job makes."""
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize("end", ["done", "failed", "cancelled", "cancelled before its turn"])
+def test_a_job_that_has_ended_keeps_nothing_that_it_has_made(end: str) -> None:
+    made = list[weakref.ref[Scene]]()
+
+    def work(job: Job) -> None:
+        scene = Scene()
+        made.append(weakref.ref(scene))
+        if end == "cancelled before its turn":
+            job.cancel()
+        job.ends_with(scene.close)
+        if end == "failed":
+            raise ValueError
+        if end == "cancelled":
+            job.cancel()
+
+    job = Job("a", "scene")
+    with contextlib.suppress(ValueError):
+        job.perform(work)
+    assert job.is_over and made[0]() is None

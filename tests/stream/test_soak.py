@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 
 from radar_service.stream.codecs.native import wire
@@ -18,7 +19,7 @@ from radar_service.stream.fanout.client_queue import CATCH_UP_BYTES, ClientQueue
 from radar_service.stream.fanout.hub import EncodedBatch, Hub
 from radar_service.stream.feed_request import View
 from radar_service.stream.radio.pacing import BATCH_SPOKES, Schedule
-from tests.stream.held import BlockCache, held
+from tests.stream.held import BlockCache, held, resident_memory
 
 ROOT = Path(__file__).parents[2]
 DAY = 24 * 3600 * 1638  # spokes of 24 rpm and 4096 azimuths: 142 million
@@ -108,6 +109,39 @@ def test_a_day_of_spokes_through_the_hub_leaves_nothing_behind(spokes: int) -> N
     assert last[1:4] == settled[1:4]
     assert last.memory - settled.memory < 2 * 2**20  # bytes: less than the allocator's own arenas come and go by
     assert abs(last.objects - settled.objects) < 100
+
+
+WIDE: dict[str, Any] = {  # 45,000 cells; as few spokes a second as a busy machine computes
+    "radar": {"azimuths": 360, "rpm": 6, "beamwidth_deg": 2, "bandwidth_hz": 5e7, "pulse_s": 1e-6, "range_max_m": 89_900},
+    "body": [{"name": "p", "shape": "point", "position_m": [0, 3000, 10], "rcs_dbsm": 10}],
+}
+SWAPS, FIRST_SWAPS = 40, 5
+
+
+@pytest.mark.study
+def test_forty_swaps_of_wide_scenes_leave_the_memory_of_a_service_where_it_was() -> None:
+    """The radar is paused, so that each scene has as many spokes ahead when the memory is read."""
+    command = [sys.executable, "-m", "radar_service", "serve", "worked-example", "--port", "0"]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as service:
+        assert service.stdout is not None
+        with httpx.Client(base_url=service.stdout.readline().split()[-1], timeout=300) as http:
+            http.patch("api/radars/0/controls", json={"pace": {"state": "pause"}}).raise_for_status()
+            resident = [resident_after_swap(http, service.pid, number) for number in range(SWAPS)]
+        service.terminate()
+    print("\nresident MiB:", [round(memory / 2**20) for memory in resident])
+    assert max(resident[FIRST_SWAPS:]) <= 1.1 * max(resident[:FIRST_SWAPS])
+
+
+def resident_after_swap(http: httpx.Client, process: int, number: int) -> int:
+    """Resident memory [bytes] of a service when it has read what it reads ahead of a scene: when that changes no more."""
+    http.put("api/radars/0/scene", json={"scene": WIDE | {"name": str(number)}}).raise_for_status()
+    while http.get("api/radars/0").json()["scene"]["name"] != str(number):
+        time.sleep(0.1)
+    before, memory = 0, resident_memory(process)
+    while memory != before:
+        time.sleep(1.0)
+        before, memory = memory, resident_memory(process)
+    return memory
 
 
 if __name__ == "__main__":

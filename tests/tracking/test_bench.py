@@ -92,6 +92,7 @@ def test_a_program_of_another_language_is_judged_too(scenario: Path, tmp_path: P
     )
 
 
+@pytest.mark.same_bytes
 def test_processes_give_the_runs_of_one(tmp_path: Path) -> None:
     scenario = small(tmp_path, 8)
     one = bench([scenario], 2, "gnn", tmp_path / "one", 1)
@@ -109,6 +110,19 @@ def test_a_program_that_changed_is_run_anew(made: list[tuple[str, int]], tmp_pat
     assert {track["track"] for scan in run["scans"] for track in scan["tracks"]} == {"1"}
 
 
+def test_runs_of_another_arithmetic_are_run_anew(
+    made: list[tuple[str, int]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    scenario = small(tmp_path, 4)
+    for name, runs in (("one", 1), ("one", 1), ("another", 2), ("another", 2)):
+        monkeypatch.setattr(bench_module, "arithmetic", lambda name=name: name)
+        bench([scenario], 1, "gnn", tmp_path / "out", 1)
+        assert len(made) == runs
+    (run,) = runs_of([scenario], 1, "gnn", tmp_path / "out")["small"]
+    assert run["arithmetic"] == "another"
+
+
+@pytest.mark.same_bytes
 def test_a_server_is_judged_as_a_program_is(tmp_path: Path) -> None:
     scenario = small(tmp_path, 6)
     (by_pipe,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out", 1)["scenarios"]
@@ -131,3 +145,12 @@ def test_gate_the_reference_tracker_meets_the_limits(name: str, seeds: int, tmp_
     assert any(limit.decides for limit in scenario.limit)
     (its,) = bench([scenario], seeds, "gnn", tmp_path, 1)["scenarios"]
     assert [verdict["failures"] for verdict in its["verdicts"]] == [0] * len(its["verdicts"])
+
+
+def test_a_flood_is_a_remark_of_the_report_and_warns_of_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "small.toml"
+    path.write_text(FILE.format(scans=2).replace("noise = true", "noise = true\nsea_state = 5"))
+    scenario = load_scenario(str(path))
+    (its,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out", 1)["scenarios"]
+    assert its["remark"].startswith("2 of 2 scans flood the plot extractor; scan ")
+    assert 'set threshold to "ca"' in its["remark"]

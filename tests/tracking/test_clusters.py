@@ -47,6 +47,12 @@ def test_nothing_has_no_cluster() -> None:
     assert len(clusters(detections(np.zeros((3, 3))), ClusterRule())) == 0
 
 
+def split_of(hills: Detections, rule: ClusterRule) -> list[np.ndarray]:
+    """The detections of each part of one cluster."""
+    number = parts(hills, np.zeros(len(hills), dtype=np.int64), rule)
+    return [np.flatnonzero(number == one) for one in np.unique(number)]
+
+
 def two_hills(valley_db: float) -> Detections:
     """Two peaks of 40 and 30 dB with a valley between them, `valley_db` below the lower one."""
     level = np.interp(np.arange(21), [0, 5, 10, 15, 20], [10.0, 40.0, 30.0 - valley_db, 30.0, 10.0])
@@ -55,19 +61,52 @@ def two_hills(valley_db: float) -> Detections:
 
 def test_a_deep_valley_splits_and_a_shallow_one_does_not() -> None:
     rule = ClusterRule(1, 1, 9.0)
-    assert [len(part) for part in parts(two_hills(8.9), rule)] == [63]
-    split = parts(two_hills(9.1), rule)
+    assert [len(part) for part in split_of(two_hills(8.9), rule)] == [63]
+    split = split_of(two_hills(9.1), rule)
     assert len(split) == 2 and sorted(np.concatenate(split)) == list(range(63))
     hills = two_hills(9.1)
     assert [int(hills.cell[part][hills.power[part].argmax()]) for part in split] in ([5, 15], [15, 5])
-    assert len(parts(two_hills(20.0), ClusterRule(1, 1, np.inf))) == 1
+    assert len(split_of(two_hills(20.0), ClusterRule(1, 1, np.inf))) == 1
 
 
 def test_three_hills_are_three_parts_however_they_merge() -> None:
     level = np.interp(np.arange(31), [0, 5, 10, 15, 20, 25, 30], [5, 30, 15, 40, 15, 35, 5])
     hills = detections(10.0 ** (level[None, :] / 10.0))
-    peaks = {int(hills.cell[part][hills.power[part].argmax()]) for part in parts(hills, ClusterRule(1, 1, 9.0))}
+    peaks = {int(hills.cell[part][hills.power[part].argmax()]) for part in split_of(hills, ClusterRule(1, 1, 9.0))}
     assert peaks == {5, 15, 25}
+
+
+@pytest.mark.parametrize(("spokes", "cells"), [(1, 1), (2, 2), (1, 4)])
+def test_parts_are_those_of_a_watershed_cell_by_cell(spokes: int, cells: int) -> None:
+    """Rough hills in many clusters, some of which are one detection."""
+    rng, rule = np.random.default_rng(8), ClusterRule(spokes, cells, 9.0)
+    image = np.where(rng.random((60, 80)) < 0.3, 10.0 ** rng.normal(2.0, 0.8, (60, 80)), 0.0)
+    some = detections(image)
+    label = clusters(some, rule)
+    number = parts(some, label, rule)
+    mine = {frozenset(np.flatnonzero(number == one).tolist()) for one in np.unique(number)}
+    assert mine == watershed(some, label, rule) and len(mine) > label.max() + 10
+
+
+def watershed(some: Detections, label: np.ndarray, rule: ClusterRule) -> set[frozenset[int]]:
+    """The parts, from the strongest cell to the weakest. Random hills seldom meet by threes, so their order does not matter."""
+    level, part = 10 * np.log10(some.power), {}
+    for cell in np.argsort(-level, kind="stable").tolist():
+        touching = (abs(some.spoke - some.spoke[cell]) <= rule.spokes) & (abs(some.cell - some.cell[cell]) <= rule.cells)
+        near = [other for other in np.flatnonzero(touching & (label == label[cell])).tolist() if other in part]
+        part[cell] = part[max(near, key=level.__getitem__)] if near else cell
+        for other in near:
+            low, high = sorted((part[cell], part[other]), key=level.__getitem__)
+            if low != high and level[low] - level[cell] < rule.split_db:
+                part = {one: high if peak == low else peak for one, peak in part.items()}
+    return {frozenset(one for one, its in part.items() if its == peak) for peak in set(part.values())}
+
+
+def test_clusters_in_any_order_of_detections() -> None:
+    some = detections((np.random.default_rng(4).random((30, 30)) < 0.15).astype(float))
+    mixed = np.random.default_rng(5).permutation(len(some))
+    one, other = clusters(some, ClusterRule()), clusters(some.only(mixed), ClusterRule())
+    assert len(set(zip(one[mixed].tolist(), other.tolist(), strict=True))) == one.max() + 1 == other.max() + 1
 
 
 def test_rubbish_is_refused() -> None:

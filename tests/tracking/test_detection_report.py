@@ -33,10 +33,19 @@ def test_files_are_written_and_can_be_read(tmp_path: Path) -> None:
     assert base64.b64decode(picture).startswith(b"\x89PNG")
 
 
-def test_a_line_for_each_target() -> None:
-    buoy, ship = summary(STUDY).splitlines()
-    assert buoy == (
-        "free space: buoy <1>: pass (first lost 1.00 NM (None), last held 2.00 NM (2.10), 4.9 NM, p 0.25, +0.10 +- 0.05 dB)"
-    )
-    assert ship.startswith("free space: ship: no range to test") and "p none" in ship
+def test_a_row_for_each_target_under_heads_in_one_column_each() -> None:
+    heads, buoy, ship, _ = summary(STUDY).splitlines()
+    assert re.split(" {2,}", heads) == [
+        "environment",
+        "target",
+        "first lost",
+        "last held",
+        "standard",
+        "p",
+        "SNR",
+        "verdict",
+    ]
+    cells = ["free space", "buoy <1>", "1.00 NM (none)", "2.00 NM (2.10)", "4.9 NM", "0.25", "+0.10 +- 0.05 dB", "pass"]
+    assert re.split(" {2,}", buoy) == cells
+    assert {line.index(word) for line, word in ((heads, "verdict"), (buoy, "pass"), (ship, "no range"))} == {len(buoy) - 4}
     assert "0.8 or more" in criterion(STUDY) and "40 scans" in criterion(STUDY)

@@ -11,6 +11,7 @@ import radar_service as rs
 from radar_service.scan import Scan
 from radar_service.tracking.clusters import ClusterRule
 from radar_service.tracking.extractor import PlotExtractor
+from radar_service.tracking.flood import FloodWarning
 from radar_service.tracking.plot import Plot
 from tests.scenes import point, scene
 from tests.tracking.test_detections import scan_of_power
@@ -24,6 +25,7 @@ RADAR = {
     "power_w": 200_000,
 }
 SCANS = 4
+FLOODED = pytest.mark.filterwarnings("ignore::radar_service.tracking.flood.FloodWarning")  # few cells, many of them detected
 
 
 def wrapped(angle: float) -> float:
@@ -146,6 +148,7 @@ def test_a_target_at_north_has_one_plot_per_crossing() -> None:
     assert [plots[0].scan for plots in strong[1:]] == [1, 2, 3]
 
 
+@FLOODED
 def test_a_ring_is_closed_after_a_full_circle() -> None:
     """Land all round does not wait for ever: each scan ends what is a circle old."""
     power = np.ones((64, 20))
@@ -155,6 +158,7 @@ def test_a_ring_is_closed_after_a_full_circle() -> None:
     assert sum(len(report.plots) for report in reports) >= 4 and all(len(report.plots) <= 1 for report in reports)
 
 
+@FLOODED
 def test_the_strongest_plots_are_kept() -> None:
     power = np.ones((64, 80))
     power[10, 4::8], power[30, 40] = np.arange(60.0, 70.0), 1000.0
@@ -163,6 +167,27 @@ def test_the_strongest_plots_are_kept() -> None:
     assert report.dropped == 8 and [round(plot.range / extractor_step()) for plot in report.plots] == [76, 68, 40]
 
 
+def test_more_plots_than_the_maximum_are_a_flood_and_warn_once() -> None:
+    power = np.ones((64, 80))
+    power[10, 4::8] = np.arange(60.0, 70.0)
+    extractor = PlotExtractor(quiet(64, 80), threshold=Above(50.0), max_plots=3, sidelobe_margin_db=None)
+    with pytest.warns(
+        FloodWarning, match="10 of 5,120 cells .* the 7 weakest of 10 plots are dropped: .* max_plots above 3"
+    ) as caught:
+        first = extractor.add(scan_of_power(power, 0))
+        second = extractor.add(scan_of_power(power, 1))
+    assert len(caught) == 1 and caught[0].filename == __file__
+    assert first.flood is not None and second.flood is not None and (second.flood.scan, second.flood.dropped) == (1, 7)
+
+
+def test_no_flood_warns_of_nothing() -> None:
+    power = np.ones((64, 80))
+    power[10, 40] = 1000.0
+    extractor = PlotExtractor(quiet(64, 80), threshold=Above(50.0), sidelobe_margin_db=None)
+    assert extractor.add(scan_of_power(power, 0)).flood is None
+
+
+@FLOODED
 def test_missing_spokes_hold_no_plots() -> None:
     power = np.full((64, 20), 100.0)
     power[8:] = np.nan

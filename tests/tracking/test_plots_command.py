@@ -38,7 +38,7 @@ def test_plots_are_printed_and_written(scene: str, tmp_path: Path, capsys: pytes
         (["--guard-m", "x"], "x is not allowed; a length above 0 m"),
         (["--fidelity", "documented"], "documented has no labels"),
         (["--window-m", "5000"], "window: .* choose shorter ones"),
-        (["-o", "no/such/folder.json"], "there is no such folder"),
+        (["-o", "/dev/null/plots.json"], "a file is in the way of this folder"),
         (["--png", "plots.jpg"], "does not end in .png"),
     ],
 )

@@ -13,14 +13,14 @@ from PIL import Image
 
 from radar_service.tracking.bench import report
 from radar_service.tracking.ppi_picture import SIZE
-from radar_service.tracking.report import comparison, write_report
+from radar_service.tracking.report import comparison, unit_of, verdict_table, write_report
 from radar_service.tracking.scenario import Limit, Scenario
 from tests.tracking.test_scenario import SMALL
 
 TRUTH = {"body": "t <1>", "time": 1.0, "position": [0.0, 100.0], "velocity": [1.0, 0.0]}
 TRACK = {"track": "1", "time": 2.0, "east": 1.0, "north": 103.0, "velocity_east": 1.0, "velocity_north": 0.0}
 RUN = {
-    "seed": 0, "metrics": {"ospa_m": 3.0, "held": None},
+    "seed": 0, "remark": None, "metrics": {"ospa_m": 3.0, "held": None},
     "scans": [{"scan": 0, "time": 2.5, "own": [0, 0], "plots": [[1.0, 100.0]], "tracks": [TRACK], "truths": [TRUTH]},
               {"scan": 1, "time": 5.0, "own": [0, 0], "plots": [], "tracks": [], "truths": [TRUTH]}],
 }  # fmt: skip
@@ -38,10 +38,32 @@ def test_files_are_written_and_can_be_read(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text()
     assert "&lt;gnn&gt;" in page and "<gnn>" not in page and "a &amp; b" in page
     assert (
-        "ospa_m at most 10" in page and "held at least 1" in page and "undecided, more seeds" in page and ">shown<" in page
+        "ospa_m at most 10 m<" in page
+        and "held at least 1" in page
+        and "undecided, more seeds" in page
+        and ">shown<" in page
     )
     (picture,) = re.findall(r'src="data:image/png;base64,([^"]+)"', page)
     assert base64.b64decode(picture).startswith(b"\x89PNG")
+
+
+def test_verdicts_are_a_table_with_values_limits_and_units() -> None:
+    run = {**RUN, "metrics": {**RUN["metrics"], "ospa_m": 3.0}, "remark": "1 of 2 scans flood the plot extractor; <more>"}
+    made = report({"small": Scenario(**{**SMALL, "limit": LIMITS})}, {"small": [run]}, "gnn")
+    lines = [line.split() for line in verdict_table(made).splitlines()]
+    assert lines[0] == ["scenario", "metric", "95", "%", "value", "limit", "unit", "missed", "verdict"]
+    assert lines[1] == "small ospa_m 3 at most 10 m 0 of 1 undecided, more seeds".split()
+    assert lines[2] == "small held none at least 1 1 of 1 shown".split()
+    assert lines[3] == "small: remark: 1 of 2 scans flood the plot extractor; <more>".split()
+
+
+@pytest.mark.parametrize(
+    ("metric", "unit"),
+    [("relative_course_deg_1min", "degrees"), ("cpa_nm_3min", "NM"), ("tcpa_min_3min", "min"), ("true_speed_kn_1min", "kn"),
+     ("velocity_error_m_s", "m/s"), ("ospa_m", "m"), ("held", ""), ("identity_changes", "")],
+)  # fmt: skip
+def test_a_metric_has_the_unit_of_its_name(metric: str, unit: str) -> None:
+    assert unit_of(metric) == unit
 
 
 @pytest.mark.parametrize("targets", [1, 40])

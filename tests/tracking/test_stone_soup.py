@@ -79,4 +79,4 @@ def test_without_stone_soup_the_remedy_is_named() -> None:
         "try: StoneSoupTracker()\nexcept ImportError as e: print(e)"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "pip install 'radar-service[tracking]'" in result.stdout
+    assert "the reference trackers need the package stonesoup, of the extra tracking" in result.stdout

@@ -41,6 +41,7 @@ def of_process() -> tuple[Any, Any]:
         return plots_of(feed), truth_of(feed)
 
 
+@pytest.mark.same_bytes
 def test_a_service_gives_the_plots_and_the_truth_of_a_simulator(of_process: tuple[Any, Any]) -> None:
     with service(SCENE, 3, "max", "balanced") as address:
         feed = RemoteFeed(address)

@@ -149,6 +149,7 @@ def test_a_snapshot_has_all_bodies_at_the_end_of_the_scan() -> None:
     assert snapshot.bodies[0].position[0] == pytest.approx(10 * KNOT * 10.0)
 
 
+@pytest.mark.same_bytes
 def test_the_scan_is_by_default_the_one_that_was_taken_last() -> None:
     sim = simulator([point("t", 900, 0)])
     assert sim.crossings() == sim.crossings(0)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.frames import body_rotation, map_from_body
-from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_leg
+from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_divergence, sea_leg
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scene.poses import BodyPose
 from radar_service.types import Flags, Floats, Indices
@@ -112,6 +112,11 @@ class BodyLeg:
         """Lengths (M,) of the leg to points (M, 3) in the body's frame [m]."""
         position = map_from_body(points, self.pose.position, self.pose.heading)
         return leg_length(position, self.antenna, self.earth_radius, self.by_sea)
+
+    def divergence(self, points: Floats) -> Floats:
+        """By what the curved sea lowers the fields (M,) at points (M, 3) in the body's frame [m]."""
+        position = map_from_body(points, self.pose.position, self.pose.heading)
+        return sea_divergence(position, self.antenna, self.earth_radius)
 
     def _leg(self, points: Floats) -> Leg:
         position = map_from_body(points, self.pose.position, self.pose.heading)

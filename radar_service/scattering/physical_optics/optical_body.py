@@ -39,6 +39,8 @@ TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ra
 SHORTEST = 1.0 / 6.0  # of a wavelength: finer tubes than this gain nothing (docs/engine.md#errors)
 SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by less have one rank
 FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
+DIVERGING = 0.99  # of the field: what the curved sea lowers less is shared linearly
+NO_FIELD = 1e-9  # beyond the horizon
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PROBE_EDGE, MAX_PROBES = 8.0, 1000  # m between probes for shadows of bodies larger than `model.THIN`, and their number
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
@@ -105,9 +107,10 @@ class OpticalBody:
         cell = np.concatenate([lit.point_cell, *(field.cell for part in parts for field in part)])
         lattice = Lattice.over(position, cell, FLATTEST if len(legs) > 1 else np.inf, water)
         lengths = [leg.length(lattice.nodes) for leg in legs]
+        lost = _lost_to_curvature(legs, lattice, lit.points)
         result, begin = [], len(lit.points)
         for (one, other), field, part in zip(paths, fields, parts, strict=True):
-            sums = lattice.sums(slice(len(lit.points)), field)
+            sums = lattice.sums(slice(len(lit.points)), field * lost[one + other])
             amplitude = np.concatenate([np.zeros(0, dtype=np.complex128), *(field.amplitude for field in part)])
             sums += lattice.sums(slice(begin, begin + len(amplitude)), amplitude)
             begin += len(amplitude)
@@ -199,6 +202,18 @@ class OpticalBody:
     def _cut(self, number: int, cell: float, edge: float) -> BodyFacets:
         """A block cut to this longest edge [m]."""
         return body_facets(self.blocks[number], cell, edge)
+
+
+def _lost_to_curvature(legs: tuple[BodyLeg, ...], lattice: Lattice, points: Floats) -> list[Floats]:
+    """How much the curved sea leaves of fields (M,) or (1,) at the first points (M, 3) of a lattice, by the number of ways by it,
+    over what it leaves of them at their nodes. It takes nothing on the water and soon something above it, the more the nearer
+    the horizon."""
+    at_nodes = legs[-1].divergence(lattice.nodes) if len(legs) > 1 else np.ones(1)
+    if at_nodes.min(initial=1.0) > DIVERGING:
+        return [np.ones(1)] * 3
+    at_points = legs[-1].divergence(points)
+    between = [lattice.between(at_nodes**ways)[: len(points)] for ways in range(3)]
+    return [at_points**ways / np.maximum(shared, NO_FIELD) for ways, shared in enumerate(between)]
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:

@@ -45,6 +45,10 @@ class Lattice:
         parts = [_lattice(points[m], float(size), flattest, lowest) for m, size in zip(members, sizes, strict=True)]
         return _joined(parts, members, len(points))
 
+    def between(self, values: Floats) -> Floats:
+        """Values (M,) at the points, of those at the nodes (N,) by their shares."""
+        return np.asarray(np.einsum("ij,ij->j", self.share, values.take(self.corner)))
+
     def sums(self, which: slice, amplitude: Complexes) -> Complexes:
         """The sum (N,) at each node of the shares of amplitudes (W,) at points `which`."""
         total = np.zeros(len(self.nodes), dtype=np.complex128)

@@ -20,6 +20,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, machine_busy
 from radar_service.scene.body import Mesh
 from radar_service.scene.error import SceneError
 from radar_service.scene.fields import MAX_COORDINATE
@@ -29,8 +30,6 @@ from radar_service.scene.geo import Origin
 from radar_service.scene.model import BodyModel
 
 MAX_MEMORY = 2 * 2**30  # bytes above the interpreter's own; an STL of 64 MiB needs 1.2 GiB
-MAX_CPU_TIME = 10.0  # s per file
-TIMEOUT = 30.0  # s of wall clock per file, with about 1 s for the start of the child
 MAX_TRIANGLES = 4_000_000  # of a scene: some 300 MB with their ray-tracing tree
 MAX_HEADER_BYTES = 2**20  # of an answer
 CPU_TIME_STATUS = -24  # exit status of a process that SIGXCPU ended
@@ -41,19 +40,20 @@ DTYPES = {"vertices": "<f8", "faces": "<i8", "position": "<f8"}
 class Sandbox:
     """A mesh_reader.MeshReader that reads files in a child process, one at a time. Call `close` after use.
 
-    memory: limit of the child [bytes above the interpreter's own]. cpu_time: limit of the child [s per file].
-    timeout: wall-clock time after which the parent ends the child [s per file]. command: the program that answers, with
-    its arguments; by default sandbox_child. The child starts with the first file, or earlier by `start`.
+    memory: limit of the child [bytes above the interpreter's own]. processor_time: limit of the child [s per file], from the
+    beginning of its parsing. backstop: wall-clock time after which the parent ends the child [s per file]; it includes the
+    child's start. command: the program that answers, with its arguments; by default sandbox_child. The child starts with the
+    first file, or earlier by `start`.
     """
 
     max_triangles = MAX_TRIANGLES
 
     def __init__(
-        self, memory: int = MAX_MEMORY, cpu_time: float = MAX_CPU_TIME, timeout: float = TIMEOUT,
+        self, memory: int = MAX_MEMORY, processor_time: float = MAX_PROCESSOR_TIME, backstop: float = BACKSTOP,
         command: Sequence[str] | None = None,
     ) -> None:  # fmt: skip
-        self._memory, self._cpu_time, self._timeout = memory, cpu_time, timeout
-        self._command = command or [sys.executable, "-P", "-m", CHILD, str(memory), str(cpu_time)]
+        self._memory, self._processor_time, self._backstop = memory, processor_time, backstop
+        self._command = command or [sys.executable, "-P", "-m", CHILD, str(memory), str(processor_time)]
         self._lock = threading.Lock()
         self._child: subprocess.Popen[bytes] | None = None
 
@@ -68,7 +68,10 @@ class Sandbox:
             self._end()
 
     def mesh(self, content: bytes, name: str, location: str, scale: float, up: str) -> LoadedMesh:
-        """Returns the mesh in a file, as mesh.mesh_from_bytes. Raises SceneError also at the limits of the child."""
+        """Returns the mesh in a file, as mesh.mesh_from_bytes.
+
+        Raises SceneError also at the limits of the child, and MachineBusyError at the backstop.
+        """
         arrays, findings = self._request(location, ("mesh", content, name, location, scale, up))
         return LoadedMesh(mesh_from_answer(arrays, location), findings)
 
@@ -82,7 +85,7 @@ class Sandbox:
         coverage: Coverage,
         location: str,
     ) -> Terrain:
-        """Returns the terrain in a height map, as heightmap.heightmap_terrain. Raises SceneError also at the limits."""
+        """Returns the terrain in a height map, as heightmap.heightmap_terrain. Raises as `mesh`."""
         file_location = f"{location}.heightmap: {name}"
         arrays, findings = self._request(file_location, ("terrain", content, name, body, start, origin, coverage, location))
         position = arrays["position"]
@@ -98,13 +101,15 @@ class Sandbox:
                 timed_out.set()
                 child.kill()
 
-            timer = threading.Timer(self._timeout, end_child)
+            timer = threading.Timer(self._backstop, end_child)
             timer.start()
             try:
                 header, arrays = _exchange(child, pickle.dumps(request))
             except (OSError, ValueError, LookupError, TypeError, AttributeError, struct.error):
                 self._end()
-                reason = self._reason(child.returncode, timed_out.is_set())
+                if timed_out.is_set():
+                    raise machine_busy(location, self._backstop) from None
+                reason = self._reason(child.returncode)
                 raise SceneError(f"{location}: {reason}; make it smaller or export it again") from None
             finally:
                 timer.cancel()
@@ -141,12 +146,10 @@ class Sandbox:
                 pipe.close()
         child.wait()
 
-    def _reason(self, status: int, timed_out: bool) -> str:
+    def _reason(self, status: int) -> str:
         """Returns in words why the child ended."""
-        if timed_out:
-            return f"the file takes more than {self._timeout:g} s to read"
         if status == CPU_TIME_STATUS:
-            return f"the file takes more than {self._cpu_time:g} s of processor time to read"
+            return f"the file takes more than {self._processor_time:g} s of processor time to read"
         return f"the file takes more than {self._memory / 2**20:.0f} MiB to read, or crashes its parser"
 
 

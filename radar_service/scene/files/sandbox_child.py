@@ -19,13 +19,14 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 
+from radar_service.processor_time import limit_processor_time
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.heightmap import Coverage
 from radar_service.scene.files.mesh_reader import IN_PROCESS, MeshReader
 from radar_service.scene.files.sandbox import MAX_TRIANGLES
 from radar_service.scene.model import BodyModel
 
-if sys.platform != "win32":  # Windows has no such limits; only the timeout of the parent applies
+if sys.platform != "win32":  # Windows has no such limits; only the backstop of the parent applies
     import resource
 
 
@@ -59,14 +60,6 @@ def limit_process(memory: int) -> None:
         (resource.RLIMIT_NPROC, 0), (resource.RLIMIT_NOFILE, 3),
     ):  # fmt: skip
         resource.setrlimit(resource_kind, (maximum, maximum))
-
-
-def limit_cpu_time(seconds: float) -> None:
-    """Limits the processor time [s] of the next file, in addition to what earlier files used."""
-    if sys.platform != "win32":
-        used = resource.getrusage(resource.RUSAGE_SELF)
-        hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
-        resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))
 
 
 def answer(request: tuple[Any, ...], reader: MeshReader) -> tuple[dict[str, Any], list[NDArray[Any]]]:
@@ -109,10 +102,10 @@ def _read(
 
 
 def serve(inbound: BinaryIO, outbound: BinaryIO, seconds: float, reader: MeshReader = IN_PROCESS) -> None:
-    """Answers requests until the input ends. seconds: processor time for each file [s]."""
+    """Answers requests until the input ends. seconds: processor time for each file, from here on [s]."""
     while len(size := inbound.read(8)) == 8:
         request = inbound.read(struct.unpack("<Q", size)[0])
-        limit_cpu_time(seconds)
+        limit_processor_time(seconds)
         header, arrays = answer(pickle.loads(request), reader)
         text = json.dumps(header).encode()
         outbound.write(struct.pack("<Q", len(text)) + text)

@@ -1,6 +1,5 @@
 """Reads and validates the description of a scene: a TOML or JSON file, a packaged scene or a mapping."""
 
-import json
 import re
 import tomllib
 from collections.abc import Mapping
@@ -11,9 +10,10 @@ from pydantic import ValidationError
 
 from radar_service.packaged import packaged_folder
 from radar_service.scene.error import SceneError
-from radar_service.scene.files.scene_folder import read_limited
+from radar_service.scene.files.scene_folder import FORWARD, read_limited
 from radar_service.scene.model import SceneModel
 from radar_service.scene.validation_messages import error_from_problems, plain_data, problems_from_validation
+from radar_service.strict_json import DuplicateKeyError, parsed
 
 Source = str | Path | Mapping[str, Any]
 
@@ -37,6 +37,10 @@ def model_and_folder(source: Source, folder: Path | None) -> tuple[SceneModel, P
 
 def validated(data: Mapping[str, Any]) -> SceneModel:
     """Returns the model of a mapping. Raises SceneError with one line for each problem."""
+    if not data:
+        raise SceneError(
+            f"scene: it is empty; give it a name, a radar or a body, or load one of {', '.join(packaged_scenes())}"
+        )
     try:
         return SceneModel.model_validate(plain_data(data))
     except ValidationError as error:
@@ -50,6 +54,8 @@ def packaged_scenes() -> list[str]:
 
 def scene_path(source: str | Path) -> Path:
     """Returns the file of a path or of a packaged scene's name. Raises SceneError with the packaged names."""
+    if not str(source).strip():
+        raise SceneError(f'scene: "" names no scene; give a .toml or .json file, or one of {", ".join(packaged_scenes())}')
     path = Path(source)
     try:
         if path.is_dir():
@@ -98,13 +104,12 @@ def _parse(path: Path) -> Mapping[str, Any]:
         raise SceneError(f"{location}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
     _check_depth(text, kind, location)
     try:
-        data = tomllib.loads(text) if kind == ".toml" else json.loads(text, object_pairs_hook=_unique_keys)
-    except SceneError as error:
+        data = tomllib.loads(text) if kind == ".toml" else parsed(text)
+    except DuplicateKeyError as error:
         raise SceneError(f"{location}: {error}") from None
     except (ValueError, RecursionError, OverflowError) as error:
-        raise SceneError(
-            f"{location}: the file is not valid {kind[1:].upper()}: {str(error)[:300]}; correct it there"
-        ) from None
+        remedy = _backslash_remedy(text, str(error)) or "correct it there"
+        raise SceneError(f"{location}: the file is not valid {kind[1:].upper()}: {str(error)[:300]}; {remedy}") from None
     if not isinstance(data, dict):
         raise SceneError(
             f'{location}: the file holds a {type(data).__name__}; a scene is a table of keys, as in {{"name": ...}}'
@@ -112,13 +117,11 @@ def _parse(path: Path) -> Mapping[str, Any]:
     return data
 
 
-def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    table = dict(pairs)
-    if len(table) < len(pairs):
-        names = [name for name, _ in pairs]
-        duplicate = next(name for name in names if names.count(name) > 1)
-        raise SceneError(f'the key "{duplicate[:60]}" occurs twice in one table; remove one')
-    return table
+def _backslash_remedy(text: str, error: str) -> str:
+    """The remedy where an error of a parser is about a line with a backslash; empty otherwise."""
+    number = re.search(r"line (\d+)", error)
+    line = text.splitlines()[int(number[1]) - 1 :][:1] if number else []
+    return f"a backslash begins an escape; {FORWARD}" if line and "\\" in line[0] else ""
 
 
 def _check_depth(text: str, kind: str, location: str) -> None:

@@ -6,6 +6,9 @@ from pathlib import Path
 
 from radar_service.scene.error import SceneError
 
+ESCAPED = "\b\t\n\f\r"  # what a backslash before a letter makes in TOML and JSON
+FORWARD = 'write paths with forward slashes, as "meshes/ferry.obj"'
+
 
 @dataclass(frozen=True)
 class SceneFolder:
@@ -18,7 +21,10 @@ class SceneFolder:
         be read or does not exist."""
         if self.path is None:
             raise SceneError(f'{location}: "{name:.200}" is a file, but this scene came without a folder; pass folder=')
-        if Path(name).is_absolute() or "\\" in name or ":" in name or ".." in Path(name).parts:
+        if "\\" in name or any(letter in name for letter in ESCAPED):
+            plain = name[:200].encode("unicode_escape").decode()
+            raise SceneError(f'{location}: "{plain}" has a backslash, or what an escape makes of one; {FORWARD}')
+        if Path(name).is_absolute() or ":" in name or ".." in Path(name).parts:
             raise SceneError(
                 f'{location}: "{name:.200}" leaves the scene\'s folder; only paths below {self.path} are allowed: '
                 "copy the file there"

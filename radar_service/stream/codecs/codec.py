@@ -38,6 +38,9 @@ class Codec(Protocol):
     def truth(self, epoch: str, state: Truth) -> bytes:
         """Returns the true state of everything."""
 
+    def no_truth(self, epoch: str, time: float, until: float, count: int, reason: str) -> bytes:
+        """Returns the announcement of `count` truths, from `time` to `until` [s of simulation], that will not come."""
+
     def gap(self, epoch: str, first: int, count: int, reason: str) -> bytes:
         """Returns the message that announces lost spokes: `count` of them from sequence number `first` on."""
 

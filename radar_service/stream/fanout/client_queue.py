@@ -1,7 +1,9 @@
 """The queue of one client: bounded, with a gap message in place of lost spokes."""
 
 import asyncio
+import contextlib
 import itertools
+import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -19,6 +21,9 @@ QUEUE_BYTES = 4 * 2**20
 CATCH_UP_BYTES = 64 * 2**10  # of a client that has lost batches, until its queue is empty: the kernel holds 0.4 MB already
 QUEUE_NOTICES = 256  # hellos, gaps and the like, which are never dropped: a client with more does not read
 GOING_AWAY, TOO_SLOW, FULL = 1001, 4408, 4503  # websocket close codes
+GRACE = 1.0  # s for the last messages to leave where the server stops, or a client sends too much or nothing
+FLUSH = 10.0  # s for them in all other cases: a slow client may read a megabyte before them
+NOT_TAKEN = "this client did not take them before the end"
 
 
 @dataclass(frozen=True)
@@ -56,7 +61,7 @@ class ClientQueue:
     closed: whether nothing comes after the queued messages.
     code: websocket close code, once closed.
     owner: address of the client's machine, "" where it is not known.
-    started: whether the client has received or skipped a sequence number; after that a jump is a loss.
+    started: whether the client has a sequence number, or was promised one; after that a jump is a loss.
     write: sends a frame directly, past an empty queue, where the server can do that.
     """
 
@@ -76,8 +81,10 @@ class ClientQueue:
         self._backlog: deque[QueueItem] = deque()  # hello and history: before the queue and outside its bounds
         self._batches = self._batch_bytes = 0  # of the droppable items in the queue
         self._catching_up = False
+        self._taken: QueueItem | None = None  # by `get`, and not sent as far as is known
         self._reader: asyncio.Future[None] | None = None  # waits for a message
         self._room, self._ended = asyncio.Event(), asyncio.Event()
+        self._end_time = math.inf  # when what waits may no longer be taken [s of the event loop]
 
     @property
     def full(self) -> bool:
@@ -96,29 +103,30 @@ class ClientQueue:
         return (*self._backlog, *self._queue)
 
     def put(self, item: QueueItem) -> None:
-        """Queues a message; where a bound is exceeded the oldest batches are dropped first.
+        """Queues a message; where a bound is exceeded a live client loses its oldest batches first.
 
-        A client that loses batches keeps only the newest ones, so that it soon shows the present when it reads again.
+        A client that loses batches keeps only the newest ones, so that it soon shows the present when it reads again. A lossless
+        one loses nothing here: the producer waits for its room.
         """
         if self.closed or self._write_directly(item):
             return
-        while item.droppable and self.full:
-            self._catching_up = self.mode == "live"
+        while item.droppable and self.mode == "live" and self.full:
+            self._catching_up = True
             self._drop_oldest()
         self._append(item)
         if len(self._queue) - self._batches > QUEUE_NOTICES:
             self.end(self.codec.bye(item.epoch, "this client does not read"), TOO_SLOW)
 
-    def end(self, last: bytes, code: int = GOING_AWAY) -> None:
-        """Drops what is queued, sends the message `last`, and takes no more."""
-        if self.closed:
-            return
-        self._queue.clear()
-        self._backlog.clear()
-        self._batches = self._batch_bytes = 0
-        self._append(QueueItem(last, ""))
-        self.code = code
-        self.close()
+    def end(self, last: bytes, code: int = GOING_AWAY, within: float = 0.0) -> None:
+        """Queues the message `last`, and takes no more. What waits may be taken for `within` [s]; then `rest` is to be sent.
+
+        Another call can only shorten that time.
+        """
+        if not self.closed:
+            self._append(QueueItem(last, ""))
+            self.code = code
+            self.close()
+        self._end_time = min(self._end_time, asyncio.get_running_loop().time() + within)
         self._ended.set()
 
     def close(self) -> None:
@@ -127,27 +135,54 @@ class ClientQueue:
         self._room.set()
 
     async def ended(self) -> None:
-        """Waits until `end` was called."""
+        """Waits until `end` was called and its time is over."""
         await self._ended.wait()
+        while (left := self._end_time - asyncio.get_running_loop().time()) > 0.0:
+            self._ended.clear()
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(left):
+                    await self._ended.wait()
 
-    def begin(self, items: Iterable[QueueItem]) -> None:
-        """Queues what comes before all else: the hello and the history (shared bytes, so not bounded here)."""
+    def rest(self) -> list[QueueItem]:
+        """Takes all that was not sent, with gaps in place of the spokes. The caller of `get` has stopped."""
+        waiting = [item for item in (self._taken, *self.waiting) if item is not None]
+        if self._taken is not None and self._taken.droppable:
+            self.delivered -= self._taken.count
+        self._taken, self._batches, self._batch_bytes = None, 0, 0
+        self._backlog.clear()
+        self._queue.clear()
+        rest: list[QueueItem] = []
+        for item in waiting:
+            if not item.droppable:
+                rest.append(item)
+            elif item.count and rest and rest[-1].count:
+                rest[-1] = self._loss(item, rest[-1], NOT_TAKEN)
+            elif item.count:
+                rest.append(self._loss(item, None, NOT_TAKEN))
+        return rest
+
+    def begin(self, items: Iterable[QueueItem], since: bool = False) -> None:
+        """Queues what comes before all else: the hello and the history (shared bytes, so not bounded here).
+
+        since: whether the client was promised all numbers after these.
+        """
         self._backlog.extend(items)
-        self.started = any(item.count for item in self._backlog)
+        self.started = since
         self._wake_reader()
 
     async def get(self) -> QueueItem | None:
-        """Returns the next message, None after the last one."""
+        """Returns the next message, None after the last one. The one before counts as sent."""
+        self._taken = None
         while not self._queue and not self._backlog:
             if self.closed:
                 return None
             self._reader = asyncio.get_running_loop().create_future()
             await self._reader
         if self._backlog:
-            item = self._backlog.popleft()
+            item = self._taken = self._backlog.popleft()
             self.bytes += len(item.data)
             return item
-        item = self._queue.popleft()
+        item = self._taken = self._queue.popleft()
         self._catching_up = self._catching_up and bool(self._queue)
         self.bytes += len(item.data)
         if item.droppable:
@@ -191,15 +226,18 @@ class ClientQueue:
         item = self._queue[at]
         self._batches -= 1
         self._batch_bytes -= len(item.data)
-        self.lost += item.count
+        before = self._queue[at - 1] if at else None
         if not item.count:
             del self._queue[at]
-            return
-        before = self._queue[at - 1] if at else None
-        first = item.first
-        if before and before.count:  # a gap that ends where this batch begins; a hello separates two epochs
+        elif before and before.count:  # a gap that ends where this batch begins; a hello separates two epochs
             del self._queue[at]
-            at, first = at - 1, before.first
+            self._queue[at - 1] = self._loss(item, before, "this client is too slow")
         else:
-            self.gaps += 1
-        self._queue[at] = gap(self.codec, item.epoch, first, item.first + item.count - first, "this client is too slow")
+            self._queue[at] = self._loss(item, None, "this client is too slow")
+
+    def _loss(self, item: QueueItem, before: QueueItem | None, reason: str) -> QueueItem:
+        """Counts a batch as lost; returns the gap in its place, which includes the gap `before` it."""
+        self.lost += item.count
+        self.gaps += before is None
+        first = before.first if before else item.first
+        return gap(self.codec, item.epoch, first, item.first + item.count - first, reason)

@@ -11,8 +11,6 @@ from radar_service.stream.fanout.hub import EncodedBatch
 from radar_service.stream.feed_request import Mode, View
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 
-TRUTHS_PER_SCAN = 8  # enough to draw a track, at a cost that cannot be measured
-
 
 class EncodedSink(Protocol):
     """Takes encoded batches, as FeedOutput does."""
@@ -21,18 +19,14 @@ class EncodedSink(Protocol):
     def views(self) -> tuple[View, ...]:
         """What to encode."""
 
-    @property
-    def truth_codecs(self) -> tuple[str, ...]:
-        """Protocols in which to encode the truth."""
-
     def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes], spoke_period: float) -> None:
         """Begins an epoch, with spokes of that period in real time [s]."""
 
     def publish(self, batch: EncodedBatch) -> None:
         """Takes the next batch."""
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
-        """Receives the notice of spokes that will never come."""
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Receives the notice of spokes that will never come, from number `first` on."""
 
     def close(self, reason: str) -> None:
         """Receives the notice that no more spokes come."""
@@ -70,11 +64,11 @@ class FeedEncoder:
     def send(self, batch: SpokeBatch) -> None:
         """Encodes a batch for each view and publishes it."""
         data = {view: self._encoded(batch, view) for view in self._output.views if self._is_answered(view)}
-        self._output.publish(EncodedBatch(batch.epoch.name, batch.first, len(batch), data, self._truths(batch)))
+        self._output.publish(EncodedBatch(batch.epoch.name, batch.first, len(batch), data))
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Announces spokes that will never come."""
-        self._output.skip(epoch, count, reason)
+        self._output.skip(epoch, first, count, reason)
 
     def close(self, reason: str) -> None:
         """Ends the feed until another epoch opens."""
@@ -89,13 +83,3 @@ class FeedEncoder:
         count, seconds = self._timings.get(view.encoding, (0, 0.0))
         self._timings[view.encoding] = count + 1, seconds + self._clock() - began
         return data
-
-    def _truths(self, batch: SpokeBatch) -> tuple[tuple[str, bytes], ...]:
-        """Returns the truth at TRUTHS_PER_SCAN instants of a scan, as pairs of codec and message."""
-        codecs = self._output.truth_codecs
-        if not codecs:
-            return ()
-        engine, block = batch.epoch.engine, batch.block
-        every = max(1, engine.scene.radar.azimuths // TRUTHS_PER_SCAN)
-        states = [engine.truth(float(t)) for k, t in enumerate(block.time) if (block.index + k) % every == 0]
-        return tuple((name, CODECS[name].truth(batch.epoch.name, state)) for name in codecs for state in states)

@@ -23,11 +23,6 @@ class FeedOutput:
         """The views that clients have, and so what to encode."""
         return self._hub.views
 
-    @property
-    def truth_codecs(self) -> tuple[str, ...]:
-        """The protocols with a client that requested the truth."""
-        return self._hub.truth_codecs
-
     def start(self) -> None:
         """Remembers the running event loop."""
         self._loop = asyncio.get_running_loop()
@@ -40,13 +35,13 @@ class FeedOutput:
         """Queues a batch for every client; returns when it is queued, for lossless clients too."""
         self._on_loop(self._hub.publish(batch))
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Announces spokes that will never come."""
-        self._call(lambda: self._hub.skip(epoch, count, reason))
+        self._call(lambda: self._hub.skip(epoch, first, count, reason))
 
     def close(self, reason: str) -> None:
-        """Sends `bye` to every client."""
-        self._call(lambda: self._hub.close(reason))
+        """Sends `bye` to every client; returns when they have left, or their time to read what waits is over."""
+        self._on_loop(self._hub.finish(reason))
 
     def _call(self, function: Callable[[], None]) -> None:
         async def call() -> None:

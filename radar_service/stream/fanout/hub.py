@@ -6,17 +6,18 @@ The rules; each can be tested without a socket:
 3. A `lossless` client makes the producer wait, at most PATIENCE; then it receives `bye` and is disconnected. So does one
    that makes others wait for longer by reading slower than `delays.FLOOR`.
 4. Sequence numbers count spokes within an epoch. A gap names exactly the numbers that this client will not receive.
+5. Before a `bye` a client receives what waits for it, within DRAIN; a gap stands for the rest.
 The hub belongs to the event loop. The producer's thread only reads `views` and `truth_codecs`, immutable tuples that are
 replaced whole.
 """
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from radar_service.stream.codecs.registry import CODECS
-from radar_service.stream.fanout.client_queue import FULL, TOO_SLOW, ClientQueue, QueueItem, gap
+from radar_service.stream.fanout.client_queue import FLUSH, FULL, TOO_SLOW, ClientQueue, QueueItem, gap
 from radar_service.stream.fanout.delays import FLOOR, WINDOW, DelayAccount
 from radar_service.stream.fanout.history import ViewHistory
 from radar_service.stream.fanout.view_sharing import MAX_OWN_VIEWS, own_views, view_to_give
@@ -25,21 +26,18 @@ from radar_service.stream.feed_request import Mode, View
 PATIENCE = 10.0  # s that a lossless client may delay the simulation
 MAX_VIEWS = 16  # each costs the producer an encoding
 MAX_CLIENTS = 500
+DRAIN: Mapping[Mode, float] = {"live": 2.0, "lossless": PATIENCE}  # s to take what waits before a `bye`
 LINGER = 30.0  # s that a view without clients is still encoded, so that a client that reconnects misses nothing
 
 
 @dataclass(frozen=True)
 class EncodedBatch:
-    """Consecutive spokes of an epoch, encoded for each view.
-
-    truth: pairs of codec and message; they go before the spokes to clients that requested the truth.
-    """
+    """Consecutive spokes of an epoch, encoded for each view."""
 
     epoch: str
     first: int
     count: int
     data: Mapping[View, bytes]
-    truth: tuple[tuple[str, bytes], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -109,7 +107,7 @@ class Hub:
         missed: list[QueueItem] = []
         if since is not None:
             missed = history.since(self.epoch, min(since[1], self.next) if since[0] == self.epoch else 0, self.next)
-        client.begin([QueueItem(self._hello(client.view, client.mode), self.epoch), *missed])
+        client.begin([QueueItem(self._hello(client.view, client.mode), self.epoch), *missed], since is not None)
         self.clients.add(client)
         self._update_truth_codecs()
 
@@ -136,34 +134,49 @@ class Hub:
         await self._wait_for_lossless()
         if batch.epoch != self.epoch:
             return
+        self.skip(batch.epoch, batch.first, 0, "the radar could not send them")
         items = {view: QueueItem(data, batch.epoch, batch.first, batch.count, True) for view, data in batch.data.items()}
-        for view, item in items.items():
-            if view in self._histories:
-                self._histories[view].add(replace(item))  # a copy without the frame that the item caches
-        truths = [(codec, QueueItem(state, batch.epoch, droppable=True)) for codec, state in batch.truth]
+        for view, history in self._histories.items():
+            history.add(
+                replace(items[view]) if view in items else _not_encoded(view, batch)
+            )  # a copy without a cached frame
         for client in self.clients:
-            for codec, state in truths if client.truth else ():
-                if codec == client.view.codec:
-                    client.put(state)
-            self._deliver(client, batch, items.get(client.view))
+            if client.view in items:
+                client.put(items[client.view])
+            elif client.started:  # it returned while this batch was encoded without its view
+                client.put(_not_encoded(client.view, batch))
         self.next = batch.first + batch.count
         self._drop_idle_views()
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
-        """Announces to every client that the next `count` spokes of this epoch will never come."""
-        if epoch != self.epoch or count <= 0:
+    def tell(self, epoch: str, messages: Iterable[tuple[str, bytes]]) -> None:
+        """Queues pairs of codec and message for clients that requested the truth. Ignores those of an earlier epoch."""
+        for codec, data in messages if epoch == self.epoch else ():
+            item = QueueItem(data, epoch, droppable=True)
+            for client in self.clients:
+                if client.truth and client.view.codec == codec:
+                    client.put(item)
+
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Announces that `count` spokes of this epoch from number `first` on will never come, nor those before that have not."""
+        missing = first + count - self.next
+        if epoch != self.epoch or missing <= 0:
             return
-        gaps = {name: gap(codec, epoch, self.next, count, reason) for name, codec in CODECS.items()}
+        gaps = {name: gap(codec, epoch, self.next, missing, reason) for name, codec in CODECS.items()}
         for view, history in self._histories.items():
             history.add(gaps[view.codec])
         for client in self.clients:
             client.put(gaps[client.view.codec])
-        self.next += count
+        self.next += missing
 
-    def close(self, reason: str) -> None:
-        """Sends `bye` to every client."""
+    def close(self, reason: str, within: Mapping[Mode, float] | None = None) -> None:
+        """Sends `bye` to every client, after what waits for it. within: times to take that [s], by mode; DRAIN by default."""
         for client in list(self.clients):
-            client.end(client.codec.bye(self.epoch, reason))
+            client.end(client.codec.bye(self.epoch, reason), within=(within or DRAIN)[client.mode])
+
+    async def finish(self, reason: str) -> None:
+        """Sends `bye` to every client, and waits until all have left, or their time for that is over."""
+        self.close(reason)
+        await self.emptied(max(DRAIN.values()) + FLUSH)
 
     async def emptied(self, timeout: float) -> None:
         """Waits until every client has left, at most `timeout` [s]."""
@@ -172,13 +185,6 @@ class Hub:
                 while self.clients:
                     self._left.clear()
                     await self._left.wait()
-
-    def _deliver(self, client: ClientQueue, batch: EncodedBatch, item: QueueItem | None) -> None:
-        if item is not None:
-            client.put(item)
-        elif client.started:  # it returned while this batch was encoded without its view
-            reason = "encoded before this view was requested"
-            client.put(gap(client.codec, batch.epoch, batch.first, batch.count, reason))
 
     async def _wait_for_lossless(self) -> None:
         full = [client for client in self.clients if client.mode == "lossless" and client.full]
@@ -235,7 +241,8 @@ class Hub:
         if view is None:
             raise FeedRefused(f"{MAX_VIEWS} different views are being served; request an encoding and bins that others have")
         for client in [client for client in self.clients if client.view == view]:
-            client.end(client.codec.bye(self.epoch, "another address needs a view, and yours has the most"), FULL)
+            reason = "another address needs a view, and yours has the most"
+            client.end(client.codec.bye(self.epoch, reason), FULL, DRAIN[client.mode])
             self.clients.discard(client)
         del self._histories[view]
 
@@ -246,3 +253,7 @@ class Hub:
             del self._histories[view]
         if old:
             self.views = tuple(self._histories)
+
+
+def _not_encoded(view: View, batch: EncodedBatch) -> QueueItem:
+    return gap(CODECS[view.codec], batch.epoch, batch.first, batch.count, "encoded before this view was requested")

@@ -10,16 +10,18 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException as StarletteHTTPException
 from starlette.requests import ClientDisconnect
 
+from radar_service.processor_time import MachineBusyError
 from radar_service.scene.commands import CommandError, NotSteerableError, UnknownBodyError
 from radar_service.scene.error import SceneError
 from radar_service.stream.controls import ControlError
 from radar_service.stream.http import schemas
 from radar_service.stream.http.scene_store import Conflict
 from radar_service.stream.http.schemas import problem_lines
+from radar_service.stream.http.security import ROLE
 from radar_service.stream.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJob
 from radar_service.stream.processes.call import ProcessFault
 from radar_service.stream.radio.command_queue import NoRadarError, TooManyCommandsError
-from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.radio.prefetch import BusyFault, EngineFault
 from radar_service.stream.radio.station import Station
 
 Answers = dict[int | str, dict[str, Any]]
@@ -42,6 +44,7 @@ PROTECTED: Answers = {
 }
 
 
+NO_ROOM, NO_DESCRIPTORS = (errno.ENOSPC, errno.EDQUOT), (errno.EMFILE, errno.ENFILE)
 COMMAND_STATUS: dict[type, int] = {UnknownBodyError: 404, NotSteerableError: 409}  # other commands: 422
 
 
@@ -68,10 +71,13 @@ def add_exception_handlers(app: FastAPI) -> None:
         return refuse(422, [f"scene: {error}"])
 
     @app.exception_handler(OSError)
-    async def disk_error(_: Request, error: OSError) -> JSONResponse:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
-            raise error
-        return refuse(507, ["body: the server's disk is full; try again later"])
+    async def system_error(_: Request, error: OSError) -> JSONResponse:
+        if error.errno in NO_ROOM:
+            return refuse(507, ["body: the server's disk is full; try again later"])
+        if error.errno in NO_DESCRIPTORS:
+            lines = ["request: the server has no file descriptors left; close clients, or raise its limit (ulimit -n)"]
+            return JSONResponse({"detail": lines}, 503, {"Retry-After": str(RETRY_SECONDS)})
+        raise error
 
     @app.exception_handler(NoRadarError)
     @app.exception_handler(Conflict)
@@ -82,6 +88,8 @@ def add_exception_handlers(app: FastAPI) -> None:
 
     @app.exception_handler(TooManyCommandsError)
     @app.exception_handler(Busy)
+    @app.exception_handler(MachineBusyError)
+    @app.exception_handler(BusyFault)
     async def busy(_: Request, error: Exception) -> JSONResponse:
         return JSONResponse({"detail": [str(error)]}, 503, {"Retry-After": str(RETRY_SECONDS)})
 
@@ -102,6 +110,19 @@ def add_exception_handlers(app: FastAPI) -> None:
         detail: object = error.detail  # this service gives lists of lines, the framework gives text
         lines = detail if isinstance(detail, list) else [str(detail)]
         return JSONResponse({"detail": lines}, error.status_code, error.headers)
+
+
+def knows_truth(request: Request, station: Station) -> bool:
+    """Returns whether a client may know what the scene does: on a server with --truth, or with the token to command."""
+    return station.allow_truth or request.scope.get(ROLE) == "command"
+
+
+def check_knows_truth(request: Request, station: Station, what: str) -> None:
+    """Raises HTTPException, 403, for a client that may not know the truth. what: is requested."""
+    if not knows_truth(request, station):
+        raise HTTPException(
+            403, [f"{what}: readers are not told; send the token to command, or start the server with --truth"]
+        )
 
 
 def station_of(stations: Mapping[str, Station], radar: str) -> Station:

@@ -21,6 +21,7 @@ from radar_service.stream.http.docs import add_docs
 from radar_service.stream.http.feed import feed_routes
 from radar_service.stream.http.pictures import Pictures
 from radar_service.stream.http.pose_feed import pose_routes
+from radar_service.stream.http.requests import Requests, RequestsMiddleware
 from radar_service.stream.http.scene_store import SceneStore
 from radar_service.stream.http.security import SecurityMiddleware
 from radar_service.stream.http.truth_feed import truth_routes
@@ -34,6 +35,7 @@ from radar_service.stream.radio.station import Station
 def create_app(
     stations: Sequence[Station], *, scene_folders: Iterable[Path] = (), sandbox_all: bool = False,
     fork_server: ForkServer | None = None, access: Access | None = None, refused: Refusals | None = None,
+    requests: Requests | None = None,
 ) -> FastAPI:  # fmt: skip
     """Returns the application; it starts the radars when it starts and stops them when it stops.
 
@@ -41,11 +43,14 @@ def create_app(
     scene_folders: their scenes are listed beside the packaged ones;
     sandbox_all: the files of every scene that REST names are parsed in a limited process, not only those of uploads;
     fork_server: starts the processes that read big bodies and draw pictures; the application closes it;
-    access: who may do what, by default everybody may do everything; refused: counts refusals, here and elsewhere.
+    access: who may do what, by default everybody may do everything; refused: counts refusals, here and elsewhere;
+    requests: follows the requests in progress, which the server ends when it stops.
     """
     access, refused, tickets = access or Access(), refused or Refusals(), Tickets()
     store, server = SceneStore(scene_folders, sandbox_all), fork_server or ForkServer()
     preparations, pictures = Preparations(), Pictures(server)
+    requests = requests or Requests()
+    requests.cancel_jobs += [preparations.close, pictures.close]
     reader, vitals = BodyReader(server, preparations.jobs), Vitals(preparations.jobs, store.home)
     by_identity: dict[str, Station] = {}
 
@@ -88,5 +93,6 @@ def create_app(
     app.mount("/", StaticFiles(directory=str(packaged_folder("clients") / "web"), html=True, check_dir=False))
     add_exception_handlers(app)
     app.add_middleware(BodyLimitMiddleware)
+    app.add_middleware(RequestsMiddleware, requests=requests)
     app.add_middleware(SecurityMiddleware, access=access, tickets=tickets, refused=refused)
     return app

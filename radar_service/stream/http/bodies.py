@@ -10,6 +10,7 @@ from fastapi import HTTPException, Request
 from pydantic import ValidationError
 
 from radar_service.stream.http import schemas
+from radar_service.stream.http.json_bodies import Refusal, parsed_body
 from radar_service.stream.http.scene_store import UploadFolder
 from radar_service.stream.jobs import JobQueue
 from radar_service.stream.processes.call import ProcessFault, call_in_process
@@ -20,7 +21,7 @@ SMALL = 64 * 2**10  # bytes: some 2 ms to read
 BODY, SCENE = "body.json", "scene.json"
 
 Model = TypeVar("Model", schemas.SceneUpload, schemas.SceneChoice)
-Parsed = tuple[dict[str, Any], tuple[int, list[str]] | None]  # fields, or status and lines of a refusal
+Parsed = tuple[dict[str, Any], Refusal | None]  # fields, or status and lines of a refusal
 Parse = Callable[[Path, Any], Parsed]
 
 
@@ -55,12 +56,13 @@ class BodyReader:
 
 def read_body(path: Path, model: type[Model]) -> Parsed:
     """Returns the fields of a body but for a scene, which goes into the file SCENE beside it; or status and lines."""
+    content, refusal = parsed_body(path.read_bytes())
+    if refusal:
+        return {}, refusal
     try:
-        fields = dict(model.model_validate(json.loads(path.read_bytes())))
+        fields = dict(model.model_validate(content))
     except ValidationError as error:
         return {}, (422, schemas.problem_lines(error.errors()))
-    except (ValueError, RecursionError) as error:
-        return {}, (400, [f"body: not JSON: {str(error)[:200]}"])
     if isinstance(fields["scene"], dict):
         (path.parent / SCENE).write_text(json.dumps(fields["scene"], separators=(",", ":")))
         fields["scene"] = {}

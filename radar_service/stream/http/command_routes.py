@@ -3,11 +3,21 @@
 import math
 from collections.abc import Mapping
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 
 from radar_service.constants import KNOT
-from radar_service.stream.http.answers import BUSY, CONFLICT, REFUSED, UNKNOWN, UNREADABLE, station_of
+from radar_service.stream.http.answers import (
+    BUSY,
+    CONFLICT,
+    FORBIDDEN,
+    REFUSED,
+    UNKNOWN,
+    UNREADABLE,
+    check_knows_truth,
+    station_of,
+)
 from radar_service.stream.http.command_schemas import CommandChange, CommandState, SteerableState
+from radar_service.stream.http.json_bodies import StrictRoute
 from radar_service.stream.radio.station import Station
 
 READ = {**UNKNOWN, **CONFLICT, **REFUSED}
@@ -16,11 +26,12 @@ CHANGE = {**READ, **UNREADABLE, **BUSY}
 
 def command_routes(stations: Mapping[str, Station]) -> APIRouter:
     """Returns the routes of what may be steered."""
-    router = APIRouter(tags=["commands"])
+    router = APIRouter(tags=["commands"], route_class=StrictRoute)
 
-    @router.get("/radars/{radar}/own-ship", responses=READ)
-    async def get_own_ship(radar: str) -> SteerableState:
-        """Returns the limits of commands to own ship, and the latest one."""
+    @router.get("/radars/{radar}/own-ship", responses={**READ, **FORBIDDEN})
+    async def get_own_ship(radar: str, request: Request) -> SteerableState:
+        """Returns the limits of commands to own ship, and the latest one, to clients that may know them."""
+        check_knows_truth(request, station_of(stations, radar), "own-ship")
         return _state(station_of(stations, radar), None)
 
     @router.patch("/radars/{radar}/own-ship", responses=CHANGE)
@@ -28,9 +39,10 @@ def command_routes(stations: Mapping[str, Station]) -> APIRouter:
         """Commands own ship from the first spoke that is not sent yet."""
         return await _commanded(station_of(stations, radar), None, command)
 
-    @router.get("/radars/{radar}/bodies/{name:path}", responses=READ)
-    async def get_body(radar: str, name: str) -> SteerableState:
-        """Returns the limits of commands to a body, and the latest one."""
+    @router.get("/radars/{radar}/bodies/{name:path}", responses={**READ, **FORBIDDEN})
+    async def get_body(radar: str, name: str, request: Request) -> SteerableState:
+        """Returns the limits of commands to a body, and the latest one, to clients that may know them."""
+        check_knows_truth(request, station_of(stations, radar), "bodies")
         return _state(station_of(stations, radar), name)
 
     @router.patch("/radars/{radar}/bodies/{name:path}", responses=CHANGE)

@@ -2,6 +2,7 @@
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from radar_service.scene.fields import Flag, Number
 from radar_service.stream.http.schemas import Body
 
 
@@ -15,15 +16,17 @@ class CommandChange(Body):
         json_schema_extra={"examples": [{"course_deg": 90, "speed_kn": 12}, {"position_m": [500, 800], "present": True}]}
     )
 
-    course_deg: float | None = Field(None, ge=-360, le=360, description="reached at turn_rate_deg_s, or at the highest rate")
-    speed_kn: float | None = Field(None, ge=0, description="over the ground, at once")
-    turn_rate_deg_s: float | None = Field(None, description="positive to starboard; without course_deg it goes on")
-    heading_deg: float | None = Field(
+    course_deg: Number | None = Field(
+        None, ge=-360, le=360, description="reached at turn_rate_deg_s, or at the highest rate"
+    )
+    speed_kn: Number | None = Field(None, ge=0, description="over the ground, at once")
+    turn_rate_deg_s: Number | None = Field(None, description="positive to starboard; without course_deg it goes on")
+    heading_deg: Number | None = Field(
         None, ge=-360, le=360, description="of the bow, at once; keeps its angle to the course"
     )
-    position_m: tuple[float, float] | None = Field(None, description="east, north, at once")
-    present: bool | None = Field(None, description="of a body: whether it is there")
-    at_once: bool | None = Field(None, description="the course jumps to course_deg, and turn_rate_deg_s goes on from there")
+    position_m: tuple[Number, Number] | None = Field(None, description="east, north, at once")
+    present: Flag | None = Field(None, description="of a body: whether it is there")
+    at_once: Flag | None = Field(None, description="the course jumps to course_deg, and turn_rate_deg_s goes on from there")
 
 
 class CommandState(BaseModel):

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -10,11 +10,15 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from radar_service.stream.http.access import is_loopback
 
 PIECE = 1024  # bytes: 170 chunks of one byte, which take 2 ms; 64 KiB of them would silence everybody for 0.2 s
+LINGER = 1.0  # s for a refused client to send its request and to read the answer; a socket that is closed before resets it
+MAX_LINGERING = 8  # refused connections that wait so, as each takes a file descriptor; more are closed at once
 FULL = b"HTTP/1.1 503 Service Unavailable\r\nconnection: close\r\ncontent-type: text/plain\r\ncontent-length: %d\r\n\r\n%b"
 
 
 class LimitedProtocol(H11Protocol):
     """A connection that is refused when there are too many, and closed when its request does not arrive in time."""
+
+    _lingering: ClassVar[set["LimitedProtocol"]] = set()  # refused, but not closed
 
     def __init__(
         self, *, connections: int, per_address: int, seconds: float, refused: Callable[[str], None], **settings: Any
@@ -31,18 +35,19 @@ class LimitedProtocol(H11Protocol):
         reason = self._refusal()
         if reason:
             self._refused("connections")
-            transport.write(FULL % (len(reason), reason))
-            transport.close()
-            return
+            return self._refuse(reason)
         self._start_timer()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Removes the connection from the counts."""
         self._stop_timer()
+        self._lingering.discard(self)
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
         """Reads on, a piece in each turn of the event loop, but for a body of known length, which is cheap to read."""
+        if self in self._lingering:
+            return
         self._unread += data
         if len(self._unread) == len(data):  # otherwise the next turn is planned already
             self._read_on()
@@ -81,6 +86,16 @@ class LimitedProtocol(H11Protocol):
             return b""
         same = sum(1 for other in self.connections if _peer(other) == host)
         return b"this address has all the connections that it may have\n" if same > self._per_address else b""
+
+    def _refuse(self, reason: bytes) -> None:
+        """Answers without reading the request, and closes when the client has, after LINGER at the latest."""
+        self.connections.discard(self)
+        self.transport.write(FULL % (len(reason), reason))
+        if len(self._lingering) >= MAX_LINGERING or not self.transport.can_write_eof():
+            return self.transport.close()
+        self._lingering.add(self)
+        self.transport.write_eof()
+        self._timer = self.loop.call_later(LINGER, self.transport.close)
 
     def _start_timer(self) -> None:
         self._timer = self.loop.call_later(self._seconds, self._time_out)

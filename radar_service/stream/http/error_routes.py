@@ -4,12 +4,13 @@ import asyncio
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body
+from fastapi import APIRouter, Body, Request
 
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.errors_model import ErrorsModel
 from radar_service.stream.http import schemas
-from radar_service.stream.http.answers import REFUSED, UNKNOWN, UNREADABLE
+from radar_service.stream.http.answers import FORBIDDEN, REFUSED, UNKNOWN, UNREADABLE, check_knows_truth
+from radar_service.stream.http.json_bodies import StrictRoute
 from radar_service.stream.radio.station import Station
 
 EXAMPLES = [{"gyro": {"bias_deg": 1.5}, "feed": {"drop_rate": 0.1}}, {"profile": "imo-a823"}]
@@ -18,11 +19,12 @@ ErrorsChange = Annotated[ErrorsModel, Body(examples=EXAMPLES)]
 
 def error_routes(station: Callable[[str], Station]) -> APIRouter:
     """Returns the routes of errors. station: returns a radar by its id, and raises where there is none."""
-    router = APIRouter(tags=["radars"])
+    router = APIRouter(tags=["radars"], route_class=StrictRoute)
 
-    @router.get("/radars/{radar}/errors", responses=UNKNOWN)
-    async def get_errors(radar: str) -> schemas.ErrorsState:
-        """Returns the errors on purpose that are in force."""
+    @router.get("/radars/{radar}/errors", responses={**UNKNOWN, **FORBIDDEN})
+    async def get_errors(radar: str, request: Request) -> schemas.ErrorsState:
+        """Returns the errors on purpose that are in force, to clients that may know them."""
+        check_knows_truth(request, station(radar), "errors")
         return _state(station(radar).errors.errors)
 
     @router.patch("/radars/{radar}/errors", responses={**UNKNOWN, **REFUSED, **UNREADABLE})

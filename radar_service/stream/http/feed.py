@@ -10,18 +10,17 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service.stream.codecs.codec import Codec
 from radar_service.stream.codecs.registry import CODECS
-from radar_service.stream.fanout.client_queue import ClientQueue
+from radar_service.stream.fanout.client_queue import GRACE, ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.feed_request import View
 from radar_service.stream.http.access import Access, is_loopback
 from radar_service.stream.http.connection_errors import ConnectionErrors
 from radar_service.stream.http.security import ROLE
-from radar_service.stream.http.websocket import frame_writer
+from radar_service.stream.http.websocket import flushed, frame_writer, on_end, write_last
 from radar_service.stream.radio.station import Station
 
 BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503  # websocket close codes
 REFUSALS = {BAD_REQUEST: "feed request", FORBIDDEN: "feed rights", NOT_FOUND: "feed radar", UNAVAILABLE: "feed full or down"}
-GRACE = 2.0  # s to take the last message before the connection is cut
 
 Since = tuple[str, int] | None
 
@@ -60,6 +59,7 @@ async def serve(
         refused(REFUSALS[UNAVAILABLE])
         return await _refuse(socket, codec, UNAVAILABLE, str(error))
     try:
+        on_end(socket.scope, lambda code, reason: client.end(codec.bye(station.hub.epoch, reason), code))
         await _converse(socket, client, ConnectionErrors(lambda: station.errors.errors))
     finally:
         station.leave(client)
@@ -111,10 +111,16 @@ async def _refuse(socket: WebSocket, codec: Codec, code: int, reason: str) -> No
 
 
 async def _converse(socket: WebSocket, client: ClientQueue, errors: ConnectionErrors) -> None:
-    await until_first_ends(_send(socket, client, errors), until_gone(socket), _cut_after_end(client))
+    await until_first_ends(_send(socket, client, errors), until_gone(socket), client.ended())
     if client.closed:
+        write_last(socket.scope)
         with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
-            await asyncio.wait_for(socket.close(client.code), GRACE)
+            async with asyncio.timeout(GRACE):
+                for item in client.rest():
+                    if item.data:
+                        await socket.send_bytes(item.data)
+                await socket.close(client.code)
+            await flushed(socket.scope)
 
 
 async def _send(socket: WebSocket, client: ClientQueue, errors: ConnectionErrors) -> None:
@@ -150,9 +156,3 @@ async def until_gone(socket: WebSocket) -> None:
     """Ignores client messages; returns on disconnect."""
     while (await socket.receive())["type"] != "websocket.disconnect":
         pass
-
-
-async def _cut_after_end(client: ClientQueue) -> None:
-    """Returns GRACE after the client's queue was ended."""
-    await client.ended()
-    await asyncio.sleep(GRACE)

@@ -1,13 +1,15 @@
 """Websockets of JSON text: which radar a client wants, and why it is refused or ended."""
 
+import asyncio
 import contextlib
 import json
-from asyncio import timeout
 from collections.abc import Callable, Mapping
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from radar_service.stream.http.feed import GRACE, NOT_FOUND, REFUSALS, close_reason
+from radar_service.stream.fanout.client_queue import GRACE
+from radar_service.stream.http.feed import NOT_FOUND, REFUSALS, close_reason
+from radar_service.stream.http.websocket import on_end, write_last
 from radar_service.stream.radio.station import Station
 
 
@@ -31,9 +33,27 @@ async def refuse(socket: WebSocket, code: int, reason: str, refused: Callable[[s
     await say_bye(socket, code, reason)
 
 
+def server_end(socket: WebSocket) -> "asyncio.Future[tuple[int, str]]":
+    """Returns the close code and the reason for which the server has to end this connection, once it does."""
+    end: asyncio.Future[tuple[int, str]] = asyncio.get_running_loop().create_future()
+
+    def note(code: int, reason: str) -> None:
+        if not end.done():
+            end.set_result((code, reason))
+
+    on_end(socket.scope, note)
+    return end
+
+
+async def until_server_ends(end: "asyncio.Future[tuple[int, str]]") -> None:
+    """Waits until the server has to end the connection."""
+    await asyncio.wait([end])
+
+
 async def say_bye(socket: WebSocket, code: int, reason: str) -> None:
     """Sends the reason as the last message and closes, where the client takes that in time."""
+    write_last(socket.scope)
     with contextlib.suppress(WebSocketDisconnect, RuntimeError, TimeoutError):
-        async with timeout(GRACE):
+        async with asyncio.timeout(GRACE):
             await socket.send_text(json.dumps({"type": "bye", "reason": reason}))
             await socket.close(code, close_reason(reason))

@@ -12,13 +12,14 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from radar_service.scene.commands import CommandError
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.http.feed import until_first_ends
-from radar_service.stream.http.json_socket import accepted
+from radar_service.stream.http.json_socket import accepted, say_bye, server_end, until_server_ends
 from radar_service.stream.http.security import POSES
 from radar_service.stream.http.websocket import widen_budget
 from radar_service.stream.poses import Poses
 from radar_service.stream.radio.command_queue import NoRadarError, TooManyCommandsError
 from radar_service.stream.radio.station import Station
 from radar_service.stream.token_bucket import TokenBucket
+from radar_service.strict_json import parsed
 
 PATH = f"/api/radars/{{radar}}{POSES}"
 POSES_PER_SECOND, POSES_AT_ONCE = 200.0, 100.0  # of one client: four bodies at 50 Hz
@@ -52,11 +53,14 @@ class _Conversation:
 
     async def run(self) -> None:
         """Serves the client until it leaves."""
+        end = server_end(self._socket)
         try:
-            await until_first_ends(self._take(), self._answer())
+            await until_first_ends(self._take(), self._answer(), until_server_ends(end))
         finally:
             while not self._answers.empty():
                 self._answers.get_nowait().cancel()
+        if end.done():
+            await say_bye(self._socket, *end.result())
 
     async def _take(self) -> None:
         """Reads poses, in order."""
@@ -85,6 +89,6 @@ def _content(message: Mapping[str, Any]) -> object:
     """The object in a message. Raises CommandError."""
     text, data = message.get("text"), message.get("bytes")
     try:
-        return json.loads(text) if text is not None else wire.unpack_any(data or b"")
+        return parsed(text) if text is not None else wire.unpack_any(data or b"")
     except (ValueError, RecursionError) as error:
         raise CommandError(f"a pose is an object in JSON or msgpack; this message is not: {str(error)[:100]}") from None

@@ -6,13 +6,25 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, HTTPException, Query, Request, Response
 
+from radar_service.stream.blind import told_plan
 from radar_service.stream.codecs.native import messages, wire
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.controls import control_definitions
 from radar_service.stream.http import schemas
-from radar_service.stream.http.answers import BUSY, CONFLICT, FORBIDDEN, REFUSED, STORED, UNKNOWN, UNREADABLE, station_of
+from radar_service.stream.http.answers import (
+    BUSY,
+    CONFLICT,
+    FORBIDDEN,
+    REFUSED,
+    STORED,
+    UNKNOWN,
+    UNREADABLE,
+    knows_truth,
+    station_of,
+)
 from radar_service.stream.http.bodies import SCENE, BodyReader
 from radar_service.stream.http.error_routes import error_routes
+from radar_service.stream.http.json_bodies import StrictRoute
 from radar_service.stream.http.pictures import Pictures
 from radar_service.stream.http.scene_routes import JobName, not_found
 from radar_service.stream.http.scene_store import SceneStore, without_folder
@@ -28,7 +40,7 @@ SCENE_BODY: dict[str, Any] = {
 
 def radar_routes(stations: Mapping[str, Station], store: SceneStore, reader: BodyReader, pictures: Pictures) -> APIRouter:
     """Returns the routes under /radars."""
-    router = APIRouter(tags=["radars"])
+    router = APIRouter(tags=["radars"], route_class=StrictRoute)
     _add_read_routes(router, stations)
     _add_picture(router, stations, pictures)
     _add_changing(router, stations, store, reader)
@@ -38,14 +50,15 @@ def radar_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
 
 def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None:
     @router.get("/radars")
-    async def list_radars() -> list[schemas.RadarState]:
+    async def list_radars(request: Request) -> list[schemas.RadarState]:
         """Returns all radars of this server."""
-        return [_radar_state(station) for station in stations.values()]
+        return [_radar_state(station, knows_truth(request, station)) for station in stations.values()]
 
     @router.get("/radars/{radar}", responses=UNKNOWN)
-    async def get_radar(radar: str) -> schemas.RadarState:
+    async def get_radar(radar: str, request: Request) -> schemas.RadarState:
         """Returns one radar."""
-        return _radar_state(station_of(stations, radar))
+        station = station_of(stations, radar)
+        return _radar_state(station, knows_truth(request, station))
 
     @router.get("/radars/{radar}/controls", responses=UNKNOWN)
     async def get_controls(radar: str) -> schemas.ControlsState:
@@ -106,16 +119,16 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
         return schemas.ControlsState.model_validate(station.controls())
 
 
-def _radar_state(station: Station) -> schemas.RadarState:
+def _radar_state(station: Station, knows: bool) -> schemas.RadarState:
     engine = station.engine
     to = cell_layout(engine, None, None)
     return schemas.RadarState.model_validate(
         messages.radar_fields(station.identity, station.name, engine.scene.radar, to)
         | {
-            "scene": messages.scene_fields(engine.scene),
+            "scene": messages.scene_fields(engine.scene, knows),
             "seed": engine.seed,
             "fidelity": engine.fidelity.name,
-            "plan": engine.plan.as_dict(),
+            "plan": told_plan(engine.plan.as_dict(), knows),
             "controls": station.controls(),
             "control_definitions": control_definitions(engine.scene),
             "state": state(station),

@@ -10,9 +10,11 @@ from radar_service.radar.parameters import FIRST_ID
 from radar_service.scene.error import SceneError
 from radar_service.stream.http.access import Access
 from radar_service.stream.http.app import create_app
+from radar_service.stream.http.requests import Requests
 from radar_service.stream.http.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
 from radar_service.stream.logs import Refusals
 from radar_service.stream.processes.fork_server import ForkServer
+from radar_service.stream.processes.stop_signals import STOP_SIGNALS
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.settings import Pace, Settings
@@ -31,16 +33,16 @@ def run(
     options: of the command `serve`; worlds: waits for the radars of each world, which prepare while the application is put
     together; make, fork_server: start further worlds and other processes; make_station: makes a radar, by default Station.
     """
-    refused, stations = Refusals(), list[Station]()
+    refused, requests, stations = Refusals(), Requests(), list[Station]()
     app = create_app(
         stations, scene_folders=options.scene_folder, sandbox_all=options.sandbox_all, fork_server=fork_server,
-        access=access, refused=refused,
+        access=access, refused=refused, requests=requests,
     )  # fmt: skip
     config = configuration(
         app, connections=options.connections or MAX_CONNECTIONS,
         per_address=options.connections_per_address or MAX_PER_ADDRESS, refused=refused,
     )  # fmt: skip
-    server = Server(config, stations, lambda: None)
+    server = Server(config, stations, lambda: None, requests)
     settings = Settings(pace=Pace("run", options.pace))
     for number, radars in enumerate(worlds()):
         world = StationWorld()
@@ -74,8 +76,8 @@ def _run(server: Server, stations: Iterable[Station], options: argparse.Namespac
     if options.exit_when_failed:
         for station in stations:
             station.failed = server.give_up
-    for signal_number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(signal_number, lambda *_: None)  # uvicorn stops at either and raises it again after its end
+    for signal_number in STOP_SIGNALS:  # uvicorn stops at either, and raises it again after its end
+        signal.signal(signal_number, lambda *_: server.stop())
     gc.freeze()  # objects that live as long as the service are not searched again and again, 50 ms at a time
     gc.enable()
     with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:

@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 from radar_service.scene.error import SceneError
+from radar_service.stream.http.owned_folder import OwnedFolder
 from radar_service.stream.jobs import Busy
 from radar_service.stream.source import SceneOrder, SceneOutline
 
+HOME = "radar-scenes-"  # how the names of the folders of uploads begin
 MAX_UPLOADS = 32
 MAX_UPLOAD_BYTES = 64 * 2**20  # of one scene with its meshes
 MAX_UPLOAD_FILES = 64
@@ -82,21 +84,22 @@ def checked_file_names(names: Iterable[str], *taken: str) -> None:
 
 
 class SceneStore:
-    """All scenes of a server. Uploads live in the temporary folder `home`, which goes with `close` or with the store.
+    """All scenes of a server. Uploads live in the temporary folder `home`, which goes with `close` or with the store,
+    or where the service was killed when the next one starts.
 
     sandbox_all: whether the files of the server's owner, too, are parsed in a limited process.
     """
 
     def __init__(self, folders: Iterable[Path], sandbox_all: bool = False) -> None:
         self._folders, self._sandbox_all = tuple(folders), sandbox_all
-        self.home = Path(tempfile.mkdtemp(prefix="radar-scenes-"))
-        self._remove = weakref.finalize(self, shutil.rmtree, self.home, ignore_errors=True)
+        self._folder = OwnedFolder(HOME)
+        self.home = self._folder.path
         self._uploads: dict[str, SceneEntry] = {}
         self._receiving = 0
 
     def close(self) -> None:
         """Removes the uploads."""
-        self._remove()
+        self._folder.close()
 
     def entries(self) -> list[SceneEntry]:
         """Returns the scenes by name. Of equal names an upload comes before a scene of a folder, that before a packaged one."""

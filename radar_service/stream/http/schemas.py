@@ -15,6 +15,7 @@ from radar_service.scene.errors_model import (
     LogErrorsModel,
     PositionErrorsModel,
 )
+from radar_service.scene.fields import Flag, Number, Whole
 from radar_service.stream.controls import CONTROLS, Control
 
 
@@ -30,7 +31,7 @@ def problem_lines(errors: Sequence[Any]) -> list[str]:
 
 
 class Body(BaseModel):
-    """Something that a client sends: unknown keys and non-finite numbers are refused."""
+    """Something that a client sends: unknown keys, non-finite numbers and values of another type are refused."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -39,8 +40,8 @@ class PaceChange(Body):
     """run, pause, or step: pause after `steps` more spokes; factor: simulated seconds per second, or as fast as possible."""
 
     state: Literal["run", "pause", "step"] | None = None
-    steps: int = Field(1, ge=1, le=1_000_000, description="spokes to send, with state = step")
-    factor: Annotated[float, Field(gt=0, le=1e6)] | Literal["max"] | None = None
+    steps: Whole = Field(1, ge=1, le=1_000_000, description="spokes to send, with state = step")
+    factor: Annotated[Number, Field(gt=0, le=1e6)] | Literal["max"] | None = None
 
 
 class PaceState(BaseModel):
@@ -50,7 +51,7 @@ class PaceState(BaseModel):
     factor: float | Literal["max"]
 
 
-CHANGE_TYPES: dict[str, Any] = {"switch": bool, "number": float, "pace": PaceChange}  # by kind of control
+CHANGE_TYPES: dict[str, Any] = {"switch": Flag, "number": Number, "pace": PaceChange}  # by kind of control
 STATE_TYPES: dict[str, Any] = {"switch": bool, "number": float, "pace": PaceState}
 
 

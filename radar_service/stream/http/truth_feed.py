@@ -8,7 +8,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.http.feed import BAD_REQUEST, FORBIDDEN, UNAVAILABLE, until_first_ends, until_gone
-from radar_service.stream.http.json_socket import accepted, refuse, say_bye
+from radar_service.stream.http.json_socket import accepted, refuse, say_bye, server_end, until_server_ends
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 
@@ -43,10 +43,14 @@ def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]
 
 async def _serve(socket: WebSocket, stream: TruthStream, follower: Follower) -> None:
     """Serves one client until it leaves or is ended."""
+    end = server_end(socket)
     try:
-        await until_first_ends(_send(socket, stream, follower), until_gone(socket))
+        await until_first_ends(_send(socket, stream, follower), until_gone(socket), until_server_ends(end))
     finally:
         stream.leave(follower)
+    if end.done():
+        code, reason = end.result()
+        follower.end(reason, code)
     if follower.reason:
         await say_bye(socket, follower.code, follower.reason)
 

@@ -1,15 +1,16 @@
 """Calls one function in a process of its own, with limits, and returns its result."""
 
+import signal
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NoReturn
 
+from radar_service.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, MachineBusyError, limit_processor_time, machine_busy
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.processes.limits import limit_memory, lower_priority
 from radar_service.stream.source import Progress
 
 MEMORY = 2**30  # bytes above what an idle process has
-TIMEOUT = 30.0  # s
 
 
 class ProcessFault(Exception):
@@ -17,16 +18,20 @@ class ProcessFault(Exception):
 
 
 def call_in_process(server: ForkServer, progress: Progress, function: Callable[..., Any], *arguments: object) -> Any:
-    """Returns function(*arguments), computed in a process within MEMORY and TIMEOUT.
+    """Returns function(*arguments), computed in a process within MEMORY and MAX_PROCESSOR_TIME.
 
-    Raises what the function raises, and ProcessFault where the process ends without a result.
+    Raises what the function raises, ProcessFault where the process ends without a result, and MachineBusyError where it has none
+    after BACKSTOP or cannot be started.
     """
-    child = server.child(run_call, function, arguments, MEMORY)
+    try:
+        child = server.child(run_call, function, arguments, MEMORY, MAX_PROCESSOR_TIME)
+    except OSError as error:
+        raise MachineBusyError(f"request: no process could be started for it: {error}; try again later") from None
     progress.ends_with(child.close)
     try:
-        succeeded, result = child.control.receive(TIMEOUT)
+        succeeded, result = child.control.receive(BACKSTOP)
     except TimeoutError:
-        raise ProcessFault(f"it took more than {TIMEOUT:g} s") from None
+        raise machine_busy("request", BACKSTOP) from None
     except EOFError:
         raise ProcessFault(f"it took more than {MEMORY / 2**20:.0f} MiB, or crashed") from None
     finally:
@@ -36,10 +41,22 @@ def call_in_process(server: ForkServer, progress: Progress, function: Callable[.
     return result
 
 
-def run_call(control: Channel, _: Channel, function: Callable[..., Any], arguments: tuple[Any, ...], memory: int) -> None:
-    """Is the life of the process. It sends whether the function succeeded, and its result or exception."""
+def run_call(
+    control: Channel, _: Channel, function: Callable[..., Any], arguments: tuple[Any, ...], memory: int, seconds: float
+) -> None:
+    """Is the life of the process. It sends whether the function succeeded, and its result or exception.
+
+    memory: what it may use [bytes]; seconds: of processor time.
+    """
+
+    def refuse_more_time(*_: object) -> NoReturn:
+        signal.signal(signal.SIGXCPU, signal.SIG_IGN)  # which the system repeats each second
+        raise ProcessFault(f"it took more than {seconds:g} s of processor time")
+
     limit_memory(memory)
     lower_priority()
+    signal.signal(signal.SIGXCPU, refuse_more_time)
+    limit_processor_time(seconds)
     try:
         answer: tuple[bool, Any] = True, function(*arguments)
     except MemoryError:

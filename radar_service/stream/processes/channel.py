@@ -5,6 +5,7 @@ memory; nothing is copied in between (docs/decisions/0014-world-processes.md has
 """
 
 import contextlib
+import errno
 import pickle
 import select
 import socket
@@ -50,15 +51,22 @@ class Channel:
             socket.send_fds(self._end, [b"e"], [end.fileno() for end in ends])
 
     def receive_ends(self, count: int) -> "list[Channel]":
-        """Returns channels of so many sockets that the other process hands over. Raises EOFError."""
+        """Returns channels of so many sockets that the other process hands over.
+
+        Raises EOFError, and OSError where this process has no descriptors left for them: they are closed then.
+        """
         try:
-            _, ends, _, _ = socket.recv_fds(self._end, 1, count)
+            _, ends, flags, _ = socket.recv_fds(self._end, 1, count)
         except OSError:
-            ends = []
+            ends, flags = [], 0
         channels = [Channel(socket.socket(fileno=end)) for end in ends]
-        if len(channels) != count:
-            raise EOFError("the other process has ended")
-        return channels
+        if len(channels) == count:
+            return channels
+        for channel in channels:
+            channel.close()
+        if flags & socket.MSG_CTRUNC:
+            raise OSError(errno.EMFILE, "no file descriptors are left for the ends of a channel")
+        raise EOFError("the other process has ended")
 
     def wait(self, timeout: float) -> bool:
         """Waits until there is something to receive, at most `timeout` [s]; returns whether there is."""

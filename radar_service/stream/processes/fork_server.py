@@ -59,6 +59,7 @@ class ForkServer:
         self._modules = tuple(first), tuple(others)
         self._lock = threading.Lock()
         self._server: subprocess.Popen[bytes] | None = None
+        self._closed = False
         self._orders: socket.socket | None = None
 
     def start(self) -> None:
@@ -67,23 +68,26 @@ class ForkServer:
             self._running_server()
 
     def close(self) -> None:
-        """Ends the server process. Its children go on until their channels close."""
+        """Ends the server process for good. Its children go on until their channels close."""
+        self._closed = True
+        if server := self._server:  # without the lock: a thread holds it while it waits for a child
+            server.kill()
         with self._lock:
             self._end()
 
     def child(self, function: Callable[..., None], *arguments: object) -> Child:
         """Starts a process that calls function(control, data, *arguments). Both must be picklable, the function by its name.
 
-        Raises OSError where no process can be started.
+        Raises OSError where no process can be started, as after `close`.
         """
-        (control, its_control), (data, its_data) = socket.socketpair(), socket.socketpair()
-        with its_control, its_data:
-            try:
-                process = self._fork([its_control.fileno(), its_data.fileno()])
-            except OSError:
-                control.close()
-                data.close()
-                raise
+        with contextlib.ExitStack() as theirs, contextlib.ExitStack() as on_failure:
+            pairs = []
+            for _ in range(ENDS):
+                end, their_end = socket.socketpair()
+                pairs.append((on_failure.enter_context(end), theirs.enter_context(their_end)))
+            process = self._fork([their_end.fileno() for _, their_end in pairs])
+            on_failure.pop_all()
+        control, data = (end for end, _ in pairs)
         child = Child(process, Channel(control), Channel(data))
         with contextlib.suppress(OSError):  # it has died already, which its channels tell
             child.control.send((function, arguments))
@@ -107,6 +111,8 @@ class ForkServer:
     def _running_server(self) -> socket.socket:
         if self._server is None or self._orders is None or self._server.poll() is not None:
             self._end()
+            if self._closed:
+                raise OSError("the process that starts others was ended")
             self._server, self._orders = _started(self._modules)
         return self._orders
 
@@ -125,9 +131,11 @@ def _started(modules: tuple[Sequence[str], Sequence[str]]) -> tuple["subprocess.
     threads = {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # a fork copies one thread only
     near, far = socket.socketpair()
     near.settimeout(ANSWER_TIMEOUT)
-    with far:
+    with far, contextlib.ExitStack() as on_failure:
+        on_failure.enter_context(near)
         server = subprocess.Popen(
             [sys.executable, "-P", "-m", SERVER, json.dumps(modules)], stdin=far.fileno(), stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL, env=os.environ | threads, start_new_session=True,
         )  # fmt: skip  # a session of its own: Ctrl-C on the terminal reaches the service alone
+        on_failure.pop_all()
     return server, near

@@ -32,10 +32,10 @@ class CorrelationStage:
         for sink in self._sinks:
             sink.send(batch)
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Passes on the notice."""
         for sink in self._sinks:
-            sink.skip(epoch, count, reason)
+            sink.skip(epoch, first, count, reason)
 
     def close(self, reason: str) -> None:
         """Passes on the notice, and forgets."""

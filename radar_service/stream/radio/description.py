@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from radar_service.cell_sources import PowersOf, SourceList
 from radar_service.fidelity import Fidelity
+from radar_service.radar.parameters import Origin
 from radar_service.records import Crossing, Snapshot, SpokeBlock, Truth
 from radar_service.scene.commands import Command
 from radar_service.scene.world import Scene
@@ -36,6 +37,9 @@ class SceneEngine(Protocol):
 
     def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
         """Yields blocks of spokes."""
+
+    def begin_at(self, origin: Origin) -> None:
+        """Lets the rotation begin at another origin, before all commands and spokes."""
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
-from radar_service.stream.source import UNFOLLOWED, MakeSource, SpokeSource
+from radar_service.stream.source import UNFOLLOWED, MakeSource, SceneOrder, SpokeSource
 from radar_service.stream.spokes import new_epoch_name
 
 RESTARTS = 3  # allowed within RESTART_WINDOW
@@ -93,16 +93,25 @@ class EngineSupervisor:
             replaced[1].stop()
         return name
 
-    def take_over(
-        self, begin: Callable[[SpokeSource], None] = lambda engine: None, may: Callable[[], bool] = lambda: True
-    ) -> tuple[str, SpokeSource] | None:
-        """Makes the pending engine the running one; returns the name of its epoch and the engine, None where that may not be.
+    def keep_scene_of(self, order: SceneOrder) -> bool:
+        """Whether the running engine and the next one are of the same scene as an order, at any rate of rotation."""
+        return all(engine.order.source is order.source for engine in (self.worker.engine, self.pending_engine))
 
-        One that goes on with the scene follows the commands that came while it was prepared. may: is asked first; begin: is
-        called with the engine; both with the lock held.
+    def drop_pending(self) -> None:
+        """Ends the pending engine, where there is one."""
+        with self._lock:
+            dropped, self._pending = self._pending, None
+        if dropped:
+            dropped[1].stop()
+
+    def take_over(self, begin: Callable[[SpokeSource], None] = lambda engine: None) -> tuple[str, SpokeSource] | None:
+        """Makes the pending engine the running one; returns the name of its epoch and the engine, None where there is none.
+
+        One that goes on with the scene follows the commands that came while it was prepared. begin: is called with the engine,
+        with the lock held.
         """
         with self._lock:
-            if self._pending is None or not may():
+            if self._pending is None:
                 return None
             (name, worker), self._pending = self._pending, None
             old = self._replace(worker, follows=worker.engine.order.goes_on)

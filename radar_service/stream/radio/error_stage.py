@@ -46,7 +46,7 @@ class ErrorStage:
         from radar_service.errors.tables import changed_errors  # here and below: scipy would slow the start of every service
 
         with self._lock:
-            self.errors = changed_errors(self.errors, tables)
+            self.errors = changed_errors(self.errors, tables, self._running.has_sensors)
             self._running.set(self.errors)
 
     def open_epoch(self, epoch: Epoch) -> None:
@@ -70,15 +70,15 @@ class ErrorStage:
             same = block is batch.block and batch.first == self._number
             before = batch.before if block.first == batch.block.first else _power_before(block, batch.block)
             passed = batch if same else replace(batch, first=self._number, block=block, before=before)
-            self._number += len(block)
+            self._number += len(block)  # also where a sink fails: the number is used, and the feed announces its loss
             for sink in self._sinks:
                 sink.send(passed)
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
-        """Passes on the notice."""
-        self._number += count
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Passes on the notice, under the numbers that clients count."""
+        first, self._number = self._number, self._number + count
         for sink in self._sinks:
-            sink.skip(epoch, count, reason)
+            sink.skip(epoch, first, count, reason)
 
     def close(self, reason: str) -> None:
         """Passes on the notice."""
@@ -107,6 +107,7 @@ class _Reports:
 
     def __init__(self, engine: SpokeSource) -> None:
         self._radar, self._seed, self._radar_id = engine.scene.radar, engine.seed, engine.scene.radar_id
+        self._ship, self.has_sensors = engine.scene.steerable.own_ship, engine.scene.has_sensors
         kept = math.ceil(MAX_LATENCY_S / self._radar.spoke_period) + SCANS_KEPT * self._radar.azimuths
         self._history = ReadingsHistory(min(kept, MAX_KEPT))
         self._next = 0
@@ -121,7 +122,7 @@ class _Reports:
         if self._reporter is None and errors is not None:
             from radar_service.errors.reporter import ErrorReporter
 
-            self._reporter = ErrorReporter(self._radar, self._seed, None, self._radar_id)
+            self._reporter = ErrorReporter(self._radar, self._seed, None, self._radar_id, ship=self._ship)
         if self._reporter is not None:
             self._reporter.set(errors, self._next)
 

@@ -63,7 +63,7 @@ class LastScan:
             while kept - len(self._rows[0][0]) >= azimuths:
                 kept -= len(self._rows.popleft()[0])
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Keeps the rows: older echoes stay in the picture."""
 
     def close(self, reason: str) -> None:

@@ -71,6 +71,12 @@ class Pacer:
         return self.held or paused
 
     @property
+    def speed(self) -> float:
+        """Simulated seconds per second: as set, or at pace `max` as reached."""
+        factor = self.settings.pace.factor
+        return factor if math.isfinite(factor) else self.reached() or 1.0
+
+    @property
     def is_outdated(self) -> bool:
         """Whether the world runs another scene, which this radar has not begun."""
         return self._generation != self.world.generation
@@ -177,10 +183,10 @@ class Pacer:
             return math.inf
         return self.world.schedule.delay(self._clock(), last, pace.factor)
 
-    def wait_for(self, condition: Callable[[], bool]) -> None:
-        """Waits until `condition` holds or the radar stops."""
+    def wait_for(self, condition: Callable[[], bool], timeout: float | None = None) -> None:
+        """Waits until `condition` holds or the radar stops, at most `timeout` [s]."""
         with self._changed:
-            self._changed.wait_for(lambda: condition() or self.stopping)
+            self._changed.wait_for(lambda: condition() or self.stopping, timeout)
 
     def sent(self, time: float) -> None:
         """Counts the spoke of this simulated time [s] as sent."""

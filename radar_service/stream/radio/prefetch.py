@@ -20,6 +20,10 @@ class EngineFault(Exception):
     """The engine failed. The text says why."""
 
 
+class BusyFault(EngineFault):
+    """The machine is too busy to prepare an engine."""
+
+
 class EngineWorker:
     """Runs one engine in a thread and queues its blocks, at most `azimuths` spokes ahead.
 
@@ -48,9 +52,10 @@ class EngineWorker:
         self._thread.start()
 
     def stop(self, timeout: float = 0.0) -> None:
-        """Ends the engine and its thread, and waits for the thread at most `timeout` [s]."""
+        """Ends the engine and its thread, drops what was not taken, and waits for the thread at most `timeout` [s]."""
         with self._changed:
             self._stopping = True
+            self._blocks.clear()
             self._changed.notify_all()
         self.engine.close()
         if timeout and self._thread.is_alive():
@@ -137,7 +142,7 @@ class EngineWorker:
             block = block.part(min(self._first - block.first, len(block)), len(block))
         with self._changed:
             known = self.known_part(block) if len(block) and block.requests >= self._needed else None
-            if known is None:
+            if known is None or self._stopping:
                 return not self._stopping  # it comes again
             self._blocks.append(known)
             self._changed.notify_all()

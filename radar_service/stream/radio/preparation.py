@@ -5,12 +5,14 @@ import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
+from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import Command
 from radar_service.stream.jobs import Job, JobQueue
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
 from radar_service.stream.source import MakeSource, Progress, SceneOrder, SceneOutline, SpokeSource
 
 Check = Callable[[SceneOutline], None]
+Agree = Callable[[], tuple[Origin, Sequence[Command]]]
 KEPT_SECONDS = 60.0  # that an uploaded scene stays prepared for a radar to run it
 
 
@@ -28,12 +30,12 @@ class Preparations:
 
     async def workers(
         self, make: MakeSource, orders: Mapping[str, SceneOrder], job: str | None = None, check: Check = lambda scene: None,
-        commands: Sequence[Command] = (),
+        agree: Agree | None = None,
     ) -> dict[str, EngineWorker]:  # fmt: skip
         """Returns the radars of a scene, by their ids, which have computed their first spokes.
 
-        check: refuses scenes, before their first spokes; commands: that these follow. Raises as `source` and `check`,
-        and EngineFault.
+        check: refuses scenes, before their first spokes; agree: tells, in the job's thread, where a scene goes on that is
+        prepared but for that, and the commands that it follows. Raises as `source`, `check` and `agree`, and EngineFault.
         """
         kept = {name: source for name, order in orders.items() if (source := self._taken(order))}
 
@@ -41,7 +43,7 @@ class Preparations:
             workers: dict[str, EngineWorker] = {}
             with contextlib.ExitStack() as on_failure:
                 for name, order in orders.items():
-                    workers[name] = _worker(kept.get(name), partial(make, order), check, progress, commands)
+                    workers[name] = _worker(kept.get(name), partial(make, order), check, progress, agree)
                     on_failure.callback(workers[name].stop)
                 progress.ends_with(partial(_stop, workers))  # a cancelled job returns none of them
                 on_failure.pop_all()
@@ -86,8 +88,7 @@ class Preparations:
 
 
 def _worker(
-    kept: SpokeSource | None, make: Callable[[Progress], SpokeSource], check: Check, progress: Progress,
-    commands: Sequence[Command],
+    kept: SpokeSource | None, make: Callable[[Progress], SpokeSource], check: Check, progress: Progress, agree: Agree | None
 ) -> EngineWorker:  # fmt: skip
     """Returns a scene that has computed its first spokes: the one that was kept, or where that has died meanwhile another."""
     if kept:
@@ -98,10 +99,13 @@ def _worker(
     source = make(progress)
     try:
         check(source.scene)
+        if agree:
+            origin, commands = agree()
+            source.begin_at(origin)
+            source.replay(command.after_change_of_rpm(source.scene.radar) for command in commands)
     except BaseException:
         source.close()
         raise
-    source.replay(command.after_change_of_rpm(source.scene.radar) for command in commands)
     return _first_spokes(source, progress)
 
 

@@ -1,27 +1,31 @@
 """One radar on the air: a transmitter in its own threads, a hub on the event loop, and the requests of REST to both."""
 
 import asyncio
+import contextlib
 import logging
-import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.records import Truth
 from radar_service.scene.commands import Command
-from radar_service.stream.controls import changed_order, changed_settings, controls_state
+from radar_service.stream.controls import changed_order, changed_settings, changes_engine, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
 from radar_service.stream.fanout.feed_output import FeedOutput
 from radar_service.stream.fanout.hub import FeedRefused, Hub
+from radar_service.stream.feed_request import Mode
 from radar_service.stream.logs import log_event
 from radar_service.stream.radio.command_queue import TooManyCommandsError, Values
 from radar_service.stream.radio.correlation_stage import CorrelationStage
 from radar_service.stream.radio.engine_supervisor import RESTARTS
 from radar_service.stream.radio.error_stage import ErrorStage
+from radar_service.stream.radio.feed_truth import FeedTruth
+from radar_service.stream.radio.handover import LEAD, MAX_LEAD, Overtaken, SceneChanged
 from radar_service.stream.radio.last_scan import LastScan
 from radar_service.stream.radio.preparation import Preparations
 from radar_service.stream.radio.station_world import StationWorld
@@ -32,7 +36,8 @@ from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink
 
 NOTHING = SourceRequest()
-LEAVE_TIMEOUT = 2.0  # s for clients to take their bye
+STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops
+LEAVE_TIMEOUT = 0.6  # s for clients to take what waits and their bye; then the server closes their connections
 COMMAND_TIMEOUT = 10.0  # s until a command is given up; it takes the time of a batch of spokes
 STOP_TIMEOUT = 3.0  # s to wait for each thread
 
@@ -69,7 +74,8 @@ class Station:
         self.feed = FeedEncoder(output := FeedOutput(self.hub), self.radar_info, clock)
         self.last_scan = LastScan(engine)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
-        self.errors = ErrorStage(engine, [CorrelationStage((self.feed, self.last_scan, *sinks))])
+        self._feed_truth = FeedTruth(self.hub, self._truths)
+        self.errors = ErrorStage(engine, [CorrelationStage((self.feed, self._feed_truth, self.last_scan, *sinks))])
         self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
@@ -82,7 +88,7 @@ class Station:
         self._output, self._make_engine = output, make_engine
         self._wait_for, self._clock = wait_for, clock
         self.world.join(identity, self.transmitter)
-        self._preparing = 0.0  # s that the last change of an engine control took
+        self._lead = LEAD  # s from an agreement of a handover to it
 
     @property
     def engine(self) -> SpokeSource:
@@ -97,15 +103,17 @@ class Station:
     async def start(self) -> None:
         """Starts to compute and to send, and to take clients."""
         self._output.start()
+        self._feed_truth.start()
         self.truth_stream.start()
         await asyncio.to_thread(self.transmitter.start)
 
     async def stop(self, reason: str = "the server is stopping") -> None:
         """Sends `bye` to every client and ends the threads."""
         self.stopping = True
-        self.hub.close(reason)
+        self.hub.close(reason, STOP_DRAIN)
         self.truth_stream.end(reason)
         await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
+        self._feed_truth.stop()
         self._truths.shutdown(wait=False, cancel_futures=True)
         await self.hub.emptied(LEAVE_TIMEOUT)
 
@@ -145,12 +153,10 @@ class Station:
         """
         return await self._run(self.world.orders(order), job)
 
-    async def _run(
-        self, orders: Mapping[str, SceneOrder], job: str | None = None, commands: Iterable[Command] = ()
-    ) -> tuple[str, SpokeSource]:
-        """Prepares the orders of all radars of this world and lets them take over, as `swap`. commands: that they follow."""
+    async def _run(self, orders: Mapping[str, SceneOrder], job: str | None = None) -> tuple[str, SpokeSource]:
+        """Prepares the orders of all radars of this world and lets them take over, as `swap`."""
         request = self.world.request()
-        workers = await self.preparations.workers(self._make_engine, orders, job, self.world.check, tuple(commands))
+        workers = await self.preparations.workers(self._make_engine, orders, job, self.world.check)
         epochs = self.world.switch_to(request, workers, stopping=self.stopping)
         return epochs[self.identity], workers[self.identity].engine
 
@@ -162,12 +168,12 @@ class Station:
         """Changes the requested controls; a value that is refused changes nothing.
 
         A change of an engine control prepares the scene anew; it goes on from the end of a scan, with simulated time and the
-        numbers of scans. Raises ControlError, and SceneError where such a scene is not valid.
+        numbers of scans. Of several such changes the last one wins. Raises ControlError, and SceneError where such a scene is not
+        valid.
         """
         changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
-        order = changed_order(self.settings, self.transmitter.engines.pending_engine, requested)
-        if order is not None:
-            await self._go_on(order)
+        if changes_engine(requested):
+            await self._go_on(requested)
         self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
         pace = requested.get("pace", {})
         if pace.get("state") == "step":
@@ -188,18 +194,42 @@ class Station:
                 f"the radar has sent no spoke for {COMMAND_TIMEOUT:g} s, and takes no command meanwhile"
             ) from None
 
-    async def _go_on(self, order: SceneOrder) -> None:
-        """Lets another order of the running scene go on from the end of a scan, when it will be prepared as far as is known."""
-        if self.transmitter.engines.has_pending and self.transmitter.handover.at is None:  # another scene comes first
-            await self._run(self.world.changed_orders(self.identity, replace(order, origin=None)))
-            return
-        factor, began = self.settings.pace.factor, self._clock()
-        origin = self.transmitter.agree(self._preparing * factor if math.isfinite(factor) else 0.0)
+    async def _go_on(self, requested: Mapping[str, Any]) -> None:
+        """Lets the scene that runs next go on with other engine controls; another scene meanwhile keeps its own where it was
+        requested later."""
+        request, engines = self.world.request(), self.transmitter.engines
+        while not self.world.has_met_after(request):
+            order = changed_order(self.settings, engines.pending_engine, requested)
+            if order is None:
+                with contextlib.suppress(Overtaken):
+                    return None if engines.has_pending else self.transmitter.handover.overtake(request)
+                return
+            if engines.has_pending and not engines.pending_engine.order.goes_on:  # another scene comes first
+                await self._run(self.world.changed_orders(self.identity, order))
+                return
+            with contextlib.suppress(SceneChanged):
+                if await self._has_gone_on(request, replace(order, origin=None)):
+                    return
+
+    async def _has_gone_on(self, request: int, order: SceneOrder) -> bool:
+        """Prepares an order of the running scene and lets it go on from the end of a scan; returns False where it was late.
+
+        Raises SceneChanged, and what Preparations.workers raises.
+        """
+        agree = partial(self.transmitter.agree, request, order, self._lead)
         try:
-            await self._run({self.identity: replace(order, origin=origin)}, commands=self.engine.commands)
-        finally:
-            self.transmitter.settle()
-        self._preparing = self._clock() - began
+            orders = {self.identity: order}
+            workers = await self.preparations.workers(self._make_engine, orders, None, self.world.check, agree)
+        except Overtaken:
+            return True
+        except BaseException:
+            self.transmitter.handover.cancel(request)
+            raise
+        if self.stopping or not self.transmitter.hand_over(request, workers[self.identity]):
+            workers[self.identity].stop()
+            self._lead = min(2.0 * self._lead, MAX_LEAD)
+            return self.stopping or self.transmitter.handover.request != request
+        return True
 
     async def truth(self, at: float | None = None) -> Truth:
         """Returns the state of everything at `at` [s of simulation], by default now. Raises EngineFault."""

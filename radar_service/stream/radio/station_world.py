@@ -51,6 +51,10 @@ class StationWorld:
         self._requests += 1
         return self._requests
 
+    def has_met_after(self, request: int) -> bool:
+        """Whether another scene was prepared that was requested later."""
+        return self._last_met > request
+
     def switch_to(self, request: int, workers: Mapping[str, EngineWorker], *, stopping: bool) -> Mapping[str, str]:
         """Lets the prepared engines of a request take over; returns the names of their epochs.
 

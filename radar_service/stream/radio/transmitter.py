@@ -6,10 +6,9 @@ When an order acts:
   and where the world has several radars, which all begin it together.
 - commands: another thread (`command_worker`) carries them out. Spokes that a command changes are dropped, and come anew.
 - labels and powers of sources: from the next spoke on, when the first client asks; the blocks beyond it come again with them.
-- rpm: a new epoch at the end of a scan that was agreed before its engine was prepared (`handover`); until then nothing is
-  sent beyond that scan.
+- rpm: a new epoch at the end of a scan that is agreed when its engine is prepared (`handover`).
 - the engine fails: another one continues the same epoch with the next scan, and the spokes between become a gap. If that
-  happens too often the radar fails and the sinks are closed; the next scene restarts it.
+  happens too often the radar fails and the sinks are closed; the next scene restarts it. An engine that is ready takes over.
 """
 
 import math
@@ -20,24 +19,22 @@ from dataclasses import replace
 from radar_service.cell_sources import SourceRequest
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
+from radar_service.scene.commands import Command
 from radar_service.stream.radio.command_queue import CommandQueue
 from radar_service.stream.radio.command_worker import CommandWorker, Steered
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
-from radar_service.stream.radio.handover import Handover
+from radar_service.stream.radio.handover import Handover, SceneChanged, wait_for_engine
 from radar_service.stream.radio.pacer import Pacer
 from radar_service.stream.radio.pacing import batch_spokes
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Settings
-from radar_service.stream.source import MakeSource, SpokeSource
+from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
 from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink, new_epoch_name
 from radar_service.types import Singles
 
 BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the orders again
-
-
-def _ignore(reason: str) -> None:
-    pass
+Report = Callable[[str], None]
 
 
 class Transmitter:
@@ -47,8 +44,7 @@ class Transmitter:
 
     epoch: the running one.
     fault: why the radar has failed, None while it runs.
-    sent: spokes since the start.
-    simulated: time of the next spoke [s].
+    sent: spokes since the start; simulated: time of the next spoke [s].
     commands: those that wait for the command worker.
     engines: the running engine and its replacements.
     """
@@ -56,7 +52,7 @@ class Transmitter:
     def __init__(
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
         make_engine: MakeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
-        on_restart: Callable[[str], None] = _ignore, on_failure: Callable[[str], None] = _ignore, held: bool = False,
+        on_restart: Report = lambda reason: None, on_failure: Report = lambda reason: None, held: bool = False,
         sources: Callable[[], SourceRequest] = SourceRequest,
     ) -> None:  # fmt: skip
         """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
@@ -70,8 +66,7 @@ class Transmitter:
         self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock), self._world.changed)
         self.epoch = Epoch(new_epoch_name(), engine, settings.range)
         self.fault: str | None = None
-        self.sent = 0
-        self.simulated = 0.0
+        self.sent, self.simulated = 0, 0.0
         self.commands = CommandQueue(self._world.let_command)
         self._unsent = 0  # number of the first spoke that was not given to the sinks, from t = 0
         self._newest = -math.inf  # time of the last one that was [s]
@@ -126,21 +121,32 @@ class Transmitter:
         """As CommandedRadar."""
         self._sent_since_commands = self.pacer.waiting = False
 
-    def agree(self, lead: float) -> Origin:
-        """Returns where an engine of the running scene begins that is ready in some `lead` [s of simulation]; then `settle`."""
-        with self._world.changed:  # while no engine takes over
-            idle = self.pacer.idle or self.fault is not None
-            origin = self.handover.agree(self.engines.worker.engine.scene.radar, self._unsent, idle, lead)
-            self.pacer.interrupt()
-        return origin
+    def agree(self, request: int, order: SceneOrder, lead: float) -> tuple[Origin, Sequence[Command]]:
+        """Returns where the engine of an order of the running scene begins that is ready in `lead` [s], and the commands so far.
 
-    def settle(self) -> None:
-        """Ends a request that has agreed, after `switch_to` or without."""
-        self.handover.settle()
-        self.pacer.interrupt()
+        request: its number, for `hand_over`. Raises SceneChanged where another scene runs or is about to, and Overtaken.
+        """
+        with self._world.changed:  # while no engine takes over
+            running = self.engines.worker.engine
+            if self.pacer.is_outdated or not self.engines.keep_scene_of(order):
+                raise SceneChanged
+            idle = self.pacer.idle or self.fault is not None
+            origin = self.handover.agree(request, running.scene.radar, self._unsent, idle, lead * self.pacer.speed)
+            self.engines.drop_pending()  # of a request that this one has overtaken
+            self.pacer.interrupt()
+            return origin, tuple(running.commands)
+
+    def hand_over(self, request: int, worker: EngineWorker) -> bool:
+        """Lets the engine of a request take over where that has agreed; returns False where it is late."""
+        with self._world.changed:
+            if is_agreed := self.handover.is_agreed(request):
+                self.engines.switch_to(worker)
+                self.pacer.interrupt()
+        return is_agreed
 
     def switch_to(self, worker: EngineWorker) -> str:
-        """Lets a prepared engine take over; returns the name of its epoch. Of several calls the last one wins."""
+        """Lets the prepared engine of another scene take over; returns the name of its epoch. The last call wins."""
+        self.handover.cancel()
         name = self.engines.switch_to(worker)
         self.pacer.interrupt()
         return name
@@ -152,7 +158,7 @@ class Transmitter:
             except Exception as error:  # of any kind: the clients must be notified
                 if not self.pacer.stopping:
                     reason = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {error}"
-                    if not self._restart(reason):
+                    if not (self._restart(reason) or self._take_over()):
                         self._fail(reason)
 
     def _transmit(self) -> None:
@@ -208,9 +214,9 @@ class Transmitter:
     def _send(self, part: SpokeBlock, settings: Settings) -> None:
         if settings.transmit:
             batch = SpokeBatch(self.epoch, self._number, part, settings.video, self._before(part))
+            self._number, self._spokes_done = self._number + len(part), part.first + len(part)  # where a sink fails, too
             for sink in self._sinks:
                 sink.send(batch)
-            self._number += len(part)
             self.sent += len(part)
         self._spokes_done = part.first + len(part)
         self._last = self._spokes_done - 1, part.power[-1].copy()
@@ -223,22 +229,19 @@ class Transmitter:
 
     def _apply_pending(self) -> bool:
         """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""
-        while self.handover.is_due(self._spokes_done) and not self.pacer.stopping:
-            self.pacer.wait_for(lambda: not self.handover.is_open)
-            if self._take_over(lambda: not self.handover.is_open):
+        if self.handover.is_due(self._spokes_done):
+            wait_for_engine(self.handover, self.pacer, self.engines)
+            if self._take_over():
                 return True
-            with self._world.changed:
-                if not (self.handover.is_open or self.engines.has_pending):
-                    self.handover.end(self._spokes_done)
         if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
             return self._take_over()
         if self.pacer.settings.range != self.epoch.range:
             self._open(replace(self.epoch, name=new_epoch_name(), range=self.pacer.settings.range))
         return False
 
-    def _take_over(self, may: Callable[[], bool] = lambda: True) -> bool:
-        """Lets the pending engine take over, where there is one and it may; returns whether it has."""
-        taken = self.engines.take_over(self._begin, may)
+    def _take_over(self) -> bool:
+        """Lets the pending engine take over, where there is one; returns whether it has."""
+        taken = self.engines.take_over(self._begin)
         if taken is None:
             return False
         name, engine = taken
@@ -279,7 +282,7 @@ class Transmitter:
         self.epoch = replace(self.epoch, engine=self.engines.worker.engine)
         self.pacer.restart_schedule()
         for sink in self._sinks if missed else ():
-            sink.skip(self.epoch.name, missed, f"the radar was started again after: {cause}")
+            sink.skip(self.epoch.name, self._number, missed, f"the radar was started again after: {cause}")
         self._number += missed
         self._spokes_done = scan * azimuths
         return True

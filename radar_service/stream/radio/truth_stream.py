@@ -97,7 +97,7 @@ class TruthStream:
             sent = Sent(engine, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands)
             self._loop.call_soon_threadsafe(self._put, sent)
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Ignores it: the truth of spokes that were not sent is not sent."""
 
     def close(self, reason: str) -> None:

@@ -12,19 +12,22 @@ from numpy.typing import NDArray
 
 from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
+from radar_service.processor_time import MachineBusyError, machine_busy
+from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock, Truth
 from radar_service.scene.commands import Command
 from radar_service.stream.command_log import CommandLog
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import Child, ForkServer
-from radar_service.stream.processes.limits import default_memory
+from radar_service.stream.processes.limits import default_memory, processor_time_of
 from radar_service.stream.radio.description import Description, MakeEngine
-from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, EngineFault
+from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, BusyFault, EngineFault
 from radar_service.stream.radio.spare import RUN, NewSpare
 from radar_service.stream.source import Progress, SceneOrder, SceneOutline, TruthLine
 
 TRUTH_TIMEOUT = 10.0  # s
 SPARE_TIMEOUT = 5.0  # s that a process may take to make its spare; it takes milliseconds
+NO_PROCESS = "scene: no process could be started for it"
 ENDED = "its process has ended: it crashed, was killed or ran out of memory"
 
 
@@ -84,6 +87,12 @@ class WorldSource:
             spare.close()
             return None
 
+    def begin_at(self, origin: Origin) -> None:
+        """Lets the scene go on from an origin, as SpokeSource.begin_at; its process is told with the start."""
+        self.order, self.scene = replace(self.order, origin=origin), self.scene.at_origin(origin)
+        self._description = replace(self._description, scene=self.scene)
+        self.commands = CommandLog(self.scene.steerable)
+
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the first one. Comes before `blocks`."""
         self._scan = scan
@@ -93,19 +102,24 @@ class WorldSource:
         try:
             with self._telling:
                 commands = tuple(self.commands)
-                self._child.data.send((self._scan, size, commands))
+                self._child.data.send((self.scene.radar.origin, self._scan, size, commands))
                 self._started, self._told = True, len(commands)
                 for request in self._requests:
                     self._child.data.send(request)
             while not isinstance(message := self._child.data.receive(), str):
                 if isinstance(message, NewSpare):
-                    self.replace_spare(Child(message.process, *self._child.data.receive_ends(2)))
+                    self._take_spare(message)
                     continue
                 fields, self.trees = message
                 yield SpokeBlock(**fields | {"range": self.range})
         except (OSError, EOFError):
             raise EngineFault(ENDED) from None
         raise EngineFault(message)
+
+    def _take_spare(self, new: NewSpare) -> None:
+        """Takes another spare. Without descriptors for it, it ends, and the process tells of one more. Raises EOFError."""
+        with contextlib.suppress(OSError):
+            self.replace_spare(Child(new.process, *self._child.data.receive_ends(2)))
 
     def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
         """Notes a command, as SpokeSource.command. Raises CommandError."""
@@ -189,12 +203,13 @@ class WorldMaker:
     def __call__(self, order: SceneOrder, progress: Progress) -> WorldSource:
         """Returns the prepared scene of an order; waits for it.
 
-        Raises SceneError where the scene is refused, and EngineFault where the process fails or takes PREPARE_TIMEOUT.
+        Raises SceneError where the scene is refused, EngineFault where the process fails or takes PREPARE_TIMEOUT, and
+        BusyFault where it got less than half of that time from a processor, or cannot be started.
         """
         try:
             child = self._server.child(_run, order, self._make_engine, self._memory, progress.in_background)
         except OSError as error:
-            raise EngineFault(f"no process could be started for the scene: {error}") from None
+            raise BusyFault(f"{NO_PROCESS}: {error}; try again later") from None
         progress.ends_with(child.close)
         with contextlib.ExitStack() as on_failure:
             on_failure.callback(child.close)
@@ -227,8 +242,20 @@ def _source(child: Child, order: SceneOrder, progress: Progress) -> WorldSource:
                 raise content
             progress.stage(content)
     except TimeoutError:
-        raise EngineFault(f"not prepared after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine") from None
+        raise _late(child.process) from None
+    except OSError as error:  # TimeoutError is one, too
+        raise BusyFault(f"{NO_PROCESS}: {error}; try again later") from None
+    except MachineBusyError as error:
+        raise BusyFault(str(error)) from None
     except EOFError:
         raise EngineFault(ENDED) from None
     except RuntimeError as error:
         raise EngineFault(str(error)) from None
+
+
+def _late(process: int) -> EngineFault:
+    """Returns why a process did not prepare its scene in time: the scene is heavy where it computed half of that time or more."""
+    used = processor_time_of(process)
+    if used is not None and used < 0.5 * PREPARE_TIMEOUT:
+        return BusyFault(str(machine_busy("scene", PREPARE_TIMEOUT)))
+    return EngineFault(f"not prepared after {PREPARE_TIMEOUT:g} s; the scene is too heavy for this machine")

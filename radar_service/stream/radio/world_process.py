@@ -2,9 +2,9 @@
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), then its
 spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
-order to run, as (scan, size, commands), arrives on `data`, and further commands and requests after it; from then on it sends
-(fields of a block, number of trees) there, a NewSpare where its spare has died, and at last the text of a fault. The socket
-holds it back while nobody reads.
+order to run, as (origin, scan, size, commands), arrives on `data`, and further commands and requests after it; from then on
+it sends (fields of a block, number of trees) there, a NewSpare where its spare has died, and at last the text of a fault. The
+socket holds it back while nobody reads.
 """
 
 import contextlib
@@ -20,6 +20,7 @@ from typing import Any, NoReturn
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.parallel import BLAS_LIMIT
+from radar_service.processor_time import MachineBusyError
 from radar_service.radar.parameters import START
 from radar_service.records import Crossing, Snapshot
 from radar_service.scene.commands import Command
@@ -39,7 +40,7 @@ TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a mill
 
 
 def scene_of(order: SceneOrder) -> Scene:
-    """Returns the scene of an order. Raises SceneError."""
+    """Returns the scene of an order. Raises SceneError and MachineBusyError."""
     sandbox = Sandbox() if order.sandboxed else None
     try:
         scene = load_scene(order.source, mesh_reader=sandbox or IN_PROCESS)
@@ -56,7 +57,7 @@ def outline_of(scene: Scene) -> SceneOutline:
     """Returns what the serving process keeps of a scene."""
     return SceneOutline(
         scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
-        scene.radar_id, scene.radar_ids,
+        scene.radar_id, scene.radar_ids, scene.has_sensors,
     )  # fmt: skip
 
 
@@ -113,7 +114,7 @@ def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> t
 
 def _portable(error: Exception, memory: int) -> Exception:
     """Returns an exception that the service can read."""
-    if isinstance(error, SceneError):
+    if isinstance(error, SceneError | MachineBusyError):
         return error
     if isinstance(error, MemoryError):
         return SceneError(
@@ -128,10 +129,12 @@ def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> 
     answering: held while a question is answered.
     """
     data = spares.ends[1]
-    scan, size, commands = data.receive()
+    origin, scan, size, commands = data.receive()
     trees, counted = 0, -math.inf
     commanding = threading.Lock()
     try:
+        if origin != engine.scene.radar.origin:
+            engine.begin_at(origin)
         engine.skip_to(scan)
         engine.replay(commands)
         threading.Thread(target=_obey, args=(data, engine, commanding), name="commands", daemon=True).start()

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 
+from radar_service.output_files import make_folder
 from radar_service.study.plotting import number, svg_text
 from radar_service.study.stability.figure import finding_figure
 from radar_service.study.stability.finding import RESPONSES, Finding
@@ -27,7 +28,7 @@ INTRODUCTION = (
 
 def write_report(folder: Path, findings: Sequence[Finding]) -> None:
     """Writes stability.html and stability.json to `folder`, which it creates if necessary. Raises OSError."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     (folder / "stability.json").write_text(json.dumps([finding.as_dict() for finding in findings], indent=1) + "\n")
     (folder / "stability.html").write_text(page(findings), encoding="utf-8")
 

@@ -96,3 +96,9 @@ def test_what_is_left_out_is_faint_even_together(total: float, left: int) -> Non
     level[500] = 1.0
     kept = strongest(level)
     assert abs(len(kept) - left) <= 1 and 500 in kept and (np.diff(kept) > 0).all()
+
+
+def test_values_between_nodes_are_linear() -> None:
+    points = np.random.default_rng(3).uniform(-3.0, 3.0, (40, 3))
+    lattice = Lattice.over(points, np.full(40, 0.5), np.inf, -np.inf)
+    np.testing.assert_allclose(lattice.between(lattice.nodes @ [1.0, -2.0, 0.5] + 4.0), points @ [1.0, -2.0, 0.5] + 4.0)

@@ -12,6 +12,7 @@ import pytest
 import trimesh
 from PIL import Image
 
+from radar_service.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, MachineBusyError
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.mesh_reader import IN_PROCESS
 from radar_service.scene.files.sandbox import Sandbox, mesh_from_answer
@@ -118,17 +119,35 @@ sandbox_child.serve(sys.stdin.buffer, sys.stdout.buffer, 0.2, Spinning())
 """
 
 
-@pytest.mark.parametrize(
-    ("timeout", "reason"), [(0.05, "more than 0.05 s to read"), (30.0, "more than 0.2 s of processor time to read")]
-)
-def test_a_parser_that_never_ends_is_ended(timeout: float, reason: str) -> None:
-    """By the timeout of the parent, and by the child's own limit of processor time."""
-    limited = Sandbox(cpu_time=0.2, timeout=timeout, command=[sys.executable, "-c", SPIN])
+def test_a_parser_that_never_ends_is_ended_by_its_own_limit_of_processor_time() -> None:
+    limited = Sandbox(processor_time=0.2, command=[sys.executable, "-c", SPIN])
     try:
-        with pytest.raises(SceneError, match=f"^here: the file takes {reason}"):
+        with pytest.raises(
+            SceneError, match="^here: the file takes more than 0.2 s of processor time to read; make it smaller"
+        ):
             limited.mesh(CUBE, "a.stl", "here", 1.0, "z")
     finally:
         limited.close()
+
+
+@pytest.mark.parametrize(
+    "program",
+    ["import sys; sys.stdin.buffer.read()", "import time; time.sleep(1e4)"],
+    ids=["while it reads", "while it starts"],
+)
+def test_a_machine_that_gives_the_child_no_time_is_no_fault_of_the_file(program: str) -> None:
+    limited = Sandbox(backstop=0.05, command=[sys.executable, "-c", program])
+    try:
+        with pytest.raises(MachineBusyError, match="^here: the machine is busy: .* in 0.05 s; try again later$"):
+            limited.mesh(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a.obj", "here", 1.0, "z")
+    finally:
+        limited.close()
+
+
+def test_the_documents_have_the_figures_of_the_code() -> None:
+    for name in ("promises", "rest"):
+        text = (Path(__file__).parents[3] / "docs" / f"{name}.md").read_text()
+        assert f"{MAX_PROCESSOR_TIME:g} s of processor time" in text and f"{BACKSTOP:g} s" in text, name
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,11 @@ from tests.scene.scene_sources import TETRAHEDRON, point, problems
         ("link.obj", "is a link out of"),
         ("linked/outside.obj", "is a link out of"),
         ("sub", "is a folder"),
-        ("C:\\ferry.obj", "leaves the scene's folder"),
+        (
+            "C:\\ferry.obj",
+            '"C:\\\\ferry.obj" has a backslash, or what an escape makes of one; write paths with forward slashes',
+        ),
+        ("meshes\ferry.obj", '"meshes\\x0cerry.obj" has a backslash, or what an escape makes of one; write'),
         ("file:ferry.obj", "leaves the scene's folder"),
         ("a\0b.obj", "cannot be looked up"),
         ("x" * 400, "cannot be looked up"),

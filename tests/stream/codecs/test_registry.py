@@ -34,6 +34,9 @@ class NumbersCodec:
     def truth(self, epoch: str, state: Truth) -> bytes:
         return b""
 
+    def no_truth(self, epoch: str, time: float, until: float, count: int, reason: str) -> bytes:
+        return b""
+
     def gap(self, epoch: str, first: int, count: int, reason: str) -> bytes:
         return b""
 

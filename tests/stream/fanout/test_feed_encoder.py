@@ -1,4 +1,4 @@
-"""The feed as a sink: one encoding for each view, truth for clients that ask for it, and the time that it takes."""
+"""The feed as a sink: one encoding for each view, and the time that it takes."""
 
 import itertools
 from collections.abc import Callable
@@ -9,11 +9,11 @@ import numpy as np
 from radar_service.cell_sources import SourceRequest
 from radar_service.display.video import Controls
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.fanout.feed_encoder import TRUTHS_PER_SCAN, FeedEncoder
+from radar_service.stream.fanout.feed_encoder import FeedEncoder
 from radar_service.stream.fanout.hub import EncodedBatch
 from radar_service.stream.feed_request import Mode, View
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
-from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, power_of, scene
+from tests.stream.fake import BINS, FakeEngine, power_of, scene
 
 EPOCH = Epoch("e", FakeEngine(scene()), None)
 
@@ -21,8 +21,8 @@ EPOCH = Epoch("e", FakeEngine(scene()), None)
 class Output:
     """Keeps what it takes."""
 
-    def __init__(self, *views: View, truth: tuple[str, ...] = ()) -> None:
-        self.views, self.truth_codecs = views, truth
+    def __init__(self, *views: View) -> None:
+        self.views = views
         self.batches: list[EncodedBatch] = []
         self.others: list[Any] = []
         self.hello: Callable[[View, Mode], bytes] = lambda view, mode: b""
@@ -34,8 +34,8 @@ class Output:
     def publish(self, batch: EncodedBatch) -> None:
         self.batches.append(batch)
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
-        self.others.append((epoch, count, reason))
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        self.others.append((epoch, first, count, reason))
 
     def close(self, reason: str) -> None:
         self.others.append(reason)
@@ -76,17 +76,6 @@ def test_spokes_are_encoded_with_labels_for_clients_whose_request_they_follow() 
     assert encoder(Output(plain)).requested() == SourceRequest()
 
 
-def test_truth_is_encoded_so_many_times_a_scan_where_a_client_requests_it() -> None:
-    with_truth, without = Output(truth=("native",)), Output()
-    for output in (with_truth, without):
-        encoder(output).send(batch(0, AZIMUTHS))
-    (published,) = with_truth.batches
-    assert [name for name, _ in published.truth] == ["native"] * TRUTHS_PER_SCAN
-    times = [wire.unpack(data)["time"] for _, data in published.truth]
-    np.testing.assert_allclose(times, np.arange(8) * 2.5 / 8, rtol=1e-12)  # rounding
-    assert without.batches[0].truth == ()
-
-
 def test_the_hello_is_that_of_the_clients_view() -> None:
     output = Output()
     encoder(output).open_epoch(EPOCH)
@@ -104,6 +93,6 @@ def test_the_hello_is_that_of_the_clients_view() -> None:
 def test_gaps_and_ends_pass_through() -> None:
     output = Output()
     feed = encoder(output)
-    feed.skip("e", 4, "it broke")
+    feed.skip("e", 9, 4, "it broke")
     feed.close("it broke")
-    assert output.others == [("e", 4, "it broke"), "the radar has stopped: it broke"]
+    assert output.others == [("e", 9, 4, "it broke"), "the radar has stopped: it broke"]

@@ -1,13 +1,17 @@
 """Refusals as answers: a line for each problem."""
 
+import errno
+
 import pytest
 from fastapi import FastAPI
 
+from radar_service.processor_time import MachineBusyError
 from radar_service.scene.error import SceneError
 from radar_service.stream.controls import ControlError
 from radar_service.stream.http.answers import add_exception_handlers, problem_lines
 from radar_service.stream.http.scene_store import Conflict
-from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.jobs import RETRY_SECONDS, Busy
+from radar_service.stream.radio.prefetch import BusyFault, EngineFault
 from tests.stream.asgi import Server
 from tests.stream.http.playing import play
 
@@ -28,6 +32,25 @@ def test_each_error_has_its_status_and_its_lines(error: Exception, status: int, 
         server.app.router.routes.insert(0, server.app.router.routes.pop())  # before the page, which answers all the rest
         answer = await server.http.get("/api/fails")
         assert (answer.status_code, answer.json()) == (status, {"detail": lines})
+
+    play(test)
+
+
+BUSY_ERRORS = [OSError(errno.EMFILE, "x"), OSError(errno.ENFILE, "x"), MachineBusyError("x"), BusyFault("x"), Busy("x")]
+
+
+@pytest.mark.parametrize("error", BUSY_ERRORS, ids=repr)
+def test_what_is_to_be_tried_again_says_when(error: Exception) -> None:
+    async def test(server: Server) -> None:
+        async def fail() -> None:
+            raise error
+
+        server.app.router.add_api_route("/api/fails", fail)
+        server.app.router.routes.insert(0, server.app.router.routes.pop())
+        answer = await server.http.get("/api/fails")
+        assert answer.status_code == 503 and answer.headers["retry-after"] == str(RETRY_SECONDS)
+        if isinstance(error, OSError):
+            assert answer.json()["detail"][0].startswith("request: the server has no file descriptors left; ")
 
     play(test)
 

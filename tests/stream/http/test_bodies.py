@@ -21,7 +21,8 @@ BIG = {"name": "big", "scene": {"name": "big", "body": [{"name": "p" * (2 * SMAL
 @pytest.mark.parametrize(
     ("body", "status", "line"),
     [
-        (b'{"name": "a", "scene": {}}', 201, ""), (b'{"name": "a", "scene": 3}', 422, "scene: 3;"), (b"{", 400, "body: not JSON"),
+        (b'{"name": "a", "scene": {"name": "s"}}', 201, ""), (b'{"name": "a", "scene": 3}', 422, "scene: 3;"),
+        (b"{", 400, "body: not JSON"), (b'{"name": "a", "scene": {}}', 422, "scene: it is empty; give it a name"),
         (b'{"name": "a", "scene": {"radar": {"azimuths": NaN}}}', 422, "radar.azimuths"),
     ],
 )  # fmt: skip
@@ -63,9 +64,9 @@ def test_a_full_disk_is_an_answer_and_not_a_fault(where: str, number: int) -> No
             form = {"scene": ("m.toml", b"")} if where.startswith("shutil") else None
             answer = await server.http.post("/api/scenes", data={"name": "a"}, files=form)
             if not form:
-                answer = await server.http.post("/api/scenes", json={"name": "a", "scene": {}})
+                answer = await server.http.post("/api/scenes", json={"name": "a", "scene": {"name": "s"}})
         assert answer.status_code == 507 and answer.json()["detail"] == ["body: the server's disk is full; try again later"]
-        assert (await server.http.post("/api/scenes", json={"name": "a", "scene": {}})).status_code == 201
+        assert (await server.http.post("/api/scenes", json={"name": "a", "scene": {"name": "s"}})).status_code == 201
 
     play(test)
 

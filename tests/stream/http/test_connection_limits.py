@@ -28,6 +28,15 @@ def test_too_many_connections_are_refused_with_the_reason() -> None:
             continue
 
 
+def test_a_refused_client_that_sends_a_body_reads_the_answer() -> None:
+    """A socket that is closed with unread bytes resets the connection, and the answer in it is lost."""
+    request = b"PUT / HTTP/1.1\r\nhost: x\r\ncontent-length: 100000\r\n\r\n"
+    with radar(connections=1) as address, dialled(address), dialled(address) as refused:
+        for _ in range(10):
+            refused.sendall(request + bytes(10_000))
+        assert answer(refused).startswith(b"HTTP/1.1 503 ")
+
+
 def test_one_address_cannot_take_all_connections(monkeypatch: pytest.MonkeyPatch) -> None:
     with radar(per_address=2) as address:
         many = [dialled(address) for _ in range(6)]  # of this machine: as many as it likes

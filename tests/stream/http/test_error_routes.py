@@ -7,11 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.scene.load import load_scene
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.http.access import Access
 from radar_service.stream.http.connection_errors import ConnectionErrors
+from radar_service.stream.radio.station import Station
+from radar_service.stream.settings import Pace, Settings
 from tests.stream.asgi import Server, Socket
-from tests.stream.fake import AZIMUTHS
+from tests.stream.fake import AZIMUTHS, RADAR, FakeEngine, factory
 from tests.stream.http.playing import play, station
 
 ERRORS, CONTROLS = "/api/radars/0/errors", "/api/radars/0/controls"
@@ -48,7 +51,7 @@ def test_errors_are_told_changed_and_switched_off() -> None:
         assert (await server.http.patch(ERRORS, json={})).json()["log"]["bias_kn"] == 0.5
         assert (await server.http.delete(ERRORS)).json() == NONE
 
-    play(test)
+    play(test, station(allow_truth=True))
 
 
 @pytest.mark.parametrize(
@@ -73,16 +76,17 @@ def test_bad_bodies_are_refused_and_change_nothing(body: str, status: int, line:
         assert answer.status_code in (status, 400) and line in " ".join(answer.json()["detail"]), answer.text
         assert (await server.http.get(ERRORS)).json()["log"]["bias_kn"] == 2
 
-    play(test)
+    play(test, station(allow_truth=True))
 
 
 def test_only_who_may_command_changes_errors_and_only_of_radars_that_exist() -> None:
     async def test(server: Server) -> None:
         for method in ("patch", "delete"):
             assert (await server.http.request(method, ERRORS, json={})).status_code == 401
-        assert (await server.http.get(ERRORS)).status_code == 200
+        assert (await server.http.get(ERRORS)).status_code == 403
         token = {"authorization": "Bearer sesame"}
         assert (await server.http.patch(ERRORS, json={}, headers=token)).status_code == 200
+        assert (await server.http.get(ERRORS, headers=token)).status_code == 200
         for method in ("get", "patch", "delete"):
             answer = await server.http.request(method, ERRORS.replace("0", "9"), json={}, headers=token)
             assert answer.status_code == 404 and 'there is no "9"' in answer.json()["detail"][0]
@@ -211,3 +215,16 @@ def test_a_cut_connection_ends_without_a_bye_and_can_be_resumed() -> None:
         assert (await following.until("spokes"))["first"] == len(received)  # the one that the cut has swallowed
 
     play(test)
+
+
+def test_a_radar_ashore_takes_no_errors_of_a_ships_sensors() -> None:
+    ashore = load_scene({"radar": [RADAR | {"id": "shore", "platform": {"position_m": [0, 0]}}]})
+
+    async def test(server: Server) -> None:
+        answer = await server.http.patch(errors, json={"gyro": {"bias_deg": 20}})
+        assert answer.status_code == 422 and "a fixed site has no gyro" in answer.json()["detail"][0]
+        answer = await server.http.patch(errors, json={"profile": "imo-a823"})
+        assert [name for name, table in answer.json().items() if table] == ["antenna"]
+
+    errors = "/api/radars/shore/errors"
+    play(test, Station("shore", FakeEngine(ashore), factory(), settings=Settings(pace=Pace("pause"))))

@@ -65,6 +65,35 @@ def test_rubbish_is_refused_and_the_conversation_goes_on() -> None:
     play(test, station())
 
 
+@pytest.mark.parametrize(
+    "message",
+    [{"text": '{"speed_kn": 1, "speed_kn": 2}'}, {"bytes": b"\x82\xa8speed_kn\x01\xa8speed_kn\x02"}],
+    ids=["text", "bytes"],
+)
+def test_a_key_that_occurs_twice_is_refused_and_named(message: dict[str, Any]) -> None:
+    async def test(server: Server) -> None:
+        socket = await server.open(PATH)
+        await socket.say(**message)
+        refused = await answer(socket)
+        assert refused["type"] == "refused" and 'the key "speed_kn" occurs twice' in refused["detail"][0]
+
+    play(test, station())
+
+
+@pytest.mark.parametrize(
+    "values",
+    [{"speed_kn": True}, {"course_deg": "90"}, {"present": 1, "body": "buoy"}, {"position_m": [True, 0]}, {"time": True}],
+)
+def test_a_value_of_another_type_is_refused(values: dict[str, Any]) -> None:
+    async def test(server: Server) -> None:
+        socket = await server.open(PATH)
+        await socket.say(text=json.dumps({"heading_deg": 1} | values))
+        refused = await answer(socket)
+        assert refused["type"] == "refused" and refused["detail"][0].startswith(next(iter(values)))
+
+    play(test, station())
+
+
 def test_too_many_poses_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_feed, "POSES_PER_SECOND", 1e-3)
     monkeypatch.setattr(pose_feed, "POSES_AT_ONCE", 2.0)

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -129,4 +130,34 @@ def test_nothing_outlives_a_killed_service(service: tuple[subprocess.Popen[str],
     assert len(remains) == 3  # what starts others, a world, and its spare
     process.kill()
     process.wait(20)
+    until(lambda: all(is_gone(child) for child in remains))
+
+
+def test_a_stop_answers_the_request_that_waits_for_a_scene(service: tuple[subprocess.Popen[str], str]) -> None:
+    process, url = service
+    remains = children(process.pid)
+    answers = list[httpx.Response]()
+
+    def swap() -> None:
+        with httpx.Client(base_url=url, timeout=30) as http:
+            answers.append(http.put("api/radars/0/scene?job=mine", json={"scene": "harbour"}))
+
+    swapping = threading.Thread(target=swap)
+    swapping.start()
+    with httpx.Client(base_url=url, timeout=30) as http:
+        until(lambda: http.get("api/jobs/mine").status_code == 200)
+    process.terminate()
+    assert process.wait(20) == 0
+    swapping.join(20)
+    assert (answers[0].status_code, answers[0].json()["detail"]) == (409, ["scene: the job was cancelled"])
+    until(lambda: all(is_gone(child) for child in remains))
+
+
+def test_a_stop_while_the_first_scene_is_prepared(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "radar_service", "serve", "harbour", "--port", "0"]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    until(lambda: len(children(process.pid)) == 2)  # what starts others, and a world
+    remains = children(process.pid)
+    process.terminate()
+    assert process.communicate(timeout=20) == ("", "") and process.returncode == 0
     until(lambda: all(is_gone(child) for child in remains))

@@ -1,5 +1,8 @@
 """REST of scenes: uploaded, listed, run, deleted, and refused with the reason."""
 
+import re
+import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +11,7 @@ import pytest
 
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.sandbox import Sandbox
+from radar_service.stream.jobs import RETRY_SECONDS
 from tests.stream.asgi import Server
 from tests.stream.fake import FakeEngine, made_by
 from tests.stream.http.playing import play, station
@@ -69,6 +73,29 @@ def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
         assert "mine" not in {entry["name"] for entry in (await server.http.get("/api/scenes")).json()}
 
     play(test, scene_folders=[tmp_path])
+
+
+WITHOUT_TIME = [sys.executable, "-c", "import sys; sys.stdin.buffer.read()"]  # a child that waits for a processor
+
+
+@pytest.mark.parametrize("content", [TRIANGLE, TRIANGLE + b"f 1 2 9\n"], ids=["good", "bad"])
+def test_a_busy_machine_is_no_fault_of_an_upload(content: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While the machine is busy the answer is 503; afterwards the reader's own words."""
+    sandboxes = [partial(Sandbox, backstop=0.05, command=WITHOUT_TIME), Sandbox]
+    monkeypatch.setattr("radar_service.stream.radio.world_process.Sandbox", lambda: sandboxes.pop(0)())
+    parts = [("scene", ("m.toml", MESHED)), ("files", ("thing.obj", content))]
+
+    async def test(server: Server) -> None:
+        answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
+        assert answer.status_code == 503 and answer.headers["retry-after"] == str(RETRY_SECONDS)
+        assert re.match("body.0..mesh: thing.obj: the machine is busy: .* try again later", answer.json()["detail"][0])
+        answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
+        if content is TRIANGLE:
+            assert answer.status_code == 201, answer.text
+        else:
+            assert answer.status_code == 422 and "face" in answer.json()["detail"][0], answer.text
+
+    play(test, station())
 
 
 def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,7 +18,7 @@ def test_the_number_of_uploads_is_bounded(monkeypatch: pytest.MonkeyPatch) -> No
 
     async def test(server: Server) -> None:
         for name, status in (("a", 201), ("a", 201), ("b", 409)):
-            assert (await server.http.post("/api/scenes", json={"name": name, "scene": {}})).status_code == status
+            assert (await server.http.post("/api/scenes", json={"name": name, "scene": {"name": "s"}})).status_code == status
 
     play(test)
 
@@ -27,7 +27,7 @@ def test_uploads_go_with_the_server() -> None:
     kept: list[Path] = []
 
     async def test(server: Server) -> None:
-        await server.http.post("/api/scenes", json={"name": "mine", "scene": {}})
+        await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": "s"}})
 
     make = scene_store.SceneStore.__init__
 

@@ -23,7 +23,7 @@ PAUSED = Settings(pace=Pace("pause"))
 
 CHANGES = [
     ("PATCH", "/api/radars/0/controls", {"gain": 60}), ("PUT", "/api/radars/0/scene", {"scene": {"name": "x"}}),
-    ("POST", "/api/scenes", {"name": "mine", "scene": {}}), ("DELETE", "/api/scenes/mine", None),
+    ("POST", "/api/scenes", {"name": "mine", "scene": {"name": "s"}}), ("DELETE", "/api/scenes/mine", None),
 ]  # fmt: skip
 
 

@@ -2,6 +2,9 @@
 
 import asyncio
 import contextlib
+import errno
+import math
+import resource
 import socket
 
 import pytest
@@ -9,9 +12,14 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.http.server import SEND_BUFFER, listening_socket
-from tests.stream.http.loopback import Address, radar, works
-from tests.stream.serving import answer, dialled
+from radar_service.stream.http.app import create_app
+from radar_service.stream.http.server import SEND_BUFFER, listening_socket, note_fault, possible_connections
+from radar_service.stream.radio.station import Station
+from radar_service.stream.settings import Pace, Settings
+from tests.stream.fake import FakeEngine, factory, scene
+from tests.stream.http.loopback import UPGRADE, Address, radar, works
+from tests.stream.processes.test_fork_server import until
+from tests.stream.serving import answer, dialled, served
 
 
 def test_a_body_that_stops_coming_is_refused_in_time(
@@ -29,6 +37,23 @@ def test_a_body_that_stops_coming_is_refused_in_time(
             connection.sendall(head + b'\r\n\r\n{"name"')  # and gone
         assert works(address)
     assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(("limit", "expected"), [(64, 24), (48, 8), (10, 8), (1024, 600), (resource.RLIM_INFINITY, 600)])
+def test_connections_leave_descriptors_for_swaps(limit: int, expected: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (limit, limit))
+    assert possible_connections(600) == expected and possible_connections(3) == 3
+
+
+def test_a_connection_for_which_no_descriptor_is_left_is_one_line_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    loop = asyncio.new_event_loop()
+    with caplog.at_level("INFO"):
+        note_fault(loop, {"message": "accept", "exception": OSError(errno.EMFILE, "x")})
+        note_fault(loop, {"message": "another fault", "exception": ValueError("x")})
+    loop.close()
+    assert [(record.getMessage(), bool(record.exc_info)) for record in caplog.records] == [
+        ("no file descriptors are left for connections", False), ("another fault", True)
+    ]  # fmt: skip
 
 
 def test_a_stalled_client_is_left_little_stale_data() -> None:
@@ -64,3 +89,16 @@ def test_stopping_says_bye_to_all_and_takes_nobody_any_more() -> None:
     assert all(reason == "the server is stopping" and code == 1001 for reason, code in parted)
     with pytest.raises(ConnectionRefusedError):
         dialled(address)
+
+
+@pytest.mark.parametrize("mode", ["live", "lossless"])
+def test_stopping_does_not_wait_for_a_client_that_reads_nothing(mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Requests may take an hour here, so that the server ends only where it cuts the connection; else `served` gives up."""
+    monkeypatch.setattr("radar_service.stream.http.server.SHUTDOWN_SECONDS", 3600)
+    monkeypatch.setattr("radar_service.stream.radio.station.LEAVE_TIMEOUT", 0.01)
+    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace(factor=math.inf)))
+    with socket.socket() as unread, served(create_app([only]), [only]) as address:
+        unread.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        unread.connect(address)
+        unread.sendall(UPGRADE.replace(b"/feed", b"/feed?mode=" + mode.encode()))
+        until(lambda: any(client.queued > 1 for client in tuple(only.hub.clients)))

@@ -1,14 +1,17 @@
 """Websocket frames through a real socket, well formed and malformed."""
 
 import asyncio
+import contextlib
 import json
 import socket
 import threading
+from collections.abc import Callable, Iterator
 
 import pytest
 from websockets.asyncio.client import connect
 
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.fanout.client_queue import TOO_SLOW
 from radar_service.stream.http import websocket
 from radar_service.stream.http.app import create_app
 from radar_service.stream.http.pose_feed import POSES_AT_ONCE
@@ -124,7 +127,12 @@ def test_a_client_that_sends_too_much_reads_why(frame: bytes) -> None:
         connection.sendall(UPGRADE)
         assert connection.recv(12) == b"HTTP/1.1 101"
         connection.sendall(frame * count)
-        assert TOO_MUCH.to_bytes(2) + b"this client sends too much" in answer(connection)
+        last = answer(connection)
+        assert (
+            last.index(b"\xa3bye")
+            < last.index(b"this client sends too much")
+            < last.index(b"\x88\x02" + TOO_MUCH.to_bytes(2))
+        )
 
 
 def test_a_client_within_its_budget_stays() -> None:
@@ -140,9 +148,9 @@ def test_a_client_within_its_budget_stays() -> None:
         asyncio.run(asyncio.wait_for(talk(address), 20))
 
 
-def test_a_client_that_does_not_read_is_cut_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its kernel takes nothing, so what the server has written never leaves; the server's slot is free all the same."""
-    monkeypatch.setattr(websocket, "CUT_SECONDS", 0.1)
+@contextlib.contextmanager
+def connection(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[socket.socket, FramedWebSocket, threading.Event]]:
+    """A client's socket, the server's side of it, and what is set when that side has lost it."""
     lost, protocols = threading.Event(), []
     made, gone = FramedWebSocket.connection_made, FramedWebSocket.connection_lost
 
@@ -156,17 +164,85 @@ def test_a_client_that_does_not_read_is_cut_for_good(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(FramedWebSocket, "connection_made", noted_made)
     monkeypatch.setattr(FramedWebSocket, "connection_lost", noted_lost)
-    with radar() as address, dialled(address) as connection:
-        connection.sendall(UPGRADE)
-        assert connection.recv(12) == b"HTTP/1.1 101"
-        (protocol,) = protocols
+    with radar() as address, dialled(address) as client:
+        client.sendall(UPGRADE)
+        assert client.recv(12) == b"HTTP/1.1 101"
+        yield client, protocols[0], lost
 
-        def give_up() -> None:
-            protocol.transport.write(b"x" * 2**24)  # more than both kernels hold
-            protocol.keepalive_timeout()
 
-        protocol.loop.call_soon_threadsafe(give_up)
+def on_loop(protocol: FramedWebSocket, *calls: Callable[[], object]) -> None:
+    """Makes calls in one turn of the server's loop, and waits for it."""
+
+    async def make() -> None:
+        for call in calls:
+            call()
+
+    asyncio.run_coroutine_threadsafe(make(), protocol.loop).result(10)
+
+
+def read_until(client: socket.socket, end: bytes, got: bytes = b"") -> bytes:
+    """What comes until it has `end`, or until the server closes."""
+    while end not in got[-2 * len(end) - 2**18 :] and (piece := client.recv(2**17)):
+        got += piece
+    return got
+
+
+MUCH = b"x" * 2**24  # more than both kernels hold
+TOO_SLOW_FRAME = b"\x88\x02" + TOO_SLOW.to_bytes(2)
+
+
+def test_a_client_that_does_not_read_is_cut_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its kernel takes nothing, so what the server has written never leaves; the server's slot is free all the same."""
+    monkeypatch.setattr(websocket, "CUT_SECONDS", 0.1)
+    with connection(monkeypatch) as (_, protocol, lost):
+        on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.keepalive_timeout)
         assert lost.wait(10)
+
+
+def test_a_client_that_answers_no_pings_gets_bye_and_a_close_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(websocket, "CUT_SECONDS", 20.0)
+    with connection(monkeypatch) as (client, protocol, _):
+        on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.keepalive_timeout)
+        got = read_until(client, TOO_SLOW_FRAME)
+    assert got.index(b"\xa3bye") < got.index(b"this client does not answer pings") < got.index(TOO_SLOW_FRAME)
+
+
+def test_a_connection_that_has_gone_is_not_cut(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    """The client reads all before the server would cut it."""
+    monkeypatch.setattr(websocket, "CUT_SECONDS", 0.2)
+    with connection(monkeypatch) as (client, protocol, lost):
+        on_loop(
+            protocol, lambda: protocol.transport.write(b"x" * 2**20), protocol.keepalive_timeout, protocol.transport.close
+        )
+        answer(client)
+        assert lost.wait(10)
+        later = threading.Event()
+        on_loop(protocol, lambda: protocol.loop.call_later(0.3, later.set))
+        assert later.wait(10)
+    assert not [record for record in caplog.records if record.name == "asyncio"]
+
+
+def test_a_client_that_reads_slowly_stays_while_it_reads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its pong is late because the ping waits behind spokes."""
+    with connection(monkeypatch) as (client, protocol, lost):
+        on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.send_keepalive_ping)
+        got = client.recv(2**17)
+        while protocol.transport.get_write_buffer_size() > len(MUCH) // 2:
+            got += client.recv(2**17)
+        timer = protocol.pong_timer
+        on_loop(protocol, protocol.keepalive_timeout)
+        assert protocol.pong_timer is not timer and not lost.is_set()
+        on_loop(protocol, protocol.keepalive_timeout)  # it has read nothing since, but for what its kernel took
+        assert TOO_SLOW_FRAME in read_until(client, TOO_SLOW_FRAME, got) or lost.wait(10)
+
+
+def test_the_last_ping_is_answered_when_the_client_reads_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, last = (b"\x89\x81\x00\x00\x00\x00" + letter for letter in (b"a", b"b"))
+    with connection(monkeypatch) as (client, protocol, _):
+        on_loop(protocol, lambda: protocol.transport.write(MUCH), lambda: protocol.data_received(first),
+                lambda: protocol.data_received(last))  # fmt: skip
+        got = read_until(client, b"\x8a\x01b")
+    assert b"\x8a\x01b" in got and b"\x8a\x01a" not in got
 
 
 def test_refused_websockets_leave_no_error_in_the_log(caplog: pytest.LogCaptureFixture) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from radar_service.processor_time import machine_busy
 from radar_service.stream.processes import limits
 from radar_service.stream.processes.channel import Channel
 
@@ -39,6 +40,16 @@ def fill(size: int) -> int:
 def wait(*_: Any) -> None:
     """Never returns."""
     threading.Event().wait()
+
+
+def compute_for_ever() -> None:
+    """Uses processor time."""
+    while True:
+        pass
+
+
+def find_machine_busy(_: object) -> None:
+    raise machine_busy("here", 1.0)
 
 
 def niceness() -> tuple[int, int]:

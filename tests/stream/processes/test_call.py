@@ -2,12 +2,14 @@
 
 import pytest
 
+from radar_service.processor_time import MachineBusyError
 from radar_service.stream.jobs import Job
 from radar_service.stream.processes import call
 from radar_service.stream.processes.call import ProcessFault, call_in_process
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.processes.limits import SET_UP_NICENESS
 from radar_service.stream.source import UNFOLLOWED
+from tests.descriptors import descriptors_left
 from tests.stream.processes import tasks
 
 
@@ -29,10 +31,24 @@ def test_a_crash_and_too_much_memory_are_faults(fork_server: ForkServer, functio
         call_in_process(fork_server, UNFOLLOWED, function, 4 * call.MEMORY)  # type: ignore[arg-type]
 
 
-def test_too_much_time_is_a_fault(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(call, "TIMEOUT", 0.2)
-    with pytest.raises(ProcessFault, match="more than 0.2 s"):
+def test_too_much_processor_time_is_a_fault(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(call, "MAX_PROCESSOR_TIME", 0.1)  # the system counts whole seconds
+    with pytest.raises(ProcessFault, match="more than 0.1 s of processor time"):
+        call_in_process(fork_server, UNFOLLOWED, tasks.compute_for_ever)
+
+
+def test_a_machine_that_gives_no_processor_time_is_no_fault(
+    fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(call, "BACKSTOP", 0.2)
+    with pytest.raises(MachineBusyError, match="the machine is busy: .* in 0.2 s; try again later"):
         call_in_process(fork_server, UNFOLLOWED, tasks.wait)
+
+
+def test_without_descriptors_it_is_to_be_tried_again(fork_server: ForkServer) -> None:
+    assert call_in_process(fork_server, UNFOLLOWED, tasks.twice, 21) == 42  # it runs
+    with descriptors_left(2), pytest.raises(MachineBusyError, match="no process could be started .* try again later"):
+        call_in_process(fork_server, UNFOLLOWED, tasks.twice, 21)
 
 
 def test_cancelling_ends_it(fork_server: ForkServer) -> None:

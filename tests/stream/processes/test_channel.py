@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from radar_service.stream.processes.channel import Channel
+from tests.descriptors import descriptors_left, open_descriptors
 
 SOON = 10.0  # s, for what should take milliseconds
 
@@ -20,6 +21,24 @@ def ends() -> tuple[Channel, Channel]:
     yield here, there  # type: ignore[misc]
     here.close()
     there.close()
+
+
+@pytest.mark.parametrize("left", [0, 1])
+def test_ends_for_which_no_descriptors_are_left_are_an_error_and_stay_closed(
+    left: int, ends: tuple[Channel, Channel]
+) -> None:
+    here, there = ends
+    pair = socket.socketpair()
+    here.send_ends(pair)
+    before = open_descriptors()
+    with descriptors_left(left), pytest.raises(OSError, match="no file descriptors are left"):
+        there.receive_ends(2)
+    assert open_descriptors() == before
+    here.send_ends(pair)
+    for channel in there.receive_ends(2):
+        channel.close()
+    for end in pair:
+        end.close()
 
 
 def test_objects_and_arrays_arrive_as_they_were(ends: tuple[Channel, Channel]) -> None:

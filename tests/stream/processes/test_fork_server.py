@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from radar_service.stream.processes.fork_server import ForkServer
+from tests.descriptors import descriptors_left, open_descriptors
 from tests.stream.processes import tasks
 
 ROOT = Path(__file__).parents[3]
@@ -39,6 +41,24 @@ def test_a_child_runs_a_function_with_its_arguments(fork_server: ForkServer) -> 
     assert child.control.receive(SOON) == "again"
     child.close()
     until(lambda: is_gone(child.process))
+
+
+@pytest.mark.parametrize("left", range(4))
+def test_without_descriptors_no_child_starts_and_none_is_lost(left: int, fork_server: ForkServer) -> None:
+    fork_server.child(tasks.wait).close()  # it runs
+    before = open_descriptors()
+    with descriptors_left(left), pytest.raises(OSError, match="Too many open files"):
+        fork_server.child(tasks.wait)
+    assert open_descriptors() == before
+
+
+@pytest.mark.parametrize("left", [4, 5, 6, 7])
+def test_without_descriptors_for_the_server_process_none_is_lost(left: int) -> None:
+    server, before = ForkServer(), open_descriptors()
+    with descriptors_left(left), pytest.raises(OSError):
+        server.child(tasks.wait)
+    assert open_descriptors() == before
+    server.close()
 
 
 def test_many_children_leave_nothing_behind(fork_server: ForkServer) -> None:
@@ -77,6 +97,25 @@ def test_a_server_that_is_killed_is_replaced_and_its_children_go_on() -> None:
     for one in (child, second):
         one.close()
     server.close()
+
+
+def test_a_server_that_was_closed_starts_no_more_children_and_nobody_waits_for_its_imports() -> None:
+    """It never gets as far as to answer: its module waits for ever."""
+    server, failed = ForkServer(("tests.stream.processes.endless_import",)), threading.Event()
+
+    def ask() -> None:
+        with pytest.raises(OSError):
+            server.child(tasks.wait)
+        failed.set()
+
+    asking = threading.Thread(target=ask)
+    server.start()
+    asking.start()
+    server.close()
+    assert failed.wait(SOON)
+    asking.join(SOON)
+    with pytest.raises(OSError):
+        server.child(tasks.wait)
 
 
 def test_children_end_when_the_service_is_killed() -> None:

@@ -25,8 +25,8 @@ class RecordingSink:
         self.batches.append(batch)
         self._record("send", (batch.epoch.name, batch.first, len(batch)))
 
-    def skip(self, epoch: str, count: int, reason: str) -> None:
-        self._record("skip", (epoch, count, reason))
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        self._record("skip", (epoch, first, count, reason))
 
     def close(self, reason: str) -> None:
         self._record("close", reason)

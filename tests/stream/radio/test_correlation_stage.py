@@ -66,7 +66,7 @@ def test_another_range_keeps_the_memory_and_another_engine_or_a_failure_ends_it(
     assert not is_unknown(played.send(1, epoch=near))
     restarted = Epoch("f", FakeEngine(scene()), 100.0)  # goes on with the same epoch
     assert is_unknown(played.send(2, epoch=restarted)) and not is_unknown(played.send(3, epoch=restarted))
-    played.stage.skip("f", 3, "it broke")
+    played.stage.skip("f", 4, 3, "it broke")
     played.stage.close("it broke")
     assert is_unknown(played.send(4, epoch=restarted))
     assert len(played.sink.epochs) == len(played.other.epochs) == 2

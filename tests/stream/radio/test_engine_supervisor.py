@@ -1,6 +1,7 @@
 """Which engine runs: restarts within their limit, and another engine that takes over."""
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -109,12 +110,30 @@ def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prep
         engines.worker.command(30, "buoy", {"speed_kn": 5})
         engines.worker.command(31, "buoy", {"speed_kn": 6})
         assert engines.pending is not None and engines.pending.engine is next_engine
-        assert engines.take_over(began.append, lambda: False) is None
         taken = engines.take_over(began.append)
         assert taken is not None and taken[1] is engines.worker.engine is next_engine
         assert len(next_engine.commands) == count
     engines.stop(SOON)
     assert len(began) == 2 and engines.pending is None
+
+
+def test_a_pending_engine_may_be_dropped() -> None:
+    of = scene()
+    engines = EngineSupervisor(FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
+    engines.switch_to(prepared(pending := FakeEngine(of)))
+    engines.drop_pending()
+    engines.drop_pending()
+    assert pending.closed and not engines.has_pending and engines.take_over() is None
+
+
+def test_another_rate_keeps_the_scene_and_an_equal_scene_does_not() -> None:
+    of = scene()
+    engines = EngineSupervisor(running := FakeEngine(of), factory(), RestartLimiter(3, lambda: 0.0))
+    order = replace(running.order, rpm=48.0)
+    assert engines.keep_scene_of(order) and not engines.keep_scene_of(SceneOrder(scene()))
+    engines.switch_to(prepared(FakeEngine(scene())))
+    assert not engines.keep_scene_of(order)
+    engines.stop(SOON)
 
 
 def test_a_command_that_comes_during_a_restart_is_known_to_the_next_engine() -> None:

@@ -56,9 +56,9 @@ def test_without_errors_batches_pass_as_they_are() -> None:
     played = Played()
     sent = [played.send(0, 10), played.send(10, 14)]
     assert all(passed is batch for passed, batch in zip(played.sink.batches, sent, strict=True))
-    played.stage.skip("one", 5, "why")
+    played.stage.skip("one", 24, 5, "why")
     played.stage.close("over")
-    assert played.sink.calls[-2:] == [("skip", ("one", 5, "why")), ("close", "over")] and played.sink.calls[0] == (
+    assert played.sink.calls[-2:] == [("skip", ("one", 24, 5, "why")), ("close", "over")] and played.sink.calls[0] == (
         "open",
         "one",
     )
@@ -74,7 +74,8 @@ def test_what_is_sent_has_numbers_of_its_own_without_a_gap() -> None:
     assert len(set(played.spokes)) < 4 * AZIMUTHS and played.spokes != sorted(played.spokes)
     for batch in played.sink.batches:
         assert batch.block.first % AZIMUTHS == batch.block.index
-    played.stage.skip("one", 7, "a restart")
+    played.stage.skip("one", 4 * AZIMUTHS, 7, "a restart")
+    assert played.sink.calls[-1] == ("skip", ("one", played.sink.spokes, 7, "a restart"))
     played.stage.set_errors(None)
     played.send(5 * AZIMUTHS, 3)
     assert played.sink.batches[-1].first == played.sink.spokes - 3 + 7

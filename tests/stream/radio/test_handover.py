@@ -2,7 +2,7 @@
 
 import asyncio
 import threading
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -10,11 +10,12 @@ import pytest
 
 from radar_service.radar.parameters import Origin
 from radar_service.recording.simulated_source import SimulatedSource
+from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.stream.radio.handover import Handover
+from radar_service.stream.radio.handover import Handover, Overtaken
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.world_process import scene_of
 from radar_service.stream.settings import Pace, Settings
@@ -51,29 +52,39 @@ def goes_on(sink: RecordingSink, epoch: int, period: float) -> None:
 
 def test_an_agreement_is_the_end_of_a_scan_ahead() -> None:
     radar = scene().radar
-    for sent, lead, at in ((0, 0.0, 24), (23, 0.0, 24), (24, 0.0, 48), (30, 0.1, 72), (30, 6.0, 120)):
+    for sent, lead, at in ((0, 0.0, 24), (23, 0.0, 24), (24, 0.0, 48), (30, 0.1, 48), (47, 0.2, 72), (30, 6.0, 96)):
         handover = Handover()
-        assert handover.agree(radar, sent, False, lead) == Origin(at / AZIMUTHS * PERIOD, at // AZIMUTHS)
-        assert handover.at == at and handover.is_open and handover.is_due(at) and not handover.is_due(at - 1)
-        assert handover.agree(radar, sent + 1, False, 99.0).scan == at // AZIMUTHS  # another request: the same
-        handover.settle()
-        assert handover.is_open
-        handover.settle()
-        assert not handover.is_open
+        assert handover.agree(1, radar, sent, False, lead) == Origin(at / AZIMUTHS * PERIOD, at // AZIMUTHS)
+        assert handover.at == at and handover.is_agreed(1) and handover.is_due(at) and not handover.is_due(at - 1)
+
+
+def test_a_later_request_replaces_the_agreement_of_an_earlier_one() -> None:
+    radar, handover = scene().radar, Handover()
+    handover.agree(1, radar, 0, False, 0.0)
+    handover.agree(3, radar, 30, False, 0.0)
+    assert handover.at == 48 and handover.is_agreed(3) and not handover.is_agreed(1)
+    with pytest.raises(Overtaken):
+        handover.agree(2, radar, 30, False, 0.0)
+    handover.cancel(1)
+    assert handover.is_agreed(3)
+    handover.overtake(4)
+    assert handover.at is None and not handover.is_agreed(4)
+    with pytest.raises(Overtaken):
+        handover.agree(3, radar, 30, False, 0.0)
 
 
 def test_an_idle_radar_hands_over_where_it_stands() -> None:
     handover = Handover()
-    assert handover.agree(scene().radar, 30, True, 5.0) == Origin(30 / AZIMUTHS * PERIOD, 2)
+    assert handover.agree(1, scene().radar, 30, True, 5.0) == Origin(30 / AZIMUTHS * PERIOD, 2)
     assert handover.is_due(30)
     handover.end(48)
-    assert handover.at is None and handover.agree(scene().radar, 0, True, 0.0) == Origin(2 * PERIOD, 2)
+    assert handover.at is None and handover.agree(2, scene().radar, 0, True, 0.0) == Origin(2 * PERIOD, 2)
 
 
 def test_spokes_that_are_being_sent_are_before_the_handover() -> None:
     handover = Handover()
     assert handover.claim(20, 26)  # sent now, while the count of the event loop still says 20
-    assert handover.agree(scene().radar, 20, True, 0.0).time == pytest.approx(26 / AZIMUTHS * PERIOD)
+    assert handover.agree(1, scene().radar, 20, True, 0.0).time == pytest.approx(26 / AZIMUTHS * PERIOD)
     assert not handover.claim(26, 30) and handover.claim(25, 26)
 
 
@@ -105,25 +116,135 @@ def test_a_paused_radar_changes_at_once() -> None:
     np.testing.assert_allclose(block.time, (5 / AZIMUTHS + (3 - len(block) + np.arange(len(block))) / AZIMUTHS / 2) * PERIOD)
 
 
-def test_the_radar_waits_at_the_end_of_the_scan_for_an_engine_that_is_late() -> None:
-    ready, asked = threading.Event(), threading.Event()
+class Late:
+    """Makes engines that are prepared, or compute their first spokes, when the test says so."""
 
-    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
-        asked.set()
-        assert ready.wait(10)
-        return factory()(order, progress)
+    def __init__(self, turns: threading.Semaphore | None = None) -> None:
+        self.ready, self.asked, self.made = threading.Event(), threading.Event(), list[FakeEngine]()
+        self._turns = turns
+
+    def __call__(self, order: SceneOrder, progress: Progress) -> FakeEngine:
+        self.asked.set()
+        assert self.ready.wait(10)
+        self.made.append(factory(turns=self._turns)(order, progress))
+        return self.made[-1]
+
+
+def test_the_radar_turns_on_while_an_engine_is_prepared() -> None:
+    late = Late()
 
     async def test(station: Station, sink: RecordingSink) -> None:
         change = asyncio.create_task(station.change({"rpm": 48.0}))
-        await asyncio.to_thread(asked.wait, 10)
-        at = station.transmitter.handover.at
-        assert at is not None and at % AZIMUTHS == 0
-        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == at)
-        ready.set()
+        await asyncio.to_thread(late.asked.wait, 10)
+        sent = sink.spokes
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 10 * AZIMUTHS)
+        late.ready.set()
         await change
         await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
 
-    goes_on(play(test, FAST, make), 1, PERIOD)
+    goes_on(play(test, FAST, late), 1, PERIOD)
+
+
+def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:
+    late = Late()
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        change = asyncio.create_task(station.change({"rpm": 48.0}))
+        await asyncio.to_thread(late.asked.wait, 10)
+        await station.change({"pace": {"state": "pause"}})
+        await station.change({"pace": {"state": "step", "steps": 7}})
+        await asyncio.to_thread(sink.wait_for, lambda: station.transmitter.pacer.idle)
+        await station.change({"transmit": False})
+        assert not change.done() and len(sink.epochs) == 1
+        late.ready.set()
+        await change
+        await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2)
+        assert station.controls()["pace"]["state"] == "pause" and not station.settings.transmit
+
+    play(test, FAST, late)
+
+
+def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first one computes no spoke before the radar has gone on; a later one is in time."""
+    monkeypatch.setattr("radar_service.stream.radio.handover.PATIENCE", 0.0)
+    turns = threading.Semaphore(0)
+    late = Late(turns)
+    late.ready.set()
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        change = asyncio.create_task(station.change({"rpm": 48.0}))
+        await asyncio.to_thread(sink.wait_for, lambda: station.transmitter.handover.at is not None)
+        at = station.transmitter.handover.at or 0
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > at + 3 * AZIMUTHS)
+        turns.release(1000)
+        await change
+        await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
+
+    sink = play(test, FAST, late)
+    goes_on(sink, 1, PERIOD)
+    *missed, last = late.made
+    assert missed and all(engine.closed for engine in missed) and sink.epochs[1].engine is last
+
+
+def test_a_change_back_before_the_first_is_prepared_leaves_the_radar_as_it_is() -> None:
+    late = Late()
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        change = asyncio.create_task(station.change({"rpm": 48.0}))
+        await asyncio.to_thread(late.asked.wait, 10)
+        await station.change({"rpm": 24.0})
+        late.ready.set()
+        await change
+        sent = sink.spokes
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 3 * AZIMUTHS)
+
+    assert len(play(test, FAST, late).epochs) == 1 and late.made[0].closed
+
+
+@pytest.mark.parametrize("swap_first", [False, True])
+def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool) -> None:
+    """A scene that was requested later has its own rate of rotation, one that was requested earlier takes the new one."""
+    slow, other = Late(), scene("other")
+
+    def make(order: SceneOrder, progress: Progress) -> FakeEngine:
+        return (slow if order.rpm is not None and order.source is not other else factory())(order, progress)
+
+    async def test(station: Station, sink: RecordingSink) -> None:
+        request = station.world.request() if swap_first else 0
+        change = asyncio.create_task(station.change({"rpm": 48.0}))
+        await asyncio.to_thread(slow.asked.wait, 10)
+        if swap_first:
+            workers = await station.preparations.workers(make, station.world.orders(SceneOrder(other)))
+            station.world.switch_to(request, workers, stopping=False)
+        else:
+            await station.swap(SceneOrder(other))
+        await asyncio.to_thread(sink.wait_for, lambda: sink.epochs[-1].engine.scene.name == "other")
+        slow.ready.set()
+        await change
+        if swap_first:
+            await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 3)
+
+    last = play(test, FAST, make).epochs[-1].engine.scene
+    assert (last.name, 60 / last.radar.rotation_period) == ("other", pytest.approx(48 if swap_first else 24))
+
+
+def test_where_the_running_engine_fails_the_prepared_one_takes_over_at_once() -> None:
+    """At a standstill of time, so that no end of a scan comes; no client is sent away."""
+    turns, sink = threading.Semaphore(0), RecordingSink()
+
+    async def body() -> None:
+        running = FakeEngine(scene(), dies_at=20, turns=turns)
+        station = Station("0", running, factory(), settings=FAST, sinks=[sink])
+        await station.start()
+        turns.release()
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
+        await station.change({"rpm": 48.0})
+        turns.release(100)
+        await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
+        await station.stop()
+
+    asyncio.run(asyncio.wait_for(body(), 30))
+    assert sink.epochs[1].engine.order.rpm == 48 and "close" not in sink.names()
 
 
 def test_a_change_that_fails_lets_the_radar_go_on() -> None:
@@ -180,29 +301,36 @@ STEERED: dict[str, Any] = {
 
 
 def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> None:
-    ready, asked = threading.Event(), threading.Event()
+    """One comes before the origin is agreed, two while the first spokes are computed."""
+    ready, asked, agreed = threading.Event(), threading.Event(), threading.Event()
     sink, commands = RecordingSink(), list[Command]()
+
+    class Slow(SimulatedSource):
+        def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
+            agreed.set()
+            assert ready.wait(10)
+            return super().blocks(size=size)
 
     def make(order: SceneOrder, progress: Progress) -> SimulatedSource:
         asked.set()
-        assert ready.wait(10)
-        return SimulatedSource(Simulator(scene_of(order), "fast"), order)
+        return Slow(Simulator(scene_of(order), "fast"), order)
 
     async def body() -> None:
         order = SceneOrder(STEERED)
         engine = SimulatedSource(Simulator(scene_of(order), "fast"), order)
-        station = Station("0", engine, make, settings=FAST, sinks=[sink])
+        station = Station("0", engine, make, settings=PAUSED, sinks=[sink])
         await station.start()
         commands.append(await station.command("buoy", lambda time: {"speed_kn": 20, "course_deg": 70}))
+        station.transmitter.pacer.step(128)
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 128)
         change = asyncio.create_task(station.change({"rpm": 60.0}))
-        await asyncio.to_thread(asked.wait, 10)
-        at = station.transmitter.handover.at
-        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == at)
+        await asyncio.to_thread(agreed.wait, 10)
         commands.append(await station.command(None, lambda time: {"speed_kn": 30}))
         commands.append(await station.command("buoy", lambda time: {"position_m": [100, 60]}))
         ready.set()
         await change
-        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > (at or 0) + 130)
+        await station.change({"pace": {"state": "run", "factor": "max"}})
+        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > 128 + 130)
         await station.stop()
 
     asyncio.run(asyncio.wait_for(body(), 30))

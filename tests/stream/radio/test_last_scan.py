@@ -35,7 +35,7 @@ def test_another_range_keeps_the_rows_and_another_engine_drops_them() -> None:
     memory = LastScan(epoch.engine)
     send(memory, epoch, 0, 4)
     memory.open_epoch(Epoch("f", epoch.engine, 100.0))
-    memory.skip("f", 3, "it broke")
+    memory.skip("f", 4, 3, "it broke")
     memory.close("it broke")
     assert len(memory.read().rows) == 1
     other = FakeEngine(scene())

@@ -1,6 +1,7 @@
 """The worker of an engine: bounded, in order, and it always reports its end."""
 
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
@@ -160,6 +161,25 @@ def test_a_command_never_takes_away_the_block_that_was_waited_for(monkeypatch: p
     block = worker.take(SOON)
     assert block is not None and block.first == 0 and changed.then is None
     worker.stop(SOON)
+
+
+def test_a_worker_that_was_stopped_keeps_no_spokes() -> None:
+    """Whoever holds it still: a list of jobs, an earlier epoch."""
+    made = list[weakref.ref[SpokeBlock]]()
+    engine = FakeEngine(scene())
+    compute = engine.block
+
+    def noted(number: int, count: int) -> SpokeBlock:
+        block = compute(number, count)
+        made.append(weakref.ref(block))
+        return block
+
+    engine.block = noted  # type: ignore[method-assign]
+    worker = started(engine)
+    engine.wait_for_blocks(3, SOON)
+    worker.stop(SOON)
+    assert len(made) == 3 and not any(block() for block in made)
+    assert worker.take(SOON) is None
 
 
 def test_an_engine_that_ends_is_a_fault_too() -> None:

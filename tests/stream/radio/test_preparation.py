@@ -9,6 +9,7 @@ from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import Command
 from radar_service.stream.jobs import Cancelled
 from radar_service.stream.radio import preparation
+from radar_service.stream.radio.handover import SceneChanged
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.preparation import Preparations
 from radar_service.stream.source import Progress, SceneOrder, SceneOutline
@@ -138,15 +139,28 @@ def test_a_cancelled_preparation_ends_all_radars() -> None:
     play(test)
 
 
-def test_the_first_spokes_follow_the_commands_so_far() -> None:
+def test_the_first_spokes_follow_the_origin_and_the_commands_that_are_agreed_when_it_is_prepared() -> None:
     of = steerable_scene()
     given = [Command(3, 3 * 2.5 / 24, "buoy", speed_kn=5.0)]
 
     async def test(preparations: Preparations) -> None:
-        orders = {"0": SceneOrder(of, rpm=48, origin=Origin(2.5, 1))}
-        (worker,) = (await preparations.workers(make, orders, commands=given)).values()
+        orders = {"0": SceneOrder(of, rpm=48)}
+        agreed = preparations.workers(make, orders, agree=lambda: (Origin(2.5, 1), given))
+        (worker,) = (await agreed).values()
         block = worker.take(1.0)
         worker.stop()
         assert list(worker.engine.commands) == given and block is not None and (block.first, block.commands) == (24, 1)
+
+    play(test)
+
+
+def test_a_scene_that_has_no_origin_to_go_on_from_is_ended() -> None:
+    def refuse() -> tuple[Origin, list[Command]]:
+        raise SceneChanged
+
+    async def test(preparations: Preparations) -> None:
+        with pytest.raises(SceneChanged):
+            await preparations.workers(make, {"0": SceneOrder(scene(), rpm=48)}, agree=refuse)
+        assert made[0].closed and not made[0].blocks_made
 
     play(test)

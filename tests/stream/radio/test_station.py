@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+import tracemalloc
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -192,3 +193,27 @@ def test_the_first_spoke_waits_for_as_many_clients() -> None:
         assert not station.transmitter.pacer.held
 
     play(test, wait_for=2)
+
+
+def test_memory_stays_flat_over_swaps_of_wide_scenes() -> None:
+    """Each scene has 4,000 cells; the spokes that are computed ahead take six megabytes."""
+    held = list[int]()
+
+    async def test(station: Station) -> None:
+        for _ in range(12):
+            _, engine = await station.swap(SceneOrder(scene("wide", range_max_m=40_000)))
+            while station.engine is not engine:
+                await asyncio.sleep(0)
+            station.transmitter.pacer.step(AZIMUTHS)
+            while station.last_scan.read().next < AZIMUTHS:
+                await asyncio.sleep(0)
+            assert isinstance(engine, FakeEngine)
+            await asyncio.to_thread(engine.wait_for_blocks, 31, 10.0)  # a scan that was sent, and AZIMUTHS_AHEAD
+            held.append(tracemalloc.get_traced_memory()[0])
+
+    tracemalloc.start()
+    try:
+        play(test)
+    finally:
+        tracemalloc.stop()
+    assert held[0] > 6e6 and max(held[4:]) <= 1.1 * max(held[:4])

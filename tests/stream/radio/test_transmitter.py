@@ -150,7 +150,7 @@ def test_a_failed_engine_is_replaced_in_the_next_scan(transmit: bool) -> None:
     if not transmit:
         assert not skips and not sink.batches
         return
-    ((epoch, count, reason),) = skips
+    ((epoch, _, count, reason),) = skips
     assert (epoch, count) == (sink.epochs[0].name, 9) and "the wheel came off" in reason
     assert sink.numbers == [*range(39), *range(48, 48 + len(sink.numbers) - 39)]
     assert [batch.first for batch in sink.batches] == [batch.block.first for batch in sink.batches]

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from radar_service.cell_sources import SourceRequest
+from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
@@ -20,11 +21,12 @@ from radar_service.simulator import Simulator
 from radar_service.simulator_options import SimulatorOptions
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio import world
-from radar_service.stream.radio.prefetch import EngineFault, prepared
+from radar_service.stream.radio.prefetch import BusyFault, EngineFault, prepared
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.world import WorldMaker, WorldSource
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import UNFOLLOWED, NoProgress, SceneOrder, SpokeSource
+from tests.descriptors import descriptors_left, open_descriptors
 from tests.stream.fake import FakeEngine, dying
 from tests.stream.processes import tasks
 from tests.stream.processes.test_fork_server import is_gone, until
@@ -225,6 +227,7 @@ def halt(process: int) -> None:
     until(lambda: all(thread.read_text().rpartition(")")[2].split()[0] == "T" for thread in threads))
 
 
+@pytest.mark.same_bytes
 def test_a_truth_that_takes_too_long_ends_nothing_and_is_not_taken_for_another(
     maker: WorldMaker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -278,6 +281,25 @@ def test_it_may_begin_with_any_scan_and_another_rate(maker: WorldMaker) -> None:
     source.close()
 
 
+def test_an_origin_may_be_agreed_when_it_is_prepared_and_its_spare_has_it_too(maker: WorldMaker) -> None:
+    origin, source = Origin(7.5, 3), maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
+    source.begin_at(origin)
+    ours = Simulator(load_scene(SCENE), "fast")
+    ours.skip_to(3)
+    (expected,) = ours.at_rpm(48).blocks(scans=1, size=60)
+    assert source.order.goes_on and source.scene.radar.origin == origin
+    for _ in range(2):
+        blocks = taken(source, 60)
+        assert (blocks[0].first, blocks[0].time[0]) == (180, 7.5)
+        np.testing.assert_array_equal(np.concatenate([block.power for block in blocks])[:60], expected.power)
+        os.kill(source.process, signal.SIGKILL)
+        failed, spare = source, source.spare()
+        assert spare is not None and spare.scene.radar.origin == origin
+        failed.close()
+        source = spare
+    source.close()
+
+
 @pytest.mark.parametrize(
     ("scene", "words"),
     [({"radar": {"azimuths": 10**9}}, "radar.azimuths"), ({"body": [{"name": "a", "mesh": "a.obj"}]}, "body[0].mesh")],
@@ -328,6 +350,33 @@ def test_preparing_too_long_is_a_fault(maker: WorldMaker, monkeypatch: pytest.Mo
         maker(ORDER, UNFOLLOWED)
 
 
+def test_a_machine_that_gives_no_processor_time_is_no_fault_of_the_scene(
+    fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(world, "PREPARE_TIMEOUT", 1.0)
+    with pytest.raises(BusyFault, match="^scene: the machine is busy: .* in 1 s; try again later$"):
+        WorldMaker(fork_server, tasks.wait)(ORDER, UNFOLLOWED)  # type: ignore[arg-type]
+
+
+def test_without_descriptors_a_scene_is_to_be_tried_again_and_nothing_is_lost(maker: WorldMaker) -> None:
+    maker(ORDER, UNFOLLOWED).close()  # the process that starts others runs
+    before, refused = open_descriptors(), 0
+    for left in range(9):
+        with descriptors_left(left):
+            try:
+                maker(ORDER, UNFOLLOWED).close()
+            except BusyFault as error:
+                refused += 1
+                assert "no process could be started" in str(error) and "try again later" in str(error), left
+        assert open_descriptors() == before, left
+    assert 4 <= refused < 9
+
+
+def test_a_busy_sandbox_is_no_fault_of_the_scene(fork_server: ForkServer) -> None:
+    with pytest.raises(BusyFault, match="^here: the machine is busy"):
+        WorldMaker(fork_server, tasks.find_machine_busy)(ORDER, UNFOLLOWED)  # type: ignore[arg-type]
+
+
 def test_an_engine_that_fails_says_why(fork_server: ForkServer) -> None:
     source = WorldMaker(fork_server, dying)(ORDER, UNFOLLOWED)
     with pytest.raises(EngineFault, match="RuntimeError: the wheel came off"):
@@ -354,9 +403,8 @@ def test_a_killed_world_is_replaced_in_the_next_scan(maker: WorldMaker, death: i
     assert transmitter.engines.restarts == before + 1
     number = 0
     for name, details in sink.calls[1:]:
-        if name == "send":
-            assert details[1] == number
-        number += details[2] if name == "send" else details[1]
+        assert name in ("send", "skip") and details[1] == number
+        number += details[2]
     assert [batch.first for batch in sink.batches] == [batch.block.first for batch in sink.batches]
     assert isinstance(second, WorldSource) and second is not first
     until(lambda: is_gone(first.process) and is_gone(second.process))

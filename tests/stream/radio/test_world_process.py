@@ -6,6 +6,7 @@ import os
 import pytest
 
 from radar_service.constants import KNOT
+from radar_service.radar.parameters import START
 from radar_service.scene.commands import Command
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.sandbox import Sandbox
@@ -39,9 +40,9 @@ def test_only_orders_that_say_so_are_sandboxed_and_the_sandbox_ends(monkeypatch:
             closed.append(True)
 
     monkeypatch.setattr(world_process, "Sandbox", Noting)
-    scene_of(SceneOrder({}))
+    scene_of(SceneOrder({"name": "empty"}))
     assert not closed
-    scene_of(SceneOrder({}, sandboxed=True))
+    scene_of(SceneOrder({"name": "empty"}, sandboxed=True))
     with pytest.raises(SceneError):
         scene_of(SceneOrder({"radar": 3}, sandboxed=True))
     assert len(closed) == 2
@@ -56,7 +57,7 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     spare_process = child.control.receive(SOON)
     spare_control, spare_data = child.control.receive_ends(2)
     assert spare_process not in (os.getpid(), child.process)
-    child.data.send((2, 16, (Command(5, 5 * PERIOD, None, speed_kn=10.0),)))
+    child.data.send((START, 2, 16, (Command(5, 5 * PERIOD, None, speed_kn=10.0),)))
     block, trees = child.data.receive(SOON)
     assert trees >= 0 and block["first"] == 120 and block["range"] is None and len(block["time"]) == 16
     assert block["commands"] == 1 and block["speed"][0] == pytest.approx(10 * KNOT)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.echo.beam_passage import MAX_PHASE
+from radar_service.echo.passage_nodes import MAX_PHASE
 from radar_service.fidelity import PRESETS
 from radar_service.frames import wrap_angle
 from radar_service.scattering.model import ALL_PATHS, BOTH_WAYS, DIRECT, ONE_WAY, BodyEchoes

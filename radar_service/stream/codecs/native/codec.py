@@ -32,6 +32,11 @@ class NativeCodec:
         """Returns the true state."""
         return wire.pack(messages.truth(epoch, state))
 
+    def no_truth(self, epoch: str, time: float, until: float, count: int, reason: str) -> bytes:
+        """Returns the announcement of truths that will not come."""
+        fields = {"time": time, "until": until, "count": count, "reason": reason}
+        return wire.pack({"type": "no_truth", "epoch": epoch, **fields})
+
     def gap(self, epoch: str, first: int, count: int, reason: str) -> bytes:
         """Returns the announcement of lost spokes."""
         return wire.pack({"type": "gap", "epoch": epoch, "first": first, "count": count, "reason": reason})

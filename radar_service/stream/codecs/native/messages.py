@@ -7,6 +7,7 @@ from typing import Any
 from radar_service.display.video import Layout, encode, scale
 from radar_service.radar.parameters import Radar
 from radar_service.records import Truth
+from radar_service.stream.blind import told_plan, told_warnings
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.codecs.native.source_fields import source_fields
 from radar_service.stream.feed_request import Mode, View
@@ -47,25 +48,27 @@ def radar_fields(identity: str, name: str, radar: Radar, to: Layout) -> dict[str
     }
 
 
-def scene_fields(scene: SceneOutline) -> dict[str, Any]:
-    """Returns the `scene` table of a hello and of the REST answers."""
+def scene_fields(scene: SceneOutline, knows_truth: bool) -> dict[str, Any]:
+    """Returns the `scene` table of a hello and of the REST answers. knows_truth: whether who reads it may know the truth."""
     origin = scene.origin and {"latitude_deg": scene.origin[0], "longitude_deg": scene.origin[1]}
-    return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": list(scene.warnings)}
+    warnings = told_warnings(scene.warnings, knows_truth)
+    return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": warnings}
 
 
 def hello(radar: RadarInfo, view: View, mode: Mode) -> dict[str, Any]:
     """Returns the first message of an epoch."""
     epoch, engine, controls = radar.epoch, radar.epoch.engine, dict(radar.controls)
-    to = epoch.layout(view.bins)
+    to, plan = epoch.layout(view.bins), engine.plan.as_dict()
     return {
         "type": "hello",
         "protocol": wire.PROTOCOL,
         "epoch": epoch.name,
         "radar": radar_fields(radar.identity, radar.name, engine.scene.radar, to),
-        "scene": scene_fields(engine.scene),
+        "scene": scene_fields(engine.scene, radar.truth_allowed),
         "seed": engine.seed,
         "fidelity": engine.fidelity.name,
-        "plan": engine.plan.as_dict(),
+        "arithmetic": plan.get("arithmetic"),
+        "plan": told_plan(plan, radar.truth_allowed),
         "encoding": encoding_fields(view.encoding, to, engine.noise_power),
         "controls": controls,
         "clocks": {"simulated_s": radar.simulated, "utc": datetime.now(UTC).isoformat(), "pace": controls["pace"]},

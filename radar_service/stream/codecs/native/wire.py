@@ -6,7 +6,7 @@ azimuth - heading modulo 65536 is the angle from the bow). Everything else is SI
 hello   first message, and again whenever the epoch changes:
         protocol 1, epoch, radar {id, name, azimuths, rpm, bins, range_step_m, range_max_m, beamwidth_deg,
         beamwidth_el_deg, frequency_hz, modulation, bandwidth_hz, pulse_s, prf_hz, power_w, height_m, blind_sectors_deg},
-        scene {name, origin {latitude_deg, longitude_deg} or nil, bodies, warnings}, seed, fidelity, plan,
+        scene {name, origin {latitude_deg, longitude_deg} or nil, bodies, warnings}, seed, fidelity, arithmetic, plan,
         encoding {name, bins, range_step_m, range_first_m, range_m, dtype, noise_dbw; in u8 and u8-log also db_per_step,
         offset_db}, view {sector_deg, spokes, compression}, controls {...}, clocks {simulated_s, utc, pace}, mode,
         truth (whether this server sends it). Where a view requests labels or powers: both of them in view, and
@@ -22,6 +22,7 @@ spokes  first (sequence number of the first one), count, scan, index (of the fir
         Where a view requests them: labels (uint32, spokes x bins, as data: numbers of the strongest sources), powers (float32,
         W, spokes x sources x bins) of power_sources (their numbers; a source that is not there has no power)
 truth   time, own_ship {...}, bodies [{...}]: see records.BodyTruth, SI and radians
+no_truth  time, until (of the first and the last one), count, reason: truths that will not come
 gap     first, count, reason: exactly the spokes that this client lost
 bye     reason; the server closes after it
 
@@ -39,6 +40,8 @@ import msgpack
 import numpy as np
 import zstandard
 from numpy.typing import NDArray
+
+from radar_service.strict_json import unique_keys
 
 PROTOCOL = 1
 TURN = 65_536  # wire units per revolution
@@ -69,11 +72,13 @@ def pack(message: dict[str, Any]) -> bytes:
 
 
 def unpack_any(data: bytes) -> Any:
-    """Returns the object in `data`. Raises ValueError where it is not msgpack."""
+    """Returns the object in `data`. Raises ValueError where it is not msgpack, or a map has a key twice."""
     if len(data) > MAX_MESSAGE:
         raise ValueError(f"a message of {len(data)} bytes; at most {MAX_MESSAGE} are allowed")
     try:
-        return msgpack.unpackb(data, raw=False)  # msgpack refuses lengths beyond the end of `data`
+        return msgpack.unpackb(
+            data, raw=False, object_pairs_hook=unique_keys
+        )  # msgpack refuses lengths beyond the end of `data`
     except Exception as error:
         raise ValueError(f"not a msgpack message: {error}") from error
 
