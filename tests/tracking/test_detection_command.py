@@ -33,7 +33,8 @@ def test_a_study_writes_its_report(tmp_path: Path, capsys: pytest.CaptureFixture
     path.write_text(FILE)
     assert main(["bench-detection", str(path), "--scans", "40", "--ranges", "4", "--jobs", "1", "-o", str(out)]) == 0
     printed = capsys.readouterr().out
-    assert "free space: buoy: " in printed and str(out / "detection.html") in printed
+    (row,) = [line for line in printed.splitlines() if line.startswith("free space")]
+    assert row.split()[2:5:2] == ["buoy", "NM"] and row.endswith("pass") and str(out / "detection.html") in printed
     assert json.loads((out / "detection.json").read_text())["scans"] == 40
 
 
