@@ -8,6 +8,7 @@ import asyncio
 import secrets
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from threading import Lock
 from time import monotonic
 from typing import Any, Literal, TypeVar
 
@@ -46,6 +47,8 @@ class Job:
         self.doing = "waiting for a worker"
         self._began, self._ended = monotonic(), 0.0
         self._close: Callable[[], None] | None = None
+        self._ending = Lock()
+        self.result: asyncio.Future[Any] | None = None  # what `JobQueue.run` waits for
 
     @property
     def is_over(self) -> bool:
@@ -64,10 +67,11 @@ class Job:
             self._close = close
 
     def cancel(self) -> None:
-        """Ends the work now, or as soon as its process has started."""
-        if not self.is_over:
-            close = self._close
-            self._over("cancelled")
+        """Ends the work now, or as soon as its process has started; who waits for the job is told at once."""
+        close = self._close
+        if self._over("cancelled"):
+            if self.result:
+                self.result.cancel()
             if close:
                 close()
 
@@ -79,10 +83,9 @@ class Job:
         try:
             result = work(self)
         except Exception:
-            if not self.is_over:
-                self._over("failed")
+            self._over("failed")
             raise
-        self._over("done" if not self.is_over else self.state)
+        self._over("done")
         return result
 
     def as_dict(self) -> dict[str, Any]:
@@ -90,9 +93,14 @@ class Job:
         seconds = (self._ended or monotonic()) - self._began
         return {"id": self.name, "kind": self.kind, "state": self.state, "doing": self.doing, "seconds": seconds}
 
-    def _over(self, state: State) -> None:
-        self.state, self._ended, self.doing = state, monotonic(), ""
-        self._close = None  # it holds what the job has made, and the job stays listed
+    def _over(self, state: State) -> bool:
+        """Ends the job in that state; returns whether it had not ended before."""
+        with self._ending:
+            if self.is_over:
+                return False
+            self.state, self._ended, self.doing = state, monotonic(), ""
+            self._close = None  # it holds what the job has made, and the job stays listed
+            return True
 
 
 class JobQueue:
@@ -116,19 +124,19 @@ class JobQueue:
     async def run(self, kind: str, work: Callable[[Job], Result], name: str | None = None) -> Result:
         """Returns work(job), computed in a thread of the queue; `work` must end when the job is cancelled.
 
-        name: of the job, by default a random one. Raises Busy, DuplicateJob, Cancelled, and what the work raises.
+        name: of the job, by default a random one. Raises Busy, DuplicateJob, what the work raises, and Cancelled, at once: the
+        thread is free when the work has ended.
         """
         job = self._add(kind, name or secrets.token_hex(4))
+        job.result = asyncio.get_running_loop().run_in_executor(self._threads, job.perform, work)
         try:
-            result = await asyncio.get_running_loop().run_in_executor(self._threads, job.perform, work)
-        except Exception:
+            result: Result = await job.result
+        except (Exception, asyncio.CancelledError):
             if job.state == "cancelled":
                 raise Cancelled(f"{job.kind}: the job was cancelled") from None
             raise
         finally:
             self._finish(job)
-        if job.state == "cancelled":
-            raise Cancelled(f"{job.kind}: the job was cancelled")
         return result
 
     def close(self) -> None:
@@ -149,7 +157,8 @@ class JobQueue:
         return job
 
     def _finish(self, job: Job) -> None:
-        """Forgets the oldest job that has ended, beyond MAX_FINISHED."""
+        """Forgets what the job has made, and the oldest jobs that have ended, beyond MAX_FINISHED."""
+        job.result = None
         if not job.is_over:  # the request was cancelled, its work was not
             job.cancel()
         over = [name for name, other in self._jobs.items() if other.is_over]

@@ -101,6 +101,42 @@ def test_a_cancelled_job_ends_its_work() -> None:
     play(test)
 
 
+def test_who_waits_for_a_cancelled_job_is_told_before_its_work_has_ended() -> None:
+    """A process that ends slowly on a busy machine delays no answer; the worker is free again when it has ended."""
+    ended = threading.Event()
+
+    class Slow(Gate):
+        def __call__(self, job: Job) -> str:
+            super().__call__(job)
+            assert ended.wait(20)
+            return "too late"
+
+    async def test(queue: JobQueue) -> None:
+        slow, next_one = Slow(), Gate()
+        running = asyncio.create_task(queue.run("scene", slow, "a"))
+        await slow.begun()
+        queue.job("a").cancel()
+        with pytest.raises(Cancelled):
+            await running
+        waiting = asyncio.create_task(queue.run("scene", next_one, "b"))
+        await asyncio.sleep(0)
+        assert queue.job("b").state == "waiting"
+        ended.set()
+        next_one.open.set()
+        assert await waiting == "result" and queue.job("a").state == "cancelled"
+
+    play(test)
+
+
+def test_a_job_that_is_listed_keeps_no_result() -> None:
+    async def test(queue: JobQueue) -> None:
+        made = weakref.ref(await queue.run("scene", lambda job: Scene(), "a"))
+        await queue.run("scene", lambda job: None, "b")  # the only thread holds the first result until it works again
+        assert queue.job("a").state == "done" and made() is None
+
+    play(test)
+
+
 def test_an_error_of_the_work_is_raised_and_noted() -> None:
     def fail(job: Job) -> None:
         raise ValueError("it broke")
