@@ -5,8 +5,7 @@ from collections import deque
 from radar_service.stream.codecs.codec import Codec
 from radar_service.stream.fanout.client_queue import QueueItem, gap
 
-RESUME_BYTES = 4 * 2**20  # that one client gets of it: a slow one would keep them after the history has dropped them
-HISTORY_BYTES = 16 * 2**20  # per view: about a minute of 1 KiB spokes at 24 rpm and 720 azimuths
+HISTORY_BYTES = 4 * 2**20  # per view: 14 s of 1 KiB spokes at 24 rpm and 720 azimuths
 
 
 class ViewHistory:
@@ -34,22 +33,14 @@ class ViewHistory:
         self._size = 0
 
     def since(self, epoch: str, first: int, end: int) -> list[QueueItem]:
-        """Returns the messages that cover the sequence numbers from `first` to `end`, with a gap for those not kept.
-
-        They are the newest ones, at most RESUME_BYTES of them.
-        """
-        kept = deque(item for item in self._items if item.first + item.count > first)
-        size = sum(len(item.data) for item in kept)
-        reason = "no longer held"
-        while size > RESUME_BYTES and len(kept) > 1:
-            size -= len(kept.popleft().data)
-            reason = "too much to catch up with"
+        """Returns the messages that cover the sequence numbers from `first` to `end`, with a gap for those not kept."""
+        kept = [item for item in self._items if item.first + item.count > first]
         start = kept[0].first if kept else end
         if start > first:
-            return [gap(self._codec, epoch, first, start - first, reason), *kept]
+            return [gap(self._codec, epoch, first, start - first, "no longer held"), *kept]
         if kept and start < first:
             kept[0] = self._rest(kept[0], epoch, first)
-        return list(kept)
+        return kept
 
     def _rest(self, item: QueueItem, epoch: str, first: int) -> QueueItem:
         """Returns the part of a message from the number `first` on."""

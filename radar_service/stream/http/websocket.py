@@ -26,7 +26,7 @@ OPEN = 1  # websockets.protocol.State
 BYTES_PER_SECOND, BYTES_AT_ONCE = 4096, 16384  # the feed ignores messages; pongs have a few bytes each 20 s
 FRAMES_PER_SECOND, FRAMES_AT_ONCE = 10, 100  # 100 take 2 ms to parse
 PIECE = 64  # bytes parsed between two looks at the budget: at most 11 frames
-TOO_MUCH = 4429  # websocket close code
+TOO_MUCH, NOT_TEXT = 4429, 1007  # websocket close codes
 TOO_MUCH_SENT = "this client sends too much"
 CUT_SECONDS = GRACE  # for a client that is not welcome to take what is written before its connection is cut
 FLUSH_LOOKS = 0.02  # s between two looks whether all is written
@@ -70,6 +70,14 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
             super().handle_events()
         else:
             self._end(TOO_MUCH, TOO_MUCH_SENT)
+
+    def send_receive_event_to_app(self) -> None:
+        """Passes on a message; text that is not UTF-8 ends the connection (RFC 6455, section 8.1)."""
+        if self.curr_msg_data_type == "text" and not self.close_sent and not _is_text(b"".join(self.frames)):
+            self.conn.send_close(NOT_TEXT)
+            self.handle_parser_exception()
+        else:
+            super().send_receive_event_to_app()
 
     def handle_ping(self) -> None:
         """Answers a ping, or the last one of several when the client takes answers again (RFC 6455, section 5.5.3)."""
@@ -190,6 +198,14 @@ class FramedWebSocket(WebSocketsSansIOProtocol):
         """Cuts the connection, but for one that its client may still close as it should."""
         if self._ending or self.transport.get_write_buffer_size():
             self.transport.abort()
+
+
+def _is_text(data: bytes) -> bool:
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def widen_budget(scope: Any, frames_per_second: float, frames_at_once: float, bytes_per_frame: int) -> None:

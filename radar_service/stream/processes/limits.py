@@ -7,6 +7,7 @@ A thread that wakes up may still wait for milliseconds until one of lower priori
 """
 
 import contextlib
+import ctypes
 import os
 import sys
 import threading
@@ -42,6 +43,13 @@ def processor_time_of(process: int) -> float | None:
         return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")  # utime, stime, cutime, cstime of proc(5)
     except (OSError, ValueError):
         return None
+
+
+def return_free_memory() -> None:
+    """Gives memory that was freed back to the system, where the C library can (glibc). It takes 2 to 13 ms."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
+    if trim:
+        trim(0)
 
 
 def limit_memory(maximum: int) -> None:

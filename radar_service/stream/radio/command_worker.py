@@ -1,8 +1,8 @@
 """The thread that carries out commands: one time for all radars of a world, also while a radar waits for a client.
 
 A command acts at the time of the first spoke of any radar that is not sent and comes after all spokes that were sent. Each radar
-shows it from its first spoke not before that time. Commands wait while a radar computes the spokes after the commands before,
-or these are due, so that many commands do not stop a feed.
+shows it from its first spoke not before that time. Each costs a block that is computed anew: so commands wait while a radar
+that is late sends the first spokes after the commands before, and many commands do not stop a feed.
 """
 
 import math
@@ -15,6 +15,11 @@ from radar_service.scene.commands import Command
 from radar_service.stream.radio.command_queue import CommandQueue, Outcome, WaitingCommand
 from radar_service.stream.radio.prefetch import EngineWorker
 from radar_service.stream.radio.world_clock import WorldClock
+
+SPOKES_BETWEEN = 16  # that a radar which is late sends after commands before it takes others: half a block
+IN_SINKS = LOOK = (
+    0.05  # s after which sinks that still have spokes are taken to wait for a client, and between two looks at that
+)
 
 
 class Steered(NamedTuple):
@@ -100,7 +105,8 @@ class CommandWorker:
     def _carry_out(self) -> bool:
         """Waits for commands and carries them out; returns False at the end."""
         with self.clock.changed:
-            self.clock.may_command.wait_for(lambda: self._running <= 0 or self._is_ready())
+            while self._running > 0 and not self._is_ready():
+                self.clock.may_command.wait(LOOK if self._has_commands else None)
             if self._running <= 0:
                 return False
             radars = [radar for radar in self._radars if radar.is_commanded]
@@ -116,10 +122,13 @@ class CommandWorker:
             waiting.answer(outcome)
         return True
 
+    @property
+    def _has_commands(self) -> bool:
+        return any(len(radar.commands) for radar in self._radars if radar.is_commanded)
+
     def _is_ready(self) -> bool:
         radars = [radar for radar in self._radars if radar.is_commanded]
-        commands_wait = any(len(radar.commands) for radar in radars)
-        return commands_wait and all(radar.takes_commands and radar.steered is not None for radar in radars)
+        return self._has_commands and all(radar.takes_commands and radar.steered is not None for radar in radars)
 
     def _outcomes(self, steered: Mapping[CommandedRadar, Steered]) -> list[tuple[WaitingCommand, Outcome]]:
         """Carries out all commands that wait; returns what has become of each."""

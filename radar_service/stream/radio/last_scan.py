@@ -52,13 +52,14 @@ class LastScan:
                 self._rows.clear()
 
     def send(self, batch: SpokeBatch) -> None:
-        """Keeps a batch, and drops what is older than one revolution."""
+        """Keeps a copy of a batch, as a part of a block holds all of its memory; drops what is older than one revolution."""
         block, azimuths = batch.block, batch.epoch.engine.scene.radar.azimuths
         with self._lock:
             self._engine = batch.epoch.engine
             self._next = block.first + len(block)
             self._heading = self._heading if np.isnan(block.heading[-1]) else float(block.heading[-1])
-            self._rows.append((np.arange(block.index, block.index + len(block)), block.power, batch.earlier))
+            earlier = None if batch.earlier is None else batch.earlier.copy()
+            self._rows.append((np.arange(block.index, block.index + len(block)), block.power.copy(), earlier))
             kept = sum(len(rows) for rows, *_ in self._rows)
             while kept - len(self._rows[0][0]) >= azimuths:
                 kept -= len(self._rows.popleft()[0])

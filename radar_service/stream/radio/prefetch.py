@@ -9,9 +9,14 @@ from radar_service.cell_sources import SourceRequest
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.stream.command_log import CommandLog
+from radar_service.stream.processes.limits import return_free_memory
 from radar_service.stream.source import SpokeSource
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: covers a slow block, and a new scene is not late
+BYTES_AHEAD = 32 * 2**20  # of wide spokes: two blocks of 45,000 cells
+BYTES_BETWEEN = (
+    256 * 2**20
+)  # of spokes, after which free memory is returned: the heap keeps holes as large as all spokes that wait
 BLOCK = 32  # spokes; a message holds no more
 PREPARE_TIMEOUT = 120.0  # s that an engine may take to its first spokes
 
@@ -21,11 +26,11 @@ class EngineFault(Exception):
 
 
 class BusyFault(EngineFault):
-    """The machine is too busy to prepare an engine."""
+    """The engine cannot do it now, but may do so soon: the machine is too busy, or its process is replaced."""
 
 
 class EngineWorker:
-    """Runs one engine in a thread and queues its blocks, at most `azimuths` spokes ahead.
+    """Runs one engine in a thread and queues its blocks, at most `azimuths` spokes or BYTES_AHEAD, and one block more.
 
     All methods may be called from any thread. `_changed` guards the queue, the fault and the request to stop.
     """
@@ -39,6 +44,7 @@ class EngineWorker:
         self._stopping = False
         self._fault: str | None = None
         self.requested = SourceRequest()  # what the spokes are to tell of their sources
+        self._passed = 0  # bytes of spokes since free memory was returned
         self._requests = self._needed = 0  # how many there were; the last one that a block must follow
         self._thread = threading.Thread(target=self._run, name="radar engine", daemon=True)
 
@@ -138,6 +144,10 @@ class EngineWorker:
 
     def _queue_block(self, block: SpokeBlock) -> bool:
         """Queues a block and waits for room; returns whether to go on."""
+        self._passed += block.nbytes
+        if self._passed > BYTES_BETWEEN:
+            self._passed = 0
+            return_free_memory()
         if block.first < self._first:  # a command of the time before has taken the engine back
             block = block.part(min(self._first - block.first, len(block)), len(block))
         with self._changed:
@@ -146,8 +156,13 @@ class EngineWorker:
                 return not self._stopping  # it comes again
             self._blocks.append(known)
             self._changed.notify_all()
-            self._changed.wait_for(lambda: self._stopping or sum(map(len, self._blocks)) < self._azimuths)
+            self._changed.wait_for(lambda: self._stopping or self._has_room)
             return not self._stopping
+
+    @property
+    def _has_room(self) -> bool:
+        """Whether another block may wait; the lock is held."""
+        return sum(map(len, self._blocks)) < self._azimuths and sum(b.nbytes for b in self._blocks) < BYTES_AHEAD
 
     def _fail(self, reason: str) -> None:
         with self._changed:

@@ -21,7 +21,7 @@ from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.stream.radio.command_queue import CommandQueue
-from radar_service.stream.radio.command_worker import CommandWorker, Steered
+from radar_service.stream.radio.command_worker import IN_SINKS, SPOKES_BETWEEN, CommandWorker, Steered
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.handover import Handover, SceneChanged, wait_for_engine
 from radar_service.stream.radio.pacer import Pacer
@@ -70,8 +70,8 @@ class Transmitter:
         self.commands = CommandQueue(self._world.let_command)
         self._unsent = 0  # number of the first spoke that was not given to the sinks, from t = 0
         self._newest = -math.inf  # time of the last one that was [s]
-        self._sent_since_commands = True
-        self._in_sinks = False  # whether the sinks have spokes now; they may wait for clients
+        self._sent_since_commands = SPOKES_BETWEEN
+        self._clock, self._given = clock, math.inf  # since when the sinks have spokes; they may wait for clients
         self.handover = Handover()
         self._sinks = tuple(sinks)
         self._on_restart, self._on_failure, self._sources = on_restart, on_failure, sources
@@ -105,9 +105,10 @@ class Transmitter:
 
     @property
     def takes_commands(self) -> bool:
-        """As CommandedRadar: a spoke was sent since the last ones, or none can be sent now."""
-        waits = self._in_sinks or self.pacer.waiting or self.engines.restarting or self.handover.is_due(self._unsent)
-        return self._sent_since_commands or waits
+        """As CommandedRadar: SPOKES_BETWEEN were sent since the last ones, or none can be sent now."""
+        in_sinks = self._clock() - self._given >= IN_SINKS
+        waits = in_sinks or self.pacer.waiting or self.engines.restarting or self.handover.is_due(self._unsent)
+        return self._sent_since_commands >= SPOKES_BETWEEN or waits
 
     @property
     def steered(self) -> Steered | None:
@@ -119,7 +120,7 @@ class Transmitter:
 
     def commanded(self) -> None:
         """As CommandedRadar."""
-        self._sent_since_commands = self.pacer.waiting = False
+        self._sent_since_commands, self.pacer.waiting = 0, False
 
     def agree(self, request: int, order: SceneOrder, lead: float) -> tuple[Origin, Sequence[Command]]:
         """Returns where the engine of an order of the running scene begins that is ready in `lead` [s], and the commands so far.
@@ -187,11 +188,8 @@ class Transmitter:
             if self._request_sources(part):
                 return
             if self.pacer.wait_until_due(part, orders, self._claim):
-                try:
-                    self._send(part, orders.settings)
-                finally:
-                    self._in_sinks = False
-                at += len(part)
+                self._send(part, orders.settings)
+                at, self._given = at + len(part), math.inf
 
     def _request_sources(self, part: SpokeBlock) -> bool:
         """Has the engine tell what the sinks need of the sources; returns whether these spokes come again with it."""
@@ -207,7 +205,7 @@ class Transmitter:
         if self.engines.worker.known_part(part) is not part or not self.handover.claim(part.first, end):
             return False
         self._unsent, self._newest = end, self.epoch.engine.scene.radar.time_of_spokes(float(end - 1))
-        self._sent_since_commands = self._in_sinks = True
+        self._sent_since_commands, self._given = self._sent_since_commands + len(part), self._clock()
         self._world.let_command()
         return True
 
@@ -262,7 +260,7 @@ class Transmitter:
     def _go_on_from(self, spoke: int) -> None:
         """Lets commands act from a spoke on."""
         with self._world.changed:
-            self._unsent, self._sent_since_commands = spoke, True
+            self._unsent, self._sent_since_commands = spoke, SPOKES_BETWEEN
             self._world.let_command()
 
     def _open(self, epoch: Epoch) -> None:

@@ -167,9 +167,9 @@ class WorldSource:
                 succeeded, answer = control.receive(max(0.0, deadline - monotonic()))
                 self._is_answer_due = False
         except TimeoutError:
-            raise EngineFault(f"no ground truth after {TRUTH_TIMEOUT:g} s") from None
+            raise BusyFault(f"truth: none after {TRUTH_TIMEOUT:g} s; try again later") from None
         except (OSError, EOFError):
-            raise EngineFault(ENDED) from None
+            raise BusyFault(f"truth: {ENDED}; try again when another one runs") from None
         if not succeeded:
             raise EngineFault(answer)
         return answer

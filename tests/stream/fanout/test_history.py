@@ -43,28 +43,9 @@ def test_what_is_no_longer_held_is_a_gap(monkeypatch: pytest.MonkeyPatch) -> Non
     run(test())
 
 
-def test_one_client_gets_a_bounded_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(history, "RESUME_BYTES", 2 * len(spokes(100, 4)) + 8)
-
-    async def test() -> None:
-        hub, first = opened(), ClientQueue(U8)
-        hub.join(first)
-        await produce(hub, range(100, 120, 4))
-        client = ClientQueue(U8)
-        hub.join(client, ("e", 102))
-        got = await everything(client)
-        assert numbered(got) == [("gap", 102, 10), ("spokes", 112, 4), ("spokes", 116, 4)]
-        assert got[1]["reason"] == "too much to catch up with"
-        for newest in (112, 113, 117):  # nothing is lost where it fits
-            client = ClientQueue(U8)
-            hub.join(client, ("e", newest))
-            assert numbered(await everything(client))[0][:2] == ("spokes", newest)
-
-    run(test())
-
-
-def test_a_client_may_hold_four_mebibytes_of_history() -> None:
-    assert history.RESUME_BYTES == 4 * 2**20 < history.HISTORY_BYTES
+def test_a_view_holds_four_mebibytes() -> None:
+    """As docs/feed.md and docs/promises.md say."""
+    assert history.HISTORY_BYTES == 4 * 2**20
 
 
 def test_a_view_that_nobody_had_starts_with_a_gap() -> None:

@@ -252,6 +252,17 @@ def test_refused_websockets_leave_no_error_in_the_log(caplog: pytest.LogCaptureF
     assert not [record for record in caplog.records if record.name.startswith("uvicorn")]
 
 
+def test_text_that_is_none_ends_its_connection_without_an_error_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    """In one frame, and cut within a character."""
+    for frames in (FRAMES["text that is not text"], b"\x01\x81\x00\x00\x00\x00\xe2\x80\x81\x00\x00\x00\x00\xff"):
+        with radar() as address, dialled(address) as connection:
+            connection.sendall(UPGRADE)
+            assert connection.recv(12) == b"HTTP/1.1 101"
+            connection.sendall(frames)
+            assert b"\x88\x02\x03\xef" in answer(connection)  # close, 1007
+    assert not [record for record in caplog.records if record.name.startswith("uvicorn")]
+
+
 def test_a_client_that_sends_poses_may_send_more() -> None:
     """More frames at once than other clients may send, within those of poses."""
     only = Station("0", FakeEngine(steerable_scene()), factory(), settings=Settings(pace=Pace("pause")))

@@ -1,6 +1,7 @@
 """Limits of processes and the priority of set-up."""
 
 import os
+import platform
 import sys
 import threading
 
@@ -10,6 +11,7 @@ from radar_service.stream.processes import limits
 from radar_service.stream.processes.call import call_in_process
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.source import UNFOLLOWED
+from tests.stream.held import resident_memory
 from tests.stream.processes import tasks
 
 
@@ -58,6 +60,18 @@ def test_a_busy_kernel_is_asked_again_for_a_while(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(limits, "SESSION", session := Session([BlockingIOError] * 1000))
     limits.set_session_niceness(5)
     assert not session.written
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc is told to return memory")
+def test_free_memory_is_returned_to_the_system() -> None:
+    """Of 64 MiB in pieces every other one is freed: the heap keeps all of them until it is told."""
+    piece = 64 * 2**10  # bytes: below what the C library maps by itself
+    pieces = [bytearray(piece) for _ in range(1024)]
+    del pieces[::2]
+    before = resident_memory(os.getpid())
+    limits.return_free_memory()
+    assert before - resident_memory(os.getpid()) > 0.8 * piece * 512
+    del pieces
 
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has processors of threads")

@@ -52,6 +52,17 @@ def test_rows_have_what_the_scan_before_had() -> None:
     np.testing.assert_array_equal(earlier, block.power / 2)
 
 
+def test_parts_of_a_block_hold_no_more_than_themselves() -> None:
+    """A command cuts blocks: of 32 spokes one may be sent, and the others come anew."""
+    epoch = Epoch("e", FakeEngine(scene()), None)
+    memory = LastScan(epoch.engine)
+    for first in range(AZIMUTHS):
+        block = epoch.engine.block(first, 4).part(0, 1)  # type: ignore[attr-defined]
+        memory.send(SpokeBatch(epoch, first, block, Controls(), earlier=block.power))
+    rows = memory.read().rows
+    assert len(rows) == AZIMUTHS and all(power.base is None and earlier.base is None for _, power, earlier in rows)
+
+
 def test_a_lost_heading_stays_as_it_was_last_reported() -> None:
     epoch = Epoch("e", FakeEngine(scene()), None)
     memory = LastScan(epoch.engine)

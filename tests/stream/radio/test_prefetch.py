@@ -12,6 +12,7 @@ from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import CommandError
 from radar_service.scene.convert import scene_at_rpm
+from radar_service.stream.radio import prefetch
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
 from tests.stream.fake import FakeEngine, scene, steerable_scene
 
@@ -41,6 +42,23 @@ def test_no_more_than_the_bound_is_computed_ahead(taken: int) -> None:
     engine.wait_for_blocks(3 + taken, SOON)  # 3 blocks of up to 5 make 12
     worker.stop(SOON)
     assert not worker.is_alive and engine.blocks_made == 3 + taken
+
+
+def test_wide_spokes_are_computed_ahead_up_to_a_number_of_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many blocks as fill BYTES_AHEAD, whatever the spokes; and free memory is returned after so many bytes."""
+    returned = list[int]()
+    engine = FakeEngine(scene(), turns=threading.Semaphore(100))
+    size = engine.block(0, 5).nbytes
+    monkeypatch.setattr(prefetch, "BYTES_AHEAD", 2 * size)
+    monkeypatch.setattr(prefetch, "BYTES_BETWEEN", 3 * size - 1)
+    monkeypatch.setattr(prefetch, "return_free_memory", lambda: returned.append(1))
+    worker = started(engine, azimuths=1000)
+    engine.wait_for_blocks(2, SOON)
+    assert not returned
+    assert worker.take(SOON) is not None
+    engine.wait_for_blocks(3, SOON)
+    worker.stop(SOON)
+    assert (engine.blocks_made, len(returned)) == (3, 1)
 
 
 def test_a_slow_engine_is_waited_for_only_so_long() -> None:

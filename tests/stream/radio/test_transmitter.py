@@ -15,6 +15,7 @@ from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.display.video import Controls
 from radar_service.scene.commands import CommandError
 from radar_service.stream.radio.command_queue import NoRadarError
+from radar_service.stream.radio.command_worker import SPOKES_BETWEEN
 from radar_service.stream.radio.prefetch import prepared
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.settings import Pace, Settings
@@ -218,8 +219,9 @@ def test_a_radar_without_labels_sends_its_spokes_all_the_same() -> None:
     assert sink.numbers == list(range(AZIMUTHS)) and engine.requests == 0
 
 
-def test_a_flood_of_commands_does_not_stop_the_feed() -> None:
-    """Each command orders the next one, so that one always waits: it waits until spokes of the one before are sent."""
+def test_a_flood_of_commands_does_not_stop_the_feed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each command orders the next one, so that one always waits: it waits until spokes after the one before are sent."""
+    monkeypatch.setattr("radar_service.stream.radio.transmitter.IN_SINKS", math.inf)  # a busy machine stops any sink
     with transmitting(FLAT_OUT, engine=FakeEngine(steerable_scene())) as (transmitter, sink):
 
         def again(time: float) -> dict[str, float]:
@@ -229,8 +231,9 @@ def test_a_flood_of_commands_does_not_stop_the_feed() -> None:
 
         transmitter.commands.put("buoy", again)
         sink.wait_for(lambda: sink.batches and sink.batches[-1].block.commands > 20)
-        numbers = sink.numbers
+        numbers, commands = sink.numbers, list(transmitter.epoch.engine.commands)
     assert numbers == list(range(len(numbers)))
+    assert min(np.diff([command.spoke for command in commands])) >= SPOKES_BETWEEN
 
 
 def test_a_refused_command_drops_nothing() -> None:
