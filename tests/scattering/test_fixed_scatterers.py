@@ -96,6 +96,22 @@ def test_the_edge_of_a_map_is_a_wall_and_hides_the_slope_behind_it(tmp_path: Pat
     assert (np.abs(echoes.position[~of_wall, 0]) > 199.0).all()
 
 
+def test_maps_that_share_an_edge_show_no_wall_there(tmp_path: Path) -> None:
+    """A slope of 2 to 38 m in two maps of 400 x 400 m; 12,000 scatterers, of which 800 lie on the hidden walls between them."""
+    for name, low in (("near", 2.0), ("far", 20.0)):
+        np.save(tmp_path / f"{name}.npy", np.repeat(np.linspace(low + 18.0, low, 21)[:, None], 21, axis=1))
+    land = {"extent_m": [400, 400], "material": "land"}
+    bodies = [
+        {**land, "name": "near", "heightmap": "near.npy", "position_m": [0, 1200, 0]},
+        {**land, "name": "far", "heightmap": "far.npy", "position_m": [0, 1600, 0]},
+    ]
+    made = rs.load_scene({"radar": {"range_max_m": 2500}, "environment": FLAT, "body": bodies}, folder=tmp_path)
+    echoes = build(DiffuseScattering, made, scatterers_per_cell=64).echoes(np.array([0.0, 0.0, 15.0]), instant(made))
+    north = echoes.position[:, 1] + np.array([1200.0, 1600.0])[echoes.body]
+    assert np.count_nonzero(np.abs(north - 1400.0) < 1e-6) == 0 < np.count_nonzero(np.abs(north - 1000.0) < 1e-6)
+    assert (np.bincount(echoes.body) > 1000).all()
+
+
 def test_scatterers_must_be_visible() -> None:
     """A wall before an antenna takes all echoes there, and none elsewhere."""
     wall = {"name": "w", "shape": "plate", "width_m": 40, "height_m": 60, "position_m": [250, 450, 20], "rcs_dbsm": 0,
