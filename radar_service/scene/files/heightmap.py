@@ -22,6 +22,7 @@ from radar_service.scene.model import BodyModel
 Floats = NDArray[np.float64]
 Corners = tuple[tuple[float, float], tuple[float, float]]
 
+SEA_BED = -1.0  # m, height of samples without data: land beside them ends at the sea
 SKIRT_FOOT = -1.0  # m, height of the lower end of skirts: below the sea, so that nothing shows between them and it
 MAX_GEODESIC_SAMPLES = 129  # per side; between them the positions are interpolated
 
@@ -50,6 +51,8 @@ def heightmap_terrain(
     outside it are removed. Raises SceneError at `location` if the placement or the heights are missing or invalid.
     """
     heights = heights_from_raster(body, raster, location) + start[2]
+    if raster.empty is not None:
+        heights[raster.empty] = SEA_BED
     positions = _placement(body, raster, start, origin, location)(heights.shape)
     if not np.abs(positions).max() <= MAX_COORDINATE:
         raise SceneError(
@@ -79,8 +82,11 @@ def heightmap_terrain(
 
 
 def heights_from_raster(body: BodyModel, raster: Raster, location: str) -> Floats:
-    """Returns heights (rows, columns) [m]: greys scaled from low_m to high_m over the range of their type, or metres."""
-    samples = raster.samples
+    """Returns heights (rows, columns) [m]: greys scaled from low_m to high_m over the range of their type, or metres.
+
+    Those of samples without data mean nothing.
+    """
+    samples = raster.samples if raster.empty is None else np.where(raster.empty, 0, raster.samples)
     if body.low_m is None or body.high_m is None:
         if raster.grey:
             raise SceneError(f"{location}.low_m: missing; grey values are not metres: give low_m (black) and high_m (white)")
