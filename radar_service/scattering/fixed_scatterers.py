@@ -55,6 +55,7 @@ class FixedScatterers(ABC):
         )
         self._middle, self._span = (np.concatenate([getattr(part, name) for part in parts]) for name in ("middle", "span"))
         self._lift: Floats = self._middle - self._position[:, 2]
+        self._one_sided: Flags = np.array([body.one_sided for body in bodies], dtype=np.bool_)  # others are wound either way
         self._poses = BodyPoses(bodies)
         self._first = np.searchsorted(self._body, np.arange(len(bodies) + 1))  # scatterer of each body, and the end
 
@@ -160,6 +161,7 @@ class FixedScatterers(ABC):
     ) -> Floats:
         """Area (A,) of each scatterer projected across the line of sight [m^2]."""
         cosine = _cosine(position, normal, antenna, earth_radius)
+        cosine = np.where(self._one_sided[self._body[which]], np.maximum(cosine, 0.0), np.abs(cosine))
         cosine[self._triangle[which] < 0] = 1.0
         return np.asarray(cosine * self._area[which])
 
@@ -223,8 +225,8 @@ def sampled(body: Body, context: ScatteringContext, max_scatterers: int) -> Scat
 
 
 def _cosine(position: Floats, normal: Floats, end: Floats, earth_radius: float) -> Floats:
-    """|cos| (A,) of the angle between normals and lines of sight from an end (3,); meshes are wound either way."""
+    """cos (A,) of the angle between normals and lines of sight from an end (3,)."""
     line = end - position
     line[:, 2] -= (line[:, 0] ** 2 + line[:, 1] ** 2) / (2.0 * earth_radius)  # as the surface sees the antenna
     length = np.sqrt(np.einsum("ij,ij->i", line, line))  # a third of the time of linalg.norm
-    return np.asarray(np.abs(np.einsum("ij,ij->i", line, normal)) / np.maximum(length, 1e-9))
+    return np.asarray(np.einsum("ij,ij->i", line, normal) / np.maximum(length, 1e-9))

@@ -74,6 +74,9 @@ class RayCaster:
         self.sampler, self.seed = sampler, seed
         self._count = rays or RayCount()
         self.gamma: Floats = np.array([body.material.gamma for body in bodies], dtype=np.float64)
+        self._one_sided: Flags = np.array(
+            [body.one_sided for body in bodies], dtype=np.bool_
+        )  # height maps, which do not move
         resting = [key for key, body in enumerate(bodies) if body.mesh is not None and body.at_rest]
         self._resting = np.array(resting, dtype=np.int64)
         self._last_face = np.cumsum([_triangles(bodies[key]) for key in resting])
@@ -103,6 +106,8 @@ class RayCaster:
         if self._resting_target is not None:
             which, triangle = _closer_hits(self._resting_target, MAP_POSE, antenna, directions, nearest)
             body[which] = self._resting[np.searchsorted(self._last_face, triangle, side="right")]
+            behind = ~self._resting_target.front(MAP_POSE, antenna, directions[which], triangle)
+            body[which[behind & self._one_sided[body[which]]]] = -1  # they occlude, and reflect nothing
             position[which] = self._resting_target.point(MAP_POSE, antenna, directions[which], nearest[which])
         for key, target in self._movers.items() if movers else ():
             if present is not None and not present[key]:

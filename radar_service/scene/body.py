@@ -49,6 +49,7 @@ class Body:
     length, beam: horizontal extents in its own frame [m], 0 for a point.
     is_vessel: whether its reference point is the middle of its waterline: hulls, and meshes of what vessels are built of.
     presence: when it is in the scene at all.
+    one_sided: whether only the sides of its triangles reflect that their winding faces: land, whose lower side is no surface.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Body:
     beam: float
     is_vessel: bool = False
     presence: Presence = field(default=Presence.always, metadata={"added": 1})  # see truth.scene_hash
+    one_sided: bool = field(default=False, metadata={"added": 2})
 
     @property
     def at_rest(self) -> bool:

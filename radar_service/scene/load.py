@@ -176,7 +176,8 @@ class _Loader:
         is_vessel = body.shape == "hull" or (body.mesh is not None and material.name in VESSEL_MATERIALS)
         presence = presence_from_model(body, self.radars[0].rotation_period)
         return Body(
-            body.name, mesh, motion, material, scattering, rcs, body.swerling, body.mmsi, length, beam, is_vessel, presence
+            body.name, mesh, motion, material, scattering, rcs, body.swerling, body.mmsi, length, beam, is_vessel, presence,
+            one_sided=body.heightmap is not None,
         )  # fmt: skip
 
     def _start(self, body: BodyModel) -> Floats:

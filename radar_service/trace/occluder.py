@@ -74,6 +74,18 @@ class Occluder:
         occluded[candidates] = distance < 1.0 - _slack(line[candidates])
         return occluded
 
+    def first_met(self, pose: BodyPose, origin: Floats, points: Floats) -> tuple[Indices, Floats]:
+        """Where lines of sight from `origin` (3,) to `points` (E, 3) beyond the body first meet it: triangle (N,) and position
+        (N, 3) on the map [m] of those that do."""
+        begin, line = self._lines_of_sight(pose, origin, points)
+        triangle = self._scene.first_hit(self._begun_nearby(begin, line)[0], line)
+        met = np.flatnonzero(triangle >= 0)
+        share = self._scene.hit_distance(triangle[met], begin, line[met])[:, None]
+        offset = points[met] - origin
+        position = origin + share * offset
+        position[:, 2] -= (share * (1.0 - share))[:, 0] * np.sum(offset[:, :2] ** 2, axis=1) / (2.0 * self._earth_radius)
+        return triangle[met], position
+
     def occluding_triangle(self, points: Floats, line: Floats, triangle: Indices) -> Indices:
         """Which triangle of the body occludes each point (E, 3) in its own curved frame, NO_TRIANGLE where none does.
 

@@ -39,6 +39,12 @@ class RayTarget:
         distance[triangle < 0] = np.inf
         return triangle, distance
 
+    def front(self, pose: BodyPose, antenna: Floats, ray: Floats, triangle: Indices) -> Flags:
+        """Which unit rays (H, 3) meet the side of their triangle (H,) that its winding faces."""
+        _, local = self._in_body_frame(pose, antenna, ray)
+        a, b, c = (corner.T for corner in self._triangles.corners(triangle))
+        return np.asarray(np.einsum("ij,ij->i", np.cross(b - a, c - a), local) < 0.0)
+
     def point(self, pose: BodyPose, antenna: Floats, ray: Floats, distance: Floats) -> Floats:
         """Points (H, 3) [m] of the body's own frame, not curved, that lie `distance` (H,) [m] along unit rays (H, 3)."""
         origin, local = self._in_body_frame(pose, antenna, ray)

@@ -1,5 +1,7 @@
 """Ground truth: the state of own ship and of every body at an instant, and whether the antenna has a line of sight to it."""
 
+import math
+from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
 
@@ -8,19 +10,20 @@ import numpy as np
 from radar_service.echo.second_time_around import apparent_range
 from radar_service.frames import polar_from_map, wrap_bearing
 from radar_service.parallel import BLAS_LIMIT
+from radar_service.radar.parameters import horizon
 from radar_service.records import BodyTruth, Truth
 from radar_service.scattering.models import height_over_horizon
-from radar_service.scene.body import Body
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
 from radar_service.scene.poses import pose_at
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
+from radar_service.truth.surface_search import SurfaceSearch
 from radar_service.types import Flags, Floats, Indices
 
-SURFACE_SAMPLES = 64  # points of a body's surface whose visibility is tested
 REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # by how many tests a body passes, in this order
+VISIBLE = len(REASONS) - 1  # tests that a visible point passes
 
 
 class GroundTruth:
@@ -31,7 +34,7 @@ class GroundTruth:
         """sampler: of the fidelity, as `scattering_model` takes it."""
         self.scene, self.line_of_sight, self.earth_radius = scene, line_of_sight, line_of_sight.earth_radius
         self._rests = scene.own_ship.at_rest and all(body.at_rest for body in scene.bodies)
-        self._surface_samples = [_surface_samples(body) for body in scene.bodies]
+        self._search = SurfaceSearch(scene, line_of_sight)
         self._over_horizon = np.array([height_over_horizon(body, scene, sampler) for body in scene.bodies])
 
     @BLAS_LIMIT.held()
@@ -64,33 +67,69 @@ class GroundTruth:
         return self._reasons(every, np.zeros(len(every)))
 
     def _reasons(self, bodies: Indices, time: Floats) -> list[str]:
-        parts = [self._surface(int(body), t) for body, t in zip(bodies, time.tolist(), strict=True)]
+        here, passed = self._present(bodies, time), self._tests_passed(bodies, time)
+        for e in np.flatnonzero(here & (passed < VISIBLE)).tolist():
+            passed[e] = max(passed[e], self._searched(int(bodies[e]), float(time[e])))
+        return [REASONS[n] if present else "absent" for n, present in zip(passed.tolist(), here.tolist(), strict=True)]
+
+    def _tests_passed(self, bodies: Indices, time: Floats) -> Indices:
+        """How many tests each of bodies (E,) passes at its time (E,) [s], by its outermost points alone."""
+        parts = [self._outermost(int(body), t) for body, t in zip(bodies, time.tolist(), strict=True)]
         count = [len(part) for part in parts]
         point, when = np.concatenate(parts), np.repeat(time, count)
         antenna = self.scene.antenna(time).repeat(count, axis=0)
+        reach = np.repeat(self._over_horizon[bodies], count)
+        passed = self._passed(point, antenna, when, reach, lambda lit: ~self._occluded(point[lit], antenna[lit], when[lit]))
+        return np.maximum.reduceat(passed, np.cumsum([0, *count[:-1]]))
+
+    def _searched(self, body: int, time: float) -> int:
+        """How many tests any point of a body's surface passes at `time` [s]: the search ends at the first that passes all."""
+        antenna, reach = self.scene.antenna(time)[0], float(self._over_horizon[body])
+        when, most = np.array(time), 0
+        if self.scene.bodies[body].mesh is None or self._is_far(body, antenna, time):
+            return most
+        for point, seen in self._search.candidates(body, antenna, time, reach):
+            if len(point):
+                most = max(most, int(self._passed(point, antenna, when, reach, seen).max()))
+            if most == VISIBLE:
+                break
+        return most
+
+    def _passed(
+        self, point: Floats, antenna: Floats, when: Floats, reach: Floats | float, seen: Callable[[Indices], Flags]
+    ) -> Indices:
+        """How many tests, in the order of REASONS, each point (W, 3) on the map passes.
+
+        antenna: (3,) or (W, 3); when: () or (W,) [s]; reach: as of `beyond_horizon`; seen: which of some points, by their
+        indices, nothing occludes.
+        """
         polar = polar_from_map(point, antenna, self.earth_radius)
         near = apparent_range(self.scene.radar, polar.range) <= self.scene.radar.range_max
-        reach = np.repeat(self._over_horizon[bodies], count)
-        over = beyond_horizon(polar.distance, point[:, 2], antenna[:, 2], self.earth_radius, reach)
-        lit = near & ~over & ~self.scene.blind(when, polar.azimuth)
-        visible = lit.copy()
-        visible[lit] = ~self._occluded(point[lit], antenna[lit], when[lit])
-        first = np.cumsum([0, *count[:-1]])
-        passed = [np.logical_or.reduceat(flags, first) for flags in (near, near & ~over, lit, visible)]
-        reasons = [REASONS[number] for number in np.sum(passed, axis=0).tolist()]
-        here = self._present(bodies, time)
-        return [reason if present else "absent" for reason, present in zip(reasons, here, strict=True)]
+        over = beyond_horizon(polar.distance, point[:, 2], antenna[..., 2], self.earth_radius, reach)
+        lit = near & ~over & ~self.scene.blind(np.broadcast_to(when, near.shape), polar.azimuth)
+        which = np.flatnonzero(lit)
+        visible = np.zeros(len(point), dtype=np.int64)
+        visible[which] = seen(which)
+        return np.asarray(near.astype(np.int64) + (near & ~over) + lit + visible)
 
-    def _present(self, bodies: Indices, time: Floats) -> list[bool]:
+    def _is_far(self, body: int, antenna: Floats, time: float) -> bool:
+        """Whether all of a body with a mesh lies beyond the maximum range or the horizon."""
+        its, radar = self.scene.bodies[body], self.scene.radar
+        nearest = math.dist(its.middle_at(time)[:2], antenna[:2]) - its.radius
+        top = float(self._outermost(body, time)[:, 2].max()) + its.diagonal
+        sea = np.inf if self._over_horizon[body] else float(horizon(top, float(antenna[2]), self.earth_radius))
+        return nearest > min(np.inf if radar.second_time_around else radar.range_max, sea)
+
+    def _present(self, bodies: Indices, time: Floats) -> Flags:
         """Whether each of bodies (E,) is present at its time (E,) [s]."""
         presences = self.line_of_sight.presences
         if not len(presences.changing):
-            return [bool(one) for one in presences.at(0.0)[bodies]]
-        return [bool(presences.at(t)[body]) for body, t in zip(bodies.tolist(), time.tolist(), strict=True)]
+            return np.asarray(presences.at(0.0)[bodies])
+        return np.array([presences.at(t)[body] for body, t in zip(bodies.tolist(), time.tolist(), strict=True)])
 
-    def _surface(self, body: int, time: float) -> Floats:
-        """Points (W, 3) of a body's surface on the map at `time` [s]."""
-        return pose_at(self.scene.bodies[body], time).map_from_frame(self._surface_samples[body])
+    def _outermost(self, body: int, time: float) -> Floats:
+        """The outermost points (W, 3) of a body on the map at `time` [s]."""
+        return pose_at(self.scene.bodies[body], time).map_from_frame(self._search.outermost[body])
 
     def _occluded(self, point: Floats, antenna: Floats, time: Floats) -> Flags:
         """Which points (W, 3) any body occludes from antennas (W, 3) at times (W,) [s]."""
@@ -118,11 +157,3 @@ class GroundTruth:
 
 def _triple(vector: Floats) -> tuple[float, float, float]:
     return float(vector[0]), float(vector[1]), float(vector[2])
-
-
-def _surface_samples(body: Body) -> Floats:
-    """Points (W, 3) on the body, in its own frame [m]: about SURFACE_SAMPLES of the vertices that faces use."""
-    if body.mesh is None:
-        return np.zeros((1, 3))
-    used = np.unique(body.mesh.faces)
-    return body.mesh.vertices[used[:: max(1, len(used) // SURFACE_SAMPLES)]]

@@ -262,3 +262,18 @@ def test_both_estimators_agree_patch_by_patch(sampler: str, knots: float) -> Non
     assert stats.ttest_ind(*wholes, equal_var=False).pvalue > LEVEL / tests
     spread = [np.std(whole) / np.mean(whole) / np.sqrt(count) for whole in wholes]
     assert 4.34 * np.hypot(*spread) < 0.3  # dB; it scatters by a seventh itself, over 24 seeds
+
+
+def test_rays_that_meet_what_is_one_sided_from_behind_have_no_echo() -> None:
+    """A wall that faces north, with a house behind it: as land it reflects nothing to the south, but hides the house."""
+    made = scene([HOUSE, {"name": "w", "shape": "plate", "width_m": 300, "height_m": 80, "position_m": [0, 250, 30],
+                          "material": "wood"}], radar=COARSE)  # fmt: skip
+    house, wall = made.bodies
+    antenna = made.antenna(0.0)[0]
+    hits = {
+        sides: RayCaster([house, replace(wall, one_sided=sides)], made.radar, EARTH, "stratified", 0).hits(antenna, 0.0, 1e5)
+        for sides in (False, True)
+    }
+    assert set(hits[False].body.tolist()) == {1} and len(hits[True]) == 0
+    turned = RayCaster([house, replace(wall, one_sided=True)], made.radar, EARTH, "stratified", 0)
+    assert set(turned.hits(antenna + [0.0, 800.0, 0.0], 0.0, 1e5).body.tolist()) == {0, 1}

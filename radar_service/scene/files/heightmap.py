@@ -1,7 +1,8 @@
 """Builds terrain meshes from height maps. Row 0 is the north edge, column 0 the west edge.
 
 Each sample is a vertex; the corners of a map are the centres of its outer pixels. The mesh is in flat east, north, up
-coordinates: the engine applies the earth's curvature. Sea bed and land outside radar coverage are removed.
+coordinates: the engine applies the earth's curvature. Sea bed and land outside radar coverage are removed. Where the rim of a
+map stands above the sea, a skirt closes it: a wall, which faces outward, from the rim down below the sea.
 """
 
 from collections.abc import Callable
@@ -21,6 +22,8 @@ from radar_service.scene.model import BodyModel
 Floats = NDArray[np.float64]
 Corners = tuple[tuple[float, float], tuple[float, float]]
 
+SEA_BED = -1.0  # m, height of samples without data: land beside them ends at the sea
+SKIRT_FOOT = -1.0  # m, height of the lower end of skirts: below the sea, so that nothing shows between them and it
 MAX_GEODESIC_SAMPLES = 129  # per side; between them the positions are interpolated
 
 
@@ -48,6 +51,8 @@ def heightmap_terrain(
     outside it are removed. Raises SceneError at `location` if the placement or the heights are missing or invalid.
     """
     heights = heights_from_raster(body, raster, location) + start[2]
+    if raster.empty is not None:
+        heights[raster.empty] = SEA_BED
     positions = _placement(body, raster, start, origin, location)(heights.shape)
     if not np.abs(positions).max() <= MAX_COORDINATE:
         raise SceneError(
@@ -56,7 +61,8 @@ def heightmap_terrain(
         )
     corners = positions[[0, 0, -1, -1], [0, -1, 0, -1]]
     middle = np.array([*corners.mean(axis=0), start[2]])
-    faces, total = _faces_in_coverage(positions, heights, coverage)
+    faces, rim = _faces_in_coverage(positions, heights, coverage)
+    total = 2 * (heights.shape[0] - 1) * (heights.shape[1] - 1)
     if len(faces) == 0:
         raise SceneError(
             f"{location}.heightmap: none of the {total} triangles rises above the sea within {coverage.radius:g} m of own "
@@ -67,14 +73,20 @@ def heightmap_terrain(
     points = np.column_stack([positions.reshape(-1, 2)[used], heights.ravel()[used]]) - middle
     compact = np.cumsum(used) - 1  # np.unique would sort the 100 million corners of a large map
     findings = list(raster.findings)
+    mesh = with_skirt(Mesh(points, compact[faces]), compact[rim], SKIRT_FOOT - start[2])
+    if len(rim):
+        findings.append(f"its rim stands up to {heights.ravel()[rim].max():.3g} m above the sea: a wall closes it")
     if len(faces) < total:
         findings.append(f"{len(faces)} of {total} triangles kept, those above the sea and within radar coverage")
-    return Terrain(LoadedMesh(Mesh(points, compact[faces]), tuple(findings)), middle)
+    return Terrain(LoadedMesh(mesh, tuple(findings)), middle)
 
 
 def heights_from_raster(body: BodyModel, raster: Raster, location: str) -> Floats:
-    """Returns heights (rows, columns) [m]: greys scaled from low_m to high_m over the range of their type, or metres."""
-    samples = raster.samples
+    """Returns heights (rows, columns) [m]: greys scaled from low_m to high_m over the range of their type, or metres.
+
+    Those of samples without data mean nothing.
+    """
+    samples = raster.samples if raster.empty is None else np.where(raster.empty, 0, raster.samples)
     if body.low_m is None or body.high_m is None:
         if raster.grey:
             raise SceneError(f"{location}.low_m: missing; grey values are not metres: give low_m (black) and high_m (white)")
@@ -153,17 +165,47 @@ def _map_positions(grid: Floats, origin: Origin) -> Floats:
     return np.stack(parts, axis=-1)
 
 
-def _faces_in_coverage(positions: Floats, heights: Floats, coverage: Coverage) -> tuple[NDArray[np.int64], int]:
-    """Returns faces (F, 3), normals up, that rise above the sea inside the coverage, and the number of all faces."""
+def with_skirt(mesh: Mesh, rim: NDArray[np.int64], foot: float) -> Mesh:
+    """Returns a mesh with a wall from its rim down to the height `foot` [m], where the rim is higher.
+
+    rim: edges (E, 2) as vertices, with the surface to their left as seen from above.
+    """
+    above, upper = np.unique(rim), mesh.vertices[np.unique(rim)]
+    lower = np.column_stack([upper[:, :2], np.minimum(upper[:, 2], foot)])
+    first = len(mesh.vertices)
+    begin, end = rim.T
+    under_begin, under_end = (first + np.searchsorted(above, corner) for corner in (begin, end))
+    walls = np.concatenate(
+        [
+            np.stack([end, begin, under_begin], axis=1)[mesh.vertices[begin, 2] > foot],
+            np.stack([end, under_begin, under_end], axis=1)[mesh.vertices[end, 2] > foot],
+        ]
+    )
+    return Mesh(np.concatenate([mesh.vertices, lower]), np.concatenate([mesh.faces, walls]))
+
+
+def _faces_in_coverage(
+    positions: Floats, heights: Floats, coverage: Coverage
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Returns faces (F, 3), normals up, that rise above the sea inside the coverage, and their edges (E, 2) on the rim of the map
+    that do, with the land to their left."""
     rows, columns = heights.shape
     index = np.arange(rows * columns, dtype=np.int64).reshape(rows, columns)
     near = np.hypot(positions[..., 0] - coverage.east, positions[..., 1] - coverage.north) <= coverage.radius
     high = heights >= 0.0
-    kept = []
-    for corners in (_upper, _lower):
-        inside = _any(corners(high)) & _any(corners(near))
-        kept.append(np.stack([corner[inside] for corner in corners(index)], axis=1))
-    return np.concatenate(kept), 2 * (rows - 1) * (columns - 1)
+    upper, lower = (_any(corners(high)) & _any(corners(near)) for corners in (_upper, _lower))
+    kept = [
+        np.stack([corner[inside] for corner in corners(index)], axis=1)
+        for corners, inside in ((_upper, upper), (_lower, lower))
+    ]
+    sides = (
+        (index[0, ::-1], upper[0, ::-1]),
+        (index[-1], lower[-1]),
+        (index[:, 0], upper[:, 0]),
+        (index[::-1, -1], lower[::-1, -1]),
+    )
+    edges = np.concatenate([np.stack([side[:-1], side[1:]], axis=1)[inside] for side, inside in sides])
+    return np.concatenate(kept), edges[(heights.ravel()[edges] > 0.0).any(axis=1)]
 
 
 def _any(corners: tuple[NDArray[np.bool_], ...]) -> NDArray[np.bool_]:

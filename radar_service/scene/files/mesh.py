@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from radar_service.scene.body import Mesh
 from radar_service.scene.error import SceneError
 from radar_service.scene.fields import MAX_COORDINATE
+from radar_service.scene.files.flat_copies import Edges, flat_copies, numbered_edges
 from radar_service.scene.files.mesh_check import MAX_FACES, check_content
 from radar_service.scene.files.obj import obj_triangles
 
@@ -117,7 +118,13 @@ def _cleaned(vertices: Floats, faces: Faces, location: str) -> LoadedMesh:
     if len(first) < len(kept):
         findings.append(f"{len(kept) - len(first)} duplicate triangles dropped")
     kept = kept[first]
-    findings.extend(_surface_defects(welded[kept]))
+    edges = numbered_edges(welded[kept])
+    copies = flat_copies(points, welded[kept], edges)
+    if len(copies):
+        findings.append(f"{len(copies)} triangles of faces dropped that repeat others, cut differently")
+        kept = np.delete(kept, copies)
+        edges = numbered_edges(welded[kept])
+    findings.extend(_surface_defects(edges))
     used, compact = np.unique(faces[kept], return_inverse=True)
     return LoadedMesh(Mesh(vertices[used], compact.reshape(-1, 3).astype(np.int64)), tuple(findings))
 
@@ -141,12 +148,9 @@ def _unique_faces(faces: Faces) -> NDArray[np.int64]:
     return np.sort(order[np.concatenate([[True], ~same])])
 
 
-def _surface_defects(welded: Faces) -> list[str]:
+def _surface_defects(edges: Edges) -> list[str]:
     """Returns in words why the surface is not closed or not wound one way; counts each directed edge and its reverse."""
-    start, end = welded.ravel(), np.roll(welded, -1, axis=1).ravel()
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    _, edge, count = np.unique(low * (int(welded.max()) + 1) + high, return_inverse=True, return_counts=True)
-    balance = np.bincount(edge.reshape(-1), weights=np.where(start < end, 1.0, -1.0))
+    count, balance = edges.uses, np.bincount(edges.number, weights=np.where(edges.forward, 1.0, -1.0))
     findings = []
     open_edges = int((count == 1).sum())
     if open_edges:

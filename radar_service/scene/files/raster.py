@@ -30,12 +30,14 @@ class Raster(NamedTuple):
     grey: whether samples are brightness; otherwise they are metres.
     corners: (latitude, longitude) [degrees, WGS 84] of the south-west and north-east samples, None if not in the file.
     findings: defects of the file in words without a subject, for warnings.
+    empty: (rows, columns) which samples have no data; None: none of them.
     """
 
     samples: NDArray[Any]
     grey: bool
     corners: Corners | None = None
     findings: tuple[str, ...] = ()
+    empty: NDArray[np.bool_] | None = None
 
 
 def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:
@@ -55,8 +57,9 @@ def raster_from_bytes(content: bytes, name: str, location: str) -> Raster:
         raise SceneError(
             f"{location}: the file cannot be read ({type(error).__name__}: {str(error)[:120]}); export it again"
         ) from None
-    if not np.isfinite(raster.samples).all():
-        count = int((~np.isfinite(raster.samples)).sum())
+    unknown = ~np.isfinite(raster.samples) if raster.empty is None else ~np.isfinite(raster.samples) & ~raster.empty
+    if unknown.any():
+        count = int(unknown.sum())
         raise SceneError(f"{location}: {count} samples are not finite numbers; fill them, with -1 for sea")
     return raster
 
@@ -99,13 +102,13 @@ def _image(content: bytes, kind: str, location: str) -> Raster:
 
 def _georeferenced(samples: NDArray[Any], tags: dict[int, Any], location: str) -> Raster:
     """Returns the samples of a TIFF, which are metres, with its corners if its keys declare geographic WGS 84."""
-    findings: tuple[str, ...] = ()
-    if NO_DATA in tags:
-        empty = samples == float(str(tags[NO_DATA]).strip("\0 "))
-        if empty.any():
-            samples = np.where(empty, np.array(-1, dtype=samples.dtype), samples)
-            findings = (f"{int(empty.sum())} samples without data become sea",)
-    return Raster(samples, False, _corners(samples.shape, tags, location), findings)
+    corners = _corners(samples.shape, tags, location)
+    if NO_DATA not in tags:
+        return Raster(samples, False, corners)
+    mark = float(str(tags[NO_DATA]).strip("\0 "))
+    empty = np.isnan(samples) if np.isnan(mark) else samples == mark
+    findings = (f"{int(empty.sum())} samples without data become sea",) if empty.any() else ()
+    return Raster(samples, False, corners, findings, empty)
 
 
 def _corners(shape: tuple[int, ...], tags: dict[int, Any], location: str) -> Corners | None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from radar_service.scene.body import Body
+from radar_service.scene.body import Body, Mesh
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 
@@ -35,6 +35,16 @@ def load(folder: Path, name: str, content: bytes, range_max_m: float = 50_000, *
     )
 
 
+def land_vertices(mesh: Mesh) -> NDArray[np.float64]:
+    """The vertices of the land itself: those of triangles that look up, not of the skirt's."""
+    a, b, c = mesh.vertices[mesh.faces].transpose(1, 0, 2)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return mesh.vertices[
+        np.unique(mesh.faces[np.cross(b - a, c - a)[:, 2] > 1e-9 * area])
+    ]  # 1e-9: rounding of a wall's lean
+
+
 def world_vertices(body: Body) -> NDArray[np.float64]:
+    """The vertices of the land on the map [m]."""
     assert body.mesh is not None
-    return body.mesh.vertices + body.motion.position[0]
+    return land_vertices(body.mesh) + body.motion.position[0]

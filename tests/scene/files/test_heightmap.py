@@ -6,14 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from radar_service.scene.body import Mesh
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.heightmap import Coverage, heightmap_terrain
 from radar_service.scene.files.raster import Raster
 from radar_service.scene.geo import map_from_geographic
 from radar_service.scene.load import load_scene
 from radar_service.scene.model import BodyModel
-from tests.scene.files.height_maps import load, npy, picture, world_vertices
+from tests.scene.files.height_maps import land_vertices, load, npy, picture, world_vertices
 
 
 def test_row_0_is_north_and_corners_are_outer_samples(tmp_path: Path) -> None:
@@ -22,9 +24,11 @@ def test_row_0_is_north_and_corners_are_outer_samples(tmp_path: Path) -> None:
     np.testing.assert_allclose(body.motion.position, [[1000, 2000, 10]])
     expected = [[900, 2025, 11], [1000, 2025, 12], [1100, 2025, 13], [900, 1975, 14], [1000, 1975, 15], [1100, 1975, 16]]
     np.testing.assert_allclose(sorted(world_vertices(body).tolist()), sorted(expected), rtol=1e-12)
-    assert body.mesh is not None and len(body.mesh.faces) == 4
+    assert body.mesh is not None and body.one_sided
     a, b, c = body.mesh.vertices[body.mesh.faces].transpose(1, 0, 2)
-    assert (np.cross(b - a, c - a)[:, 2] > 0).all()  # land looks up
+    assert (np.cross(b - a, c - a)[:, 2] >= 0).all() and len(
+        body.mesh.faces
+    ) == 4 + 2 * 6  # land looks up; skirts are upright
     assert (body.scattering, body.length, body.beam) == ("diffuse", 50.0, 200.0)
 
 
@@ -58,7 +62,7 @@ def test_corners_in_degrees_place_every_sample_on_the_geodesic() -> None:
     body = BodyModel(name="h", heightmap="h.npy", south_west_deg=(46.0, -4.0), north_east_deg=(56.0, 6.0))
     raster = Raster(np.full((side, side), 5.0), grey=False)
     terrain = heightmap_terrain(body, raster, np.array([0.0, 0.0, 3.0]), (50.9, 1.4), Coverage(0.0, 0.0, np.inf), "body[0]")
-    result = terrain.loaded.mesh.vertices + terrain.position
+    result = land_vertices(terrain.loaded.mesh) + terrain.position
     latitude, longitude = np.meshgrid(np.linspace(56, 46, side), np.linspace(-4, 6, side), indexing="ij")
     expected = map_from_geographic(latitude, longitude, (50.9, 1.4)).reshape(-1, 2)
     assert len(result) == side**2
@@ -75,6 +79,45 @@ def test_sea_and_land_beyond_coverage_are_removed(tmp_path: Path) -> None:
     assert scene.notes == (
         "body[0].heightmap: h.npy: 6 of 200 triangles kept, those above the sea and within radar coverage",
     )
+
+
+def edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Directed edges (3 F, 2) of a mesh by position, and how often each runs the other way."""
+    _, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    corner = place.ravel()[mesh.faces]
+    directed = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2)
+    key = directed @ [len(mesh.vertices), 1]
+    return directed, (key[:, None] == (directed[:, ::-1] @ [len(mesh.vertices), 1])[None]).sum(axis=1)
+
+
+def test_a_skirt_closes_the_rim_where_it_is_above_the_sea(tmp_path: Path) -> None:
+    """Heights drawn at random, a third of them below the sea: each edge that rises above it joins two triangles, wound alike; the
+    rim's own walls stand upright, face outward, and end 1 m below the sea."""
+    heights = np.random.default_rng(7).uniform(-10.0, 20.0, (7, 9))
+    (body,) = load(tmp_path, "h.npy", npy(heights), extent_m=[80, 60], position_m=[300, 200, 0]).bodies
+    assert body.mesh is not None
+    directed, reverse = edges(body.mesh)
+    _, first = np.unique(body.mesh.vertices, axis=0, return_index=True)
+    high = (body.mesh.vertices[first, 2] > 0.0)[directed].any(axis=1)
+    assert (reverse[high] == 1).all() and (reverse[~high] <= 1).all()
+    a, b, c = body.mesh.vertices[body.mesh.faces].transpose(1, 0, 2)
+    normal, middle = np.cross(b - a, c - a), (a + b + c) / 3.0
+    wall = np.abs(normal[:, 2]) < 1e-9  # m^2: rounding of 10 m x 30 m
+    on_west_or_east = np.abs(middle[:, 0]) > 39.99
+    outward = np.where(on_west_or_east, middle[:, 0] * normal[:, 0], middle[:, 1] * normal[:, 1])
+    assert wall.sum() > 20 and (outward[wall] > 0.0).all()
+    assert (np.min([a[wall, 2], b[wall, 2], c[wall, 2]], axis=0) <= -1.0).all()
+
+
+@pytest.mark.parametrize(("height", "walls"), [(0.0, 0), (0.5, 16)])
+def test_a_rim_at_the_sea_needs_no_skirt(tmp_path: Path, height: float, walls: int) -> None:
+    """A map of 3 x 3 samples with a peak in the middle: eight edges of its rim, two triangles under each."""
+    heights = np.full((3, 3), height)
+    heights[1, 1] = 8.0
+    made = load(tmp_path, "h.npy", npy(heights), extent_m=[80, 60])
+    assert made.bodies[0].mesh is not None and len(made.bodies[0].mesh.faces) == 8 + walls
+    expected = ("body[0].heightmap: h.npy: its rim stands up to 0.5 m above the sea: a wall closes it",) if walls else ()
+    assert made.notes == expected
 
 
 def test_coverage_grows_with_own_ships_route(tmp_path: Path) -> None:

@@ -26,7 +26,10 @@ def test_a_height_map_stands_at_its_position() -> None:
     start = np.array([100.0, 200.0, 3.0])
     terrain = IN_PROCESS.terrain(npy(np.full((2, 2), 7.0)), "h.npy", BODY, start, None, EVERYWHERE, "body[0]")
     np.testing.assert_allclose(terrain.position, start)
-    np.testing.assert_allclose(np.ptp(terrain.loaded.mesh.vertices, axis=0), [20.0, 10.0, 0.0], atol=1e-12)
+    low, high = terrain.loaded.mesh.vertices.min(axis=0), terrain.loaded.mesh.vertices.max(axis=0)
+    np.testing.assert_allclose(
+        [low, high], [[-10.0, -5.0, -4.0], [10.0, 5.0, 7.0]], atol=1e-12
+    )  # its skirt ends 1 m below sea
 
 
 def test_errors_name_the_file() -> None:

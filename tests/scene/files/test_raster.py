@@ -46,12 +46,18 @@ def test_a_geotiff_has_its_own_position(tmp_path: Path, raster_type: int, shift:
     )
 
 
-def test_geotiff_without_data_is_sea(tmp_path: Path) -> None:
-    samples = np.full((4, 4), 7.0, dtype=np.float32)
-    samples[0, 0] = -32768
-    scene = load(tmp_path, "h.tif", geotiff(samples, GEOGRAPHIC, tag42113="-32768"), range_max_m=200_000)
-    assert "1 samples without data become sea" in scene.warnings[0]
-    assert world_vertices(scene.bodies[0])[:, 2].min() == -1.0
+@pytest.mark.parametrize(
+    ("kind", "mark"),
+    [(np.float32, "-32768"), (np.float32, "nan"), (np.float32, "1e38"), (np.uint16, "65535"), (np.int16, "-9999")],
+)
+def test_geotiff_without_data_is_sea(tmp_path: Path, kind: type, mark: str) -> None:
+    """Of any type of samples, and 1 m below the sea however high the map stands: land beside it falls to there."""
+    samples = np.full((4, 4), 7, dtype=kind)
+    samples[0, 0] = samples[2, 2] = kind(mark) if kind is np.float32 else int(mark)
+    content = geotiff(samples, GEOGRAPHIC, tag42113=mark)
+    scene = load(tmp_path, "h.tif", content, range_max_m=200_000, position_m=[0, 0, 30])
+    assert "2 samples without data become sea" in scene.warnings[0]
+    assert np.unique(world_vertices(scene.bodies[0])[:, 2]).tolist() == [-1.0, 37.0]
 
 
 def test_projected_geotiff_needs_placing(tmp_path: Path) -> None:
