@@ -240,11 +240,11 @@ def _as_reported(scan: Scan, blocks: Sequence[SpokeBlock]) -> Scan:
 
 
 def crossing_from_line(line: Mapping[str, Any]) -> Crossing:
-    """Returns the crossing of a line of the truth, whose lists become tuples."""
+    """Returns the crossing of a line of the truth, whose lists become tuples. In recordings of earlier versions the boresight
+    is level."""
     own_ship = OwnShipTruth(**_tupled(line["own_ship"]))
-    return Crossing(
-        **{key: value for key, value in _tupled(line).items() if key not in ("type", "own_ship")}, own_ship=own_ship
-    )
+    fields = {"boresight": line["bearing"]} | _tupled(line)
+    return Crossing(**{key: value for key, value in fields.items() if key not in ("type", "own_ship")}, own_ship=own_ship)
 
 
 def snapshot_from_line(line: Mapping[str, Any]) -> Snapshot:

@@ -263,10 +263,15 @@ class Radiometry:
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing(Radiometry, Kinematics):
-    """The boresight meets a body's reference point. spoke: number of the spoke that is nearest in time."""
+    """The boresight, tilted as own ship rolls and pitches, meets a body's reference point.
+
+    spoke: number of the spoke that is nearest in time; boresight: the azimuth at which the radar observes the point then [rad],
+    which is `bearing` where own ship neither rolls nor pitches.
+    """
 
     scan: int
     spoke: int
+    boresight: float
     own_ship: OwnShipTruth
 
     def as_dict(self) -> dict[str, Any]:

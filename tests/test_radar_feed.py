@@ -1,5 +1,6 @@
 """Radars for tests of trackers: the same scans and crossings in process and from a service."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.radar_feed import ProcessFeed, RadarFeeds, WebsocketFeed
+from radar_service.radar_feed import ProcessFeed, RadarFeeds, WebsocketFeed, crossing_from_line
 from tests.recording.scenes import AZIMUTHS, MOVING
 from tests.scenes import TWO_RADARS
 
@@ -35,6 +36,14 @@ def test_a_service_gives_the_same_from_spoke_0_on(tmp_path: Path) -> None:
             np.testing.assert_allclose(other.range, one.range, rtol=1e-15)  # rounding
             assert feed.crossings == own.crossings
         assert len(feed.crossings) >= 5 and feed.hello["radar"]["azimuths"] == AZIMUTHS
+
+
+def test_a_crossing_that_an_earlier_version_recorded_has_a_level_boresight() -> None:
+    (made, *_) = rs.Simulator(rs.load_scene(MOVING), "fast").crossings(0)
+    line = made.as_dict()
+    assert crossing_from_line(line) == made
+    del line["boresight"]
+    assert crossing_from_line(line) == replace(made, boresight=made.bearing)
 
 
 def test_labels_and_powers_are_the_same_over_both(tmp_path: Path) -> None:

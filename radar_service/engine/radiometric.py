@@ -26,6 +26,7 @@ from radar_service.types import Flags, Floats
 GATE = 10.0 ** (-20.0 / 10.0)  # of the peak
 DETECTABLE = 10.0 ** (13.0 / 10.0)  # of the noise
 BEAMS = 1.5  # beamwidths each side of the body in which its gate is looked for first; it is widened as far as needed
+TILT_STEPS = 8  # towards a bearing: each leaves 2 % of the error at a roll of 12 degrees, 40 % at 45 degrees
 GROUND_STEPS = 4  # towards a ground distance: the earth's drop changes it by parts in a million
 
 
@@ -113,10 +114,23 @@ class RadiometricTruth:
         for _ in range(GROUND_STEPS):
             z = offset[2] - ground**2 / (2.0 * self._earth_radius)
             ground = float(np.sqrt(max(distance**2 - z**2, 0.0)))
-        bearing = number * self._radar.azimuth_step
+        bearing = self._map_bearing(number, ground, float(offset[2]))
         east, north = ground * np.sin(bearing) - offset[0], ground * np.cos(bearing) - offset[1]
         along, across = east * np.sin(heading) + north * np.cos(heading), east * np.cos(heading) - north * np.sin(heading)
         return float(along), float(across)
+
+    def _map_bearing(self, number: float, ground: float, height: float) -> float:
+        """The bearing on the map [rad] of what the boresight of an azimuth meets, `ground` [m] away and `height` over the antenna
+        [m]."""
+        boresight, level = number * self._radar.azimuth_step, self._scene.upright_from_map(self._time(number))
+        bearing = boresight
+        if level is None:
+            return bearing
+        for _ in range(TILT_STEPS):
+            position = np.array([[[ground * np.sin(bearing), ground * np.cos(bearing), height]]])
+            east, north, _ = apparent_position(position, level, self._earth_radius)[0, 0]
+            bearing += float(wrap_angle(boresight - np.arctan2(east, north)))
+        return bearing
 
     def _unit_energy(self, body: int, window: PowerWindow, along: float, across: float) -> float:
         """Energy in its own gate of 1 m^2 in free space, with the losses of gas and rain, where the power of a body lies.

@@ -92,7 +92,7 @@ def _crossed(crossing: Crossing) -> TargetTruth:
     """A target at its crossing, with where its power lies: of a point at the point itself."""
     truth = _truth(crossing, crossing.own_ship)
     if not crossing.length or crossing.centroid_range is None or crossing.centroid_bearing is None:
-        return replace(truth, echo=(crossing.range, crossing.bearing))
+        return replace(truth, echo=(crossing.range, crossing.boresight))
     along, across = crossing.centroid_along or 0.0, crossing.centroid_across or 0.0
     return replace(truth, echo=(crossing.centroid_range, crossing.centroid_bearing), centroid=(along, across))
 

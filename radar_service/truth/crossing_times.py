@@ -15,7 +15,7 @@ from radar_service.radar.parameters import START, Origin
 from radar_service.types import Flags, Floats, Indices
 
 FULL_CIRCLE = 2.0 * np.pi
-STEPS = 8  # of a scan, for points that are not near
+STEPS = 8  # of a scan, for points that are not near, where the antenna does not sway
 NEAR = 4.0  # steps: from there a step turns the bearing by at most asin(1 / 3), half of what the boresight turns
 SNAP = 1e-12  # rad: rounding of a bearing; a point this close to the boresight at the edge of a step is crossed there
 ROUNDING = 1e-15  # of a bearing [rad] and of a share of a turn: closer is not possible
@@ -34,16 +34,19 @@ class Crossings(NamedTuple):
 class CrossingSearch:
     """Finds crossings.
 
-    offsets: of the points; count: number of points; period, origin: of the rotation [s]; spokes: in a scan.
+    offsets: of the points, as the antenna observes them; count: number of points; period, origin: of the rotation [s]; spokes:
+    in a scan; steps: of a scan, for points that are not near.
     """
 
-    def __init__(self, offsets: Offsets, count: int, period: float, spokes: int, origin: Origin = START) -> None:
-        self._offsets, self._points, self._spokes = offsets, np.arange(count), spokes
+    def __init__(
+        self, offsets: Offsets, count: int, period: float, spokes: int, origin: Origin = START, steps: int = STEPS
+    ) -> None:
+        self._offsets, self._points, self._spokes, self._steps = offsets, np.arange(count), spokes, steps
         self._period, self._origin = period, origin
 
     def within(self, scan: int) -> Crossings:
         """Returns the crossings of one scan, which begins with the boresight to the north; its end belongs to the next one."""
-        track = self._tracks(self._points, scan, STEPS)
+        track = self._tracks(self._points, scan, self._steps)
         near = _are_near(track)
         parts = [self._crossed_in(self._points[~near], scan, track[~near])]
         if near.any():

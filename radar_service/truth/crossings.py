@@ -6,17 +6,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from radar_service.echo.range_history import apparent_position
 from radar_service.frames import polar_from_map, turned, wrap_bearing
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
 from radar_service.scene.steered_motion import PastMotion
-from radar_service.truth.crossing_times import CrossingSearch
+from radar_service.scene.world import Scene
+from radar_service.truth.crossing_times import STEPS, CrossingSearch
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.types import Floats, Indices
 
 NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
+STEPS_PER_SWAY = 16  # search steps in the shortest period of the antenna's sway: a sine turns by 0.4 rad in one
 
 
 class References(NamedTuple):
@@ -42,16 +45,20 @@ class CrossingTruth:
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
         every = np.arange(len(bodies))
         self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
-        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths, radar.origin)
+        steps = search_steps(self._scene)
+        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths, radar.origin, steps)
 
     @BLAS_LIMIT.held()
     def crossings(self, scan: int) -> tuple[Crossing, ...]:
         """Returns the crossings of one scan by time."""
         bodies, time = self._search.within(scan)
         spokes = np.rint(self._scene.radar.spokes_at(time)).astype(np.int64).tolist()
+        offset = self._offsets(bodies, time)
+        boresights = wrap_bearing(np.arctan2(offset[:, 0], offset[:, 1])).tolist()
+        rows = zip(spokes, boresights, self._own_ship(time), self._kinematics(bodies, time), strict=True)
         return tuple(
-            Crossing(scan=scan, spoke=spoke, own_ship=own_ship, **kinematics)
-            for spoke, own_ship, kinematics in zip(spokes, self._own_ship(time), self._kinematics(bodies, time), strict=True)
+            Crossing(scan=scan, spoke=spoke, boresight=boresight, own_ship=own_ship, **kinematics)
+            for spoke, boresight, own_ship, kinematics in rows
         )
 
     @BLAS_LIMIT.held()
@@ -65,8 +72,12 @@ class CrossingTruth:
         return Snapshot(scan=scan, time=time, radar=self._scene.radar_id, own_ship=own_ship, bodies=bodies)
 
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
-        """East and north (E, 2) [m] of the reference points of bodies (E,) from the antenna at times (E,) [s]."""
-        return self._references(bodies, time).position[:, :2] - self._scene.antenna(time)[:, :2]
+        """East and north (E, 2) [m] of the reference points of bodies (E,), as the antenna observes them at times (E,) [s]."""
+        offset = self._references(bodies, time).position - self._scene.antenna(time)
+        level = self._scene.upright_from_map(time)
+        if level is not None:
+            offset = apparent_position(offset[:, None], level, self._truth.earth_radius)[:, 0]
+        return offset[:, :2]
 
     def _references(self, bodies: Indices, time: Floats) -> References:
         """The reference points of bodies (E,) at times (E,) [s]."""
@@ -145,6 +156,14 @@ class CrossingTruth:
                 *(column.tolist() for column in columns), strict=True
             )
         ]  # fmt: skip
+
+
+def search_steps(scene: Scene) -> int:
+    """Returns how many steps of a scan follow the antenna of a scene as it sways."""
+    sway, radar = scene.own_ship.sway, scene.radar
+    if sway is None:
+        return STEPS
+    return max(STEPS, min(radar.azimuths, math.ceil(STEPS_PER_SWAY * radar.rotation_period / float(sway.period.min()))))
 
 
 def _empty(count: int) -> References:

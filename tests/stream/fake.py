@@ -165,7 +165,7 @@ class FakeEngine:
         period = self.scene.radar.rotation_period
         return tuple(
             Crossing(scan=scan or 0, spoke=round((scan or 0) * AZIMUTHS + AZIMUTHS * share), own_ship=OWN_SHIP,
-                     snr_db=20.0 if radiometric else None,
+                     boresight=2.0 * np.pi * share, snr_db=20.0 if radiometric else None,
                      **KINEMATICS | {"time": ((scan or 0) + share) * period})
             for share in (8.5 / AZIMUTHS, 16.5 / AZIMUTHS)
         )  # fmt: skip

@@ -71,6 +71,18 @@ def test_a_bearing_error_on_purpose_is_seen_with_its_size(table: dict[str, dict[
     assert biased[1] - plain[1] == pytest.approx(degrees, rel=0.1) and abs(biased[0] - plain[0]) < 0.01
 
 
+def test_plots_are_compared_with_the_azimuths_of_an_antenna_that_rolls() -> None:
+    """The level bearing is over a degree off. Tolerance: a tenth of the beam of 4 degrees."""
+    own_ship = {"roll_deg": 20, "roll_period_s": 9, "pitch_deg": 5, "pitch_period_s": 7}
+    strong = SMALL["scene"]["body"][0] | {"rcs_dbsm": 5}
+    made = results(scene=SMALL["scene"] | {"own_ship": own_ship, "body": [strong]})
+    for one in made:
+        (plot,), (truth,) = one.given.plots, one.truths
+        assert truth.echo is not None and plot.bearing == pytest.approx(truth.echo[1], abs=np.radians(0.4))
+    level = [np.arctan2(*one.truths[0].position) for one in made]
+    assert max(abs(one.given.plots[0].bearing - bearing) for one, bearing in zip(made, level, strict=True)) > np.radians(1.0)
+
+
 def test_own_ship_is_moved_on_to_the_end_of_the_scan() -> None:
     scan = scan_of_power(np.zeros((4, 5)), number=2)
     scan = replace(scan, speed=np.full(4, 3.0), course=np.full(4, np.pi / 2))
