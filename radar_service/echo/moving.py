@@ -218,8 +218,8 @@ class MovingEchoes:
         each = exact_history(history, exact, positions, level, part.azimuth[exact], earth)
         if sea is not None:
             tilt_error = each.T - elevation_above(positions, earth)
-            site, diffracts = _site(positions, block.antenna[3:, 2, None]), sea.middle.paths.diffract[exact]
-            return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error, diffracts))
+            site = _site(positions, block.antenna[3:, 2, None])
+            return sea.replace(exact, radar_two_rays(radar, self._scene.environment, *site, tilt_error))
         middle, gain = (elevation_gain(radar, angle) for angle in (part.elevation[exact], each))
         relative = np.where(middle[:, None] < ELEVATION_NULL, 1.0, gain / np.maximum(middle, ELEVATION_NULL)[:, None])
         return relative.astype(np.float32)

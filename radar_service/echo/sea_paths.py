@@ -14,7 +14,6 @@ from radar_service.frames import Polar
 from radar_service.propagation.multipath import Site, TwoRays, mean_square_factor, moved_excess
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.model import ALL_PATHS
 from radar_service.scene.environment import Environment
 from radar_service.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 
@@ -34,11 +33,6 @@ class Paths(NamedTuple):
     def by_sea(self) -> Floats:
         """Share (E,) of an echo's way that goes by the sea: 0, 1/2 or 1; 0 for echoes of all paths."""
         return np.asarray(np.maximum(self.path, 0) / 2.0)
-
-    @property
-    def diffract(self) -> Flags:
-        """Which echoes (E,) diffract where the environment says so: those of all paths."""
-        return np.asarray(self.path == ALL_PATHS)
 
     def chosen(self, which: Indices | slice) -> "Paths":
         """Those of echoes `which`, indices (N,) or a slice."""
@@ -190,7 +184,7 @@ def sea_paths(
     radar: Radar, environment: Environment, site: Site, paths: Paths, tilt_error: Floats | float = 0.0
 ) -> SeaPaths:
     """Both rays to the targets at a site; tilt_error: as of `radar_two_rays`."""
-    rays = radar_two_rays(radar, environment, *site, tilt_error, paths.diffract)
+    rays = radar_two_rays(radar, environment, *site, tilt_error)
     return SeaPaths(rays, paths, 2.0 * np.pi / radar.wavelength)
 
 

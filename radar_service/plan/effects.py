@@ -18,9 +18,7 @@ from radar_service.scene.world import Scene
 from radar_service.trace.ray_sampling import missed_area_range
 
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
-SERIES = (
-    "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but optics and what is above {:.0f} m"
-)
+SERIES = "two-ray, complex F^2; smooth-sea diffraction near the horizon and beyond, of all but what is above {:.0f} m"
 BAND = 1.81  # 2 pi times the rms frequency of a uniform band B: relative change of a pulse moved by a cell of c / 2B
 NOT_REQUESTED = "not requested"
 

@@ -19,7 +19,7 @@ from radar_service.propagation.multipath import Site, TwoRays
 from radar_service.propagation.sea_surface import sea_water_permittivity
 from radar_service.radar.parameters import Radar
 from radar_service.scene.environment import Environment
-from radar_service.types import Complexes, Flags, Floats
+from radar_service.types import Complexes, Floats
 
 MIXED = (1.5, 2.0)  # m sin(grazing): below, the series alone (two rays err by 5 %); above, two rays alone (2.5 %)
 NEAR = (0.05, 0.1)  # x: nearer, two rays alone, as the series needs ever more modes; only antennas below a metre have this
@@ -36,20 +36,18 @@ def diffraction_height(radar: Radar, environment: Environment) -> float:
     return MAX_HEIGHT * _natural_units(radar.wavelength, effective_earth_radius(environment.earth_factor))[1]
 
 
-def with_diffraction(
-    rays: TwoRays, site: Site, wavelength: float, earth_radius: float, polarization: str, diffracts: Flags
-) -> TwoRays:
+def with_diffraction(rays: TwoRays, site: Site, wavelength: float, earth_radius: float, polarization: str) -> TwoRays:
     """The rays with a ratio by which 1 + ratio exp(-jk (R1 + R2 - R)) is the field on either side of the horizon.
 
-    rays: of any shape, at a `site` that broadcasts to it; wavelength, earth_radius: ae [m]; polarization: "h" or "v"; diffracts:
-    (E,) which targets do, along the last axis. The share of the two rays in the field falls smoothly from 1 to 0 over MIXED. It
-    stays 1 above MAX_HEIGHT. The series has the elevation gain of the direct ray and a smooth sea.
+    rays: of any shape, at a `site` that broadcasts to it; wavelength, earth_radius: ae [m]; polarization: "h" or "v". The share
+    of the two rays in the field falls smoothly from 1 to 0 over MIXED. It stays 1 above MAX_HEIGHT. The series has the elevation
+    gain of the direct ray and a smooth sea.
     """
     distance, height, antenna = (np.broadcast_to(each, rays.gain.shape) for each in site)
     along, up, m = _natural_units(wavelength, earth_radius)
     share = _rise(m * np.sin(rays.geometry.grazing), *MIXED)
     share = 1.0 - (1.0 - share) * _rise(distance / along, *NEAR)
-    share[(np.maximum(height, antenna) >= MAX_HEIGHT * up) | ~diffracts] = 1.0
+    share[np.maximum(height, antenna) >= MAX_HEIGHT * up] = 1.0
     some = np.nonzero(share < 1.0)
     field = series_field(
         distance[some], np.maximum(height[some], 0.0), antenna[some], wavelength, earth_radius, polarization

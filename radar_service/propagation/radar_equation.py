@@ -12,7 +12,7 @@ from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import interpolated_gain
 from radar_service.radar.parameters import Radar
 from radar_service.scene.environment import Environment
-from radar_service.types import Complexes, Flags, Floats
+from radar_service.types import Complexes, Floats
 
 
 def received_amplitude(radar: Radar, distance: Floats) -> Floats:
@@ -38,13 +38,11 @@ def radar_two_rays(
     height: Floats,
     antenna_height: Floats | float,
     tilt_error: Floats | float = 0.0,
-    diffracts: Flags | None = None,
 ) -> TwoRays:
     """The direct ray and the ray by the sea for a radar over the sea of an environment.
 
     distance: along the earth, any shape [m]; height: above the sea [m]; antenna_height: above the sea as it sways, broadcast
-    [m]; tilt_error: added to the elevations of both rays in the beam, where the antenna sways [rad]; diffracts: (E,) which
-    targets do where the environment has diffraction, along the last axis; None: none.
+    [m]; tilt_error: added to the elevations of both rays in the beam, where the antenna sways [rad].
     """
     earth_radius = effective_earth_radius(environment.earth_factor)
     rays = two_rays(
@@ -57,10 +55,10 @@ def radar_two_rays(
         wave_height=rms_wave_height(environment.sea_state),
         elevation_gain=partial(elevation_gain, radar, tilt_error=tilt_error),
     )
-    if diffracts is None or not environment.diffraction:
+    if not environment.diffraction:
         return rays
     site = (np.asarray(distance), np.asarray(height), np.asarray(antenna_height))
-    return with_diffraction(rays, site, radar.wavelength, earth_radius, radar.polarization, diffracts)
+    return with_diffraction(rays, site, radar.wavelength, earth_radius, radar.polarization)
 
 
 def elevation_gain(radar: Radar, elevation: Floats, tilt_error: Floats | float = 0.0) -> Floats:

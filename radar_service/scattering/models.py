@@ -2,7 +2,7 @@
 
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.scattering.declared_scattering import DeclaredScattering
-from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
+from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import ScatteringModel
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scattering.rays import RaySampledSurfaces
@@ -25,7 +25,7 @@ def scattering_model(body: Body, sampler: str = "scatterers") -> type[Scattering
 
 
 def height_over_horizon(body: Body, scene: Scene, sampler: str = "scatterers") -> float:
-    """Height [m] up to which parts of a body have echoes beyond the horizon; 0 where it has none. Metal by physical optics and
-    surfaces that rays sample have none, as `beyond_horizon` hides them."""
-    fixed = issubclass(scattering_model(body, sampler), FixedScatterers)
-    return diffraction_height(scene.radar, scene.environment) if fixed else 0.0
+    """Height [m] up to which parts of a body have echoes beyond the horizon; 0 where it has none. Surfaces that rays sample have
+    none, as `beyond_horizon` hides them."""
+    sampled = issubclass(scattering_model(body, sampler), RaySampledSurfaces)
+    return 0.0 if sampled else diffraction_height(scene.radar, scene.environment)

@@ -15,7 +15,7 @@ class EnvironmentModel(Section):
     )
     noise: Flag = False
     multipath: Flag = False
-    diffraction: Flag = Field(False, description="over the horizon, of all but physical optics; needs `multipath`")
+    diffraction: Flag = Field(False, description="over the horizon of a smooth sea; needs `multipath`")
     gas_db_per_km: Literal["itu"] | Annotated[float, Field(strict=True, ge=0, le=10)] = Field(0.0, description="one way")
     rain_mm_h: Number = Field(0.0, ge=0, le=300)
     sea_state: Whole = Field(0, ge=0, le=9, description="Douglas scale")

@@ -100,8 +100,7 @@ def signal_to_noise(radar: Radar, environment: Environment, ground: Floats, targ
     distance = np.hypot(ground, z)
     amplitude = received_amplitude(radar, distance) * attenuation(radar, environment, distance)
     if environment.multipath:
-        heights, diffracts = np.full(len(ground), height), np.ones(len(ground), dtype=np.bool_)
-        rays = radar_two_rays(radar, environment, ground, heights, radar.height, diffracts=diffracts)
+        rays = radar_two_rays(radar, environment, ground, np.full(len(ground), height), radar.height)
         arrives = rays.arrives
         factor = 1.0 + rays.ratio * np.exp(-2j * np.pi / radar.wavelength * rays.geometry.excess)
         amplitude = amplitude * rays.gain * np.abs(factor) ** 2

@@ -241,9 +241,7 @@ def test_a_diffracted_echo_is_exact_at_each_azimuth(
     ground = distance - 40 * 1852 / 3600 * azimuths.time - antenna[:, 0]
     polar = polar_from_map(np.stack([ground, -antenna[:, 1], np.full(16, 2.0)], axis=-1), np.array([0, 0, 15.0]), EARTH)
     assert plain.amplitude.shape == (1, 16)
-    rays = radar_two_rays(
-        made.radar, made.environment, polar.distance, np.full(16, 2.0), antenna[:, 2], diffracts=np.ones(16, dtype=np.bool_)
-    )
+    rays = radar_two_rays(made.radar, made.environment, polar.distance, np.full(16, 2.0), antenna[:, 2])
     field = 1.0 + rays.ratio * np.exp(-2j * np.pi / made.radar.wavelength * rays.geometry.excess)
     error = echoes.amplitude[0] / plain.amplitude[0] - field**2
     assert np.abs(error).max() < 10 ** (-50 / 20) * np.abs(field**2).max()

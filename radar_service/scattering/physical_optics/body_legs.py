@@ -7,9 +7,10 @@ import numpy as np
 
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_divergence, sea_leg
+from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scene.poses import BodyPose
-from radar_service.types import Flags, Floats, Indices
+from radar_service.types import Complexes, Flags, Floats, Indices
 
 
 class LegRays(NamedTuple):
@@ -89,6 +90,7 @@ class BodyLeg:
     crowded: whether another body may cast a shadow on this one.
     thin: whether a small one may.
     strength: no less than the field by this leg over that by the direct one, anywhere on the body.
+    sea: the field of this leg where diffraction counts; of all paths where it stands for them; None: that of a ray.
     """
 
     by_sea: bool
@@ -100,6 +102,7 @@ class BodyLeg:
     crowded: bool = True
     thin: bool = True
     strength: float = 1.0
+    sea: SeaField | None = None
 
     def rays(self, points: Floats) -> LegRays:
         """The rays at points (M, 3) in the body's frame [m]."""
@@ -113,8 +116,13 @@ class BodyLeg:
         position = map_from_body(points, self.pose.position, self.pose.heading)
         return leg_length(position, self.antenna, self.earth_radius, self.by_sea)
 
-    def divergence(self, points: Floats) -> Floats:
-        """By what the curved sea lowers the fields (M,) at points (M, 3) in the body's frame [m]."""
+    def weight(self, points: Floats) -> Complexes | Floats:
+        """What fields at points (M, 3) in the body's frame [m] are multiplied by (M,), besides their way: 1 of the direct leg,
+        what the curved sea leaves of the one by it, or what `sea` says."""
+        if self.sea is not None:
+            return self.sea.at(points[:, 2] + float(self.pose.position[2]))
+        if not self.by_sea:
+            return np.ones(len(points))
         position = map_from_body(points, self.pose.position, self.pose.heading)
         return sea_divergence(position, self.antenna, self.earth_radius)
 

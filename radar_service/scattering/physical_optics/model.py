@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Self
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from radar_service.fidelity import Fidelity
 from radar_service.frames import map_from_body
+from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar, horizon
@@ -18,6 +20,7 @@ from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
+from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scattering.physical_optics.shared_bodies import optical_bodies
 from radar_service.scattering.surface_sampling import triangle_frames
@@ -41,6 +44,7 @@ class PhysicalOptics:
         self.bodies, self.key = tuple(bodies), key
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
         self._optical, self._radar, self._environment = tuple(optical), context.radar, context.environment
+        self._over_horizon = diffraction_height(context.radar, context.environment)
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
@@ -75,13 +79,15 @@ class PhysicalOptics:
         pose, lean = posed.upright, posed.lean
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0
+        sea = self._sea_field(b, optical, pose, antenna) if over_sea else None
         others = instant.line_of_sight.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
-        ways = (False, True) if over_sea else (False,)
-        legs = tuple(self._leg(b, optical, by_sea, pose, antenna, instant, others) for by_sea in ways)
-        centres = optical.echoes(legs, water=-float(pose.position[2]))
+        by_paths = over_sea and not (sea is not None and sea.all_paths)
+        legs = [self._leg(b, optical, by_sea, pose, antenna, instant, others) for by_sea in (False, True)[: 1 + by_paths]]
+        legs[-1] = replace(legs[-1], sea=sea)
+        centres = optical.echoes(tuple(legs), water=-float(pose.position[2]))
         if lean is not None:
             centres = [path._replace(position=path.position @ lean) for path in centres]
-        return BodyEchoes.joined([_body_echoes(b, path, over_sea) for path in centres])
+        return BodyEchoes.joined([_body_echoes(b, path, by_paths) for path in centres])
 
     def _leg(
         self, b: int, optical: OpticalBody, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant,
@@ -99,7 +105,7 @@ class PhysicalOptics:
             surface = SurfacePoints(np.full(len(points), key), triangle, position)
             seen = (antenna, instant.time, instant.max_range, instant.movers, bodies)
             if not by_sea:
-                return scene.visible(surface, *seen)
+                return scene.visible(surface, *seen, over_horizon=self._over_horizon)
             return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
 
         thin = bool((radius < THIN).any())
@@ -114,18 +120,32 @@ class PhysicalOptics:
         return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, thin, strength)
 
     def _in_reach(self, b: int, pose: BodyPose, antenna: Floats, instant: Instant) -> bool:
-        """Whether all of body b above the sea lies this side of the horizon and of the maximum range."""
-        middle = map_from_body(self.bodies[b].middle, pose.position, pose.heading)
-        horizon_distance = horizon(0.0, max(float(antenna[2]), 0.0), instant.line_of_sight.earth_radius)
-        return math.dist(middle, antenna) + self.bodies[b].diagonal < min(instant.max_range, float(horizon_distance))
+        """Whether all of body b above the sea lies this side of the horizon, if it has one, and of the maximum range."""
+        body = self.bodies[b]
+        middle = map_from_body(body.middle, pose.position, pose.heading)
+        distance = math.dist(middle, antenna) + body.diagonal
+        low = max(float(antenna[2]), float(middle[2]) + body.diagonal) < self._over_horizon
+        return distance < instant.max_range and (
+            low or distance < float(horizon(0.0, max(float(antenna[2]), 0.0), instant.line_of_sight.earth_radius))
+        )
+
+    def _sea_field(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> SeaField | None:
+        """The field of all paths at body b where diffraction counts, and None elsewhere."""
+        distances, top = self._reach_and_top(b, optical, pose, antenna)
+        ends = float(distances[1]), float(distances[2])
+        return SeaField.at_body(self._radar, self._environment, ends, top, float(antenna[2]))
+
+    def _reach_and_top(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> tuple[Floats, float]:
+        """Distances along the earth (3,) of the near end, the middle and the far end of body b, and its top over the sea [m]."""
+        body = self.bodies[b]
+        middle = map_from_body(body.middle, pose.position, pose.heading) - antenna
+        top = max(float(pose.position[2]) + float(optical.mesh.vertices[:, 2].max()), 0.0)
+        return np.maximum(np.hypot(middle[0], middle[1]) + body.radius * np.array([-1.0, 0.0, 1.0]), 1.0), top
 
     def _strength(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> float:
         """The most that the field by the sea has of the direct one on body b: at the ends and the middle of its range and
         height."""
-        body = self.bodies[b]
-        middle = map_from_body(body.middle, pose.position, pose.heading) - antenna
-        top = max(float(pose.position[2]) + float(optical.mesh.vertices[:, 2].max()), 0.0)
-        distance = np.maximum(np.hypot(middle[0], middle[1]) + body.radius * np.array([-1.0, 0.0, 1.0]), 1.0)
+        distance, top = self._reach_and_top(b, optical, pose, antenna)
         distances, heights = np.meshgrid(distance, top * np.array([0.0, 0.5, 1.0]))
         return float(np.abs(radar_two_rays(self._radar, self._environment, distances, heights, antenna[2]).ratio).max())
 
@@ -161,8 +181,8 @@ def _is_shaded(optical: OpticalBody, pose: BodyPose, visible: Visible) -> bool:
     return not visible(probes, np.full(len(probes), -1)).all()
 
 
-def _body_echoes(b: int, centres: PathCentres, over_sea: bool) -> BodyEchoes:
-    """The echoes of a path of body b; without sea reflection its only path stands for all."""
+def _body_echoes(b: int, centres: PathCentres, by_paths: bool) -> BodyEchoes:
+    """The echoes of a path of body b; without sea reflection, and where diffraction counts, its only path stands for all."""
     count = len(centres.amplitude)
-    path = np.full(count, centres.path if over_sea else ALL_PATHS)
+    path = np.full(count, centres.path if by_paths else ALL_PATHS)
     return BodyEchoes(centres.position, centres.amplitude, np.full(count, b), path, np.zeros(count))

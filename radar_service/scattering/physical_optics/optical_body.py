@@ -26,6 +26,7 @@ from radar_service.scattering.physical_optics.path_fields import (
 )
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, by_axis, cross, dot, launched_tubes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice, strongest
+from radar_service.scattering.physical_optics.sea_field import FLATTEST
 from radar_service.scattering.physical_optics.tube_tracing import Ends, hits
 from radar_service.scattering.physical_optics.waterline import above_water
 from radar_service.scattering.surface_sampling import triangle_frames
@@ -41,9 +42,11 @@ SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by le
 FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
 DIVERGING = 0.99  # of the field: what the curved sea lowers less is shared linearly
 NO_FIELD = 1e-9  # beyond the horizon
-FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way
 PROBE_EDGE, MAX_PROBES = 8.0, 1000  # m between probes for shadows of bodies larger than `model.THIN`, and their number
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
+
+
+Factors = Floats | Complexes | float
 
 
 class PathCentres(NamedTuple):
@@ -105,23 +108,26 @@ class OpticalBody:
         parts = [[field for path, field in tubes if path == one + other] for one, other in paths]
         position = np.concatenate([lit.points, *(field.position for part in parts for field in part)])
         cell = np.concatenate([lit.point_cell, *(field.cell for part in parts for field in part)])
-        lattice = Lattice.over(position, cell, FLATTEST if len(legs) > 1 else np.inf, water)
+        lattice = Lattice.over(position, cell, _flattest(legs), water)
         lengths = [leg.length(lattice.nodes) for leg in legs]
-        lost = _lost_to_curvature(legs, lattice, lit.points)
+        weights, received = _over_nodes(legs, lattice, lit.points, parts[0]), legs[0].weight(lattice.nodes) ** 2
         result, begin = [], len(lit.points)
         for (one, other), field, part in zip(paths, fields, parts, strict=True):
-            sums = lattice.sums(slice(len(lit.points)), field * lost[one + other])
+            facets, tubes_there = weights[one + other]
             amplitude = np.concatenate([np.zeros(0, dtype=np.complex128), *(field.amplitude for field in part)])
-            sums += lattice.sums(slice(begin, begin + len(amplitude)), amplitude)
+            sums = lattice.sums(slice(len(lit.points)), field * facets)
+            sums += lattice.sums(slice(begin, begin + len(amplitude)), amplitude * tubes_there)
             begin += len(amplitude)
             sums *= path_phasor(-lengths[one] - lengths[other], self.wave)
-            kept = strongest(np.abs(sums))
+            kept = strongest(np.abs(sums * received))
             result.append(PathCentres(one + other, lattice.nodes[kept], sums[kept]))
         return result
 
     def lit_facets(self, legs: tuple[BodyLeg, ...], water: float) -> LitFacets:
         """All facets that a leg reaches, above the water and past all shadows, cut as finely as the phase needs."""
-        facets = self.facets_near(legs[0].pose.frame_from_map(legs[0].antenna, np.inf))
+        sea = legs[0].sea
+        longest = np.inf if sea is None else sea.longest
+        facets = self.facets_near(legs[0].pose.frame_from_map(legs[0].antenna, np.inf), longest)
         above, origin = above_water(facets.surface.corners, water)
         surface = facets.surface.chosen(origin)
         surface = replace(surface, corners=above, facet=np.where((above == surface.corners).all((1, 2)), surface.facet, -1))
@@ -193,9 +199,13 @@ class OpticalBody:
         nearest = distance - self.scene.radius
         return max(self.limits.at(nearest))
 
-    def facets_near(self, antenna: Floats) -> BodyFacets:
-        """The facets for an antenna (3,) in the body's frame [m], each block as its own distance asks, upright or not."""
-        keys = [(number, *self.limits.at(block.distance(antenna))) for number, block in enumerate(self.blocks)]
+    def facets_near(self, antenna: Floats, longest: float = np.inf) -> BodyFacets:
+        """The facets for an antenna (3,) in the body's frame [m], each block as its own distance asks, upright or not.
+
+        longest: edge that no facet exceeds [m].
+        """
+        limits = [self.limits.at(block.distance(antenna)) for block in self.blocks]
+        keys = [(number, cell, min(edge, longest)) for number, (cell, edge) in enumerate(limits)]
         facets = BodyFacets.joined([self.facets.get(key, partial(self._cut, *key)) for key in keys])
         return facets if self.lean is None else facets.rotated(self.lean)
 
@@ -204,16 +214,36 @@ class OpticalBody:
         return body_facets(self.blocks[number], cell, edge)
 
 
-def _lost_to_curvature(legs: tuple[BodyLeg, ...], lattice: Lattice, points: Floats) -> list[Floats]:
-    """How much the curved sea leaves of fields (M,) or (1,) at the first points (M, 3) of a lattice, by the number of ways by it,
-    over what it leaves of them at their nodes. It takes nothing on the water and soon something above it, the more the nearer
-    the horizon."""
-    at_nodes = legs[-1].divergence(lattice.nodes) if len(legs) > 1 else np.ones(1)
-    if at_nodes.min(initial=1.0) > DIVERGING:
-        return [np.ones(1)] * 3
-    at_points = legs[-1].divergence(points)
-    between = [lattice.between(at_nodes**ways)[: len(points)] for ways in range(3)]
-    return [at_points**ways / np.maximum(shared, NO_FIELD) for ways, shared in enumerate(between)]
+def _over_nodes(
+    legs: tuple[BodyLeg, ...], lattice: Lattice, points: Floats, tubes: list[PathFields]
+) -> list[tuple[Factors, Factors]]:
+    """What legs weigh fields by where they are, over what the nodes next to them have, by the number of ways by the sea.
+
+    For facets at the first points (M, 3) of a lattice, and for tubes at the next ones: these where a leg stands for all paths.
+    """
+    nodes = legs[-1].weight(lattice.nodes)
+    if len(legs) == 1:
+        if legs[0].sea is None:
+            return [(1.0, 1.0)]
+        at_points = np.concatenate([legs[0].weight(points) ** 2, *(tube.both_ends for tube in tubes)])
+        ratio = _ratio(at_points, lattice.between(nodes**2))
+        return [(ratio[: len(points)], ratio[len(points) :])]
+    if np.abs(nodes).min(initial=1.0) > DIVERGING:
+        return [(1.0, 1.0)] * 3
+    at_points = legs[-1].weight(points)
+    return [(_ratio(at_points**ways, lattice.between(nodes**ways)[: len(points)]), 1.0) for ways in range(3)]
+
+
+def _ratio(values: Floats | Complexes, shared: Floats | Complexes) -> Floats | Complexes:
+    """Values (M,) over shared ones, 0 where there is no field."""
+    return np.asarray(np.divide(values, shared, out=np.zeros_like(values), where=np.abs(shared) > NO_FIELD))
+
+
+def _flattest(legs: tuple[BodyLeg, ...]) -> float:
+    """The height that cells may have [m]."""
+    if legs[0].sea is not None:
+        return legs[0].sea.flattest
+    return FLATTEST if len(legs) > 1 else np.inf
 
 
 def facet_enlargement(body: Body, radar: Radar, distance: float) -> float:

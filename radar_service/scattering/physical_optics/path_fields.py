@@ -45,11 +45,13 @@ class PathFields(NamedTuple):
     position: (M, 3) in the body's frame [m].
     amplitude: (M,) scattering amplitude with the phase of the whole path, out and back [m].
     cell: (M,) size of the cells in which the field is summed [m].
+    both_ends: (M,) the weights of a leg at the first and at the last surface, multiplied.
     """
 
     position: Floats
     amplitude: Complexes
     cell: Floats
+    both_ends: Complexes | Floats
 
 
 class LegPhases(NamedTuple):
@@ -140,7 +142,8 @@ def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices,
     received = back.polarization(wave.polarization)
     amplitude = scattering_amplitude(tubes.direction.T, tubes.field.T, received, tubes.normal.T, surface, wave.wavelength)
     amplitude *= path_phasor(tubes.length + back.length, wave)
-    return seen, PathFields(_behind(tubes, back), amplitude, cell)
+    both_ends = receive.weight(tubes.begin.T) * receive.weight(tubes.centre.T)
+    return seen, PathFields(_behind(tubes, back), amplitude, cell, both_ends)
 
 
 def _mean_phasors(tubes: RayTubes, back: LegRays, wave: Wave) -> Complexes:

@@ -45,7 +45,7 @@ class Lattice:
         parts = [_lattice(points[m], float(size), flattest, lowest) for m, size in zip(members, sizes, strict=True)]
         return _joined(parts, members, len(points))
 
-    def between(self, values: Floats) -> Floats:
+    def between(self, values: Floats | Complexes) -> Floats | Complexes:
         """Values (M,) at the points, of those at the nodes (N,) by their shares."""
         return np.asarray(np.einsum("ij,ij->j", self.share, values.take(self.corner)))
 
