@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from radar_service.echo.range_history import apparent_position
 from radar_service.frames import polar_from_map, turned, wrap_bearing
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot
@@ -15,7 +14,7 @@ from radar_service.scene.motion import Pose
 from radar_service.scene.steered_motion import PastMotion
 from radar_service.scene.world import Scene
 from radar_service.truth.crossing_times import STEPS, CrossingSearch
-from radar_service.truth.ground_truth import GroundTruth
+from radar_service.truth.ground_truth import GroundTruth, observed_offset
 from radar_service.types import Floats, Indices
 
 NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
@@ -74,10 +73,7 @@ class CrossingTruth:
     def _offsets(self, bodies: Indices, time: Floats) -> Floats:
         """East and north (E, 2) [m] of the reference points of bodies (E,), as the antenna observes them at times (E,) [s]."""
         offset = self._references(bodies, time).position - self._scene.antenna(time)
-        level = self._scene.upright_from_map(time)
-        if level is not None:
-            offset = apparent_position(offset[:, None], level, self._truth.earth_radius)[:, 0]
-        return offset[:, :2]
+        return observed_offset(self._scene, offset, time, self._truth.earth_radius)[:, :2]
 
     def _references(self, bodies: Indices, time: Floats) -> References:
         """The reference points of bodies (E,) at times (E,) [s]."""

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from radar_service.echo.range_history import apparent_position
 from radar_service.echo.second_time_around import apparent_range
 from radar_service.frames import polar_from_map, wrap_bearing
 from radar_service.parallel import BLAS_LIMIT
@@ -106,11 +107,18 @@ class GroundTruth:
         polar = polar_from_map(point, antenna, self.earth_radius)
         near = apparent_range(self.scene.radar, polar.range) <= self.scene.radar.range_max
         over = beyond_horizon(polar.distance, point[:, 2], antenna[..., 2], self.earth_radius, reach)
-        lit = near & ~over & ~self.scene.blind(np.broadcast_to(when, near.shape), polar.azimuth)
+        lit = near & ~over & ~self._in_blind_sector(point - antenna, np.broadcast_to(when, near.shape))
         which = np.flatnonzero(lit)
         visible = np.zeros(len(point), dtype=np.int64)
         visible[which] = seen(which)
         return np.asarray(near.astype(np.int64) + (near & ~over) + lit + visible)
+
+    def _in_blind_sector(self, offset: Floats, time: Floats) -> Flags:
+        """Which points at offsets (W, 3) from the antenna [m] it observes in a blind sector at times (W,) [s]."""
+        if not self.scene.radar.blind_sectors:
+            return np.zeros(len(offset), dtype=np.bool_)
+        observed = observed_offset(self.scene, offset, time, self.earth_radius)
+        return self.scene.blind(time, np.arctan2(observed[:, 0], observed[:, 1]))
 
     def _is_far(self, body: int, antenna: Floats, time: float) -> bool:
         """Whether all of a body with a mesh lies beyond the maximum range or the horizon."""
@@ -153,6 +161,12 @@ class GroundTruth:
             float(wrap_bearing(polar.azimuth)), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
             float(extent),
         )  # fmt: skip
+
+
+def observed_offset(scene: Scene, offset: Floats, time: Floats, earth_radius: float) -> Floats:
+    """Returns offsets (W, 3) from the antenna [m] as it observes them at times (W,) [s], rolling and pitching with own ship."""
+    level = scene.upright_from_map(time)
+    return offset if level is None else apparent_position(offset[:, None], level, earth_radius)[:, 0]
 
 
 def _triple(vector: Floats) -> tuple[float, float, float]:

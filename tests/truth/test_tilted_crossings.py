@@ -106,6 +106,20 @@ def test_the_beam_of_the_engine_has_its_peak_at_the_crossing(scan: int, height_m
         assert place == pytest.approx(crossing.time / PERIOD * AZIMUTHS - scan * AZIMUTHS, abs=0.05)
 
 
+@pytest.mark.parametrize(("sector", "blind"), [([44.3, 60.0], False), ([30.0, 44.3], True)])
+def test_a_blind_sector_is_that_of_the_tilted_boresight(sector: list[float], blind: bool) -> None:
+    """Rolled by 20 degrees a point at 45 degrees from the bow appears at 43.2: truth and engine agree on which side it is."""
+    own = {"heading_deg": 0, "roll_deg": 20, "roll_period_s": 3600, "roll_phase_deg": 90}
+    radar = RADAR | {"blind_sectors_deg": [sector], "beamwidth_deg": 0.5, "beamwidth_el_deg": 60}
+    made = scene([point("p", 1000.0, 1000.0, 0.0)], radar=radar, own_ship=own)
+    (crossing,) = rs.Simulator(made, "fast").crossings(0)
+    assert crossing.reason == ("blind sector" if blind else "")
+    requested = np.arange(AZIMUTHS) == crossing.spoke
+    tiles = Engine(prepare(made, PRESETS["fast"], 0)).tiles(0, requested)
+    power = {start + k: float(row.max()) for start, _, rows in tiles for k, row in enumerate(rows)}
+    assert (power[crossing.spoke] == 0.0) == blind
+
+
 def test_a_point_dead_ahead_is_crossed_aside_by_its_height_times_the_sine_of_the_roll() -> None:
     """The mast turns about the waterline: in the deck's frame a point ahead, z high, stands at -z sin(roll), whatever the mast.
     A roll of an hour's period changes by 1e-5 of itself during the scan."""
