@@ -4,7 +4,7 @@ To add a model: write a class like `ScatteringModel` in a file of this package, 
 to `scene.body.Scattering`: scene files then know it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, Self, runtime_checkable
 
@@ -106,6 +106,13 @@ class Instant:
     sector: Sector | None = None
 
 
+class Caster(NamedTuple):
+    """A body that may cast a shadow on another: its index in the scene, and the distance of what may cast it [m]."""
+
+    key: int
+    distance: float
+
+
 @dataclass(frozen=True)
 class ScatteringContext:
     """What models are built from, besides their bodies.
@@ -171,6 +178,16 @@ class AspectModel(ScatteringModel, Protocol):
 
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of body b alone, exactly as it is at the instant; arguments as in `echoes`."""
+        ...
+
+    def casters(
+        self, b: int, among: Mapping[int, float], antenna: Floats, instant: Instant, own_moved: float
+    ) -> list[Caster]:
+        """Those of other bodies that may cast a shadow on body b about an instant; none is missing.
+
+        among: by their index in the scene, how far each may be from where it is, present or not, against the antenna (3,) [m];
+        own_moved: how far body b may be.
+        """
         ...
 
     def coherence(self, b: int, distance: float) -> float:

@@ -37,6 +37,13 @@ class ScattererSet:
         return replace(self, models=tuple(model for model in self.models if not isinstance(model, AspectModel)))
 
     @property
+    def by_aspect(self) -> "ScattererSet":
+        """Those bodies alone whose echoes depend on aspect."""
+        keys = np.sort(np.concatenate([np.zeros(0, dtype=np.int64), *(model.key for model in self.aspect_models)]))
+        bodies = tuple(self.bodies[b] for b in np.searchsorted(self.key, keys))
+        return ScattererSet(bodies, keys, tuple(self.aspect_models))
+
+    @property
     def aspect_models(self) -> list[AspectModel]:
         """The models whose echoes depend on aspect."""
         return [model for model in self.models if isinstance(model, AspectModel)]

@@ -95,6 +95,10 @@ class Body:
         roll, pitch, yaw, heave = sway.max_rates.tolist()
         return float(self.motion.top_speed + heave + self.arm * (roll + pitch + yaw))
 
+    def moved_within(self, time: float, span: float) -> float:
+        """How far [m] any part may get within a span [s] about `time` [s], while the body turns as fast as then."""
+        return span * (self.top_speed + self.arm * abs(float(self.motion.turn_rate(time)[0])))
+
     @cached_property
     def diagonal(self) -> float:
         """Diagonal [m] of the box that encloses the mesh; 0 for a point."""

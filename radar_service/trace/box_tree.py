@@ -50,7 +50,7 @@ class BoxTree:
     def __init__(self, vertices: Singles, faces: NDArray[np.int32]) -> None:
         """vertices (V, 3) and faces (F, 3)."""
         low, high = (bound(vertices[faces], axis=1).astype(np.float64) for bound in (np.min, np.max))
-        self._order = np.argsort(_curve((low + high) / 2.0), kind="stable")
+        self._order = curve_order((low + high) / 2.0)
         self._vertices, self._faces = vertices, faces[self._order]
         margin = MARGIN * float(np.max(high.max(axis=0) - low.min(axis=0)))
         low, high = low[self._order].T - margin, high[self._order].T + margin
@@ -129,6 +129,11 @@ def _enclosing(boxes: Boxes) -> Boxes:
     """Boxes around each WIDTH of these in turn."""
     first = np.arange(0, boxes.low.shape[1], WIDTH)
     return Boxes(np.minimum.reduceat(boxes.low, first, axis=1), np.maximum.reduceat(boxes.high, first, axis=1))
+
+
+def curve_order(points: Floats) -> Indices:
+    """The order (N,) of points (N, 3) along the Morton curve through their bounding box."""
+    return np.argsort(_curve(points), kind="stable")
 
 
 def _curve(points: Floats) -> NDArray[np.uint64]:

@@ -16,7 +16,8 @@ from radar_service.scene.presence import Presences
 from radar_service.trace.embree import RayCount
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
-from radar_service.trace.shadow_sectors import ShadowSectors, shadow_sectors
+from radar_service.trace.shadow_sectors import ShadowSectors, on_the_way, shadow_sectors
+from radar_service.trace.triangle_clusters import BodyTriangles, TriangleClusters
 from radar_service.types import Flags, Floats, Indices
 
 
@@ -51,6 +52,7 @@ class OcclusionScene:
             [b.mesh is not None and i not in without for i, b in enumerate(bodies)], dtype=np.bool_
         )
         self._plan = np.array([[*body.middle_at(0.0)[:2], body.radius] for body in bodies]).reshape(-1, 3)
+        self._speed = np.array([body.top_speed for body in bodies])
         self._faces: Indices = np.array(
             [0 if body.mesh is None else len(body.mesh.faces) for body in bodies], dtype=np.int64
         )
@@ -61,6 +63,7 @@ class OcclusionScene:
         self.moving = MovingOccluders(bodies, earth_radius, without, rays)
         self._bodies, self._rays = tuple(bodies), rays
         self._own_occluders: BlockCache[int, Occluder] = BlockCache(max(1, len(bodies)))
+        self._triangles = BodyTriangles(bodies)
 
     @property
     def presences(self) -> Presences:
@@ -144,21 +147,25 @@ class OcclusionScene:
                 visible[left[self._occluded_by(occluder, pose, points, origin, left, own)]] = False
         return visible
 
-    def other_occluders(self, body: int, antenna: Floats, time: float, movers: bool = True) -> tuple[Indices, Floats]:
-        """Indices (O,) and radii (O,) [m] in plan of the other bodies that may occlude a body from the antenna (3,),
-        by a quick test in plan."""
+    def other_occluders(
+        self, body: int, antenna: Floats, time: float, movers: bool = True, span: float = 0.0, own_speed: float = 0.0
+    ) -> list[int]:
+        """The other bodies that may occlude a body from the antenna (3,), by a quick test in plan. span: how long before and
+        after they may, present at `time` or not [s], while the antenna moves at `own_speed` [m/s]."""
         plan = self._plan
         if len(self.moving.keys):
             plan = plan.copy()
             plan[self.moving.keys, :2] = self.moving.middles(antenna, time)
-        line, radius = plan[body, :2] - antenna[:2], plan[:, 2]
-        toward = plan[:, :2] - antenna[:2]
-        along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
-        miss = np.hypot(*(toward - along[:, None] * line).T)
-        near = (miss <= (radius + radius[body]) * 1.001 + 1.0) & self._occludes & (movers | self._resting)
-        near &= self.present(time)
-        near[body] = False
-        return np.flatnonzero(near), radius[near]
+        near = on_the_way(plan, body, antenna[:2], span * (self._speed + self._speed[body] + own_speed))
+        near &= self._occludes & (movers | self._resting) & (self.present(time) | (span > 0.0))
+        return np.flatnonzero(near).tolist()
+
+    def posed_triangles(
+        self, bodies: Sequence[int], antenna: Floats, time: float
+    ) -> list[tuple[TriangleClusters, BodyPose]]:
+        """The triangles of bodies with meshes and their poses at `time` [s], present or not."""
+        poses = {key: pose for _, pose, key in self.moving.chosen(bodies, antenna, time)}
+        return [(self._triangles.of(key), poses.get(key) or pose_at(self._bodies[key], time)) for key in bodies]
 
     def own_occluder(self, body: int, antenna: Floats, time: float, movers: bool = True) -> tuple[Occluder, BodyPose] | None:
         """The occluder of one body alone and its pose at `time` [s]; None of a body that does not occlude, or is absent.
@@ -175,6 +182,7 @@ class OcclusionScene:
     def following(self, bodies: Sequence[Body]) -> Self:
         """The same occluders, moving as other `bodies` of the scene do."""
         other = copy(self)
+        other._bodies, other._speed = tuple(bodies), np.array([body.top_speed for body in bodies])
         other.moving = self.moving.following(bodies)
         return other
 

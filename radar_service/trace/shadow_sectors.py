@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.frames import wrap_angle
-from radar_service.types import Floats, Indices
+from radar_service.types import Flags, Floats, Indices
 
 
 class ShadowSectors(NamedTuple):
@@ -28,6 +28,19 @@ def shadow_sectors(centre: Floats, radius: Floats, antenna: Floats) -> ShadowSec
     sine = np.divide(radius, distance, out=np.ones_like(distance), where=distance > radius)
     half = np.where(distance > radius, np.arcsin(sine), np.pi)
     return ShadowSectors(np.arctan2(east, north), half, np.maximum(0.0, distance - radius))
+
+
+def on_the_way(plan: Floats, body: int, antenna: Floats, moved: Floats) -> Flags:
+    """Which circles (B, 3) in plan, middle and radius [m], touch what lies between an antenna (2,) and one of them.
+
+    moved: how far each may be from there (B,) [m].
+    """
+    line, toward = plan[body, :2] - antenna, plan[:, :2] - antenna
+    along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
+    miss = np.hypot(*(toward - along[:, None] * line).T)
+    near: Flags = miss <= (plan[:, 2] + plan[body, 2]) * 1.001 + 1.0 + moved
+    near[body] = False
+    return near
 
 
 def points_behind(sectors: ShadowSectors, azimuth: Floats, distance: Floats) -> Iterator[tuple[int, Indices]]:

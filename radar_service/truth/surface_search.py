@@ -87,7 +87,7 @@ class SurfaceSearch:
         own = self._line_of_sight.own_occluder(body, antenna, time)
         if own is None:
             return SurfacePoints(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
-        others = self._line_of_sight.other_occluders(body, antenna, time)[0].tolist()
+        others = self._line_of_sight.other_occluders(body, antenna, time)
         corners = [np.zeros((0, 3)), *(self._corners(other, time) for other in others)]
         middles, sides = columns(view, self._viewed(np.concatenate(corners), body, antenna, time))
         rows = (self._rows(body, view, antenna, time, *column) for column in ((middles, ROWS), (sides, ROWS[:1])))

@@ -151,9 +151,9 @@ def test_rays_by_the_sea_are_stopped_on_either_part(motion: dict[str, Any], eart
 
 def test_others_that_may_occlude_stand_between() -> None:
     made = OcclusionScene(bodies(TARGET, box(400), box(400, 200.0), box(1000), box(500, **MOVES)), EARTH)
-    assert made.other_occluders(0, ANTENNA, 0.0)[0].tolist() == [1, 4]
-    assert made.other_occluders(0, ANTENNA, 60.0)[0].tolist() == [1]
-    assert made.other_occluders(0, ANTENNA, 0.0, movers=False)[0].tolist() == [1]
+    assert made.other_occluders(0, ANTENNA, 0.0) == [1, 4]
+    assert made.other_occluders(0, ANTENNA, 60.0) == [1]
+    assert made.other_occluders(0, ANTENNA, 0.0, movers=False) == [1]
     among = made.visible(points((0, 900, 15)), ANTENNA, 0.0, 1e5, True, [])
     assert not among[0]  # bodies at rest are one occluder, to which the target belongs
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from radar_service.frames import body_rotation, map_from_body
 from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_divergence, sea_leg
+from radar_service.scattering.physical_optics.cast_shadows import CastShadows
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scene.poses import BodyPose
@@ -85,10 +86,10 @@ class BodyLeg:
     pose: of the body.
     antenna: (3,) on the map [m].
     earth_radius: effective, inf for flat [m].
-    visible: which points on which triangles the leg reaches past all bodies.
-    edges: finds the edges of shadows exactly; None where they are searched for by `visible` alone.
-    crowded: whether another body may cast a shadow on this one.
-    thin: whether a small one may.
+    visible: which points on which triangles the leg reaches past the body itself, and past all others where `others` is None.
+    others: the shadows of all others, where they are few enough to be exact.
+    edges: finds the edges of its own shadows exactly; None where shadows are searched for by `visible` alone.
+    crowded: whether `visible` holds the shadows of other bodies.
     strength: no less than the field by this leg over that by the direct one, anywhere on the body.
     sea: the field of this leg where diffraction counts; of all paths where it stands for them; None: that of a ray.
     """
@@ -100,9 +101,20 @@ class BodyLeg:
     visible: Visible
     edges: Edges | None = None
     crowded: bool = True
-    thin: bool = True
     strength: float = 1.0
     sea: SeaField | None = None
+    others: CastShadows | None = None
+
+    def reaches(self, points: Floats, triangle: Indices) -> Flags:
+        """Which points (M, 3) in the body's frame [m] on triangles (M,) the leg reaches past all bodies."""
+        seen = self.visible(points, triangle)
+        if self.others is not None and len(self.others):
+            seen &= self.others.visible(self.on_map(points))
+        return seen
+
+    def on_map(self, points: Floats) -> Floats:
+        """Points (..., 3) of the body's frame on the map [m]."""
+        return map_from_body(points, self.pose.position, self.pose.heading)
 
     def rays(self, points: Floats) -> LegRays:
         """The rays at points (M, 3) in the body's frame [m]."""

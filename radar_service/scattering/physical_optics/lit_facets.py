@@ -141,7 +141,7 @@ def lit_surface(
     columns = [_first_shares(lit, lit.side[:, number], leg, planes, samples) for number, leg in enumerate(legs)]
     lit = replace(lit, share=np.stack(columns, axis=1))
     for number, leg in enumerate(legs):
-        lit = _past_shadows(lit, number, leg, planes.area)
+        lit = _past_others(_past_shadows(lit, number, leg, planes.area), number, leg)
     return lit.chosen(np.flatnonzero((lit.share > 0.0).any(axis=1)))
 
 
@@ -159,7 +159,7 @@ def _first_shares(lit: Surface, side: NDArray[np.int8], leg: BodyLeg, planes: Pl
     """The share (M,) of each triangle that a leg reaches, by a few samples; NaN where these differ and it is to be cut."""
     share, corners, triangle = np.zeros(len(lit)), lit.corners, lit.triangle
     searched = leg.crowded | planes.may_rebounce[triangle, np.where(side > 0, 0, 1)]
-    common = (lit.facet >= 0) & (not leg.thin)
+    common = (lit.facet >= 0) & (not leg.crowded)
     small = areas(corners) < smallest_area(leg.crowded, planes.area)
     plain, whole, others = (
         np.flatnonzero((side != 0) & some) for some in (~searched, searched & common, searched & ~common)
@@ -167,7 +167,7 @@ def _first_shares(lit: Surface, side: NDArray[np.int8], leg: BodyLeg, planes: Pl
     share[plain] = leg.visible(centroids(corners.take(plain, axis=0)), triangle[plain])
     flags = samples.flags(lit.facet[whole], corners[whole], triangle[whole], leg.visible)
     share[whole] = visible_share(flags, small[whole])
-    flags = sampled(corners[others], triangle[others], lattice_over(corners[others], leg.thin), leg.visible)
+    flags = sampled(corners[others], triangle[others], lattice_over(corners[others], leg.crowded), leg.visible)
     share[others] = visible_share(flags, small[others])
     return share
 
@@ -182,3 +182,16 @@ def _past_shadows(lit: Surface, number: int, leg: BodyLeg, area: float) -> Surfa
     result = lit.parts(parts.corners, crossed[parts.origin])
     result.share[:, number] = parts.share
     return lit.chosen(np.flatnonzero(~mixed)).joined(result)
+
+
+def _past_others(lit: Surface, number: int, leg: BodyLeg) -> Surface:
+    """The same triangles, cut at the shadows of other bodies, in which this leg reaches nothing."""
+    reached = np.flatnonzero(lit.share[:, number] > 0.0)
+    if leg.others is None or not len(leg.others) or not len(reached):
+        return lit
+    corners, origin, bright = leg.others.cut(lit.corners[reached], leg.on_map)
+    if not len(origin):
+        return lit
+    parts = lit.parts(corners, reached[origin])
+    parts.share[~bright, number] = 0.0
+    return lit.chosen(np.setdiff1d(np.arange(len(lit)), reached[origin], assume_unique=False)).joined(parts)

@@ -1,7 +1,7 @@
 """Physical optics as a scattering model: metal meshes, evaluated body by body when the beam crosses them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Self
@@ -14,12 +14,14 @@ from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar, horizon
-from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext
+from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Caster, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
 from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
+from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scattering.physical_optics.shared_bodies import optical_bodies
@@ -31,7 +33,6 @@ from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.types import Flags, Floats, Indices
 
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
-THIN = 15.0  # m of radius below which a body is searched for as one that casts a thin shadow
 
 
 class PhysicalOptics:
@@ -80,25 +81,49 @@ class PhysicalOptics:
         optical = self._optical[b] if lean is None else self._optical[b].leaning(lean)
         over_sea = self._environment.multipath and antenna[2] > 0.0
         sea = self._sea_field(b, optical, pose, antenna) if over_sea else None
-        others = instant.line_of_sight.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
         by_paths = over_sea and not (sea is not None and sea.all_paths)
-        legs = [self._leg(b, optical, by_sea, pose, antenna, instant, others) for by_sea in (False, True)[: 1 + by_paths]]
+        scene, onlooker = instant.line_of_sight, self._onlooker(optical, pose, antenna, instant, by_paths)
+        others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
+        shadows = onlooker.shadows(scene.posed_triangles(others, antenna, instant.time))
+        legs = [
+            self._leg(b, optical, leg.by_sea, pose, antenna, instant, others, cast)
+            for leg, cast in zip(onlooker.legs, shadows, strict=True)
+        ]
         legs[-1] = replace(legs[-1], sea=sea)
         centres = optical.echoes(tuple(legs), water=-float(pose.position[2]))
         if lean is not None:
             centres = [path._replace(position=path.position @ lean) for path in centres]
         return BodyEchoes.joined([_body_echoes(b, path, by_paths) for path in centres])
 
+    def casters(
+        self, b: int, among: Mapping[int, float], antenna: Floats, instant: Instant, own_moved: float
+    ) -> list[Caster]:
+        """As `AspectModel.casters`."""
+        pose = pose_at(self.bodies[b], instant.time)
+        optical = self._optical[b] if pose.lean is None else self._optical[b].leaning(pose.lean)
+        onlooker = self._onlooker(optical, pose.upright, antenna, instant, self._environment.multipath and antenna[2] > 0.0)
+        posed = instant.line_of_sight.posed_triangles(list(among), antenna, instant.time)
+        nearest = [onlooker.nearest(*other, moved, own_moved) for moved, other in zip(among.values(), posed, strict=True)]
+        return [Caster(key, distance) for key, distance in zip(among, nearest, strict=True) if distance < np.inf]
+
+    @staticmethod
+    def _onlooker(optical: OpticalBody, pose: BodyPose, antenna: Floats, instant: Instant, by_paths: bool) -> Onlooker:
+        """A body in the frame in which the sea is level, as other bodies may hide it from the antenna (3,); by_paths: by the sea
+        too."""
+        radius = instant.line_of_sight.earth_radius
+        legs = tuple(Picture(antenna, radius, by_sea) for by_sea in (False, True)[: 1 + by_paths])
+        return Onlooker(_box(optical, pose), legs, len(optical.mesh.faces))
+
     def _leg(
         self, b: int, optical: OpticalBody, by_sea: bool, pose: BodyPose, antenna: Floats, instant: Instant,
-        others: tuple[Indices, Floats],
+        others: list[int], shadows: CastShadows | None,
     ) -> BodyLeg:  # fmt: skip
         """The direct leg to a body, or the one by the sea, with what the scene lets it reach.
 
-        optical, pose: of body b in the frame in which the sea is level. others: bodies that may occlude it and their radii
-        [m], as from `OcclusionScene.other_occluders`.
+        optical, pose: of body b in the frame in which the sea is level. others: bodies that may occlude it. shadows: that they
+        cast, as from `Onlooker.shadows`.
         """
-        scene, key, (among, radius) = instant.line_of_sight, int(self.key[b]), others
+        scene, key = instant.line_of_sight, int(self.key[b])
 
         def visible(points: Floats, triangle: Indices, bodies: list[int]) -> Flags:
             position = map_from_body(points, pose.position, pose.heading)
@@ -108,16 +133,15 @@ class PhysicalOptics:
                 return scene.visible(surface, *seen, over_horizon=self._over_horizon)
             return scene.visible_by_sea(surface, reflection_points(position, antenna, scene.earth_radius)[0], *seen)
 
-        thin = bool((radius < THIN).any())
-        crowded = thin or (len(among) > 0 and _is_shaded(optical, pose, partial(visible, bodies=among.tolist())))
+        crowded = shadows is None
         edges: Edges | None = None
-        seen: Visible = partial(visible, bodies=among.tolist() if crowded else [])
+        seen: Visible = partial(visible, bodies=others if crowded else [])
         own = None if crowded else scene.own_occluder(key, antenna, instant.time, instant.movers)
         if own is not None and self._in_reach(b, pose, antenna, instant):
-            shadows = OwnShadows(*own, antenna, scene.earth_radius, by_sea)
-            seen, edges = shadows.visible, shadows.edges
+            own_shadows = OwnShadows(*own, antenna, scene.earth_radius, by_sea)
+            seen, edges = own_shadows.visible, own_shadows.edges
         strength = self._strength(b, optical, pose, antenna) if by_sea else 1.0
-        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, thin, strength)
+        return BodyLeg(by_sea, pose, antenna, scene.earth_radius, seen, edges, crowded, strength, others=shadows)
 
     def _in_reach(self, b: int, pose: BodyPose, antenna: Floats, instant: Instant) -> bool:
         """Whether all of body b above the sea lies this side of the horizon, if it has one, and of the maximum range."""
@@ -174,11 +198,12 @@ class PhysicalOptics:
         return REBOUNCES_DB if concave_sides(body.mesh).any() else FACETS_DB
 
 
-def _is_shaded(optical: OpticalBody, pose: BodyPose, visible: Visible) -> bool:
-    """Whether other bodies cast shadows on some of the probes of a body above the water."""
-    probes = optical.probes
-    probes = probes[probes[:, 2] + pose.position[2] > 0.0]
-    return not visible(probes, np.full(len(probes), -1)).all()
+def _box(optical: OpticalBody, pose: BodyPose) -> Floats:
+    """The corners (8, 3) of the box around what of an upright body rises above the sea, on the map [m]."""
+    low, high = optical.mesh.vertices.min(axis=0), optical.mesh.vertices.max(axis=0)
+    low[2] = max(low[2], min(-pose.position[2], high[2]))
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(8, 3)
+    return map_from_body(corners, pose.position, pose.heading)
 
 
 def _body_echoes(b: int, centres: PathCentres, by_paths: bool) -> BodyEchoes:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets, cut_triangles
+from radar_service.scattering.physical_optics.facets import MAX_FACETS, EdgeLimits, cut_facets
 from radar_service.scattering.physical_optics.lit_facets import LitFacets, Planes, Surface, lit_surface
 from radar_service.scattering.physical_optics.patches import outward_side, patch_sizes
 from radar_service.scattering.physical_optics.path_fields import (
@@ -42,7 +42,6 @@ SAME_SIZE = 0.1  # of the logarithm of a patch's size: patches that differ by le
 FAINT = 0.03  # power ratio of the way by the sea below which bounces that take it twice are left out: they err by far more
 DIVERGING = 0.99  # of the field: what the curved sea lowers less is shared linearly
 NO_FIELD = 1e-9  # beyond the horizon
-PROBE_EDGE, MAX_PROBES = 8.0, 1000  # m between probes for shadows of bodies larger than `model.THIN`, and their number
 PATHS = ((0, 0), (0, 1), (1, 1))  # legs out and back of the direct path, the mixed ones, and both ways by the sea
 
 
@@ -186,13 +185,6 @@ class OpticalBody:
         if back == 0:
             return np.asarray(ranked)
         return np.where(out > 0, 1.0, 2.0 if one_order else ranked)
-
-    @cached_property
-    def probes(self) -> Floats:
-        """Points (P, 3) spread over the body [m], where shadows of large bodies are searched for."""
-        corners, _ = cut_triangles(self.mesh.vertices[self.mesh.faces], PROBE_EDGE)
-        points = np.unique(corners.reshape(-1, 3), axis=0)
-        return points[:: -(-len(points) // MAX_PROBES)]
 
     def coherence(self, distance: float) -> float:
         """As `PhysicalOptics.coherence`."""

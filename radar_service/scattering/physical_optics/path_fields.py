@@ -135,7 +135,7 @@ def tube_fields(tubes: RayTubes, receive: BodyLeg, wave: Wave) -> tuple[Indices,
     """
     back = receive.rays(tubes.centre.T)
     facing = np.flatnonzero(dot(tubes.normal, back.direction.T) + back.tilt * tubes.normal[2] < 0.0)
-    seen = facing[receive.visible(tubes.centre.T.take(facing, axis=0), tubes.triangle[facing])]
+    seen = facing[receive.reaches(tubes.centre.T.take(facing, axis=0), tubes.triangle[facing])]
     tubes, back = tubes.chosen(seen), back.chosen(seen)
     share, cell = (column.take(tubes.source) for column in (tubes.launch.share, tubes.launch.cell))
     surface = areas(tubes.corners.transpose(2, 0, 1)) * share * _mean_phasors(tubes, back, wave)

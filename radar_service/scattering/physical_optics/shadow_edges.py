@@ -54,9 +54,9 @@ class Parts(NamedTuple):
     share: Floats
 
 
-def lattice_over(corners: Floats, thin: bool) -> Floats:
-    """Barycentric coordinates (S, 3) of the samples that find the shadows on facets (M, 3, 3); thin: also small ones."""
-    return _lattice(_rows(corners) if thin else FEWEST)
+def lattice_over(corners: Floats, crowded: bool) -> Floats:
+    """Barycentric coordinates (S, 3) of the samples that find the shadows on facets (M, 3, 3); crowded: as of `visible_parts`."""
+    return _lattice(_rows(corners) if crowded else FEWEST)
 
 
 def smallest_area(crowded: bool, area: float) -> float:

@@ -19,8 +19,8 @@ PLATE = np.array([[[0.0, 0, 0], [1.7, 0, 0], [1.7, 0, 1.7]], [[0.0, 0, 0], [1.7,
 Floats = NDArray[np.float64]
 
 
-def visible_area(corners: Floats, visible: object, thin: bool = False) -> float:
-    flags = sampled(corners, np.arange(len(corners)), lattice_over(corners, thin), visible)  # type: ignore[arg-type]
+def visible_area(corners: Floats, visible: object, crowded: bool = False) -> float:
+    flags = sampled(corners, np.arange(len(corners)), lattice_over(corners, crowded), visible)  # type: ignore[arg-type]
     share = visible_share(flags, False)
     mixed = np.flatnonzero(np.isnan(share))
     parts = visible_parts(corners[mixed], mixed, visible, True, float(areas(corners).sum()))  # type: ignore[arg-type]
@@ -50,7 +50,7 @@ def test_small_holes_are_found_by_more_samples() -> None:
     def visible(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
         return np.abs(points[:, 0] - 0.9) > 0.15
 
-    assert visible_area(PLATE, visible, thin=True) == pytest.approx(1.7**2 - 0.3 * 1.7, abs=0.05 * 0.3 * 1.7)
+    assert visible_area(PLATE, visible, crowded=True) == pytest.approx(1.7**2 - 0.3 * 1.7, abs=0.05 * 0.3 * 1.7)
 
 
 def test_round_shadows_are_cut_in_pieces() -> None:
@@ -60,7 +60,7 @@ def test_round_shadows_are_cut_in_pieces() -> None:
     def visible(points: Floats, triangle: NDArray[np.int64]) -> NDArray[np.bool_]:
         return np.hypot(points[:, 0] - 0.8, points[:, 2] - 0.7) > 0.5
 
-    assert visible_area(PLATE, visible, thin=True) == pytest.approx(1.7**2 - np.pi / 4, abs=0.05 * 1.7**2)
+    assert visible_area(PLATE, visible, crowded=True) == pytest.approx(1.7**2 - np.pi / 4, abs=0.05 * 1.7**2)
 
 
 def test_nothing_visible_and_nothing_there() -> None:

@@ -1,0 +1,222 @@
+"""Shadows that other bodies cast on one, exactly: its facets are cut at the silhouettes of all that may stand before it.
+
+Triangles are searched for by their windows in the antenna's picture (`picture`), which miss none. The shadow of a triangle is
+what lies behind it within the planes through the antenna and its edges; by the sea these stand in the picture of the
+reflected rays. A ray that the sea reflects is stopped on its way to the sea by what stands in the direct picture, and behind
+the reflection by what stands in the one by the sea. The edges of all shadows together are silhouettes: edges of the meshes
+from which all triangles lie on one side. Between them a part of a facet is in the shadow as a whole, or not at all.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
+from radar_service.scattering.physical_optics.triangle_cuts import cut
+from radar_service.scattering.physical_optics.waterline import above_water
+from radar_service.scene.poses import BodyPose
+from radar_service.trace.triangle_clusters import TriangleClusters
+from radar_service.types import Flags, Floats, Indices
+
+MAX_TRIANGLES = 400  # that cast shadows exactly on a body
+MAX_TESTS = 2_000_000  # of triangles against those of the body: more shadows are sampled
+TESTS = 100_000  # of points and triangles at once, some 10 MB
+ON_PLANE = 1e-6  # m from a plane within which points count as on it
+SAME_POINT = 1e-5  # m within which corners of triangles are one
+NEAR, NEAR_SHARE = 2e-3, 2e-6  # m and share of its distance behind a triangle in which it casts no shadow: as of `occluder`
+EDGE_ON = 1e-9  # of the distance: triangles whose plane passes nearer by the antenna cast no shadow
+BENT = 0.01  # m by which the planes of a hull may bend in a picture, over a body of 500 m
+
+Posed = Sequence[tuple[TriangleClusters, BodyPose]]
+
+
+class CastShadows:
+    """The shadows of triangles (T,) on a body along one leg.
+
+    corners: (T, 3, 3) at virtual positions [m].
+    distance: (T,) of the nearest corner from the antenna [m].
+    """
+
+    def __init__(self, picture: Picture, corners: Floats) -> None:
+        """picture: in which they stand."""
+        a, b, c = corners.transpose(1, 0, 2)
+        plane = np.stack([np.cross(a, b), np.cross(b, c), np.cross(c, a), np.cross(b - a, c - a)], axis=1)
+        plane /= np.maximum(np.linalg.norm(plane, axis=2, keepdims=True), 1e-30)
+        distance, away = np.linalg.norm(a, axis=1), np.einsum("tx,tx->t", plane[:, 3], a)
+        plane[:, :3] *= np.sign(np.einsum("tx,tx->t", plane[:, 0], c))[:, None, None]
+        plane[:, 3] *= np.sign(away)[:, None]
+        behind = np.abs(away) * (1.0 + NEAR / np.maximum(distance, NEAR) + NEAR_SHARE)
+        casts = np.abs(away) > EDGE_ON * distance
+        self.picture, self.corners, self._plane = picture, corners[casts], plane[casts]  # inward normals (T, 4, 3)
+        self._offset = np.concatenate([np.zeros((len(a), 3)), behind[:, None]], axis=1)[casts]
+        self.distance = np.linalg.norm(self.corners, axis=2).min(axis=1)
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+    def on(self, virtual: Floats, moved: Floats | float = 0.0) -> Flags:
+        """Which may lie on the hull of points (P, 3) at virtual positions, as these and the shadows (T,) move by so much [m]."""
+        side = np.einsum("tkx,px->tkp", self._plane, virtual).max(axis=2)
+        return np.asarray((side.T > self._offset.T - BENT - moved).all(axis=0))
+
+    def chosen(self, which: Flags) -> "CastShadows":
+        """Those `which` (T,)."""
+        return CastShadows(self.picture, self.corners[which])
+
+    def visible(self, position: Floats) -> Flags:
+        """Which points (M, 3) on the map [m] lie in no shadow."""
+        return self._lit(self.picture.virtual(position))
+
+    def cut(self, corners: Floats, on_map: Callable[[Floats], Floats]) -> tuple[Floats, Indices, Flags]:
+        """Cuts those triangles (M, 3, 3) of a body on which shadows lie: parts (N, 3, 3), the triangle that each comes from
+        (N,), and whether it is in the light (N,).
+
+        on_map: positions in the body's frame on the map [m].
+        """
+        virtual = self.picture.virtual(on_map(corners.reshape(-1, 3))).reshape(corners.shape)
+        pieces, origin = self._pieces(np.concatenate([corners, virtual], axis=2))
+        lit = self._lit(pieces[..., 3:].mean(axis=1))
+        dark, bright = (np.bincount(origin[flags], minlength=len(corners)) > 0 for flags in (~lit, lit))
+        whole, mixed = np.flatnonzero(dark & ~bright), (dark & bright)[origin]
+        parts, source = np.concatenate([pieces[mixed, :, :3], corners[whole]]), np.concatenate([origin[mixed], whole])
+        return parts, source, np.concatenate([lit[mixed], np.zeros(len(whole), dtype=np.bool_)])
+
+    def _pieces(self, triangles: Floats) -> tuple[Floats, Indices]:
+        """Pieces (N, 3, 6) of a body's triangles (M, 3, 6), which no edge of a shadow crosses, and the triangle of each (N,).
+
+        Columns: corners in the body's frame and at virtual positions.
+        """
+        pieces, origin = triangles, np.arange(len(triangles))
+        for plane, offset, near in self._cutting(triangles[..., 3:]):
+            may = np.flatnonzero(np.isin(origin, near))
+            side = pieces[may, :, 3:] @ plane.T - offset
+            crossed = (side.max(axis=1) > ON_PLANE).all(axis=1) & (side[..., 0].min(axis=1) < -ON_PLANE)
+            which, value = may[crossed], side[crossed, :, 0]
+            if len(which):
+                value[np.abs(value) < ON_PLANE] = 0.0
+                (one, first), (other, second) = cut(pieces[which], value)
+                left, source = np.setdiff1d(np.arange(len(pieces)), which, assume_unique=True), origin[which]
+                pieces = np.concatenate([pieces[left], one, other])
+                origin = np.concatenate([origin[left], source[first], source[second]])
+        return pieces, origin
+
+    def _cutting(self, virtual: Floats) -> Iterator[tuple[Floats, Floats, Indices]]:
+        """Where shadows may end on triangles (M, 3, 3): planes (4, 3) and offsets (4,), of which the first one cuts what lies on
+        the inner side of the others, and the triangles (N,) that it may cut.
+
+        Shadows end at silhouettes, and where a body's triangle meets one that casts a shadow.
+        """
+        centre = virtual.mean(axis=1)
+        radius = np.sqrt(((virtual - centre[:, None]) ** 2).sum(axis=2).max(axis=1))
+        plane, offset = silhouettes(self.corners)
+        plane = np.concatenate([plane, self._plane[:, [3, 0, 1, 2]]])
+        offset = np.concatenate([offset, self._offset[:, [3, 0, 1, 2]]])
+        step = max(1, TESTS // max(1, len(virtual)))
+        for first in range(0, len(plane), step):
+            some = slice(first, first + step)
+            side = (centre @ plane[some].reshape(-1, 3).T - offset[some].ravel()).reshape(len(centre), len(offset[some]), 4)
+            near = (side > -radius[:, None, None]).all(axis=2) & (side[..., 0] < radius[:, None])
+            for number in np.flatnonzero(near.any(axis=0)).tolist():
+                yield plane[first + number], offset[first + number], np.flatnonzero(near[:, number])
+
+    def _lit(self, virtual: Floats) -> Flags:
+        """Which points (M, 3) at virtual positions lie in no shadow."""
+        lit = np.ones(len(virtual), dtype=np.bool_)
+        step = max(1, TESTS // max(1, len(self)))
+        for first in range(0, len(virtual), step):
+            side = virtual[first : first + step] @ self._plane.reshape(-1, 3).T
+            inside = (side >= self._offset.ravel()).reshape(len(side), *self._offset.shape)
+            lit[first : first + step] = ~inside.all(axis=2).any(axis=1)
+        return lit
+
+
+def silhouettes(corners: Floats) -> tuple[Floats, Floats]:
+    """Planes (E, 4, 3) and offsets (E, 4) [m] of edges of triangles (T, 3, 3) about the antenna at which a shadow may end: those
+    from which all triangles lie on one side.
+
+    The first plane leads through the antenna and the edge. The others bound what is behind the edge: they stand across the
+    first one at both ends, and across the rays; their normals point to it.
+    """
+    points, number = np.unique(np.round(corners.reshape(-1, 3) / SAME_POINT), axis=0, return_inverse=True)
+    number = number.reshape(-1, 3)
+    ends = np.sort(np.concatenate([number[:, [0, 1]], number[:, [1, 2]], number[:, [2, 0]]]), axis=1)
+    third = corners[:, [2, 0, 1]].transpose(1, 0, 2).reshape(-1, 3)
+    edge, index = np.unique(ends[:, 0] * len(points) + ends[:, 1], return_inverse=True)
+    a, b = (points[end] * SAME_POINT for end in (edge // max(1, len(points)), edge % max(1, len(points))))
+    normal = _unit(np.cross(a, b))
+    side = np.einsum("ex,ex->e", normal[index], third)
+    one, other = (np.bincount(index[flags], minlength=len(edge)) > 0 for flags in (side > ON_PLANE, side < -ON_PLANE))
+    ahead = _unit(a + b)
+    nearest = np.minimum(np.einsum("ex,ex->e", a, ahead), np.einsum("ex,ex->e", b, ahead))
+    plane = np.stack([normal, _unit(np.cross(normal, a)), _unit(np.cross(b, normal)), ahead], axis=1)
+    offset = np.concatenate([np.zeros((len(a), 3)), nearest[:, None]], axis=1)
+    ending = ~(one & other) & normal.any(axis=1)
+    return plane[ending], offset[ending]
+
+
+def _unit(vectors: Floats) -> Floats:
+    """Vectors (N, 3) of length 1; those shorter than 1e-9 become 0."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 1e-9))
+
+
+class Onlooker(NamedTuple):
+    """A body before which others may stand.
+
+    box: corners (8, 3) of a box around what of it rises above the sea, on the map [m].
+    legs: the pictures of its legs.
+    triangles: how many it has.
+    """
+
+    box: Floats
+    legs: tuple[Picture, ...]
+    triangles: int
+
+    def shadows(self, others: Posed) -> list[CastShadows | None]:
+        """The shadows of other bodies that may lie on it along each leg; None where those of too many triangles may."""
+        dry = [above_water(self._before(triangles, pose), 0.0)[0] for triangles, pose in others]
+        corners = np.concatenate([np.zeros((0, 3, 3)), *dry])
+        result: list[CastShadows | None] = []
+        for number, leg in enumerate(self.legs):
+            shadows = self._along(number, corners)
+            shadows = shadows.chosen(shadows.on(leg.virtual(self.box)))
+            result.append(shadows if len(shadows) <= min(MAX_TRIANGLES, MAX_TESTS // self.triangles) else None)
+        return result
+
+    def nearest(self, triangles: TriangleClusters, pose: BodyPose, moved: float, own_moved: float) -> float:
+        """Distance in plan [m] of the nearest triangle of another body that may cast a shadow on this one; inf: none may.
+
+        moved, own_moved: how far the other body and this one may be from where they are, against the antenna [m].
+        """
+        corners = above_water(self._before(triangles, pose, moved, own_moved), -moved)[0]
+        nearest, middle = np.inf, np.hypot(*(self.box[:, :2].mean(axis=0) - self.legs[0].antenna[:2]))
+        for number, leg in enumerate(self.legs):
+            shadows = self._along(number, corners)
+            away = np.maximum(shadows.distance, moved + NEAREST)
+            casting = away[shadows.on(leg.virtual(self.box), own_moved + moved * np.maximum(middle / away, 1.0))]
+            nearest = min(nearest, float(casting.min(initial=np.inf)))
+        return nearest
+
+    def _along(self, number: int, corners: Floats) -> CastShadows:
+        """The shadows of triangles (T, 3, 3) on the map [m] along a leg: by the sea a ray may be stopped in both pictures."""
+        virtual = [picture.virtual(corners) for picture in self.legs[: number + 1]]
+        return CastShadows(self.legs[number], np.concatenate(virtual))
+
+    def _before(self, triangles: TriangleClusters, pose: BodyPose, moved: float = 0.0, own_moved: float = 0.0) -> Floats:
+        """The triangles (T, 3, 3) on the map [m] of another body that may stand before this one along a leg.
+
+        moved, own_moved: as of `nearest`.
+        """
+        own = [Windows.of(self.box[None], leg).widened(own_moved) for leg in self.legs]
+
+        def concerns(points: Floats) -> Flags:
+            position = pose.map_from_frame(points)
+            direct = Windows.of(position, self.legs[0]).widened(moved)
+            stand = np.logical_or.reduce([direct.overlap(window) for window in own])
+            if len(own) > 1:
+                left = np.flatnonzero(direct.before(own[1]) & ~stand)
+                stand[left] = Windows.of(position[left], self.legs[1]).widened(moved).overlap(own[1])
+            return np.asarray(stand)
+
+        return pose.map_from_frame(triangles.chosen(concerns))

@@ -1,0 +1,68 @@
+"""The triangles of a mesh in clusters and groups of clusters, to find the few that a test in space concerns."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from radar_service.block_cache import BlockCache
+from radar_service.scene.body import Body, Mesh
+from radar_service.trace.box_tree import Boxes, curve_order
+from radar_service.types import Flags, Floats, Indices
+
+CLUSTER, GROUP = 16, 64  # triangles in a cluster, clusters in a group: the boxes of a million triangles take 3 MB
+Test = Callable[[Floats], Flags]  # whether the hulls of points (N, P, 3) in the body's frame may concern a question
+
+
+class TriangleClusters:
+    """The triangles of a mesh, in its own frame. Neighbours in the list of triangles should be neighbours in space."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self._vertices, self._faces = mesh.vertices, mesh.faces
+        corners = [mesh.vertices[mesh.faces[:, k]].T for k in range(3)]
+        fine = _enclosing(np.minimum.reduce(corners), np.maximum.reduce(corners), CLUSTER)
+        self._order = curve_order((fine.low + fine.high).T / 2.0)
+        self._clusters = Boxes(fine.low[:, self._order], fine.high[:, self._order])
+        self._groups = _enclosing(*self._clusters, GROUP)
+
+    def chosen(self, concerns: Test) -> Floats:
+        """The triangles (T, 3, 3) [m] that pass a test. The hull of any set must pass it that has one in it that does."""
+        group = np.arange(self._groups.low.shape[1])
+        if len(group) > 1:
+            group = group[concerns(_box_corners(self._groups, group))]
+        cluster = _members(group, GROUP, len(self._order))
+        cluster = cluster[concerns(_box_corners(self._clusters, cluster))]
+        corners = self._vertices[self._faces[_members(self._order[cluster], CLUSTER, len(self._faces))]]
+        return np.asarray(corners[concerns(corners)])
+
+
+class BodyTriangles:
+    """The triangles of bodies with meshes, in clusters that are made when they are needed first."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        self._meshes = [body.mesh for body in bodies]
+        self._kept: BlockCache[int, TriangleClusters] = BlockCache(max(1, len(bodies)))
+
+    def of(self, body: int) -> TriangleClusters:
+        """Those of a body that has a mesh."""
+        mesh = self._meshes[body]
+        assert mesh is not None
+        return self._kept.get(body, lambda: TriangleClusters(mesh))
+
+
+def _members(group: Indices, size: int, count: int) -> Indices:
+    """The members of groups (N,) of so many, of `count` in all."""
+    member = (group[:, None] * size + np.arange(size)).ravel()
+    return member[member < count]
+
+
+def _enclosing(low: Floats, high: Floats, size: int) -> Boxes:
+    """Boxes around each `size` boxes of corners (3, N) in turn."""
+    first = np.arange(0, low.shape[1], size)
+    return Boxes(np.minimum.reduceat(low, first, axis=1), np.maximum.reduceat(high, first, axis=1))
+
+
+def _box_corners(boxes: Boxes, which: Indices) -> Floats:
+    """The corners (N, 8, 3) of boxes `which` (N,)."""
+    ends = np.stack([boxes.low[:, which], boxes.high[:, which]])
+    axes = np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij")
+    return np.stack([ends[end.ravel(), axis].T for axis, end in enumerate(axes)], axis=2)
