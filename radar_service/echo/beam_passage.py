@@ -4,7 +4,7 @@ A passage is counted from the opposite bearing, so an azimuth never takes the as
 sides of the crossing, which is the spoke nearest to where the boresight points at the body. Between nodes the field is a sum of
 those of the nearest ones, each with its own exact range histories. Weights are cubic in time between four nodes, linear between
 two. A body that hardly changes has one node. Where its heading, its course or those of own ship have a corner, a passage has
-parts, and no azimuth takes a node of another part.
+parts, and no azimuth takes a node of another part. Where a shadow moves over a body, nodes are as close as `shadow_rates` asks.
 
 Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to first order: a field held over the phase theta
 errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
@@ -21,11 +21,12 @@ from radar_service.block_cache import BlockCache
 from radar_service.echo.aspect_rates import NEAREST, AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.passage_nodes import Part, part_nodes, stretches
+from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
+from radar_service.echo.shadow_rates import ShadowRates
 from radar_service.echo.visibility import mast_speed
 from radar_service.frames import wrap_angle
 from radar_service.radar.parameters import Radar
-from radar_service.scattering.model import AspectModel, BodyEchoes, Instant
+from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
@@ -34,7 +35,8 @@ from radar_service.types import Floats, Indices, Singles
 
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
-NODES_PER_BODY = 16  # kept: those in use, and those of threads that are ahead
+SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
+NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
 CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
@@ -53,9 +55,11 @@ class BeamPassages:
     """The echoes of all bodies (N,) of a set whose echoes depend on aspect. Safe to call from several threads."""
 
     def __init__(
-        self, scene: Scene, scatterers: ScattererSet, line_of_sight: OcclusionScene, max_range: float, extent: float
-    ) -> None:
-        """max_range: beyond it no echo is received [m]; extent: offset from boresight beyond which echoes are left out [rad]."""
+        self, scene: Scene, scatterers: ScattererSet, line_of_sight: OcclusionScene, max_range: float, extent: float,
+        at_rest: bool = False,
+    ) -> None:  # fmt: skip
+        """max_range: beyond it no echo is received [m]; extent: offset from boresight beyond which echoes are left out [rad];
+        at_rest: the bodies and the antenna rest; the echoes are what shadows of moving bodies add to what is seen without."""
         self._scene, self._line_of_sight, self._max_range = scene, line_of_sight, max_range
         self._aspects = [
             Aspect(model, local, int(body))
@@ -71,14 +75,20 @@ class BeamPassages:
             AspectRates(scene, body, body.radius, body.diagonal, partial(aspect.model.coherence, aspect.local))
             for aspect, body in zip(self._aspects, bodies, strict=True)
         ]
+        self._shadows = [ShadowRates(scene, body) for body in bodies]
+        self._own_speed = scene.own_ship.top_speed + mast_speed(scene)
         self._sway = 0.0 if scene.own_ship.sway is None else scene.own_ship.sway.max_tilt
+        self._at_rest, self._moving = at_rest, set(line_of_sight.moving.keys.tolist())
         self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
         self._nodes: BlockCache[tuple[int, int, bytes], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
         self._schedules: BlockCache[tuple[int, int], tuple[Part, ...]] = BlockCache(4 * max(1, len(bodies)))
-        self._speed = np.array([body.top_speed for body in bodies]) + scene.own_ship.top_speed + mast_speed(scene)
+        self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
+        self._alone: BlockCache[int, BodyEchoes] = BlockCache(
+            max(1, len(bodies))
+        )  # of bodies at rest, as no mover shades them
         self._sectors: BlockCache[int, tuple[Floats, Floats]] = BlockCache(SLOTS)
         self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * max(1, len(bodies)))
 
@@ -192,11 +202,20 @@ class BeamPassages:
         around = np.arange(-int(reach) - 2, int(reach) + 3)
         corners = around[rates.corners(radar.time_of_spokes(crossing + around.astype(np.float64)), reach)]
 
+        def away(offset: Floats) -> Floats:
+            return np.abs(offset) * radar.azimuth_step - aside
+
         def gain(offset: Floats) -> Floats:
-            return self._gain(np.abs(offset) * radar.azimuth_step - aside)
+            return self._gain(away(offset))
+
+        casters = self._casters(n, crossing, aside)
+        if self._at_rest and not casters:
+            return ()
 
         def rate(offset: Floats) -> Floats:
-            return rates.phase_rate(radar.time_of_spokes(crossing + offset)) * radar.spoke_period
+            time = radar.time_of_spokes(crossing + offset)
+            shadow = self._shadows[n].rate(casters, time) * np.minimum(self._envelope_gain(away(offset)) / MAIN_BEAM, 1.0)
+            return (rates.phase_rate(time) + CUBIC_PHASE * shadow) * radar.spoke_period
 
         parts = []
         for stretch in stretches(corners.tolist(), reach):
@@ -207,10 +226,30 @@ class BeamPassages:
             parts.append(Part(first, last, crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)))
         return tuple(parts)
 
+    def _casters(self, n: int, crossing: int, aside: float) -> list[Caster]:
+        """The bodies whose shadows may move over body n around a crossing, while its gain is above SHADOW_GAIN anywhere; aside:
+        half the angle that it fills [rad]."""
+        radar, aspect = self._scene.radar, self._aspects[n]
+        reach = np.count_nonzero(self._envelope > SHADOW_GAIN) / len(self._envelope) * np.pi + aside
+        span = min(reach / radar.azimuth_step, radar.azimuths / 2.0) * radar.spoke_period
+        time = radar.time_of_spokes(float(crossing))
+        antenna = self._scene.antenna(time)[0]
+        others = self._line_of_sight.other_occluders(int(self._key[n]), antenna, time, True, span, self._own_speed)
+        if self._at_rest:
+            others = [other for other in others if other in self._moving]
+        else:
+            others = self._shadows[n].moving(others, time + span * np.array([-1.0, 0.0, 1.0]))
+        if not others:
+            return []
+        among = {key: self._scene.bodies[key].moved_within(time, span) + span * self._own_speed for key in others}
+        instant = Instant(time, self._line_of_sight, self._max_range)
+        return aspect.model.casters(aspect.local, among, antenna, instant, self._bodies[n].moved_within(time, span))
+
     def _gain(self, offset: Floats) -> Floats:
         """The highest one-way gain (K,) beyond offsets from boresight [rad]; 1 where the full circle of the beam counts."""
-        if self._extent >= np.pi:
-            return np.ones_like(offset)
+        return np.ones_like(offset) if self._extent >= np.pi else self._envelope_gain(offset)
+
+    def _envelope_gain(self, offset: Floats) -> Floats:
         return np.interp(offset, np.linspace(0.0, np.pi, len(self._envelope)), self._envelope)
 
     def evaluated(self, n: int, spoke: int, presence_time: float) -> ObservedEchoes:
@@ -218,7 +257,11 @@ class BeamPassages:
         model, local, body = self._aspects[n]
         time = self._scene.radar.time_of_spokes(float(spoke))
         instant = Instant(time, self._line_of_sight.as_of(presence_time), self._max_range)
-        echoes = model.body_echoes(local, self._scene.antenna(time)[0], instant)
+        antenna = self._scene.antenna(time)[0]
+        echoes = model.body_echoes(local, antenna, instant)
+        if self._at_rest:
+            alone = self._alone.get(n, lambda: model.body_echoes(local, antenna, replace(instant, movers=False)))
+            echoes = BodyEchoes.joined([echoes, replace(alone, amplitude=-alone.amplitude)])
         poses = self._poses.at(np.array([time]))
         position = poses.map_from_bodies(0, echoes.position, np.full(len(echoes), n))
         return ObservedEchoes(replace(echoes, body=np.full(len(echoes), body)), position)

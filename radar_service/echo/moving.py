@@ -44,9 +44,9 @@ ECHOES_PER_PART = 8192  # arrays of 16 azimuths by so many echoes stay in the L2
 class MovingEchoes:
     """All moving echoes of a scene, at any azimuths. Safe to call from several threads."""
 
-    def __init__(self, scene: Scene, visibility: Visibility, beam: BeamTable, seed: int) -> None:
-        """beam: its extent is how far off boresight echoes count."""
-        self._scene, self.visibility, self._beam, self._seed = scene, visibility, beam, seed
+    def __init__(self, scene: Scene, visibility: Visibility, beam: BeamTable, seed: int, at_rest: bool = False) -> None:
+        """beam: its extent is how far off boresight echoes count; at_rest: as of `BeamPassages`."""
+        self._scene, self.visibility, self._beam, self._seed, self._at_rest = scene, visibility, beam, seed, at_rest
         self._bodies = visibility.scatterers.bodies
         self._earth_radius = visibility.line_of_sight.earth_radius
         self._poses = BodyPoses(self._bodies)
@@ -55,12 +55,12 @@ class MovingEchoes:
         self._sways = any(motion.sway is not None for motion in (scene.own_ship, *(body.motion for body in self._bodies)))
         self._fluctuation = Fluctuation(self._bodies, scene.name, scene.radar.azimuths, seed, scene.own_id)
         self.passages = BeamPassages(
-            scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent
+            scene, visibility.scatterers, visibility.line_of_sight, visibility.max_range, beam.extent, at_rest
         )
 
     def of_scene(self, scene: Scene) -> "MovingEchoes":
         """Returns the same echoes as a scene has them whose rotation has another origin."""
-        return MovingEchoes(scene, self.visibility.of_scene(scene), self._beam, self._seed)
+        return MovingEchoes(scene, self.visibility.of_scene(scene), self._beam, self._seed, self._at_rest)
 
     def __len__(self) -> int:
         """How many bodies there are."""
@@ -92,9 +92,11 @@ class MovingEchoes:
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
         """All echoes within the beam's extent of any of these azimuths, over which no body comes or goes."""
         middle, half = self._sector(azimuths)
-        snapshot, around = self._around(azimuths, middle, half)
+        sources: list[tuple[ObservedEchoes, Indices]] = []
+        if not self._at_rest:
+            snapshot, around = self._around(azimuths, middle, half)
+            sources += [(snapshot, around)] if len(around) else []
         passing = self.passing(azimuths)
-        sources: list[tuple[ObservedEchoes, Indices]] = [(snapshot, around)] if len(around) else []
         if passing is not None:
             sources.append((passing, np.arange(len(passing.echoes))))
         if not sources:

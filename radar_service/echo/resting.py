@@ -16,7 +16,7 @@ from radar_service.scene.poses import BodyPoses, map_from_ordered_bodies
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.shadow_sectors import ShadowSectors
-from radar_service.types import Floats, Indices
+from radar_service.types import Flags, Floats, Indices
 
 ROUNDING = 1e-9  # rad, by which azimuths may differ that are computed in two ways
 STEPS = 4  # kept: threads may be this many visibility steps apart before one is computed again
@@ -60,12 +60,16 @@ class OccludedEchoes(Echoes):
 
 
 class PassingShadows:
-    """Resting echoes that moving bodies occlude, renewed once per visibility step. Safe to call from several threads."""
+    """Resting echoes that moving bodies occlude, renewed once per visibility step. Safe to call from several threads.
 
-    def __init__(self, resting: RestingEchoes, line_of_sight: OcclusionScene, interval: float) -> None:
-        """interval: length of a visibility step [s]."""
+    Bodies by aspect are not among them: `beam_passage` computes what shadows change of these.
+    """
+
+    def __init__(self, resting: RestingEchoes, line_of_sight: OcclusionScene, interval: float, steady: Flags) -> None:
+        """interval: length of a visibility step [s]; steady: which bodies (B,) of the resting set do not depend on aspect."""
         self._resting, self._line_of_sight, self._interval = resting, line_of_sight, interval
         east, north, _ = (resting.position - resting.antenna).T
+        self._steady = steady[resting.body]
         self._azimuth = np.arctan2(east, north)  # rising
         movers = line_of_sight.moving_shadow_sectors(resting.antenna, 0.0).middle
         self.possible = len(resting) > 0 and len(movers) > 0  # else no echo is ever occluded
@@ -103,7 +107,7 @@ class PassingShadows:
                     self._azimuth, [middle - half + turn - ROUNDING, middle + half + turn + ROUNDING]
                 )
                 behind[first:last] |= self._resting.polar.distance[first:last] >= begin
-        return np.flatnonzero(behind)
+        return np.flatnonzero(behind & self._steady)
 
 
 def resting_echoes(scene: Scene, scatterers: ScattererSet, line_of_sight: OcclusionScene, max_range: float) -> RestingEchoes:

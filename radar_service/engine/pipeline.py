@@ -126,6 +126,8 @@ def moving_echoes(prepared: Prepared, azimuths: AzimuthTimes) -> BeamWeightedEch
     if len(prepared.moving):
         parts += fold_ranges(prepared.moving.echoes, azimuths, prepared.scene.radar)
     if prepared.shadows.possible:
+        if len(prepared.shadowed):
+            parts += fold_ranges(prepared.shadowed.echoes, azimuths, prepared.scene.radar)
         shadows = prepared.shadows.at(int(azimuths.middle // prepared.moving.visibility.interval), azimuths.middle)
         if len(shadows.range):
             parts.append(_beam_weighted(shadows, azimuths.boresight, prepared.scene.radar))

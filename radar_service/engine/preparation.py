@@ -45,6 +45,7 @@ class Prepared:
     resting_profiles: (A, bins) compressed profiles of these for a scan [sqrt(W)]; None where nothing rests.
     moving: echoes of all other bodies.
     shadows: resting echoes that moving bodies occlude.
+    shadowed: what their shadows change of bodies at rest by aspect.
     compression: matched filter, window and receiver noise.
     clutter: of sea and rain; None where the scene has neither.
     interference: of each other radar.
@@ -60,6 +61,7 @@ class Prepared:
     resting_profiles: Profiles | None
     moving: MovingEchoes
     shadows: PassingShadows
+    shadowed: MovingEchoes
     compression: Compression
     clutter: Clutter | None
     interference: tuple[Interference, ...]
@@ -73,7 +75,8 @@ class Prepared:
         if clutter is not None and clutter.sea is not None:
             other = prepare_clutter(scene, self.line_of_sight, self.compression, seed)
             clutter = replace(clutter, sea=None if other is None else other.sea)
-        return replace(self, scene=scene, moving=self.moving.of_scene(scene), clutter=clutter)
+        moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
+        return replace(self, scene=scene, moving=moving, shadowed=shadowed, clutter=clutter)
 
     def motions_changed(self, own_ship: bool) -> None:
         """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile.
@@ -82,6 +85,7 @@ class Prepared:
         """
         self.line_of_sight.motions_changed()
         self.moving.motions_changed()
+        self.shadowed.motions_changed()
         self.shadows.motions_changed()
         if self.clutter is not None:
             self.clutter.motions_changed(own_ship)
@@ -106,8 +110,9 @@ def prepare(
     max_range = max_echo_range(radar)
     resting = resting_echoes(scene, resting_set, line_of_sight, max_range)
     visibility = Visibility(scene, moving_set, line_of_sight, max_range, fidelity.visibility_step)
-    compression = compression_for(radar, fidelity.kernel_width)
+    compression, metal = compression_for(radar, fidelity.kernel_width), resting_set.by_aspect
     max_tile = int(np.clip(TILE_BYTES // compression.row_bytes, MAX_TILE // 2, MAX_TILE))
+    beam = _beam_table(radar, fidelity, max_tile)
     return Prepared(
         scene,
         fidelity,
@@ -117,8 +122,9 @@ def prepare(
         resting_set,
         resting,
         _resting_profiles(radar, fidelity, resting.echoes, compression),
-        MovingEchoes(scene, visibility, _beam_table(radar, fidelity, max_tile), seed),
-        PassingShadows(resting, line_of_sight, visibility.interval),
+        MovingEchoes(scene, visibility, beam, seed),
+        PassingShadows(resting, line_of_sight, visibility.interval, ~np.isin(resting_set.key, metal.key)),
+        MovingEchoes(scene, Visibility(scene, metal, line_of_sight, max_range, fidelity.visibility_step), beam, seed, True),
         compression,
         prepare_clutter(scene, line_of_sight, compression, seed),
         tuple(Interference(scene, i, seed) for i in range(len(scene.interference))),

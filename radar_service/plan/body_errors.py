@@ -27,7 +27,6 @@ from radar_service.scene.world import Scene
 NODES = 0.1  # of MAX_PHASE squared: the field between nodes so far apart, measured (tests/plan/test_body_errors.py)
 HELD = 0.2  # of the field, at HELD_PHASE: that of one node, by its square; 95 % of 73 passing plates err less
 ASPECT_FLOOR_DB = -65.0  # centres that are left out, at other moments others
-PASSING, EDGE_FIELD = 2.0, 0.3  # see `passing_shadows_db`; rms field of a share of a body that is lit too early or too late
 MAX_CURVES_DB = 1.0  # beyond it bends are more likely edges than curves: no number is given
 SHADOW_SHARE = 0.03  # of a facet: rms error of where a shadow of the body's own parts ends (physical_optics.shadow_edges)
 TURNED_DB, WIDE_DB = 0.2, 0.4  # declared bodies between two visibility steps: within the beam, and wider than it
@@ -75,27 +74,6 @@ def aspects_db(scene: Scene) -> float:
     of the run; -inf where no aspect changes."""
     metal = [body for body in scene.bodies if issubclass(scattering_model(body), PhysicalOptics)]
     return max((aspect_db(body, scene, body_run(body, scene)) for body in metal), default=-math.inf)
-
-
-def passing_shadows_db(scene: Scene) -> float:
-    """Predicted relative field error [dB] of metal while the shadow of another body passes it: it stays between two nodes.
-
-    -inf where no body can pass before another that is metal and moves relative to the antenna.
-    """
-    moving = [body for body in scene.bodies if not (scene.own_ship.at_rest and body.motion.at_rest)]
-    metal = [body for body in moving if issubclass(scattering_model(body), PhysicalOptics)]
-    return max((_passing_shadow_db(body, scene) for body in metal), default=-math.inf)
-
-
-def _passing_shadow_db(body: Body, scene: Scene) -> float:
-    """As `passing_shadows_db`, of one body. A shadow moves at most PASSING times as fast as all that casts it."""
-    assert body.mesh is not None
-    own, nearest = scene.own_ship.top_speed + body.top_speed, nearest_and_top(body, scene)[0] + 2.0 * body.radius
-    others = [one for one in scene.bodies if one is not body and one.mesh is not None]
-    speeds = [own + one.top_speed for one in others if nearest_and_top(one, scene)[0] < nearest]
-    dwell = scene.radar.rotation_period * scene.radar.beamwidth / (2.0 * np.pi)
-    moved = PASSING * max(speeds, default=0.0) * dwell / body.diagonal
-    return 20.0 * math.log10(min(1.0, EDGE_FIELD * moved)) if moved > 0.0 else -math.inf
 
 
 def aspect_db(body: Body, scene: Scene, run: BodyRun) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 from radar_service.arithmetic import arithmetic
 from radar_service.fidelity import Fidelity
 from radar_service.plan.bodies import bodies
-from radar_service.plan.body_errors import aspects_db, passing_shadows_db
+from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.effects import effects
 from radar_service.plan.items import PlanItem
@@ -130,7 +130,6 @@ def _field_errors(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics
         others = {
             "of sea reflection, moving": multipath_db(modelled, fidelity),
             ASPECTS: aspects_db(scene),
-            "of shadows that pass metal": passing_shadows_db(scene),
         }
         errors |= {what: error for what, error in others.items() if math.isfinite(error)}
     if statistics.culling.effects:

@@ -95,7 +95,7 @@ def test_shadows_are_possible_where_something_moves_before_something_that_rests(
 
 def test_shadows_of_a_step_are_computed_once(quay: rs.Scene) -> None:
     engine = prepared(quay)
-    shadows = PassingShadows(engine.resting, engine.line_of_sight, 0.5)
+    shadows = PassingShadows(engine.resting, engine.line_of_sight, 0.5, np.ones(len(engine.resting_set), dtype=np.bool_))
     first = shadows.at(4)
     assert shadows.at(4) is first and len(first.range)
     anew = shadows.computed(4, 2.25)
