@@ -86,9 +86,7 @@ class BeamPassages:
         self._schedules: BlockCache[tuple[int, int], tuple[Part, ...]] = BlockCache(4 * max(1, len(bodies)))
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
-        self._alone: BlockCache[int, BodyEchoes] = BlockCache(
-            max(1, len(bodies))
-        )  # of bodies at rest, as no mover shades them
+        self._alone: BlockCache[int, BodyEchoes] = BlockCache(max(1, len(bodies)))  # at rest, as no mover shades them
         self._sectors: BlockCache[int, tuple[Floats, Floats]] = BlockCache(SLOTS)
         self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * max(1, len(bodies)))
 
