@@ -16,10 +16,7 @@ from radar_service.stream.radio.command_queue import CommandQueue, Outcome, Wait
 from radar_service.stream.radio.prefetch import EngineWorker
 from radar_service.stream.radio.world_clock import WorldClock
 
-SPOKES_BETWEEN = 16  # that a radar which is late sends after commands before it takes others: half a block
-IN_SINKS = LOOK = (
-    0.05  # s after which sinks that still have spokes are taken to wait for a client, and between two looks at that
-)
+LOOK = 0.05  # s between two looks at whether radars take the commands that wait
 
 
 class Steered(NamedTuple):

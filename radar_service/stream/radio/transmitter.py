@@ -20,8 +20,9 @@ from radar_service.cell_sources import SourceRequest
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command
+from radar_service.stream.radio.command_pace import CommandPace
 from radar_service.stream.radio.command_queue import CommandQueue
-from radar_service.stream.radio.command_worker import IN_SINKS, SPOKES_BETWEEN, CommandWorker, Steered
+from radar_service.stream.radio.command_worker import CommandWorker, Steered
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.handover import Handover, SceneChanged, wait_for_engine
 from radar_service.stream.radio.pacer import Pacer
@@ -70,8 +71,7 @@ class Transmitter:
         self.commands = CommandQueue(self._world.let_command)
         self._unsent = 0  # number of the first spoke that was not given to the sinks, from t = 0
         self._newest = -math.inf  # time of the last one that was [s]
-        self._sent_since_commands = SPOKES_BETWEEN
-        self._clock, self._given = clock, math.inf  # since when the sinks have spokes; they may wait for clients
+        self._command_pace = CommandPace(clock)
         self.handover = Handover()
         self._sinks = tuple(sinks)
         self._on_restart, self._on_failure, self._sources = on_restart, on_failure, sources
@@ -105,10 +105,9 @@ class Transmitter:
 
     @property
     def takes_commands(self) -> bool:
-        """As CommandedRadar: SPOKES_BETWEEN were sent since the last ones, or none can be sent now."""
-        in_sinks = self._clock() - self._given >= IN_SINKS
-        waits = in_sinks or self.pacer.waiting or self.engines.restarting or self.handover.is_due(self._unsent)
-        return self._sent_since_commands >= SPOKES_BETWEEN or waits
+        """As CommandedRadar: enough was sent since the last ones, or nothing can be sent now."""
+        cannot_send = self.engines.restarting or self.handover.is_due(self._unsent)
+        return cannot_send or self._command_pace.allows(self.pacer.waiting)
 
     @property
     def steered(self) -> Steered | None:
@@ -120,7 +119,8 @@ class Transmitter:
 
     def commanded(self) -> None:
         """As CommandedRadar."""
-        self._sent_since_commands, self.pacer.waiting = 0, False
+        self._command_pace.commanded()
+        self.pacer.waiting = False
 
     def agree(self, request: int, order: SceneOrder, lead: float) -> tuple[Origin, Sequence[Command]]:
         """Returns where the engine of an order of the running scene begins that is ready in `lead` [s], and the commands so far.
@@ -187,9 +187,11 @@ class Transmitter:
             part = block.part(at, at + orders.spokes(block, at, min(size, len(block) - at)))
             if self._request_sources(part):
                 return
+            self._command_pace.computed()
             if self.pacer.wait_until_due(part, orders, self._claim):
                 self._send(part, orders.settings)
-                at, self._given = at + len(part), math.inf
+                self._command_pace.given()
+                at += len(part)
 
     def _request_sources(self, part: SpokeBlock) -> bool:
         """Has the engine tell what the sinks need of the sources; returns whether these spokes come again with it."""
@@ -205,7 +207,7 @@ class Transmitter:
         if self.engines.worker.known_part(part) is not part or not self.handover.claim(part.first, end):
             return False
         self._unsent, self._newest = end, self.epoch.engine.scene.radar.time_of_spokes(float(end - 1))
-        self._sent_since_commands, self._given = self._sent_since_commands + len(part), self._clock()
+        self._command_pace.give(len(part))
         self._world.let_command()
         return True
 
@@ -260,7 +262,8 @@ class Transmitter:
     def _go_on_from(self, spoke: int) -> None:
         """Lets commands act from a spoke on."""
         with self._world.changed:
-            self._unsent, self._sent_since_commands = spoke, SPOKES_BETWEEN
+            self._unsent = spoke
+            self._command_pace.begin()
             self._world.let_command()
 
     def _open(self, epoch: Epoch) -> None:

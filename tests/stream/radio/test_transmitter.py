@@ -14,8 +14,8 @@ import pytest
 from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.display.video import Controls
 from radar_service.scene.commands import CommandError
+from radar_service.stream.radio.command_pace import SPOKES_BETWEEN
 from radar_service.stream.radio.command_queue import NoRadarError
-from radar_service.stream.radio.command_worker import SPOKES_BETWEEN
 from radar_service.stream.radio.prefetch import prepared
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.settings import Pace, Settings
@@ -221,7 +221,7 @@ def test_a_radar_without_labels_sends_its_spokes_all_the_same() -> None:
 
 def test_a_flood_of_commands_does_not_stop_the_feed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each command orders the next one, so that one always waits: it waits until spokes after the one before are sent."""
-    monkeypatch.setattr("radar_service.stream.radio.transmitter.IN_SINKS", math.inf)  # a busy machine stops any sink
+    monkeypatch.setattr("radar_service.stream.radio.command_pace.IN_SINKS", math.inf)  # a busy machine stops any sink
     with transmitting(FLAT_OUT, engine=FakeEngine(steerable_scene())) as (transmitter, sink):
 
         def again(time: float) -> dict[str, float]:
@@ -280,3 +280,13 @@ def test_stopping_ends_both_threads() -> None:
         started = set(threading.enumerate()) - before
     assert {thread.name for thread in started} >= {"radar engine", "radar transmitter"}
     assert not any(thread.is_alive() for thread in started if thread.name.startswith("radar "))
+
+
+def test_a_paused_radar_takes_one_command_after_the_other() -> None:
+    """Its spokes wait; none is sent between the commands."""
+    with transmitting(engine=FakeEngine(steerable_scene())) as (transmitter, sink):
+        stepped(transmitter, sink, 3)
+        for speed in range(1, 6):
+            transmitter.commands.put("buoy", lambda time, speed=speed: {"speed_kn": speed}).result(SOON)
+        stepped(transmitter, sink, 3)
+    assert sink.numbers == list(range(6)) and sink.batches[-1].block.commands == 5
