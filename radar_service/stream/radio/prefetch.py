@@ -13,11 +13,11 @@ from radar_service.stream.processes.limits import return_free_memory
 from radar_service.stream.source import SpokeSource
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: covers a slow block, and a new scene is not late
-BYTES_AHEAD = 32 * 2**20  # of wide spokes: two blocks of 45,000 cells
-BYTES_BETWEEN = (
-    256 * 2**20
-)  # of spokes, after which free memory is returned: the heap keeps holes as large as all spokes that wait
+BYTES_AHEAD = 32 * 2**20  # of wide spokes
+BYTES_BETWEEN = 256 * 2**20  # of spokes, then free memory is returned: the heap keeps holes as large as all that wait
 BLOCK = 32  # spokes; a message holds no more
+BYTES_PER_CELL = 12  # field and power
+BLOCK_BYTES = 4 * 2**20  # of wide spokes: they cross from one process to the other before the first of them is sent
 PREPARE_TIMEOUT = 120.0  # s that an engine may take to its first spokes
 
 
@@ -133,7 +133,8 @@ class EngineWorker:
 
     def _run(self) -> None:
         try:
-            for block in self.engine.blocks(size=BLOCK):
+            size = block_spokes(self.engine.range.size)
+            for block in self.engine.blocks(size=size):
                 if not self._queue_block(block):
                     return
             self._fail("the engine ended its stream of spokes")
@@ -168,6 +169,11 @@ class EngineWorker:
         with self._changed:
             self._fault = reason
             self._changed.notify_all()
+
+
+def block_spokes(cells: int) -> int:
+    """Returns how many spokes of so many cells are computed and handed on together."""
+    return min(BLOCK, max(1, BLOCK_BYTES // (BYTES_PER_CELL * cells)))
 
 
 def prepared(engine: SpokeSource, scan: int = 0, timeout: float = PREPARE_TIMEOUT) -> EngineWorker:

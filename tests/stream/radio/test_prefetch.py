@@ -5,6 +5,7 @@ import weakref
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
+import numpy as np
 import pytest
 
 from radar_service.cell_sources import SourceRequest
@@ -258,3 +259,22 @@ def test_spokes_before_the_first_one_are_not_queued() -> None:
     block = worker.take(SOON)
     worker.stop(SOON)
     assert block is not None and (block.first, block.commands) == (24, 1)
+
+
+@pytest.mark.parametrize(("cells", "spokes"), [(20, 32), (10_922, 32), (10_923, 31), (45_000, 7), (10**6, 1)])
+def test_wide_spokes_come_in_small_blocks(cells: int, spokes: int) -> None:
+    """A block of 32 spokes of 10,922 cells has 4 MiB: 8 bytes of field and 4 of power in each cell."""
+    asked: list[int] = []
+
+    class Wide(FakeEngine):
+        def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
+            asked.append(size)
+            return super().blocks(scans, size)
+
+    engine = Wide(scene())
+    engine.range = np.arange(cells, dtype=np.float64)
+    worker = EngineWorker(engine)
+    worker.start()
+    assert worker.wait_until_ready(SOON)
+    worker.stop(SOON)
+    assert asked == [spokes]
