@@ -11,11 +11,13 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from radar_service.arguments import UsageError
 from radar_service.command_line import DEFAULT_SCENE, parser
 from radar_service.extras import MissingExtra
-from radar_service.output_files import make_folder, prepare
+from radar_service.output_files import make_folder
 from radar_service.recording.error import RecordingError
 from radar_service.scene.error import SceneError
 
@@ -23,10 +25,6 @@ if TYPE_CHECKING:
     from radar_service.simulator_options import SimulatorOptions
 
 PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
-
-
-class UsageError(Exception):
-    """A command line that cannot run. Its text names the remedy."""
 
 
 def simulator_options(options: argparse.Namespace, threads: int = 1) -> "SimulatorOptions":
@@ -38,27 +36,13 @@ def simulator_options(options: argparse.Namespace, threads: int = 1) -> "Simulat
 
 def run_serve(options: argparse.Namespace) -> int:
     """Serves until stopped."""
+    from radar_service.ports.registry import opened
     from radar_service.stream.serve import StartError, serve
 
     _check_sources(options, "labels", "powers")
-    for name in ("labels", "powers"):
-        if getattr(options, name) and options.record is None:
-            raise UsageError(
-                f"--{name}: goes with --record FILE.mcap; a client asks for its own by ?{name}=... where --truth allows it"
-            )
     options.scenes = options.scenes or [DEFAULT_SCENE]
-    make = simulator_options(options, options.threads)
     try:
-        if options.record is None:
-            return serve(options, make)
-        from radar_service.cell_sources import SourceRequest
-        from radar_service.recording.service_recorder import ServiceRecorder
-
-        prepare([options.record], options.overwrite)
-        with ServiceRecorder(
-            options.record, options.truth, recorded=SourceRequest(options.labels, options.powers)
-        ) as recorder:
-            return serve(options, make, recorder.station)
+        return serve(options, simulator_options(options, options.threads), opened)
     except StartError as error:
         raise UsageError(str(error)) from None
 
@@ -75,11 +59,12 @@ def run_replay(options: argparse.Namespace) -> int:
     """Serves a recording until its end."""
     if not options.recording.is_file():  # said first: an extra that is missing does not help here
         raise FileNotFoundError(errno.ENOENT, "there is no such file; give a recording", str(options.recording))
+    from radar_service.ports.registry import REPLAY_PORTS, opened
     from radar_service.recording.replay_command import replay
     from radar_service.stream.serve import StartError
 
     try:
-        return replay(options)
+        return replay(options, partial(opened, names=REPLAY_PORTS))
     except StartError as error:
         raise UsageError(str(error)) from None
 

@@ -9,6 +9,10 @@ from pathlib import Path
 MAX_THREADS = 64  # one tile each: a scan has few more
 
 
+class UsageError(Exception):
+    """A command line that cannot run. Its text names the remedy."""
+
+
 def pace(text: str) -> float:
     """Returns simulated seconds per second from the command line; max is inf. Raises ArgumentTypeError."""
     with contextlib.suppress(ValueError):

@@ -11,6 +11,7 @@ from radar_service.display.units import add_unit
 from radar_service.fidelity import PRESETS, PURPOSE
 from radar_service.output_files import add_overwrite
 from radar_service.plan.arguments import ERROR_HELP, PACE_HELP, error_budget, finite_pace
+from radar_service.ports.registry import packages
 from radar_service.recording.arguments import add_commands as add_recording_commands
 from radar_service.recording.arguments import add_sources
 from radar_service.tracking.arguments import add_bench_detection, add_bench_tracker, add_plots
@@ -80,13 +81,8 @@ def _add_serve(commands: "argparse._SubParsersAction[argparse.ArgumentParser]", 
     _add_network(groups)
     _add_exactness(groups["how exact"])
     _add_threads(groups["how fast"])
-    records = groups["records"]
-    records.add_argument(
-        "--record", type=partial(file_ending, suffix=".mcap"), metavar="FILE.mcap",
-        help="record what the radars send, and with --truth the truth",
-    )  # fmt: skip
-    add_overwrite(records)
-    add_sources(records, "record", ", with --record; clients ask for theirs, where --truth allows it")
+    for package in packages():
+        package.add_arguments(groups)
 
 
 def _add_exactness(to: "argparse._ActionsContainer") -> None:

@@ -29,13 +29,14 @@ BELOW: dict[str, tuple[str, ...]] = {
     "simulator_options": (*GROUND, *ROOMS, "simulator"),
     "stream": (*GROUND, "radar", "scene", "receive", "display", "errors", "stream"),
     "recording": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream", "recording"),
+    "ports": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream", "recording", "ports"),
     "radar_feed": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "stream"),
     "pytest_plugin": ("radar_feed",),
     "study": (*GROUND, *ROOMS, "truth", "scan", "simulator", "display", "study"),
-    "command_line": (*GROUND, "plan", "display", "recording", "tracking", "__init__"),
+    "command_line": (*GROUND, "plan", "display", "recording", "ports", "tracking", "__init__"),
     "__init__": (*GROUND, "scene", "scan", "simulator"),
 }
-STREAM_PARTS = ("processes", "codecs", "fanout", "radio", "http")  # of radar_service.stream, upward
+STREAM_PARTS = ("processes", "codecs", "fanout", "radio", "ports", "http")  # of radar_service.stream, upward
 CLIENT_MAY = (
     "radar_service.stream.codecs.native",
     "radar_service.display",
@@ -46,8 +47,8 @@ HOMES = {
     "trimesh": ("radar_service.scene.files",),
     "pyproj": ("radar_service.scene",),
     "embreex": ("radar_service.trace.embree",),
-    "fastapi": ("radar_service.stream.http",),
-    "starlette": ("radar_service.stream.http",),
+    "fastapi": ("radar_service.ports", "radar_service.stream.ports", "radar_service.stream.http"),
+    "starlette": ("radar_service.ports", "radar_service.stream.ports", "radar_service.stream.http"),
     "uvicorn": ("radar_service.stream.http", "radar_service.__main__"),
     "pydantic": (
         "radar_service.scene.environment_model",

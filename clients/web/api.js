@@ -51,13 +51,19 @@ function refusal(text) {
 /** Returns the websocket address of a radar's feed. With a token it carries a ticket, which is valid once.
  *  since: "EPOCH:SEQ" from which the feed continues, or empty; truth: whether to request truth messages. */
 export async function feedAddress(radar, bins, since, truth) {
-  const ticket = token ? (await callApi("tickets", "POST")).ticket : "";
-  const address = new URL(`api/radars/${encodeURIComponent(radar)}/feed`, document.baseURI);
-  address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
+  const address = await socketAddress(`radars/${encodeURIComponent(radar)}/feed`);
   address.searchParams.set("encoding", "u8");
   address.searchParams.set("bins", bins);
   if (truth) address.searchParams.set("truth", "1");
   if (since) address.searchParams.set("since", since);
-  if (ticket) address.searchParams.set("ticket", ticket);
   return address.href;
+}
+
+/** Returns the websocket address under api/ as a URL. With a token it carries a ticket, which is valid once. */
+export async function socketAddress(path) {
+  const ticket = token ? (await callApi("tickets", "POST")).ticket : "";
+  const address = new URL(`api/${path}`, document.baseURI);
+  address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
+  if (ticket) address.searchParams.set("ticket", ticket);
+  return address;
 }

@@ -80,6 +80,14 @@ export class Controls {
     };
   }
 
+  /** Refreshes once for all changes that come together. */
+  refreshSoon() {
+    this.soon ??= setTimeout(() => {
+      this.soon = undefined;
+      this.refresh();
+    });
+  }
+
   /** Fetches definitions and controls, which other clients may have changed, and the radar's health. */
   async refresh() {
     const { radar: id, version } = this;

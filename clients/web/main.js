@@ -2,6 +2,7 @@
 
 import { addressValue, adoptAddress, followScope } from "./address.js";
 import { callApi, feedAddress, useToken } from "./api.js";
+import { Changes } from "./changes.js";
 import { Preferences } from "./preferences.js";
 import { Controls } from "./controls.js";
 import { Feed } from "./feed.js";
@@ -23,7 +24,6 @@ const element = (id) => document.getElementById(id);
 const BINS = Number(addressValue("bins")) || 1024; // about two cells per pixel of a 1000-pixel scope; the service keeps peaks
 const SILENT_S = 3; // without a spoke, after which the banner says that the picture stands still
 const DEAD_S = 15; // without a spoke, after which the page reconnects: a half-open connection reports no error
-const REFRESH_MS = 5000; // other clients may change the same controls
 const IN_FLIGHT_S = 1; // after standby, in which the last spokes still arrive
 
 const settings = loadSettings();
@@ -34,6 +34,7 @@ const controls = new Controls(() => settings.unit, controlsChanged);
 const playout = new Playout(show, () => controls.factor);
 const frames = new FrameMeter();
 const scenes = new Scenes(() => radar.id);
+const changes = new Changes(changed);
 const sequence = new SequenceTracker(); // counts since the page was opened, over all radars
 const now = () => performance.now() / 1000;
 let meter = new Meter();
@@ -225,10 +226,11 @@ function everySecond() {
   }
 }
 
-function refresh() {
-  if (document.hidden || !radar) return;
-  controls.refresh();
-  showErrors();
+/** Shows what has changed, by this viewer or another one, or by the service itself. */
+function changed({ radar: id, kind }) {
+  if (radar?.id !== id) return;
+  if (kind === "errors") showErrors();
+  else controls.refreshSoon();
 }
 
 /** Applies a changed setting. */
@@ -273,6 +275,7 @@ async function start() {
   const selected = listRadars(radars, connectTo);
   controls.declare(selected.control_definitions);
   connectTo(selected.id);
+  changes.open();
 }
 
 element("renderer-text").textContent = scope.renderer.name;
@@ -287,6 +290,5 @@ status.showMode(settings, scope.isTrueMotion);
 document.addEventListener("token-required", () => (element("access").hidden = false));
 addEventListener("online", () => connection[0] === "waiting" && feed?.reconnect("the network is back"));
 setInterval(everySecond, 1000);
-setInterval(refresh, REFRESH_MS);
 requestAnimationFrame(frame);
 start();

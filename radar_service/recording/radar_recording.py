@@ -66,7 +66,7 @@ class RadarRecording:
         self._offset += max(0.0, self._logged - (self._offset + time))
         self._next = self._known = 0
         self._last_scan = self._last_scan or LastScan(epoch.engine)
-        self._last_scan.open_epoch(epoch)
+        self._last_scan.open_epoch(radar)
         header = self._truth_lines(epoch, None)
         record = {
             **scene_record(radar), **sources_record(epoch, self._recorded), "log_offset": self._offset,

@@ -20,7 +20,7 @@ from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.processes.stop_signals import ended_by_signals
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.radio.station import Station
-from radar_service.stream.serve import access_for
+from radar_service.stream.serve import OpenPorts, access_for
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import Progress, SceneOrder, SpokeSource
 
@@ -69,10 +69,10 @@ def refuse(order: SceneOrder, progress: Progress) -> SpokeSource:
     raise EngineFault(PLAYS)
 
 
-def replay(options: argparse.Namespace) -> int:
+def replay(options: argparse.Namespace, open_ports: OpenPorts) -> int:
     """Serves a recording until it has ended or is stopped; returns the exit status.
 
-    Raises RecordingError, StartError and OSError.
+    open_ports: as of `serve`. Raises RecordingError, StartError and OSError.
     """
     access = access_for(options)
     logs.configure(options.log)
@@ -84,5 +84,8 @@ def replay(options: argparse.Namespace) -> int:
     fork_server = ForkServer(("radar_service.display.last_scan",), ())
     with ended_by_signals(), contextlib.closing(fork_server):
         fork_server.start()
-        status = run(options, access, lambda: [[source] for source in sources], refuse, fork_server, ReplayStation)
+        with open_ports(options) as ports:
+            status = run(
+                options, access, lambda: [[source] for source in sources], refuse, fork_server, ports, ReplayStation
+            )
     return 0 if all(source.has_ended for source in sources) else status

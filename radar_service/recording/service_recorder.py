@@ -7,14 +7,13 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, NamedTuple, Self
+from typing import IO, NamedTuple, Self
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.recording_file import RecordingFile, created
 from radar_service.stream.logs import log_event
-from radar_service.stream.radio.station import Station
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.spokes import RadarInfo, SpokeBatch
 
 MAX_WAITING = 64 * 2**20  # bytes of spokes that wait for the disk; beyond it the radars wait too
 PATIENCE = 20.0  # s that the radars wait for the disk: twice the time that a truth may take
@@ -33,6 +32,8 @@ class ServiceRecorder:
 
     A disk that is full, or takes longer than `patience` [s], ends the recording with a line on standard error. The feed goes on,
     and what is in the file can be read.
+
+    recorded: what spokes tell of their sources.
     """
 
     def __init__(
@@ -41,19 +42,16 @@ class ServiceRecorder:
     ) -> None:  # fmt: skip
         """create: returns the empty file; recorded: what spokes tell of their sources."""
         self.fault: str | None = None
-        self._path, self._with_truth, self._patience, self._recorded = path, with_truth, patience, recorded
+        self._path, self._with_truth, self._patience, self.recorded = path, with_truth, patience, recorded
         self._file = RecordingFile(path, create)
         self._work: deque[Work] = deque()
         self._waiting = self._scan_ends = 0
         self._changed, self._closing = threading.Condition(), False
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
 
-    def station(self, identity: str, *arguments: Any, **options: Any) -> Station:
-        """Returns a radar that is recorded. Its arguments are those of Station."""
-        sink = RecordingSink(RadarRecording(self._file, identity, self._with_truth, self._recorded), self.put)
-        station = Station(identity, *arguments, sinks=[sink], recorded=self._recorded, **options)
-        sink.describe = station.radar_info
-        return station
+    def sink(self, radar: str) -> "RecordingSink":
+        """Returns the sink for the spokes of the radar of that id."""
+        return RecordingSink(RadarRecording(self._file, radar, self._with_truth, self.recorded), self.put)
 
     def put(self, work: Work) -> None:
         """Has `work` done by the thread, in order. Waits where too much waits already, or the end of another scan."""
@@ -115,16 +113,14 @@ class ServiceRecorder:
 
 
 class RecordingSink:
-    """Hands what a radar sends to the recorder's thread. describe: the radar in an epoch; set before the radar starts."""
-
-    describe: Callable[[Epoch], Any]
+    """Hands what a radar sends to the recorder's thread."""
 
     def __init__(self, recording: RadarRecording, put: Callable[[Work], None]) -> None:
         self._recording, self._put = recording, put
 
-    def open_epoch(self, epoch: Epoch) -> None:
+    def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch."""
-        self._put(Work(partial(self._recording.open_epoch, self.describe(epoch))))
+        self._put(Work(partial(self._recording.open_epoch, radar)))
 
     def send(self, batch: SpokeBatch) -> None:
         """Takes spokes."""

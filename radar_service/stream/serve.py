@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from radar_service.stream import logs
-from radar_service.stream.http.access import Access, checked_token, is_loopback
+from radar_service.stream.access import Access, checked_token, is_loopback
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.processes.stop_signals import ended_by_signals
 
 if TYPE_CHECKING:
-    from radar_service.stream.http.running import MakeStation
+    from radar_service.stream.ports.port import Port
     from radar_service.stream.radio.description import MakeEngine
     from radar_service.stream.radio.world import WorldSource
     from radar_service.stream.source import SceneOrder
@@ -31,6 +31,8 @@ OTHERS_NEED = (
     "scipy.interpolate", "pyproj", "trimesh",  # which some scenes need
 )  # fmt: skip
 
+OpenPorts = Callable[[argparse.Namespace], contextlib.AbstractContextManager["Sequence[Port]"]]
+
 
 class StartError(ValueError):
     """The server cannot start. The text says why."""
@@ -40,11 +42,11 @@ class AccessError(StartError):
     """Options that would leave a server unprotected. The text says what to do."""
 
 
-def serve(options: argparse.Namespace, make_engine: "MakeEngine", make_station: "MakeStation | None" = None) -> int:
+def serve(options: argparse.Namespace, make_engine: "MakeEngine", open_ports: OpenPorts) -> int:
     """Serves the scenes of the options until stopped; returns the exit status.
 
-    make_engine: makes the engine of a scene, in the scene's own process; make_station: makes a radar, see `run`.
-    Raises StartError, SceneError, OSError.
+    make_engine: makes the engine of a scene, in the scene's own process; open_ports: opens the ports that options ask for.
+    Raises StartError, SceneError, OSError, and what a port raises that cannot open.
     """
     access = access_for(options)
     logs.configure(options.log)
@@ -67,8 +69,9 @@ def serve(options: argparse.Namespace, make_engine: "MakeEngine", make_station: 
         worlds += _started(partial(make, progress=start), orders)
         from radar_service.stream.http.running import run
 
+        ports = on_end.enter_context(open_ports(options))
         try:
-            return run(options, access, lambda: [world.result() for world in worlds], make, fork_server, make_station)
+            return run(options, access, lambda: [world.result() for world in worlds], make, fork_server, ports)
         except EngineFault as error:
             raise StartError(f"scene: {error}") from None
 

@@ -67,6 +67,11 @@ class RadarInfo:
     controls: Mapping[str, Any]
     truth_allowed: bool
 
+    @classmethod
+    def unnamed(cls, epoch: Epoch) -> "RadarInfo":
+        """The description of a radar outside a service."""
+        return cls("0", "radar 0", epoch, 0.0, {}, False)
+
 
 class SpokeSink(Protocol):
     """Receives the spokes of one radar.
@@ -74,7 +79,7 @@ class SpokeSink(Protocol):
     The transmitter calls a sink from its own thread, one call at a time; the next spokes wait until the call returns.
     """
 
-    def open_epoch(self, epoch: Epoch) -> None:
+    def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch: sequence numbers start at 0. The first call, and one after each change of scene or range."""
 
     def send(self, batch: SpokeBatch) -> None:

@@ -1,6 +1,7 @@
 """A service that sends a picture known beforehand: the page, the REST side and the feed of a radar that stands still."""
 
 import asyncio
+import contextlib
 import socket
 import threading
 from collections.abc import Awaitable, Callable
@@ -80,6 +81,8 @@ class FakeRadar:
         self.joined: list[dict[str, str]] = []  # the query of each connection
         self.next = 0
         self.sockets: list[WebSocket] = []
+        self.followers: list[WebSocket] = []  # of changes
+        self.followed = threading.Event()  # by one
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def hello(self) -> dict[str, Any]:
@@ -143,6 +146,16 @@ class FakeRadar:
         for start in range(self.next, stop, 60):
             await send(wire.pack(self.spokes(start, min(60, stop - start))))
 
+    async def changes(self, client: WebSocket) -> None:
+        """One client of the changes."""
+        await client.accept()
+        self._loop = asyncio.get_running_loop()
+        self.followers.append(client)
+        self.followed.set()
+        with contextlib.suppress(WebSocketDisconnect):
+            await client.receive_text()
+        self.followers.remove(client)
+
     async def feed(self, client: WebSocket) -> None:
         """One client."""
         await client.accept()
@@ -166,9 +179,19 @@ class FakeRadar:
         """Close every connection."""
         self._run(lambda client: [client.close(1012)])
 
-    def _run(self, what: Callable[[WebSocket], list[Awaitable[None]]]) -> None:
+    def drop_followers(self) -> None:
+        """Close the connections of changes."""
+        self._run(lambda client: [client.close(1012)], self.followers)
+
+    def tell(self, kind: str, **values: Any) -> None:
+        """Tell every client of a change, from the test's thread; waits for the first client."""
+        assert self.followed.wait(10.0)
+        change = {"radar": "0", "kind": kind, "values": values, "time": 0.0}
+        self._run(lambda client: [client.send_json(change)], self.followers)
+
+    def _run(self, what: Callable[[WebSocket], list[Awaitable[None]]], sockets: list[WebSocket] | None = None) -> None:
         async def all_of() -> None:
-            for client in list(self.sockets):
+            for client in list(self.sockets if sockets is None else sockets):
                 for step in what(client):
                     await step
 
@@ -255,6 +278,10 @@ def fake_app(air: Air) -> FastAPI:
     @app.websocket("/api/radars/{name}/feed")
     async def feed(client: WebSocket) -> None:
         await air.radar.feed(client)
+
+    @app.websocket("/api/changes")
+    async def changes(client: WebSocket) -> None:
+        await air.radar.changes(client)
 
     app.mount("/", StaticFiles(directory=WEB, html=True))
     return app

@@ -136,3 +136,28 @@ def test_letter_keys_can_be_switched_off(radar: FakeRadar, opened: Opened) -> No
     page.ask("document.getElementById('keys').click()")
     page.press("z")
     assert page.text("#zoom-text") == "2×"
+
+
+def test_what_others_change_shows_as_it_happens(radar: FakeRadar, opened: Opened) -> None:
+    """The service tells that something has changed, and the page asks what; without a change it asks nothing."""
+    radar.gives_truth = True
+    page = opened(BARE)
+    radar.controls |= {"gain": 77}
+    radar.tell("controls", gain=77)
+    page.wait("document.getElementById('gain-value').value === '77'")
+    radar.health = {"id": "0", "state": "behind", "factor_reached": 0.5}
+    radar.tell("status", state="behind")
+    page.wait("document.getElementById('banner').textContent.startsWith('Too slow: 0.50')")
+    radar.errors = {"gyro": {"bias_deg": 20}}
+    radar.tell("errors", gyro={"bias_deg": 20})
+    page.wait("document.getElementById('errors-text').textContent === 'Errors: gyro'")
+
+
+def test_the_page_follows_changes_again_after_a_break(radar: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE)
+    assert radar.followed.wait(10.0)
+    radar.followed.clear()
+    radar.drop_followers()
+    radar.controls |= {"gain": 78}
+    radar.tell("controls", gain=78)
+    page.wait("document.getElementById('gain-value').value === '78'")

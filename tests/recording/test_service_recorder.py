@@ -16,6 +16,7 @@ from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.recording import Recording, read
 from radar_service.recording.service_recorder import MAX_WAITING, ServiceRecorder, Work
 from radar_service.stream.http.app import create_app
+from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.asgi import running
 from tests.stream.fake import AZIMUTHS, SOURCES, FakeEngine, factory, labels_of, scene
@@ -39,13 +40,15 @@ def play(
     """Runs a fake radar that is recorded; returns the numbers of so many spokes that a lossless client got."""
 
     async def body() -> list[int]:
-        station = recorder.station(
+        station = Station(
             "0",
             engine or FakeEngine(scene()),
             factory(),
             settings=Settings(pace=Pace("run", float("inf"))),
             wait_for=1,
             allow_truth=True,
+            sinks=[recorder.sink("0")],
+            recorded=recorder.recorded,
         )
         async with running(create_app([station])) as server:
             before()

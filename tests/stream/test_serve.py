@@ -14,10 +14,12 @@ from fastapi import FastAPI
 
 from radar_service.__main__ import main
 from radar_service.command_line import parser
+from radar_service.ports.registry import opened
 from radar_service.scene.error import SceneError
 from radar_service.scene.world import Scene
-from radar_service.stream.http.access import Access
+from radar_service.stream.access import Access
 from radar_service.stream.http.server import MAX_PER_ADDRESS, Server
+from radar_service.stream.ports.port_host import PortHost
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.world import WorldSource
 from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED, StartError, access_for, serve
@@ -91,7 +93,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             for station in seen["stations"]:
                 station.failed()
 
-    def app(stations: list[Station], **others: Any) -> FastAPI:
+    def app(stations: list[Station], ports: PortHost, **others: Any) -> FastAPI:
         seen.update(others, stations=stations)
         return FastAPI()
 
@@ -107,12 +109,12 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 def test_options_reach_radars_and_server(scene: Path, gave_up: bool, seen: dict[str, Any]) -> None:
     seen["gives up"] = gave_up
     chosen = options(str(scene), str(scene), "--pace", "max", "--truth", "--port", "0", "--connections", "7",
-                     "--exit-when-failed", *(["--sandbox-all"] if gave_up else []))  # fmt: skip
-    assert serve(chosen, FakeEngine) == int(gave_up)
+                     "--exit-when-failed")  # fmt: skip
+    assert serve(chosen, FakeEngine, opened) == int(gave_up)
     assert [station.identity for station in seen["stations"]] == ["0", "1"]
     assert all(station.allow_truth and math.isinf(station.settings.pace.factor) for station in seen["stations"])
     assert (seen["limits"]["connections"], seen["limits"]["per_address"]) == (7, MAX_PER_ADDRESS)
-    assert seen["access"] == access_for(chosen) and seen["sandbox_all"] is gave_up
+    assert seen["access"] == access_for(chosen)
 
 
 def several(tmp_path: Path, *ids: str) -> str:
@@ -124,7 +126,7 @@ def several(tmp_path: Path, *ids: str) -> str:
 def test_each_radar_of_a_scene_is_on_the_air(scene: Path, tmp_path: Path, seen: dict[str, Any]) -> None:
     """Radars of one scene share a world under their ids; that of a scene without ids has the number of its scene."""
     chosen = options(several(tmp_path, "bow", "0"), str(scene), several(tmp_path, "mast"), "--port", "0")
-    assert serve(chosen, FakeEngine) == 0
+    assert serve(chosen, FakeEngine, opened) == 0
     stations = seen["stations"]
     assert [station.identity for station in stations] == ["bow", "0", "1", "mast"]
     assert [station.name for station in stations] == ["radar bow", "radar 0", "radar 1", "radar mast"]
@@ -137,7 +139,7 @@ def test_each_radar_of_a_scene_is_on_the_air(scene: Path, tmp_path: Path, seen: 
 def test_two_radars_with_one_id_are_refused(tmp_path: Path, seen: dict[str, Any]) -> None:
     chosen = options(several(tmp_path, "bow", "aft"), several(tmp_path, "mast", "aft"), "--port", "0")
     with pytest.raises(SceneError, match='radar.id: "aft" is the id of two radars; ids are unique on a server'):
-        serve(chosen, FakeEngine)
+        serve(chosen, FakeEngine, opened)
 
 
 NOT_AT_A_START = {"PIL", "matplotlib", "pyproj", "scipy.interpolate", "scipy.ndimage", "scipy.stats",
@@ -183,5 +185,5 @@ def test_where_one_radar_of_a_scene_fails_at_the_start_all_are_ended(
 
     monkeypatch.setattr(WorldSource, "close", noted)
     with pytest.raises(StartError, match="the mast is down"):
-        serve(options(several(tmp_path, "bow", "mast", "aft"), "--port", "0"), failing)
+        serve(options(several(tmp_path, "bow", "mast", "aft"), "--port", "0"), failing, opened)
     assert sorted(ended) == ["aft", "bow"]

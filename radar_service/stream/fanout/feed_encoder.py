@@ -53,13 +53,13 @@ class FeedEncoder:
         self._answered = self._output.views
         return reduce(or_, (view.sources for view in self._answered), SourceRequest())
 
-    def open_epoch(self, epoch: Epoch) -> None:
-        """Begins an epoch."""
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """Begins an radar.epoch."""
 
         def hello(view: View, mode: Mode) -> bytes:
-            return CODECS[view.codec].hello(self._radar_info(epoch), view, mode)
+            return CODECS[view.codec].hello(self._radar_info(radar.epoch), view, mode)
 
-        self._output.open_epoch(epoch.name, hello, epoch.engine.scene.radar.spoke_period)
+        self._output.open_epoch(radar.epoch.name, hello, radar.epoch.engine.scene.radar.spoke_period)
 
     def send(self, batch: SpokeBatch) -> None:
         """Encodes a batch for each view and publishes it."""

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from fastapi import APIRouter, Request
 
+from radar_service.stream.access import TICKET_SECONDS, Tickets
 from radar_service.stream.http import schemas
-from radar_service.stream.http.access import TICKET_SECONDS, Tickets
 from radar_service.stream.http.answers import PROTECTED
 from radar_service.stream.http.bodies import BodyReader
 from radar_service.stream.http.command_routes import command_routes
@@ -18,6 +18,7 @@ from radar_service.stream.http.scene_store import SceneStore
 from radar_service.stream.http.security import ROLE
 from radar_service.stream.http.vitals import Vitals
 from radar_service.stream.jobs import JobQueue
+from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio.station import Station
 
 
@@ -39,6 +40,7 @@ def api(
     router.include_router(health_routes(stations, vitals))
 
     @router.post("/tickets", status_code=201, tags=["access"])
+    @needs("read")
     async def issue_ticket(request: Request) -> schemas.Ticket:
         """Returns a ticket for one websocket, for its parameter `ticket`: browsers send no token with a websocket."""
         return schemas.Ticket(ticket=tickets.issue(request.scope.get(ROLE)), seconds=TICKET_SECONDS)

@@ -18,6 +18,7 @@ from radar_service.stream.http.answers import (
 )
 from radar_service.stream.http.command_schemas import CommandChange, CommandState, SteerableState
 from radar_service.stream.http.json_bodies import StrictRoute
+from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio.station import Station
 
 READ = {**UNKNOWN, **CONFLICT, **REFUSED}
@@ -29,23 +30,27 @@ def command_routes(stations: Mapping[str, Station]) -> APIRouter:
     router = APIRouter(tags=["commands"], route_class=StrictRoute)
 
     @router.get("/radars/{radar}/own-ship", responses={**READ, **FORBIDDEN})
+    @needs("read")
     async def get_own_ship(radar: str, request: Request) -> SteerableState:
         """Returns the limits of commands to own ship, and the latest one, to clients that may know them."""
         check_knows_truth(request, station_of(stations, radar), "own-ship")
         return _state(station_of(stations, radar), None)
 
     @router.patch("/radars/{radar}/own-ship", responses=CHANGE)
+    @needs("command")
     async def command_own_ship(radar: str, command: CommandChange) -> CommandState:
         """Commands own ship from the first spoke that is not sent yet."""
         return await _commanded(station_of(stations, radar), None, command)
 
     @router.get("/radars/{radar}/bodies/{name:path}", responses={**READ, **FORBIDDEN})
+    @needs("read")
     async def get_body(radar: str, name: str, request: Request) -> SteerableState:
         """Returns the limits of commands to a body, and the latest one, to clients that may know them."""
         check_knows_truth(request, station_of(stations, radar), "bodies")
         return _state(station_of(stations, radar), name)
 
     @router.patch("/radars/{radar}/bodies/{name:path}", responses=CHANGE)
+    @needs("command")
     async def command_body(radar: str, name: str, command: CommandChange) -> CommandState:
         """Commands a body from the first spoke that is not sent yet."""
         return await _commanded(station_of(stations, radar), name, command)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from radar_service.stream.http.access import is_loopback
+from radar_service.stream.access import is_loopback
 
 PIECE = 1024  # bytes: 170 chunks of one byte, which take 2 ms; 64 KiB of them would silence everybody for 0.2 s
 LINGER = 1.0  # s for a refused client to send its request and to read the answer; a socket that is closed before resets it

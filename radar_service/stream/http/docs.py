@@ -9,6 +9,8 @@ from fastapi import FastAPI, Response
 from fastapi.responses import HTMLResponse
 from starlette.staticfiles import StaticFiles
 
+from radar_service.stream.ports.roles import needs
+
 PAGE = """<!doctype html>
 <html lang="en">
 <head>
@@ -55,13 +57,15 @@ show();
 def add_docs(app: FastAPI) -> None:
     """Adds the page and its files to an application."""
 
+    @needs("nothing")
     async def page() -> HTMLResponse:
         return HTMLResponse(PAGE)
 
+    @needs("nothing")
     async def start() -> Response:
         return Response(START, media_type="text/javascript")
 
     app.add_api_route("/docs", page, include_in_schema=False)
     app.add_api_route("/docs/start.js", start, include_in_schema=False)
     files = resources.files("fastapi_offline").joinpath("static")
-    app.mount("/docs/files", StaticFiles(directory=str(files)))
+    app.mount("/docs/files", needs("nothing")(StaticFiles(directory=str(files))))

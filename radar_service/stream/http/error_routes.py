@@ -11,6 +11,7 @@ from radar_service.scene.errors_model import ErrorsModel
 from radar_service.stream.http import schemas
 from radar_service.stream.http.answers import FORBIDDEN, REFUSED, UNKNOWN, UNREADABLE, check_knows_truth
 from radar_service.stream.http.json_bodies import StrictRoute
+from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio.station import Station
 
 EXAMPLES = [{"gyro": {"bias_deg": 1.5}, "feed": {"drop_rate": 0.1}}, {"profile": "imo-a823"}]
@@ -22,12 +23,14 @@ def error_routes(station: Callable[[str], Station]) -> APIRouter:
     router = APIRouter(tags=["radars"], route_class=StrictRoute)
 
     @router.get("/radars/{radar}/errors", responses={**UNKNOWN, **FORBIDDEN})
+    @needs("read")
     async def get_errors(radar: str, request: Request) -> schemas.ErrorsState:
         """Returns the errors on purpose that are in force, to clients that may know them."""
         check_knows_truth(request, station(radar), "errors")
         return _state(station(radar).errors.errors)
 
     @router.patch("/radars/{radar}/errors", responses={**UNKNOWN, **REFUSED, **UNREADABLE})
+    @needs("command")
     async def change_errors(radar: str, requested: ErrorsChange) -> schemas.ErrorsState:
         """Changes errors on purpose, from the first spoke that was not yet sent; answers with all.
 
@@ -37,6 +40,7 @@ def error_routes(station: Callable[[str], Station]) -> APIRouter:
         return await _changed(station(radar), requested.model_dump(exclude_unset=True))
 
     @router.delete("/radars/{radar}/errors", responses=UNKNOWN)
+    @needs("command")
     async def delete_errors(radar: str) -> schemas.ErrorsState:
         """Switches all errors on purpose off, from the first spoke that was not yet sent."""
         return await _changed(station(radar), None)

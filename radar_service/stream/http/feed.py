@@ -8,15 +8,16 @@ from typing import Any
 from fastapi import APIRouter
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from radar_service.stream.access import Access, is_loopback
 from radar_service.stream.codecs.codec import Codec
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.client_queue import GRACE, ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.feed_request import View
-from radar_service.stream.http.access import Access, is_loopback
 from radar_service.stream.http.connection_errors import ConnectionErrors
 from radar_service.stream.http.security import ROLE
 from radar_service.stream.http.websocket import flushed, frame_writer, on_end, write_last
+from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio.station import Station
 
 BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503  # websocket close codes
@@ -31,6 +32,7 @@ def feed_routes(stations: Mapping[str, Station], access: Access, refused: Callab
 
     def add(codec: Codec) -> None:
         @router.websocket(codec.path)
+        @needs("read")
         async def feed(socket: WebSocket, radar: str) -> None:
             may_command = access.may(socket.scope.get(ROLE), "command")
             await serve(socket, codec, stations.get(radar), may_command, refused)

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Response
 
 from radar_service.stream.http import schemas
 from radar_service.stream.http.vitals import Vitals
+from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio import status
 from radar_service.stream.radio.station import Station
 
@@ -18,6 +19,7 @@ def health_routes(stations: Mapping[str, Station], vitals: Vitals) -> APIRouter:
     @router.get(
         "/health", responses={503: {"model": schemas.Health, "description": "a radar has failed or is starting again"}}
     )
+    @needs("read")
     async def get_health(response: Response) -> schemas.Health:
         """Returns the health of the server and of each radar."""
         radars = [status.health(station) for station in stations.values()]
@@ -28,6 +30,7 @@ def health_routes(stations: Mapping[str, Station], vitals: Vitals) -> APIRouter:
         return schemas.Health.model_validate({"status": worst, "version": version, "radars": radars})
 
     @router.get("/health/alive", response_model_exclude_defaults=True)
+    @needs("nothing")
     async def is_alive() -> schemas.ReadyState:
         """Answers whenever the server runs; needs no token."""
         return schemas.ReadyState(yes=True)
@@ -36,6 +39,7 @@ def health_routes(stations: Mapping[str, Station], vitals: Vitals) -> APIRouter:
         "/health/ready", response_model_exclude_defaults=True,
         responses={503: {"model": schemas.ReadyState, "description": "not yet, or no more"}},
     )  # fmt: skip
+    @needs("nothing")
     async def is_ready(response: Response) -> schemas.ReadyState:
         """Returns whether every radar is on the air and takes clients, and uploads are possible; needs no token."""
         problems = await vitals.problems(stations.values())

@@ -9,6 +9,7 @@ from prometheus_client.registry import Collector
 
 from radar_service.stream import logs
 from radar_service.stream.http.vitals import Vitals
+from radar_service.stream.ports.port_thread import PortThread
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.status import STATES, state
 
@@ -114,10 +115,32 @@ class ServiceMetrics(Collector):
         yield lines
 
 
-def exposition(stations: Sequence[Station], refused: Mapping[str, int], vitals: Vitals) -> bytes:
-    """Returns all metrics, those of the process too, in the format of Prometheus."""
+class PortMetrics(Collector):
+    """What the ports have lost."""
+
+    def __init__(self, threads: Sequence[PortThread]) -> None:
+        self._threads = threads
+
+    def collect(self) -> Iterator[Metric]:
+        """Yields each family of metrics with its present values."""
+        faults = CounterMetricFamily("radar_port_faults", "Calls of a port that have failed", labels=["port"])
+        dropped = CounterMetricFamily(
+            "radar_port_dropped", "Spokes and other calls that a port was too slow for", labels=["port"]
+        )
+        for thread in self._threads:
+            faults.add_metric([thread.name], thread.faults)
+            dropped.add_metric([thread.name], thread.dropped)
+        yield faults
+        yield dropped
+
+
+def exposition(
+    stations: Sequence[Station], refused: Mapping[str, int], vitals: Vitals, threads: Sequence[PortThread] = ()
+) -> bytes:
+    """Returns all metrics, those of the process too, in the format of Prometheus. threads: of the ports."""
     registry = CollectorRegistry()
     registry.register(StationMetrics(stations, refused))
+    registry.register(PortMetrics(threads))
     registry.register(ServiceMetrics(vitals))
     ProcessCollector(registry=registry)
     return generate_latest(registry)

@@ -13,15 +13,15 @@ from radar_service.scene.commands import CommandError
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.http.feed import until_first_ends
 from radar_service.stream.http.json_socket import accepted, say_bye, server_end, until_server_ends
-from radar_service.stream.http.security import POSES
 from radar_service.stream.http.websocket import widen_budget
+from radar_service.stream.ports.roles import needs
 from radar_service.stream.poses import Poses
 from radar_service.stream.radio.command_queue import NoRadarError, TooManyCommandsError
 from radar_service.stream.radio.station import Station
 from radar_service.stream.token_bucket import TokenBucket
 from radar_service.strict_json import parsed
 
-PATH = f"/api/radars/{{radar}}{POSES}"
+PATH = "/api/radars/{radar}/poses"
 POSES_PER_SECOND, POSES_AT_ONCE = 200.0, 100.0  # of one client: four bodies at 50 Hz
 BYTES_PER_POSE = 512  # on average, at most
 MAX_ANSWERS = 256  # that wait; the client must read them
@@ -34,6 +34,7 @@ def pose_routes(stations: Mapping[str, Station], refused: Callable[[str], None])
     router = APIRouter()
 
     @router.websocket(PATH)
+    @needs("command")
     async def take_poses(socket: WebSocket, radar: str) -> None:
         if station := await accepted(socket, stations, radar, refused):
             widen_budget(socket.scope, POSES_PER_SECOND, POSES_AT_ONCE, BYTES_PER_POSE)

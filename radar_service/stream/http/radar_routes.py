@@ -28,6 +28,7 @@ from radar_service.stream.http.json_bodies import StrictRoute
 from radar_service.stream.http.pictures import Pictures
 from radar_service.stream.http.scene_routes import JobName, not_found
 from radar_service.stream.http.scene_store import SceneStore, without_folder
+from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.status import state
 from radar_service.stream.source import cell_layout
@@ -50,22 +51,26 @@ def radar_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
 
 def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None:
     @router.get("/radars")
+    @needs("read")
     async def list_radars(request: Request) -> list[schemas.RadarState]:
         """Returns all radars of this server."""
         return [_radar_state(station, knows_truth(request, station)) for station in stations.values()]
 
     @router.get("/radars/{radar}", responses=UNKNOWN)
+    @needs("read")
     async def get_radar(radar: str, request: Request) -> schemas.RadarState:
         """Returns one radar."""
         station = station_of(stations, radar)
         return _radar_state(station, knows_truth(request, station))
 
     @router.get("/radars/{radar}/controls", responses=UNKNOWN)
+    @needs("read")
     async def get_controls(radar: str) -> schemas.ControlsState:
         """Returns the state of all controls."""
         return schemas.ControlsState.model_validate(station_of(stations, radar).controls())
 
     @router.get("/radars/{radar}/truth", responses={**UNKNOWN, **FORBIDDEN, **REFUSED})
+    @needs("read")
     async def get_truth(
         radar: str, t: Annotated[float | None, Query(ge=0, le=1e9, allow_inf_nan=False, description="s, default now")] = None
     ) -> schemas.TruthState:
@@ -79,6 +84,7 @@ def _add_read_routes(router: APIRouter, stations: Mapping[str, Station]) -> None
 
 def _add_picture(router: APIRouter, stations: Mapping[str, Station], pictures: Pictures) -> None:
     @router.get("/radars/{radar}/ppi.png", response_class=Response, responses={**UNKNOWN, **REFUSED, **PICTURE, **BUSY})
+    @needs("read")
     async def get_picture(
         radar: str,
         size: Annotated[int, Query(ge=64, le=2048, description="pixels")] = 900,
@@ -94,6 +100,7 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
         "/radars/{radar}/scene", responses={**UNKNOWN, **REFUSED, **UNREADABLE, **STORED, **BUSY, **CONFLICT},
         openapi_extra={"requestBody": SCENE_BODY},
     )  # fmt: skip
+    @needs("command")
     async def run_scene(radar: str, request: Request, job: JobName = None) -> schemas.SceneAnswer:
         """Runs another scene: it is prepared beside the running one and takes over when the running scan ends."""
         station = station_of(stations, radar)
@@ -112,6 +119,7 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
         )  # fmt: skip
 
     @router.patch("/radars/{radar}/controls", responses={**UNKNOWN, **REFUSED, **UNREADABLE, **BUSY, **CONFLICT})
+    @needs("command")
     async def change_controls(radar: str, requested: schemas.ControlsChange) -> schemas.ControlsState:
         """Changes some controls; answers with the state of all."""
         station = station_of(stations, radar)

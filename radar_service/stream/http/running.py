@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterable, Sequence
 
 from radar_service.radar.parameters import FIRST_ID
 from radar_service.scene.error import SceneError
-from radar_service.stream.http.access import Access
+from radar_service.stream.access import Access
 from radar_service.stream.http.app import create_app
 from radar_service.stream.http.requests import Requests
 from radar_service.stream.http.server import MAX_CONNECTIONS, MAX_PER_ADDRESS, Server, configuration, listening_socket
 from radar_service.stream.logs import Refusals
+from radar_service.stream.ports.port import Port
+from radar_service.stream.ports.port_host import PortHost
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.processes.stop_signals import STOP_SIGNALS
 from radar_service.stream.radio.station import Station
@@ -20,24 +22,19 @@ from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import MakeSource, SpokeSource
 
-MakeStation = Callable[..., Station]
-
 
 def run(
     options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[Sequence[SpokeSource]]], make: MakeSource,
-    fork_server: ForkServer, make_station: MakeStation | None = None,
+    fork_server: ForkServer, ports: Sequence[Port], station_type: type[Station] = Station,
 ) -> int:  # fmt: skip
-    """Serves the radars of all worlds until stopped; returns the exit status. Raises OSError where it cannot listen, and
-    SceneError where two radars have the same id.
+    """Serves the radars of all worlds until stopped; returns the exit status. Raises OSError where it cannot listen,
+    UndeclaredRoleError for a route of a port, and SceneError where two radars have the same id.
 
     options: of the command `serve`; worlds: waits for the radars of each world, which prepare while the application is put
-    together; make, fork_server: start further worlds and other processes; make_station: makes a radar, by default Station.
+    together; make, fork_server: start further worlds and other processes.
     """
-    refused, requests, stations = Refusals(), Requests(), list[Station]()
-    app = create_app(
-        stations, scene_folders=options.scene_folder, sandbox_all=options.sandbox_all, fork_server=fork_server,
-        access=access, refused=refused, requests=requests,
-    )  # fmt: skip
+    refused, requests, stations, host = Refusals(), Requests(), list[Station](), PortHost(ports)
+    app = create_app(stations, host, fork_server=fork_server, access=access, refused=refused, requests=requests)
     config = configuration(
         app, connections=options.connections or MAX_CONNECTIONS,
         per_address=options.connections_per_address or MAX_PER_ADDRESS, refused=refused,
@@ -46,13 +43,13 @@ def run(
     settings = Settings(pace=Pace("run", options.pace))
     for number, radars in enumerate(worlds()):
         world = StationWorld()
-        stations.extend(
-            (make_station or Station)(
-                _identity(radar, number), radar, make, settings=settings, allow_truth=options.truth, world=world,
-                wait_for=options.wait_for,
-            )
-            for radar in radars
-        )  # fmt: skip
+        for radar in radars:
+            identity = _identity(radar, number)
+            station = station_type(
+                identity, radar, make, settings=settings, allow_truth=options.truth, world=world,
+                wait_for=options.wait_for, sinks=host.sinks(identity), recorded=host.sources,
+            )  # fmt: skip
+            stations.append(station)
     _check_identities([station.identity for station in stations])
     return _run(server, stations, options)
 

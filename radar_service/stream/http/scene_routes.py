@@ -12,6 +12,7 @@ from radar_service.stream.http.answers import BUSY, CONFLICT, REFUSED, STORED, U
 from radar_service.stream.http.bodies import BodyReader
 from radar_service.stream.http.scene_store import SceneStore, without_folder
 from radar_service.stream.http.uploads import UPLOAD_BODY, read_upload
+from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio.station import Station
 
 JobName = Annotated[
@@ -24,6 +25,7 @@ def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
     router = APIRouter(tags=["scenes"])
 
     @router.get("/scenes")
+    @needs("read")
     async def list_scenes() -> list[schemas.SceneListing]:
         """Returns the scenes that can be run by name."""
         summaries = await asyncio.to_thread(lambda: [entry.summary() for entry in store.entries()])
@@ -33,6 +35,7 @@ def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
         "/scenes", status_code=201, responses={**REFUSED, **CONFLICT, **UNREADABLE, **STORED, **BUSY},
         openapi_extra={"requestBody": UPLOAD_BODY},
     )  # fmt: skip
+    @needs("command")
     async def add_scene(request: Request, job: JobName = None) -> schemas.SceneAnswer:
         """Keeps a scene, checked and planned for the first radar; it replaces an earlier upload of the same name."""
         first = next(iter(stations.values()))
@@ -47,6 +50,7 @@ def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
         return schemas.SceneAnswer(name=name, bodies=source.scene.body_count, warnings=warnings, plan=source.plan.as_dict())
 
     @router.delete("/scenes/{name}", status_code=204, responses={**UNKNOWN, **CONFLICT})
+    @needs("command")
     async def delete_scene(name: str) -> None:
         """Deletes an uploaded scene; radars that run it go on."""
         with not_found("scene", name):

@@ -8,7 +8,8 @@ from fastapi.responses import JSONResponse
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from radar_service.stream.http.access import Access, Role, Tickets
+from radar_service.stream.access import Access, Role, Tickets
+from radar_service.stream.ports.roles import SAFE_METHODS, Roles
 
 SECURITY_HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'self'",
@@ -16,11 +17,6 @@ SECURITY_HEADERS = {
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Opener-Policy": "same-origin",
 }
-SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
-PROTECTED = ("/api/", "/metrics")  # the page itself contains no secret
-OPEN = ("/api/health/alive", "/api/health/ready")  # for programs that restart the process
-TICKETS = "/api/tickets"
-POSES = "/poses"  # the end of the path of the websocket that commands
 BODY_SECONDS = 20.0  # between two pieces of a body
 ROLE = "radar.role"  # key of the ASGI scope that holds the client's role
 
@@ -35,10 +31,10 @@ class SecurityMiddleware:
     """
 
     def __init__(
-        self, app: ASGIApp, access: Access, tickets: Tickets, refused: Callable[[str], None] = lambda _: None
+        self, app: ASGIApp, access: Access, tickets: Tickets, roles: Roles, refused: Callable[[str], None] = lambda _: None
     ) -> None:
-        """refused: is called with a word that names the reason of each refusal."""
-        self._app, self._access, self._tickets, self._refused = app, access, tickets, refused
+        """roles: of the routes; refused: is called with a word that names the reason of each refusal."""
+        self._app, self._access, self._tickets, self._roles, self._refused = app, access, tickets, roles, refused
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
@@ -59,12 +55,8 @@ class SecurityMiddleware:
         if (is_command or is_websocket) and _is_foreign(headers):
             return 403, "origin: this page belongs to another site"
         scope[ROLE] = role = self._role(scope, headers)
-        path = scope["path"]
-        if not is_websocket and (not path.startswith(PROTECTED) or path in OPEN):
-            return None
-        commands = path.endswith(POSES) if is_websocket else is_command and path != TICKETS
-        needed: Role = "command" if commands else "read"
-        if self._access.may(role, needed):
+        needed = self._roles.needed(scope)
+        if needed == "nothing" or self._access.may(role, needed):
             return None
         return 401, f"token: needed to {needed}; send the header Authorization: Bearer TOKEN"
 

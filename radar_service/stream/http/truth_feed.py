@@ -9,6 +9,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.http.feed import BAD_REQUEST, FORBIDDEN, UNAVAILABLE, until_first_ends, until_gone
 from radar_service.stream.http.json_socket import accepted, refuse, say_bye, server_end, until_server_ends
+from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 
@@ -20,6 +21,7 @@ def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]
     router = APIRouter()
 
     @router.websocket(PATH)
+    @needs("read")
     async def stream(socket: WebSocket, radar: str) -> None:
         if (station := await accepted(socket, stations, radar, refused)) is None:
             return

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from radar_service.display.scan_correlation import ScanMemory
 from radar_service.stream.source import SpokeSource
-from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink
+from radar_service.stream.spokes import RadarInfo, SpokeBatch, SpokeSink
 
 
 class CorrelationStage:
@@ -18,10 +18,10 @@ class CorrelationStage:
         self._sinks = tuple(sinks)
         self._memory: tuple[SpokeSource, ScanMemory] | None = None
 
-    def open_epoch(self, epoch: Epoch) -> None:
+    def open_epoch(self, radar: RadarInfo) -> None:
         """Passes on the notice; another display range keeps the memory."""
         for sink in self._sinks:
-            sink.open_epoch(epoch)
+            sink.open_epoch(radar)
 
     def send(self, batch: SpokeBatch) -> None:
         """Passes on spokes, and remembers them."""

@@ -15,7 +15,7 @@ from radar_service.records import OwnShipTruth, SpokeBlock
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.errors_model import MAX_LATENCY_S
 from radar_service.stream.source import SpokeSource, TruthLine
-from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink
+from radar_service.stream.spokes import RadarInfo, SpokeBatch, SpokeSink
 from radar_service.types import Singles
 
 if TYPE_CHECKING:
@@ -49,16 +49,16 @@ class ErrorStage:
             self.errors = changed_errors(self.errors, tables, self._running.has_sensors)
             self._running.set(self.errors)
 
-    def open_epoch(self, epoch: Epoch) -> None:
-        """Begins an epoch. Another engine begins with the errors of its scene, or goes on with the errors in force."""
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """Begins an radar.epoch. Another engine begins with the errors of its scene, or goes on with the errors in force."""
         with self._lock:
-            is_new, self._number = epoch.engine not in self._reports, 0
-            self._running = self._reports_of(epoch.engine)
-            if is_new and epoch.engine.order.goes_on:
+            is_new, self._number = radar.epoch.engine not in self._reports, 0
+            self._running = self._reports_of(radar.epoch.engine)
+            if is_new and radar.epoch.engine.order.goes_on:
                 self._running.set(self.errors)
             self.errors = self._running.errors
         for sink in self._sinks:
-            sink.open_epoch(epoch)
+            sink.open_epoch(radar)
 
     def send(self, batch: SpokeBatch) -> None:
         """Passes on what is sent when these spokes are due."""

@@ -6,7 +6,7 @@ from concurrent.futures import Executor
 
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.hub import Hub
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 
 TRUTHS_PER_SCAN = 8  # enough to draw a track, at a cost that cannot be measured
 MAX_WAITING = 4 * TRUTHS_PER_SCAN  # truths that are to be asked; beyond it the oldest are given up
@@ -41,8 +41,8 @@ class FeedTruth:
         if self._asking:
             self._asking.cancel()
 
-    def open_epoch(self, epoch: Epoch) -> None:
-        """Ignores it: each batch names its epoch."""
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """Ignores it: each batch names its radar.epoch."""
 
     def send(self, batch: SpokeBatch) -> None:
         """Asks for the truth at the instants of a batch, if a client requests it."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from radar_service.display.video import Controls, Layout
 from radar_service.stream.source import SpokeSource
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.spokes import RadarInfo, SpokeBatch
 from radar_service.types import Singles
 
 Rows = tuple[NDArray[np.intp], Singles, Singles | None]
@@ -44,11 +44,11 @@ class LastScan:
         with self._lock:
             return Revolution(self._engine, list(self._rows), self._next, self._heading)
 
-    def open_epoch(self, epoch: Epoch) -> None:
+    def open_epoch(self, radar: RadarInfo) -> None:
         """Drops the rows of another engine; another display range keeps them."""
         with self._lock:
-            if epoch.engine is not self._engine:
-                self._engine, self._next = epoch.engine, 0
+            if radar.epoch.engine is not self._engine:
+                self._engine, self._next = radar.epoch.engine, 0
                 self._rows.clear()
 
     def send(self, batch: SpokeBatch) -> None:

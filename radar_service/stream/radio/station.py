@@ -82,7 +82,7 @@ class Station:
             engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts,
             command_worker=self.world.command_worker,
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
-            sources=lambda: self.feed.requested() | recorded,
+            sources=lambda: self.feed.requested() | recorded, describe=self.radar_info,
         )  # fmt: skip
         self.preparations = Preparations()
         self._output, self._make_engine = output, make_engine

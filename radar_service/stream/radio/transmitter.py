@@ -31,7 +31,7 @@ from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
-from radar_service.stream.spokes import Epoch, SpokeBatch, SpokeSink, new_epoch_name
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch, SpokeSink, new_epoch_name
 from radar_service.types import Singles
 
 BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the orders again
@@ -54,12 +54,13 @@ class Transmitter:
         self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
         make_engine: MakeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
         on_restart: Report = lambda reason: None, on_failure: Report = lambda reason: None, held: bool = False,
-        sources: Callable[[], SourceRequest] = SourceRequest,
+        sources: Callable[[], SourceRequest] = SourceRequest, describe: Callable[[Epoch], RadarInfo] = RadarInfo.unnamed,
     ) -> None:  # fmt: skip
         """make_engine: makes another engine by the order of a failed one, at most `restarts` times within RESTART_WINDOW.
 
         command_worker: of its world, whose clock other radars may share; on_restart, on_failure: called with the reason, from the
-        transmitter's thread; held: until `pacer.release`; sources: what the sinks need of the sources of the next spokes.
+        transmitter's thread; held: until `pacer.release`; sources: what the sinks need of the sources of the next spokes;
+        describe: the radar in an epoch that opens.
         """
         self._command_worker = command_worker or CommandWorker(WorldClock())
         self._world = self._command_worker.clock
@@ -74,7 +75,7 @@ class Transmitter:
         self._command_pace = CommandPace(clock)
         self.handover = Handover()
         self._sinks = tuple(sinks)
-        self._on_restart, self._on_failure, self._sources = on_restart, on_failure, sources
+        self._on_restart, self._on_failure, self._sources, self._describe = on_restart, on_failure, sources, describe
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
         self._number = 0  # of the next spoke in this epoch
         self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
@@ -268,8 +269,9 @@ class Transmitter:
 
     def _open(self, epoch: Epoch) -> None:
         self.epoch, self._number = epoch, 0
+        radar = self._describe(epoch)
         for sink in self._sinks:
-            sink.open_epoch(epoch)
+            sink.open_epoch(radar)
 
     def _restart(self, reason: str) -> bool:
         """Continues with the next scan and another engine of the same scene; returns whether that has worked."""

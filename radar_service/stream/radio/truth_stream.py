@@ -12,7 +12,7 @@ from radar_service.stream.fanout.client_queue import GOING_AWAY, TOO_SLOW
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.source import SpokeSource, TruthLine
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.spokes import RadarInfo, SpokeBatch
 
 MAX_FOLLOWERS = 16
 MAX_BEHIND = 4096  # batches: a minute at 15 ms each
@@ -84,9 +84,9 @@ class TruthStream:
         """Remembers the running event loop."""
         self._loop = asyncio.get_running_loop()
 
-    def open_epoch(self, epoch: Epoch) -> None:
+    def open_epoch(self, radar: RadarInfo) -> None:
         """Remembers the engine."""
-        self._engine = epoch.engine
+        self._engine = radar.epoch.engine
 
     def send(self, batch: SpokeBatch) -> None:
         """Tells the followers what was sent."""

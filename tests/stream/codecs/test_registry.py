@@ -6,9 +6,9 @@ from collections.abc import Mapping
 import pytest
 
 from radar_service.records import Truth
+from radar_service.stream.access import Access
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.feed_request import FeedRequest, Mode, View
-from radar_service.stream.http.access import Access
 from radar_service.stream.http.app import create_app
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings

@@ -78,7 +78,7 @@ def test_spokes_are_encoded_with_labels_for_clients_whose_request_they_follow() 
 
 def test_the_hello_is_that_of_the_clients_view() -> None:
     output = Output()
-    encoder(output).open_epoch(EPOCH)
+    encoder(output).open_epoch(RadarInfo.unnamed(EPOCH))
     hello = wire.unpack(output.hello(View("f16", 5), "lossless"))
     assert (hello["epoch"], hello["encoding"]["name"], hello["encoding"]["bins"], hello["mode"]) == (
         "e",

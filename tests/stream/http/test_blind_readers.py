@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from radar_service.scene.load import load_scene
-from radar_service.stream.http.access import Access
+from radar_service.stream.access import Access
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.asgi import Server

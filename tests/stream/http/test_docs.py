@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from radar_service.stream.http.access import Access
+from radar_service.stream.access import Access
 from radar_service.stream.http.app import create_app
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from radar_service.scene.load import load_scene
+from radar_service.stream.access import Access
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.http.access import Access
 from radar_service.stream.http.connection_errors import ConnectionErrors
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings

@@ -47,6 +47,7 @@ def test_metrics_count_what_the_clients_saw() -> None:
         assert now["radar_tasks"] >= 2  # the client of the feed and this request
         assert (now["radar_jobs,running"], now["radar_jobs,waiting"], now["radar_queued_messages,0"]) == (0, 0, 0)
         assert now["radar_log_lines_dropped_total,queue"] >= 0 and now["radar_log_lines_dropped_total,repeated"] >= 0
+        assert now["radar_port_faults_total,rest"] == now["radar_port_dropped_total,rest"] == 0
         assert now["process_resident_memory_bytes"] > 1e6
 
     async def whole() -> None:

@@ -7,8 +7,8 @@ from typing import Any
 import msgpack
 import pytest
 
+from radar_service.stream.access import Access
 from radar_service.stream.http import pose_feed
-from radar_service.stream.http.access import Access
 from tests.stream.asgi import Closed, Server, Socket
 from tests.stream.fake import AZIMUTHS
 from tests.stream.http.playing import play

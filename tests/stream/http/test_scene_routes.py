@@ -11,7 +11,10 @@ import pytest
 
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.sandbox import Sandbox
+from radar_service.stream.http.feed_port import FeedPort
+from radar_service.stream.http.rest_port import RestPort
 from radar_service.stream.jobs import RETRY_SECONDS
+from radar_service.stream.ports.port_host import PortHost
 from tests.stream.asgi import Server
 from tests.stream.fake import FakeEngine, made_by
 from tests.stream.http.playing import play, station
@@ -72,7 +75,7 @@ def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> None:
         assert (await server.http.delete("/api/scenes/local")).status_code == 409
         assert "mine" not in {entry["name"] for entry in (await server.http.get("/api/scenes")).json()}
 
-    play(test, scene_folders=[tmp_path])
+    play(test, ports=PortHost((RestPort([tmp_path]), FeedPort())))
 
 
 WITHOUT_TIME = [sys.executable, "-c", "import sys; sys.stdin.buffer.read()"]  # a child that waits for a processor

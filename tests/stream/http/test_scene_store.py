@@ -8,6 +8,9 @@ from typing import Any
 import pytest
 
 from radar_service.stream.http import scene_store
+from radar_service.stream.http.feed_port import FeedPort
+from radar_service.stream.http.rest_port import RestPort
+from radar_service.stream.ports.port_host import PortHost
 from tests.scenes import TWO_RADARS
 from tests.stream.asgi import Server
 from tests.stream.http.playing import play
@@ -60,4 +63,4 @@ def test_a_scene_of_several_radars_is_summed_up_by_its_first(tmp_path: Path) -> 
         assert listed["mine"] == "2 radars, the first: 1 bodies, 600 m, 60 rpm"  # of those that it sees
         assert listed["harbour"].count("radar") == 0
 
-    play(test, scene_folders=[tmp_path])
+    play(test, ports=PortHost((RestPort([tmp_path]), FeedPort())))

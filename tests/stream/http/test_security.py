@@ -6,9 +6,10 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
+from radar_service.stream.access import Access, Tickets
 from radar_service.stream.http import security
-from radar_service.stream.http.access import Access, Tickets
 from radar_service.stream.http.app import create_app
+from radar_service.stream.ports.roles import Roles
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.asgi import Closed, Server, running
@@ -158,7 +159,7 @@ def test_a_body_that_stops_coming_is_given_up(monkeypatch: pytest.MonkeyPatch) -
 
     async def send(_: object) -> None: ...
 
-    wall = security.SecurityMiddleware(app, Access(), Tickets())  # type: ignore[arg-type]
+    wall = security.SecurityMiddleware(app, Access(), Tickets(), Roles([]))  # type: ignore[arg-type]
     asyncio.run(wall({"type": "http", "method": "PUT", "path": "/", "headers": []}, stalling, send))  # type: ignore[arg-type]
     assert received == ["http.request", "http.disconnect"]
 

@@ -3,7 +3,7 @@
 import threading
 from typing import Any
 
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 
 SOON = 10.0  # s, for what should take milliseconds
 
@@ -17,9 +17,9 @@ class RecordingSink:
         self.epochs: list[Epoch] = []
         self._changed = threading.Condition()
 
-    def open_epoch(self, epoch: Epoch) -> None:
-        self.epochs.append(epoch)
-        self._record("open", epoch.name)
+    def open_epoch(self, radar: RadarInfo) -> None:
+        self.epochs.append(radar.epoch)
+        self._record("open", radar.epoch.name)
 
     def send(self, batch: SpokeBatch) -> None:
         self.batches.append(batch)

@@ -10,7 +10,7 @@ from radar_service.display.video import Controls
 from radar_service.stream.codecs.native import messages
 from radar_service.stream.feed_request import View
 from radar_service.stream.radio.correlation_stage import CorrelationStage
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.stream.fake import AZIMUTHS, FakeEngine, scene
 from tests.stream.radio.recording import RecordingSink
 
@@ -24,7 +24,7 @@ class Played:
         self.sink, self.other = RecordingSink(), RecordingSink()
         self.stage = CorrelationStage([self.sink, self.other])
         self.epoch = Epoch("e", FakeEngine(scene()), None)
-        self.stage.open_epoch(self.epoch)
+        self.stage.open_epoch(RadarInfo.unnamed(self.epoch))
 
     def send(self, scan: int, video: Controls = ON, epoch: Epoch | None = None) -> np.ndarray | None:
         """Sends a scan; returns what the scan before had."""
@@ -62,7 +62,7 @@ def test_another_range_keeps_the_memory_and_another_engine_or_a_failure_ends_it(
     played = Played()
     played.send(0)
     near = replace(played.epoch, name="f", range=100.0)
-    played.stage.open_epoch(near)
+    played.stage.open_epoch(RadarInfo.unnamed(near))
     assert not is_unknown(played.send(1, epoch=near))
     restarted = Epoch("f", FakeEngine(scene()), 100.0)  # goes on with the same epoch
     assert is_unknown(played.send(2, epoch=restarted)) and not is_unknown(played.send(3, epoch=restarted))

@@ -14,7 +14,7 @@ from radar_service.recording.simulated_source import SimulatedSource
 from radar_service.scene.error import SceneError
 from radar_service.stream.radio.error_stage import MAX_RUNS, ErrorStage
 from radar_service.stream.source import SceneOrder, TruthLine
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 from radar_service.types import Singles
 from tests.errors.runs import AZIMUTHS as SIMULATED
 from tests.errors.runs import SCENE, simulator
@@ -36,7 +36,7 @@ class Played:
         self.sink, self.engine = RecordingSink(), engine or FakeEngine(scene())
         self.stage = ErrorStage(self.engine, [self.sink])
         self.epoch = Epoch("one", self.engine, None)
-        self.stage.open_epoch(self.epoch)
+        self.stage.open_epoch(RadarInfo.unnamed(self.epoch))
         self.first = 0
 
     def send(self, number: int, count: int, before: Singles | None = None) -> SpokeBatch:
@@ -123,11 +123,11 @@ def test_the_spoke_before_is_that_which_the_radar_made() -> None:
 def test_a_scene_begins_with_its_own_errors() -> None:
     played = Played()
     played.stage.set_errors(DROPPED)
-    played.stage.open_epoch(Epoch("another range", played.engine, 100.0))
+    played.stage.open_epoch(RadarInfo.unnamed(Epoch("another range", played.engine, 100.0)))
     assert played.stage.errors is not None
     wrong = rs.load_scene(SCENE | {"errors": {"log": {"bias_kn": 1}}})
     for k in range(2 * MAX_RUNS):
-        played.stage.open_epoch(Epoch(f"scene {k}", FakeEngine(wrong if k % 2 else scene()), None))
+        played.stage.open_epoch(RadarInfo.unnamed(Epoch(f"scene {k}", FakeEngine(wrong if k % 2 else scene()), None)))
         assert (played.stage.errors is not None) is bool(k % 2)
 
 
@@ -137,7 +137,7 @@ def test_an_engine_that_replaces_a_failed_one_goes_on_with_the_errors() -> None:
     played.send(0, 5)
     other = FakeEngine(scene())
     played.stage.send(SpokeBatch(Epoch("one", other, None), 5, other.block(AZIMUTHS, 24), Controls()))
-    played.stage.open_epoch(Epoch("another range", other, 100.0))
+    played.stage.open_epoch(RadarInfo.unnamed(Epoch("another range", other, 100.0)))
     assert played.stage.errors is not None and len(played.spokes) < 29
     for scan in range(2, 3 * MAX_RUNS):
         other = FakeEngine(scene())
@@ -154,7 +154,7 @@ def test_the_feed_of_the_service_is_that_of_the_simulator() -> None:
     served, alone = simulator(), simulator()
     stage = ErrorStage(served, [sink := RecordingSink()])  # type: ignore[arg-type]  # as far as the stage needs a source
     epoch = Epoch("one", served, None)  # type: ignore[arg-type]
-    stage.open_epoch(epoch)
+    stage.open_epoch(RadarInfo.unnamed(epoch))
     expected, blocks = [], iter(served.blocks(4, size=16))
     for scan, errors in enumerate((None, EVERYTHING, {"feed": {"drop_rate": 0.5}, "gyro": None}, None)):
         alone.set_errors(errors)
@@ -186,7 +186,7 @@ def test_an_engine_that_goes_on_at_another_rate_keeps_the_errors_in_force() -> N
     """With the bytes that a simulator has in this process; what is in the scene's file is no longer in force."""
     served, alone = simulator(), simulator()
     stage = ErrorStage(served, [sink := RecordingSink()])  # type: ignore[arg-type]  # as far as the stage needs a source
-    stage.open_epoch(Epoch("one", served, None))  # type: ignore[arg-type]
+    stage.open_epoch(RadarInfo.unnamed(Epoch("one", served, None)))  # type: ignore[arg-type]
     for each in (stage, alone):
         each.set_errors(None)
         each.set_errors({"gyro": {"bias_deg": 7}, "feed": {"drop_rate": 0.3}})
@@ -194,7 +194,7 @@ def test_an_engine_that_goes_on_at_another_rate_keeps_the_errors_in_force() -> N
     alone.scan()
     order = SceneOrder(SCENE, rpm=30, origin=Origin())
     epoch = Epoch("two", SimulatedSource(served.at_rpm(30), order), None)
-    stage.open_epoch(epoch)
+    stage.open_epoch(RadarInfo.unnamed(epoch))
     for block in epoch.engine.blocks():
         if block.scan > 2:
             break
@@ -202,5 +202,5 @@ def test_an_engine_that_goes_on_at_another_rate_keeps_the_errors_in_force() -> N
     sent = [(spoke.number, spoke.heading) for batch in sink.batches for spoke in batch.block.spokes()]
     expected = [(spoke.number, spoke.heading) for spoke in alone.at_rpm(30).feed(2)]
     assert sent == expected and len(sent) < 2 * SIMULATED
-    stage.open_epoch(Epoch("three", FakeEngine(scene()), None))
+    stage.open_epoch(RadarInfo.unnamed(Epoch("three", FakeEngine(scene()), None)))
     assert stage.errors is None

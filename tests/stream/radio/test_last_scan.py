@@ -8,7 +8,7 @@ import pytest
 
 from radar_service.display.video import Controls
 from radar_service.stream.radio.last_scan import LastScan
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, power_of, scene
 
 
@@ -34,12 +34,12 @@ def test_another_range_keeps_the_rows_and_another_engine_drops_them() -> None:
     epoch = Epoch("e", FakeEngine(scene()), None)
     memory = LastScan(epoch.engine)
     send(memory, epoch, 0, 4)
-    memory.open_epoch(Epoch("f", epoch.engine, 100.0))
+    memory.open_epoch(RadarInfo.unnamed(Epoch("f", epoch.engine, 100.0)))
     memory.skip("f", 4, 3, "it broke")
     memory.close("it broke")
     assert len(memory.read().rows) == 1
     other = FakeEngine(scene())
-    memory.open_epoch(Epoch("g", other, None))
+    memory.open_epoch(RadarInfo.unnamed(Epoch("g", other, None)))
     kept = memory.read()
     assert (kept.engine, kept.rows, kept.next) == (other, [], 0)
 

@@ -15,7 +15,7 @@ from radar_service.stream.radio import truth_stream
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 from radar_service.stream.source import TruthLine
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.stream.fake import AZIMUTHS, FakeEngine, scene, steerable_scene
 
 PERIOD = scene().radar.rotation_period
@@ -100,7 +100,7 @@ def test_another_scene_has_a_header_and_another_engine_of_the_same_has_none() ->
         played.send(0, AZIMUTHS)
         played.send(AZIMUTHS, AZIMUTHS, FakeEngine(scene()))  # as after a restart
         other = FakeEngine(scene("another"))
-        played.stream.open_epoch(Epoch("f", other, None))
+        played.stream.open_epoch(RadarInfo.unnamed(Epoch("f", other, None)))
         played.send(0, AZIMUTHS, other)
         await asyncio.sleep(0)
         await played.over()
@@ -125,7 +125,7 @@ def test_commands_change_the_lines_that_are_still_to_come() -> None:
 
     async def test(played: Played) -> None:
         engine = Delayed(steerable_scene())
-        played.stream.open_epoch(Epoch("f", engine, None))
+        played.stream.open_epoch(RadarInfo.unnamed(Epoch("f", engine, None)))
         _, lines = played.follow()
         played.send(0, 8, engine)
         await played.until(lambda: len(lines) >= 1)

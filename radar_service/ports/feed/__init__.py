@@ -1,0 +1,19 @@
+"""The native feed: spokes by websocket."""
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from radar_service.stream.ports.port import Port
+
+
+def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
+    """Adds nothing: what a client gets is in its request."""
+
+
+def opened(options: argparse.Namespace) -> "Port":
+    """As PortPackage.opened."""
+    from radar_service.stream.http.feed_port import FeedPort
+
+    return FeedPort()

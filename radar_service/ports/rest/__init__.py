@@ -1,0 +1,19 @@
+"""REST: what is under /api, and the metrics."""
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from radar_service.stream.ports.port import Port
+
+
+def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
+    """Adds nothing: the options of the server are those of `command_line`."""
+
+
+def opened(options: argparse.Namespace) -> "Port":
+    """As PortPackage.opened."""
+    from radar_service.stream.http.rest_port import RestPort
+
+    return RestPort(options.scene_folder, options.sandbox_all)

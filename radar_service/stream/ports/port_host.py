@@ -1,0 +1,99 @@
+"""Runs the ports of a service: hands them the changes of radars, calls their clocks, and keeps their faults from all others."""
+
+import asyncio
+import math
+from collections.abc import Sequence
+from functools import partial
+
+from fastapi import APIRouter
+
+from radar_service.cell_sources import SourceRequest
+from radar_service.stream.ports.port import Port, Service
+from radar_service.stream.ports.port_thread import PortThread, QueuedSink
+from radar_service.stream.ports.state_changes import StateWatch
+from radar_service.stream.radio.station import Station
+from radar_service.stream.spokes import SpokeSink
+
+LOOK = 0.1  # s between two looks at the state of radars
+SHORTEST = 0.02  # s between two calls of `tick` on the wall clock
+STOP_SECONDS = 1.0  # for a port to do what waits
+
+
+class PortHost:
+    """The ports of a service. Belongs to the event loop, but for `sinks`, which comes before it."""
+
+    def __init__(self, ports: Sequence[Port]) -> None:
+        self._ports = tuple(ports)
+        self.threads = {port: PortThread(port.name) for port in self._ports if not port.delays}
+        self._tasks: list[asyncio.Task[None]] = []
+
+    def routes(self, service: Service) -> list[APIRouter]:
+        """Returns the routes of all ports."""
+        return [router for port in self._ports for router in port.routes(service)]
+
+    def sinks(self, radar: str) -> list[SpokeSink]:
+        """Returns the sinks of all ports for a radar; before each that must not delay it stands a queue."""
+        result: list[SpokeSink] = []
+        for port in self._ports:
+            thread = self.threads.get(port)
+            result += [sink if thread is None else QueuedSink(sink, thread) for sink in port.sinks(radar)]
+        return result
+
+    @property
+    def sources(self) -> SourceRequest:
+        """What the sinks need of the sources of cells."""
+        result = SourceRequest()
+        for port in self._ports:
+            result |= port.sources
+        return result
+
+    async def start(self, service: Service) -> None:
+        """Starts the ports, before the radars. Raises what a port raises."""
+        for port in self._ports:
+            await port.start(service)
+        for thread in self.threads.values():
+            thread.start()
+
+    def watch(self, stations: Sequence[Station]) -> None:
+        """Tells the ports from now on of the changes and of the time of radars."""
+        self._tasks = [asyncio.create_task(self._watch(station)) for station in stations]
+        self._tasks += [
+            asyncio.create_task(self._tick(port, station, port.period))
+            for port in self.threads for station in stations if port.period is not None
+        ]  # fmt: skip
+
+    async def stop(self) -> None:
+        """Ends the ports; one that does not end in time is left behind."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*(asyncio.to_thread(thread.stop, STOP_SECONDS) for thread in self.threads.values()))
+        for port in self._ports:
+            await port.stop()
+
+    def close(self) -> None:
+        """Closes what the ports have opened."""
+        for port in self._ports:
+            port.close()
+
+    async def _watch(self, station: Station) -> None:
+        """Hands the changes of a radar to the ports."""
+        watch = StateWatch(station)
+        while True:
+            for change in watch.changes():
+                for port, thread in self.threads.items():
+                    thread.put(partial(port.changed, change))
+            await asyncio.sleep(LOOK)
+
+    async def _tick(self, port: Port, station: Station, period: float) -> None:
+        """Calls the clock of a port for a radar."""
+        loop, transmitter = asyncio.get_running_loop(), station.transmitter
+        due, called = transmitter.simulated, -math.inf
+        while True:
+            now, time = loop.time(), transmitter.simulated
+            stands = transmitter.pacer.idle or transmitter.fault is not None
+            if time >= due or time < due - 2.0 * period or (stands and now - called >= period):
+                self.threads[port].put(partial(port.tick, station.identity, time), key=station.identity)
+                due, called = time + period, now
+            wait = period if stands else (due - time) / station.settings.pace.factor
+            await asyncio.sleep(min(max(wait, SHORTEST), period + SHORTEST))

@@ -1,0 +1,30 @@
+"""A port overrides what it has: one that overrides nothing has nothing, and a service runs with it."""
+
+import asyncio
+
+from radar_service.cell_sources import SourceRequest
+from radar_service.stream.http.app import create_app
+from radar_service.stream.http.feed_port import FeedPort
+from radar_service.stream.ports.port import Port
+from radar_service.stream.ports.port_host import PortHost
+from radar_service.stream.settings import Settings
+from tests.stream.asgi import running
+from tests.stream.http.playing import station
+
+
+class Bare(Port):
+    name = "bare"
+
+
+def test_a_port_that_overrides_nothing_does_nothing() -> None:
+    host = PortHost((FeedPort(), Bare()))
+    assert host.sources == SourceRequest() and host.sinks("0") == []
+
+    async def whole() -> None:
+        async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
+            assert (await (await server.feed()).spokes(5))[0]["first"] == 0
+
+    asyncio.run(asyncio.wait_for(whole(), 30))
+    host.close()
+    (thread,) = host.threads.values()
+    assert (thread.name, thread.faults, thread.dropped) == ("bare", 0, 0)
