@@ -86,7 +86,7 @@ class Simulator:
         """Puts truth, sources and stream together, around the engine. Raises ValueError for what the radar cannot tell."""
         engine, _, line_of_sight, pulses = self._made
         if steering.past is not steering.scene:
-            line_of_sight = line_of_sight.following(steering.past.bodies)
+            line_of_sight = line_of_sight.following(steering.past.bodies, steering.past.revision)
         self._truth = GroundTruth(steering.past, line_of_sight, self.fidelity.sampler)
         self._sources = SourceTruth(steering, self.fidelity, self._requested, self.seed, pulses)
         reporter = ErrorReporter(
@@ -95,7 +95,7 @@ class Simulator:
         tiles = SourceTiles(engine, pulses, request)
         self.sources = tiles.sources(source_names(self.scene))
         self.sources.check(request)
-        self._stream = SpokeStream(tiles, steering, Sector(self.scene.radar, self._ends), line_of_sight, reporter)
+        self._stream = SpokeStream(tiles, steering, Sector(self.scene.radar, self._ends), reporter)
 
     @BLAS_LIMIT.held()
     def begin_at(self, origin: Origin) -> None:

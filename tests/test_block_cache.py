@@ -8,6 +8,7 @@ from threading import Barrier
 import pytest
 
 from radar_service.block_cache import BlockCache
+from radar_service.revision import Revision
 
 THREADS, KEYS = 8, 5
 
@@ -55,11 +56,25 @@ def test_the_size_may_be_raised() -> None:
     assert len(cache) == 3
 
 
-def test_clear_drops_all_results() -> None:
-    cache: BlockCache[str, int] = BlockCache(4)
+def test_another_revision_ends_all_results() -> None:
+    revision = Revision()
+    cache: BlockCache[str, int] = BlockCache(4, revision)
     cache.get("a", lambda: 1)
-    cache.clear()
-    assert len(cache) == 0 and cache.get("a", lambda: 2) == 2
+    cache.get("b", lambda: 1)
+    assert cache.get("a", lambda: 2) == 1
+    revision.change()
+    assert cache.get("a", lambda: 2) == 2 and len(cache) == 1
+
+
+def test_a_result_of_a_revision_that_changes_meanwhile_is_not_kept() -> None:
+    revision = Revision()
+    cache: BlockCache[str, int] = BlockCache(4, revision)
+
+    def compute() -> int:
+        revision.change()
+        return 1
+
+    assert cache.get("a", compute) == 1 and cache.get("a", lambda: 2) == 2
 
 
 def test_a_pickle_holds_the_size_and_no_results() -> None:

@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 GROUND = (
     "arguments", "arithmetic", "block_cache", "cell_sources", "constants", "extras", "fidelity", "frames", "kaiser_bessel",
-    "output_files", "packaged", "parallel", "processor_time", "progress", "random", "records", "reports", "scan_file",
+    "output_files", "packaged", "parallel", "processor_time", "progress", "random", "records", "reports", "revision", "scan_file",
     "strict_json", "types",
 )  # fmt: skip
 ROOMS = ("radar", "scene", "trace", "propagation", "scattering", "echo", "receive", "clutter", "engine", "plan")  # upward

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.block_cache import BlockCache
+from radar_service.revision import STEADY, Revision
 from radar_service.types import Flags, Floats, Gain, Indices, Singles
 
 Rows = NDArray[Any]
@@ -52,11 +53,11 @@ class AzimuthRowCache:
     alone. Scan -1 occurs too: at the start the beam covers rows before north. Safe to call from several threads.
     """
 
-    def __init__(self, rows_per_scan: int, make: MakeRows, block: int = BLOCK) -> None:
-        """block: rows computed together, a divisor of CHUNK."""
+    def __init__(self, rows_per_scan: int, make: MakeRows, block: int = BLOCK, revision: Revision = STEADY) -> None:
+        """block: rows computed together, a divisor of CHUNK; revision: of what `make` depends on besides its arguments."""
         self.rows_per_scan, self._make, self._block = rows_per_scan, make, block
         self._per_scan = -(-rows_per_scan // CHUNK)  # chunks
-        self._chunks: BlockCache[int, _Chunk] = BlockCache(1 + SPARE)
+        self._chunks: BlockCache[int, _Chunk] = BlockCache(1 + SPARE, revision)
 
     def span(self, first: int, stop: int) -> Rows:
         """Rows first to stop (exclusive), (stop - first, N), read only."""
@@ -64,10 +65,6 @@ class AzimuthRowCache:
         self._chunks.grow(len(numbers) + SPARE)
         parts = [self._part(number, first, stop) for number in numbers]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-    def clear(self) -> None:
-        """Drops all rows."""
-        self._chunks.clear()
 
     def _part(self, number: int, first: int, stop: int) -> Rows:
         """Rows first to stop, as far as they lie in the chunk of this number."""
@@ -88,9 +85,6 @@ class StaticAzimuthRows:
     def __init__(self, rows: Rows) -> None:
         """rows: (rows per scan, N), row 0 points north."""
         self.rows_per_scan, self._twice = len(rows), np.concatenate([rows, rows])
-
-    def clear(self) -> None:
-        """Keeps the rows, which are the same at all times."""
 
     def span(self, first: int, stop: int) -> Rows:
         """Rows first to stop (exclusive), (stop - first, N), read only."""

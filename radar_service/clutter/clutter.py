@@ -72,11 +72,6 @@ class Clutter:
     speckle: AzimuthRowCache
     sea: Sea | None
 
-    def motions_changed(self, own_ship: bool) -> None:
-        """Drops what has been computed from the motions before; own_ship: whether hers has changed."""
-        if self.sea is not None:
-            self.sea.motions_changed(own_ship)
-
     def add(self, profiles: Profiles, number: Indices, transmitting: Flags) -> None:
         """Adds clutter to profiles (K, bins) [sqrt(W)] of consecutive azimuths of a scan; arguments as `rows`."""
         rows = self.rows(number, transmitting)

@@ -84,18 +84,17 @@ class SeaCells:
         self.rows_per_scan = rows_per_scan
         self._azimuth = np.arange(rows_per_scan, dtype=np.float64) * (2.0 * np.pi / rows_per_scan)
         self._outward = np.stack([np.sin(self._azimuth), np.cos(self._azimuth)], axis=1)
-        self._sweeps: BlockCache[int, ShadowSweeps] = BlockCache(KEPT_SCANS)
+        self._sweeps: BlockCache[int, ShadowSweeps] = BlockCache(KEPT_SCANS, scene.revision)
         self._open = self._open_sea()
         movers = len(line_of_sight.moving_shadow_sectors(self._antenna(0.0), 0.0).middle)
         if self._rests:
             self._shadow_all_round()
         static = self._rests and not movers
-        self.rows = StaticAzimuthRows(self._open) if static else AzimuthRowCache(rows_per_scan, self._computed)
-
-    def motions_changed(self) -> None:
-        """Drops what has been computed from the motions before."""
-        self._sweeps.clear()
-        self.rows.clear()
+        self.rows = (
+            StaticAzimuthRows(self._open)
+            if static
+            else AzimuthRowCache(rows_per_scan, self._computed, revision=scene.revision)
+        )
 
     def _open_sea(self) -> Singles:
         """Factors (rows, cells) of the full circle without shadows."""

@@ -63,12 +63,6 @@ class Sea:
         """Maximum mean power (cells,) [W] in each cell."""
         return np.asarray(self.mean.max(axis=1) ** 2)
 
-    def motions_changed(self, own_ship: bool) -> None:
-        """Drops what has been computed from the motions before; own_ship: whether hers has changed."""
-        self.cells.motions_changed()
-        if own_ship:
-            self.texture.clear()
-
     def bins_above(self, level: Singles, floor: float) -> int:
         """Number of bins up to the last at which a level of (K, cells) raises the mean power above `floor` [W]."""
         above = np.flatnonzero(level.max(axis=0) * self.max_power > floor)
@@ -127,7 +121,7 @@ def prepare_sea(
         mean,
         cells,
         BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_two_way_gain, radar), extent, order=1),
-        AzimuthRowCache(rows_per_scan, rows.make, TEXTURE_BLOCK),
+        AzimuthRowCache(rows_per_scan, rows.make, TEXTURE_BLOCK, scene.own_revision),
         BeamWeights(radar.azimuths, rows_per_scan, gain, reach, order=2),
         TextureTable(_shape(scene, distance, cell, line_of_sight.earth_radius)),
         column_bins,

@@ -82,21 +82,17 @@ class BeamPassages:
         self._extent, self._envelope = extent, _sidelobe_envelope(scene.radar)
         received = np.count_nonzero(self._envelope > FAINT) / len(self._envelope) * np.pi
         self._reach = extent if extent >= np.pi else min(extent, received)
-        self._nodes: BlockCache[tuple[int, int, bytes], ObservedEchoes] = BlockCache(NODES_PER_BODY * max(1, len(bodies)))
-        self._schedules: BlockCache[tuple[int, int], tuple[Part, ...]] = BlockCache(4 * max(1, len(bodies)))
+        count = max(1, len(bodies))
+        self._nodes: BlockCache[tuple[int, int, bytes], ObservedEchoes] = BlockCache(NODES_PER_BODY * count, scene.revision)
+        self._schedules: BlockCache[tuple[int, int], tuple[Part, ...]] = BlockCache(4 * count, scene.revision)
         self._speed = np.array([body.top_speed for body in bodies]) + self._own_speed
         self._swing = 2.0 * np.hypot(self._middle[:, 0], self._middle[:, 1])  # m, by which turns move a middle at most
-        self._alone: BlockCache[int, BodyEchoes] = BlockCache(max(1, len(bodies)))  # at rest, as no mover shades them
-        self._sectors: BlockCache[int, tuple[Floats, Floats]] = BlockCache(SLOTS)
-        self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * max(1, len(bodies)))
+        self._alone: BlockCache[int, BodyEchoes] = BlockCache(count)  # at rest, as no mover shades them
+        self._sectors: BlockCache[int, tuple[Floats, Floats]] = BlockCache(SLOTS, scene.revision)
+        self._crossings: BlockCache[tuple[int, int], int] = BlockCache(8 * count, scene.revision)
 
     def __len__(self) -> int:
         return len(self._aspects)
-
-    def motions_changed(self) -> None:
-        """Drops what has been computed from the motions before."""
-        for cache in (self._nodes, self._schedules, self._sectors, self._crossings):
-            cache.clear()
 
     def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> ObservedEchoes | None:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths; None where none do."""

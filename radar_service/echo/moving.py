@@ -66,11 +66,6 @@ class MovingEchoes:
         """How many bodies there are."""
         return len(self._bodies)
 
-    def motions_changed(self) -> None:
-        """Drops what has been computed from the motions before."""
-        self.visibility.motions_changed()
-        self.passages.motions_changed()
-
     def snapshot(self, number: int, time: float | None = None) -> VisibilitySnapshot:
         """The visibility snapshot of the step of that number; time: as of `Visibility.snapshot`.
 

@@ -73,7 +73,7 @@ class PassingShadows:
         self._azimuth = np.arctan2(east, north)  # rising
         movers = line_of_sight.moving_shadow_sectors(resting.antenna, 0.0).middle
         self.possible = len(resting) > 0 and len(movers) > 0  # else no echo is ever occluded
-        self._steps: BlockCache[tuple[int, bytes], OccludedEchoes] = BlockCache(STEPS)
+        self._steps: BlockCache[tuple[int, bytes], OccludedEchoes] = BlockCache(STEPS, line_of_sight.revision)
 
     def at(self, step: int, time: float | None = None) -> OccludedEchoes:
         """Echoes occluded during a visibility step, with opposite sign: added, they cancel the resting ones.
@@ -82,10 +82,6 @@ class PassingShadows:
         """
         time = (step + 0.5) * self._interval if time is None else time
         return self._steps.get((step, self._line_of_sight.presences.state(time)), lambda: self.computed(step, time))
-
-    def motions_changed(self) -> None:
-        """Drops what has been computed from the motions before."""
-        self._steps.clear()
 
     def computed(self, step: int, presence_time: float) -> OccludedEchoes:
         """As `at`, computed anew."""

@@ -61,7 +61,7 @@ class Visibility:
         self._movers = len(line_of_sight.moving_shadow_sectors(scene.antenna(0.0)[0], 0.0).middle) > 0
         sway = scene.own_ship.sway
         self.bearing_drift = MAX_BEARING_DRIFT + (0.0 if sway is None else sway.max_tilt)
-        self._snapshots: BlockCache[tuple[int, bytes], VisibilitySnapshot] = BlockCache(SNAPSHOTS)
+        self._snapshots: BlockCache[tuple[int, bytes], VisibilitySnapshot] = BlockCache(SNAPSHOTS, scene.revision)
 
     def snapshot(self, number: int, half: float, time: float | None = None) -> VisibilitySnapshot:
         """The snapshot of the visibility step of that number, within `half` [rad] of all boresights meanwhile.
@@ -75,10 +75,6 @@ class Visibility:
     def of_scene(self, scene: Scene) -> "Visibility":
         """Returns the visibility in a scene whose rotation has another origin."""
         return Visibility(scene, self.scatterers, self.line_of_sight, self.max_range, self.step)
-
-    def motions_changed(self) -> None:
-        """Drops what has been computed from the motions before."""
-        self._snapshots.clear()
 
     def all_round(self, number: int) -> BodyEchoes:
         """All visible echoes in the middle of the step of that number, wherever the beam points, those by aspect among them."""

@@ -88,9 +88,6 @@ class DocumentedEngine:
         """
         yield 0, *self.scan(scan)
 
-    def motions_changed(self, own_ship: bool) -> None:
-        """Nothing that depends on motions is kept."""
-
     def scan(self, number: int) -> tuple[Profiles, Singles]:
         """Field (A, N) before detection and power (A, N) after eqs. 18 and 19 of the scan of that number, 0 the first."""
         radar = self._scene.radar

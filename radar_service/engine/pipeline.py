@@ -207,10 +207,6 @@ class Engine:
         for start, field in zip(starts, fields, strict=True):
             yield start, field, square_law(field)
 
-    def motions_changed(self, own_ship: bool) -> None:
-        """As `Prepared.motions_changed`."""
-        self.prepared.motions_changed(own_ship)
-
     def starts(self, requested: Flags | None = None) -> list[int]:
         """The first azimuths of a scan's tiles; only of those that hold any of the requested azimuths (A,)."""
         azimuths, tile = self.prepared.scene.radar.azimuths, self.prepared.tile

@@ -78,18 +78,6 @@ class Prepared:
         moving, shadowed = self.moving.of_scene(scene), self.shadowed.of_scene(scene)
         return replace(self, scene=scene, moving=moving, shadowed=shadowed, clutter=clutter)
 
-    def motions_changed(self, own_ship: bool) -> None:
-        """Drops what has been computed from motions that commands have changed. Nothing may be computed meanwhile.
-
-        own_ship: whether hers is among them.
-        """
-        self.line_of_sight.motions_changed()
-        self.moving.motions_changed()
-        self.shadowed.motions_changed()
-        self.shadows.motions_changed()
-        if self.clutter is not None:
-            self.clutter.motions_changed(own_ship)
-
 
 @BLAS_LIMIT.held()
 def prepare(
@@ -105,7 +93,7 @@ def prepare(
     silent: indices of bodies without echoes; transparent: indices of bodies that occlude nothing; rays: counts the rays cast.
     """
     radar, earth_radius = scene.radar, effective_earth_radius(scene.environment.earth_factor)
-    line_of_sight = OcclusionScene(scene.bodies, earth_radius, transparent, rays)
+    line_of_sight = OcclusionScene(scene.bodies, earth_radius, transparent, rays, scene.revision)
     resting_set, moving_set = _scatterers(scene, fidelity, seed, silent, rays)
     max_range = max_echo_range(radar)
     resting = resting_echoes(scene, resting_set, line_of_sight, max_range)

@@ -53,11 +53,6 @@ class StitchedEngine:
         """As `Engine.tiles`, in the tiles of the last pulse."""
         return self._stitched([engine.tiles for engine in self._engines], scan, requested)
 
-    def motions_changed(self, own_ship: bool) -> None:
-        """As `Engine.motions_changed`."""
-        for engine in self._engines:
-            engine.motions_changed(own_ship)
-
     def _stitched(self, tiles: Sequence[Callable[..., Iterator[Any]]], scan: int, requested: Flags | None) -> Iterator[Any]:
         """Tiles of the last pulse, with the parts of all others. tiles: of each pulse, with labels or without."""
         needed = None if requested is None else self._whole_tiles(requested)

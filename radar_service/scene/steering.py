@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from radar_service.radar.parameters import Origin
+from radar_service.revision import Revision
 from radar_service.scene.commands import MAX_COMMANDS, Command, CommandError
 from radar_service.scene.convert import scene_at_origin
 from radar_service.scene.motion import Motion
@@ -31,7 +32,7 @@ def with_motions(
         for body in scene.world.bodies
     )
     own_ship = replace(scene.platform, motion=motions.get(scene.platform.body, scene.own_ship))
-    return replace(scene.with_world(bodies=bodies), platform=own_ship)
+    return replace(scene.with_world(bodies=bodies), platform=own_ship, revision=Revision(), own_revision=Revision())
 
 
 class Steering:
@@ -112,16 +113,20 @@ class Steering:
             self._taken, self._followed, self._changed = 0, 0, set(self._motions)
             for each in self._steered():
                 each.forget()
+            self._change_past()
 
-    def go_to(self, spoke: int) -> frozenset[str | None]:
-        """Lets the motions of `scene` follow all commands up to this spoke, and no later one; returns whose changed."""
+    def go_to(self, spoke: int) -> None:
+        """Lets the motions of `scene` follow all commands up to this spoke, and no later one."""
         with self._lock:
             count = bisect_right(self._commands, spoke, key=_spoke)
             self._take(count)
-            changed, self._changed, self._followed = frozenset(self._changed), set(), count
-            for each in self._steered() if changed else ():
-                each.follow()
-            return changed
+            changed, self._changed, self._followed = self._changed, set(), count
+            if changed:
+                for each in self._steered():
+                    each.follow()
+                self.scene.revision.change()
+            if self.scene.platform.body in changed:
+                self.scene.own_revision.change()
 
     def _name(self, body: str | None) -> str | None:
         """The name of what a command steers; None where own ship is no body."""
@@ -133,6 +138,8 @@ class Steering:
 
     def _take(self, count: int) -> None:
         """Lets the motions take the first `count` commands, and no other ones."""
+        if count != self._taken:
+            self._change_past()
         if count < self._taken:
             self._taken = 0
             self._changed |= set(self._motions)
@@ -146,6 +153,11 @@ class Steering:
             if command.present is not None:
                 self._presences[command.body].steer(command.time, command.present)
         self._taken = count
+
+    def _change_past(self) -> None:
+        if self._motions:
+            self.past.revision.change()
+            self.past.own_revision.change()
 
     def _steered(self) -> list[SteeredMotion | SteeredPresence]:
         return [*self._motions.values(), *self._presences.values()]

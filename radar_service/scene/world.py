@@ -4,7 +4,7 @@ Positions are east, north, up [m] on the map; angles are in radians. `load` buil
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from radar_service.frames import effective_earth_radius
 from radar_service.radar.parameters import FIRST_ID, Radar, horizon
 from radar_service.random import name_key
+from radar_service.revision import STEADY, Revision
 from radar_service.scene.body import Body
 from radar_service.scene.commands import Steerable
 from radar_service.scene.environment import Environment, Interferer
@@ -55,6 +56,7 @@ class Scene:
     errors: what sensors, antenna and feed of this radar report wrongly; None without any.
     radar_id: of this radar, "0" where the file has a single one without an id.
     radars: all radars of the file, in its order; `for_radar` gives the scene as another one has it.
+    revision: of the motions and presences that commands change; own_revision: of own ship's.
     """
 
     world: World
@@ -66,6 +68,8 @@ class Scene:
     errors: ErrorSettings | None = None
     radar_id: str = FIRST_ID
     radars: tuple[Installation, ...] = ()
+    revision: Revision = field(default=STEADY, compare=False)
+    own_revision: Revision = field(default=STEADY, compare=False)
 
     def __repr__(self) -> str:
         radar, triangles = self.radar, sum(len(body.mesh.faces) for body in self.bodies if body.mesh is not None)

@@ -34,11 +34,6 @@ class AzimuthEngine(Protocol):
         """
         ...
 
-    def motions_changed(self, own_ship: bool) -> None:
-        """Drops what has been computed from motions that commands have changed, hers among them or not. Nothing may be computed
-        meanwhile."""
-        ...
-
 
 @runtime_checkable
 class LabelledEngine(Protocol):
@@ -71,7 +66,9 @@ def engine_set_up(scene: Scene, fidelity: Fidelity, requested: str | Fidelity, s
     fidelity: `chosen_fidelity` of the requested one; other pulses of the radar choose theirs.
     """
     if fidelity.engine == "documented":
-        line_of_sight = OcclusionScene(scene.bodies, effective_earth_radius(scene.environment.earth_factor))
+        line_of_sight = OcclusionScene(
+            scene.bodies, effective_earth_radius(scene.environment.earth_factor), revision=scene.revision
+        )
         return EngineSetUp(DocumentedEngine(scene, fidelity, seed), None, line_of_sight)
     set_up = pipeline_set_up(scene, fidelity, seed)
     return _of_pulses(set_up, prepared_pulses(scene, set_up.prepared, requested, seed), threads)

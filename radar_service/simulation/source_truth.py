@@ -57,7 +57,5 @@ class SourceTruth:
             last = pipeline_set_up(past, self._fidelity, self._seed).prepared
             self._past = prepared_pulses(past, last, self._requested, self._seed)
         if self._followed != self._steering.count:
-            for prepared in self._past:
-                prepared.motions_changed(own_ship=True)
             self._radiometric, self._followed = None, self._steering.count
         return self._past

@@ -18,7 +18,6 @@ from radar_service.scene.commands import Command
 from radar_service.scene.steering import Steering
 from radar_service.sector import Sector
 from radar_service.simulation.source_tiles import SourceTile, SourceTiles
-from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Floats, Indices
 
 
@@ -29,19 +28,12 @@ class SpokeStream:
     request: what spokes tell of their sources.
     """
 
-    def __init__(
-        self,
-        tiles: SourceTiles,
-        steering: Steering,
-        sector: Sector,
-        line_of_sight: OcclusionScene,
-        reporter: ErrorReporter,
-    ) -> None:
-        """tiles: what the engine computes; line_of_sight: of the truth, which follows the commands too."""
+    def __init__(self, tiles: SourceTiles, steering: Steering, sector: Sector, reporter: ErrorReporter) -> None:
+        """tiles: what the engine computes."""
         self.steering, self.reporter = steering, reporter
         self.next_scan = steering.scene.radar.origin.scan
         self.next_spoke = self.next_scan * steering.scene.radar.azimuths
-        self._tiles, self._sector, self._line_of_sight = tiles, sector, line_of_sight
+        self._tiles, self._sector = tiles, sector
         self._radar = steering.scene.radar
         self.request, self._requests, self._again = tiles.request, 0, math.inf
         self._commanding = Lock()
@@ -74,9 +66,7 @@ class SpokeStream:
         """Adds a command as Simulator.command. Raises CommandError."""
         with self._commanding:
             at = self.next_spoke if spoke is None and time is None else spoke
-            command = self.steering.add(at, body, values, self.next_spoke, time)
-            self._line_of_sight.motions_changed()  # that of the truth, which takes the command at once
-            return command
+            return self.steering.add(at, body, values, self.next_spoke, time)
 
     def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
         """Changes what the spokes tell of their sources, as Simulator.request_sources."""
@@ -102,9 +92,7 @@ class SpokeStream:
         """Makes ready to compute from this spoke on, as commanded until there."""
         with self._commanding:
             self.next_scan, self.next_spoke = spoke // self._radar.azimuths + 1, spoke
-            if changed := self.steering.go_to(spoke):
-                self._tiles.engine.motions_changed(own_ship=self.steering.scene.platform.body in changed)
-                self._line_of_sight.motions_changed()
+            self.steering.go_to(spoke)
             self._tiles.request = self.request
             self._again = math.inf if self._again >= spoke else self._again
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from radar_service.block_cache import BlockCache
 from radar_service.frames import Polar, distances_from_map
+from radar_service.revision import STEADY, Revision
 from radar_service.scene.body import Body
 from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
 from radar_service.scene.presence import Presences
@@ -42,10 +43,11 @@ class OcclusionScene:
     """All that may occlude: one occluder for all bodies at rest, and one for each mesh that moves. Absent bodies do not."""
 
     def __init__(
-        self, bodies: Sequence[Body], earth_radius: float, without: Collection[int] = (), rays: RayCount | None = None
-    ) -> None:
+        self, bodies: Sequence[Body], earth_radius: float, without: Collection[int] = (), rays: RayCount | None = None,
+        revision: Revision = STEADY,
+    ) -> None:  # fmt: skip
         """earth_radius: effective, inf for flat [m]; without: indices of moving bodies that never occlude, not even
-        themselves; rays: counts the rays cast, where given."""
+        themselves; rays: counts the rays cast, where given; revision: of the bodies' motions."""
         self.earth_radius = earth_radius
         self._resting: Flags = np.array([body.at_rest for body in bodies], dtype=np.bool_)
         self._occludes: Flags = np.array(
@@ -60,8 +62,8 @@ class OcclusionScene:
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
         merged = merged_mesh([body for body in bodies if body.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
-        self.moving = MovingOccluders(bodies, earth_radius, without, rays)
-        self._bodies, self._rays = tuple(bodies), rays
+        self.moving = MovingOccluders(bodies, earth_radius, without, rays, revision)
+        self._bodies, self._rays, self.revision = tuple(bodies), rays, revision
         self._own_occluders: BlockCache[int, Occluder] = BlockCache(max(1, len(bodies)))
         self._triangles = BodyTriangles(bodies)
 
@@ -179,16 +181,12 @@ class OcclusionScene:
         own = self.moving.chosen([body], antenna, time) if movers else []
         return own[0][:2] if own else None
 
-    def following(self, bodies: Sequence[Body]) -> Self:
-        """The same occluders, moving as other `bodies` of the scene do."""
+    def following(self, bodies: Sequence[Body], revision: Revision = STEADY) -> Self:
+        """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""
         other = copy(self)
         other._bodies, other._speed = tuple(bodies), np.array([body.top_speed for body in bodies])
-        other.moving = self.moving.following(bodies)
+        other.revision, other.moving = revision, self.moving.following(bodies, revision)
         return other
-
-    def motions_changed(self) -> None:
-        """Drops what has been computed from the motions before."""
-        self.moving.motions_changed()
 
     @property
     def has_movers(self) -> bool:

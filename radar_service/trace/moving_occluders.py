@@ -7,6 +7,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from radar_service.block_cache import BlockCache
+from radar_service.revision import STEADY, Revision
 from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPose, BodyPoses, PoseArrays
 from radar_service.scene.presence import Presences
@@ -41,8 +42,9 @@ class MovingOccluders:
     """
 
     def __init__(
-        self, bodies: Sequence[Body], earth_radius: float, without: Collection[int] = (), rays: RayCount | None = None
-    ) -> None:
+        self, bodies: Sequence[Body], earth_radius: float, without: Collection[int] = (), rays: RayCount | None = None,
+        revision: Revision = STEADY,
+    ) -> None:  # fmt: skip
         """Arguments as `OcclusionScene`."""
         self._occluders = {
             i: Occluder(body.mesh, earth_radius, rays)
@@ -59,7 +61,7 @@ class MovingOccluders:
         spheres = [occluder.sphere for occluder in self._occluders.values()]
         self._centre: Floats = np.array([centre for centre, _ in spheres]).reshape(-1, 3)
         self._radius: Floats = np.array([radius for _, radius in spheres])
-        self._instants: BlockCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = BlockCache(INSTANTS)
+        self._instants: BlockCache[tuple[float, bytes], tuple[PoseArrays, ShadowSectors]] = BlockCache(INSTANTS, revision)
 
     def as_of(self, time: float) -> Self:
         """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
@@ -104,16 +106,12 @@ class MovingOccluders:
         poses, _ = self._instants.get((time, antenna.tobytes()), lambda: self._at(antenna, time))
         return poses.map_from_bodies(0, self._middle, np.arange(len(self.keys)))[:, :2]
 
-    def following(self, bodies: Sequence[Body]) -> Self:
-        """The same occluders, moving as other `bodies` of the scene do."""
+    def following(self, bodies: Sequence[Body], revision: Revision = STEADY) -> Self:
+        """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""
         other = copy(self)
         other._poses, other.presences = BodyPoses([bodies[i] for i in self._occluders]), Presences(bodies)
-        other._instants = BlockCache(INSTANTS)
+        other._instants = BlockCache(INSTANTS, revision)
         return other
-
-    def motions_changed(self) -> None:
-        """Drops what has been computed from the motions before."""
-        self._instants.clear()
 
     def _at(self, antenna: Floats, time: float) -> tuple[PoseArrays, ShadowSectors]:
         poses = self._poses.at(np.array([time]))

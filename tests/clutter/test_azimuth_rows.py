@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from radar_service.clutter.azimuth_rows import BLOCK, CHUNK, AzimuthRowCache, StaticAzimuthRows, beam_weights
+from radar_service.revision import Revision
 
 
 def numbered(turn: int) -> AzimuthRowCache:
@@ -53,14 +54,11 @@ def test_weights_are_the_pattern_within_reach() -> None:
     np.testing.assert_array_equal(cut, [[1, 1, 1], [0, 1, 1]])
 
 
-def test_rows_are_made_anew_after_they_are_dropped() -> None:
-    level = [1.0]
-    rows = AzimuthRowCache(8, lambda scan, start, stop: np.full((stop - start, 1), level[0]))
+def test_rows_are_made_anew_after_a_change() -> None:
+    level, revision = [1.0], Revision()
+    rows = AzimuthRowCache(8, lambda scan, start, stop: np.full((stop - start, 1), level[0]), revision=revision)
     assert rows.span(0, 4).tolist() == [[1.0]] * 4
     level[0] = 2.0
     assert rows.span(0, 4).tolist() == [[1.0]] * 4
-    rows.clear()
+    revision.change()
     assert rows.span(0, 4).tolist() == [[2.0]] * 4
-    static = StaticAzimuthRows(np.ones((4, 1)))
-    static.clear()
-    assert static.span(0, 4).tolist() == [[1.0]] * 4

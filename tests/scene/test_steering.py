@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from radar_service.revision import STEADY
 from radar_service.scene import steering
 from radar_service.scene.commands import CommandError
 from radar_service.scene.steering import Steering
@@ -17,17 +18,24 @@ def course(steering: Steering, time: float = 100.0) -> float:
     return math.degrees(steering.scene.bodies[0].motion.pose(time).course[0])
 
 
+def goes_to(steering: Steering, spoke: int) -> bool:
+    """Goes there; whether that has changed a motion or a presence."""
+    before = steering.scene.revision.number
+    steering.go_to(spoke)
+    return steering.scene.revision.number != before
+
+
 def test_only_what_is_declared_is_steered() -> None:
     assert set(MADE.steered) == set(MADE.steerable.limits) == {None, "a"} and MADE.steerable.names == {"a", "b"}
     other = scene([point("b", 0, 900)])
     made = Steering(other)
-    assert made.scene is other and made.past is other and made.due == math.inf and not made.go_to(0)
+    assert made.scene is other and made.past is other and made.due == math.inf and not goes_to(made, 0)
 
 
 def test_the_scene_given_is_left_alone() -> None:
     made = Steering(MADE)
     made.add(0, "a", {"course_deg": 90, "at_once": True, "speed_kn": 5})
-    assert made.go_to(0) == {"a"} and course(made) == pytest.approx(90)
+    assert goes_to(made, 0) and course(made) == pytest.approx(90)
     assert MADE.bodies[0].motion.pose(100.0).speed[0] == 0.0
     assert course(Steering(MADE)) == 0.0
 
@@ -37,7 +45,7 @@ def test_commands_act_by_spoke_and_then_in_order_of_arrival() -> None:
     for spoke, angle in ((50, 10), (20, 20), (50, 30), (35, 40)):
         made.add(spoke, "a", {"course_deg": angle, "speed_kn": 5, "at_once": True})
     assert [(c.spoke, c.course_deg) for c in made.commands] == [(20, 20), (35, 40), (50, 10), (50, 30)]
-    assert made.due == 20 and not made.go_to(19)
+    assert made.due == 20 and not goes_to(made, 19)
     for spoke, expected, due in ((20, 20, 35), (34, 20, 35), (60, 30, math.inf)):
         made.go_to(spoke)
         assert course(made) == pytest.approx(expected) and made.due == due
@@ -48,8 +56,8 @@ def test_going_back_follows_the_commands_until_there() -> None:
     for spoke, angle in ((20, 20), (50, 30)):
         made.add(spoke, "a", {"course_deg": angle, "speed_kn": 5, "at_once": True})
     made.go_to(100)
-    assert made.go_to(20) and course(made) == pytest.approx(20) and made.due == 50
-    assert made.go_to(3) and made.scene.bodies[0].motion.pose(100.0).speed[0] == 0.0
+    assert goes_to(made, 20) and course(made) == pytest.approx(20) and made.due == 50
+    assert goes_to(made, 3) and made.scene.bodies[0].motion.pose(100.0).speed[0] == 0.0
 
 
 def test_a_command_before_others_is_due_again_and_they_follow_it() -> None:
@@ -57,7 +65,7 @@ def test_a_command_before_others_is_due_again_and_they_follow_it() -> None:
     made.add(50, "a", {"speed_kn": 5})
     made.go_to(60)
     made.add(30, "a", {"course_deg": 45, "at_once": True})
-    assert made.due == 30 and made.go_to(60)
+    assert made.due == 30 and goes_to(made, 60)
     assert course(made) == pytest.approx(45)
 
 
@@ -91,8 +99,8 @@ def test_a_replay_replaces_all_commands() -> None:
     assert made.count == 1 and made.due == math.inf
     made.replay(other.commands)
     assert made.commands == other.commands and made.due == 40
-    assert made.go_to(30) and made.scene.bodies[0].motion.pose(100.0).speed[0] == 0.0
-    assert made.go_to(40) and course(made) == pytest.approx(60)
+    assert goes_to(made, 30) and made.scene.bodies[0].motion.pose(100.0).speed[0] == 0.0
+    assert goes_to(made, 40) and course(made) == pytest.approx(60)
 
 
 def test_too_many_commands_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,7 +119,32 @@ def test_commands_of_one_spoke_act_in_the_order_of_their_times() -> None:
     made.add(None, "a", {"course_deg": 30, "at_once": True}, time=9.8 * period)
     made.add(None, "a", {"course_deg": 10, "at_once": True, "speed_kn": 5}, time=9.2 * period)
     assert [(c.spoke, c.course_deg) for c in made.commands] == [(10, 10), (10, 30)]
-    assert made.due == 10 and made.go_to(10) and course(made) == pytest.approx(30)
+    assert made.due == 10 and goes_to(made, 10) and course(made) == pytest.approx(30)
     east, north, _ = made.past.bodies[0].motion.pose(9.8 * period).position[0]
     way = 5 * 1852 / 3600 * 0.6 * period  # from the time of the first one on, not from the spoke
     assert (east, north - 500) == pytest.approx((way * math.sin(math.radians(10)), way * math.cos(math.radians(10))))
+
+
+def test_each_change_of_motions_is_counted_where_it_is_seen() -> None:
+    """Of the past when a command is taken, of what is computed when the engine gets there, of own ship apart."""
+    made = Steering(MADE)
+
+    def counts() -> tuple[int, ...]:
+        return tuple(r.number for s in (made.scene, made.past) for r in (s.revision, s.own_revision))
+
+    assert counts() == (0, 0, 0, 0) and MADE.revision is STEADY and MADE.own_revision is STEADY
+    made.add(20, "a", {"speed_kn": 5}, reached=10)
+    assert counts() == (0, 0, 0, 0)
+    made.add(5, "a", {"speed_kn": 6}, reached=10)
+    assert counts()[:2] == (0, 0) and counts()[2] > 0
+    past = counts()[2]
+    made.go_to(10)
+    assert counts()[:3] == (1, 0, past)
+    made.add(30, None, {"speed_kn": 5}, reached=10)
+    made.go_to(30)
+    assert counts()[:2] == (2, 1) and counts()[3] > 0
+    made.go_to(31)
+    assert counts()[:2] == (2, 1)
+    numbers = counts()
+    assert made.scene.for_radar(made.scene.radar_id).revision is made.scene.revision
+    assert counts() == numbers and made.past.revision is not made.scene.revision

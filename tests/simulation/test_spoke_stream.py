@@ -34,11 +34,10 @@ SCENE = {
 def stream() -> SpokeStream:
     scene = load_scene(SCENE)
     steering = Steering(scene)
-    engine, _, line_of_sight, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1)
+    engine, _, _, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1)
     tiles = SourceTiles(engine, pulses, SourceRequest())
     errors: ErrorSettings | None = scene.errors
-    truth = line_of_sight.following(steering.past.bodies)
-    return SpokeStream(tiles, steering, Sector(scene.radar, None), truth, ErrorReporter(scene.radar, 0, errors))
+    return SpokeStream(tiles, steering, Sector(scene.radar, None), ErrorReporter(scene.radar, 0, errors))
 
 
 def test_blocks_follow_each_other_and_are_reported_with_errors(stream: SpokeStream) -> None:
@@ -114,9 +113,9 @@ def test_a_command_before_the_origin_takes_the_stream_back_to_its_first_spoke() 
     """As after a change of rpm: 7 scans have passed at another rate, and a command of that time comes late."""
     scene = scene_at_rpm(load_scene(SCENE), 30, Origin(7.0, 7))
     steering = Steering(scene)
-    engine, _, line_of_sight, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1)
+    engine, _, _, pulses = engine_set_up(steering.scene, PRESETS["fast"], "fast", 0, 1)
     tiles = SourceTiles(engine, pulses, SourceRequest())
-    made = SpokeStream(tiles, steering, Sector(scene.radar, None), line_of_sight, ErrorReporter(scene.radar, 0, None))
+    made = SpokeStream(tiles, steering, Sector(scene.radar, None), ErrorReporter(scene.radar, 0, None))
     blocks = made.blocks(1, 8)
     assert [next(blocks).first, next(blocks).first] == [7 * 32, 7 * 32 + 8]
     made.command(None, 200, 6.3, {"speed_kn": 10})

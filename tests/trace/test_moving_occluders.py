@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from radar_service.revision import Revision
 from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.trace.moving_occluders import MovingOccluders
 from tests.scenes import scene
@@ -29,14 +30,15 @@ def before(made: MovingOccluders, points: np.ndarray, time: float) -> dict[int, 
 
 def test_the_same_occluders_follow_other_bodies_and_changed_motions() -> None:
     given = scene([{**BOX, "name": "b", "position_m": [0, 400, 0], "speed_kn": 0, "steerable": {}}]).bodies
-    made = MovingOccluders(given, FLAT)
+    revision = Revision()
+    made = MovingOccluders(given, FLAT, revision=revision)
     assert before(made, POINTS, 0.0) == {0: [0]}
     motion = given[0].motion
     assert isinstance(motion, SteeredMotion)
     motion.steer(motion.leg_at(0.0)._replace(position=np.array([400.0, 0.0, 0.0])))
     motion.follow()
     assert before(made, POINTS, 0.0) == {0: [0]}  # is cached
-    made.motions_changed()
+    revision.change()
     assert before(made, POINTS, 0.0) == {0: [1]}
     other = made.following([replace(given[0], motion=replace(motion))])
     assert before(other, POINTS, 0.0) == {0: [0]} and before(made, POINTS, 0.0) == {0: [1]}
