@@ -90,11 +90,8 @@ class SeaCells:
         if self._rests:
             self._shadow_all_round()
         static = self._rests and not movers
-        self.rows = (
-            StaticAzimuthRows(self._open)
-            if static
-            else AzimuthRowCache(rows_per_scan, self._computed, revision=scene.revision)
-        )
+        cached = AzimuthRowCache(rows_per_scan, self._computed, revision=scene.revision)
+        self.rows = StaticAzimuthRows(self._open) if static else cached
 
     def _open_sea(self) -> Singles:
         """Factors (rows, cells) of the full circle without shadows."""

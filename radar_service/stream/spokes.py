@@ -5,7 +5,7 @@ The transmitter hands each `SpokeBatch` to any number of `SpokeSink`s before any
 """
 
 import secrets
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -90,6 +90,33 @@ class SpokeSink(Protocol):
 
     def close(self, reason: str) -> None:
         """Receives the notice that no spokes come until another epoch opens."""
+
+
+class SinkGroup:
+    """Several sinks as one: each receives all, in the order in which they were given."""
+
+    def __init__(self, sinks: Sequence[SpokeSink]) -> None:
+        self._sinks = tuple(sinks)
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """As SpokeSink.open_epoch."""
+        for sink in self._sinks:
+            sink.open_epoch(radar)
+
+    def send(self, batch: SpokeBatch) -> None:
+        """As SpokeSink.send."""
+        for sink in self._sinks:
+            sink.send(batch)
+
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """As SpokeSink.skip."""
+        for sink in self._sinks:
+            sink.skip(epoch, first, count, reason)
+
+    def close(self, reason: str) -> None:
+        """As SpokeSink.close."""
+        for sink in self._sinks:
+            sink.close(reason)
 
 
 def new_epoch_name() -> str:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from radar_service.display.scan_correlation import ScanMemory
 from radar_service.stream.source import SpokeSource
-from radar_service.stream.spokes import RadarInfo, SpokeBatch, SpokeSink
+from radar_service.stream.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
 
 
 class CorrelationStage:
@@ -15,13 +15,12 @@ class CorrelationStage:
     """
 
     def __init__(self, sinks: Sequence[SpokeSink]) -> None:
-        self._sinks = tuple(sinks)
+        self._sinks = SinkGroup(sinks)
         self._memory: tuple[SpokeSource, ScanMemory] | None = None
 
     def open_epoch(self, radar: RadarInfo) -> None:
         """Passes on the notice; another display range keeps the memory."""
-        for sink in self._sinks:
-            sink.open_epoch(radar)
+        self._sinks.open_epoch(radar)
 
     def send(self, batch: SpokeBatch) -> None:
         """Passes on spokes, and remembers them."""
@@ -29,19 +28,16 @@ class CorrelationStage:
             batch = replace(batch, earlier=self._memory_of(batch.epoch.engine).take(batch.block))
         else:
             self._memory = None
-        for sink in self._sinks:
-            sink.send(batch)
+        self._sinks.send(batch)
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Passes on the notice."""
-        for sink in self._sinks:
-            sink.skip(epoch, first, count, reason)
+        self._sinks.skip(epoch, first, count, reason)
 
     def close(self, reason: str) -> None:
         """Passes on the notice, and forgets."""
         self._memory = None
-        for sink in self._sinks:
-            sink.close(reason)
+        self._sinks.close(reason)
 
     def _memory_of(self, engine: SpokeSource) -> ScanMemory:
         if self._memory is None or self._memory[0] is not engine:

@@ -15,7 +15,7 @@ from radar_service.records import OwnShipTruth, SpokeBlock
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.errors_model import MAX_LATENCY_S
 from radar_service.stream.source import SpokeSource, TruthLine
-from radar_service.stream.spokes import RadarInfo, SpokeBatch, SpokeSink
+from radar_service.stream.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
 from radar_service.types import Singles
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class ErrorStage:
     """
 
     def __init__(self, engine: SpokeSource, sinks: Sequence[SpokeSink]) -> None:
-        self._sinks = tuple(sinks)
+        self._sinks = SinkGroup(sinks)
         self._lock = threading.Lock()
         self._reports: dict[SpokeSource, _Reports] = {}  # the last one is of the engine that runs
         self._running = self._reports_of(engine)
@@ -57,8 +57,7 @@ class ErrorStage:
             if is_new and radar.epoch.engine.order.goes_on:
                 self._running.set(self.errors)
             self.errors = self._running.errors
-        for sink in self._sinks:
-            sink.open_epoch(radar)
+        self._sinks.open_epoch(radar)
 
     def send(self, batch: SpokeBatch) -> None:
         """Passes on what is sent when these spokes are due."""
@@ -71,19 +70,16 @@ class ErrorStage:
             before = batch.before if block.first == batch.block.first else _power_before(block, batch.block)
             passed = batch if same else replace(batch, first=self._number, block=block, before=before)
             self._number += len(block)  # also where a sink fails: the number is used, and the feed announces its loss
-            for sink in self._sinks:
-                sink.send(passed)
+            self._sinks.send(passed)
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Passes on the notice, under the numbers that clients count."""
         first, self._number = self._number, self._number + count
-        for sink in self._sinks:
-            sink.skip(epoch, first, count, reason)
+        self._sinks.skip(epoch, first, count, reason)
 
     def close(self, reason: str) -> None:
         """Passes on the notice."""
-        for sink in self._sinks:
-            sink.close(reason)
+        self._sinks.close(reason)
 
     def completed(self, engine: SpokeSource, line: TruthLine) -> str:
         """Returns a line of the truth of spokes that were sent, with what was reported and what happened to the spokes."""

@@ -31,7 +31,7 @@ from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
-from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch, SpokeSink, new_epoch_name
+from radar_service.stream.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name
 from radar_service.types import Singles
 
 BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the orders again
@@ -74,7 +74,7 @@ class Transmitter:
         self._newest = -math.inf  # time of the last one that was [s]
         self._command_pace = CommandPace(clock)
         self.handover = Handover()
-        self._sinks = tuple(sinks)
+        self._sinks = SinkGroup(sinks)
         self._on_restart, self._on_failure, self._sources, self._describe = on_restart, on_failure, sources, describe
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
         self._number = 0  # of the next spoke in this epoch
@@ -216,8 +216,7 @@ class Transmitter:
         if settings.transmit:
             batch = SpokeBatch(self.epoch, self._number, part, settings.video, self._before(part))
             self._number, self._spokes_done = self._number + len(part), part.first + len(part)  # where a sink fails, too
-            for sink in self._sinks:
-                sink.send(batch)
+            self._sinks.send(batch)
             self.sent += len(part)
         self._spokes_done = part.first + len(part)
         self._last = self._spokes_done - 1, part.power[-1].copy()
@@ -269,9 +268,7 @@ class Transmitter:
 
     def _open(self, epoch: Epoch) -> None:
         self.epoch, self._number = epoch, 0
-        radar = self._describe(epoch)
-        for sink in self._sinks:
-            sink.open_epoch(radar)
+        self._sinks.open_epoch(self._describe(epoch))
 
     def _restart(self, reason: str) -> bool:
         """Continues with the next scan and another engine of the same scene; returns whether that has worked."""
@@ -284,8 +281,8 @@ class Transmitter:
         missed = scan * azimuths - self._spokes_done if self.pacer.settings.transmit else 0
         self.epoch = replace(self.epoch, engine=self.engines.worker.engine)
         self.pacer.restart_schedule()
-        for sink in self._sinks if missed else ():
-            sink.skip(self.epoch.name, self._number, missed, f"the radar was started again after: {cause}")
+        if missed:
+            self._sinks.skip(self.epoch.name, self._number, missed, f"the radar was started again after: {cause}")
         self._number += missed
         self._spokes_done = scan * azimuths
         return True
@@ -295,8 +292,7 @@ class Transmitter:
         self.pacer.fail()
         self.commands.close(f"the radar has stopped: {reason}; give it another scene")
         self.engines.worker.stop()
-        for sink in self._sinks:
-            sink.close(reason)
+        self._sinks.close(reason)
         self._on_failure(reason)
         self.pacer.wait_for(lambda: self.engines.has_pending)
         if self.engines.has_pending:
