@@ -43,7 +43,7 @@ def test_threads_reach_the_engine_and_change_no_byte(
     files = [tmp_path / f"{name}.npz" for name in ("1", "3", "auto")]
     for out in files:
         assert main(["scan", str(one_target), "-o", str(out), "--threads", out.stem]) == 0
-    monkeypatch.setattr("radar_service.stream.serve.serve", lambda options, make: requested.append(make.threads) or 0)
+    monkeypatch.setattr("radar_service.stream.serve.serve", lambda options, make, ports: requested.append(make.threads) or 0)
     assert main(["serve", str(one_target), "--threads", "2"]) == 0
     assert requested == [1, 3, 3, 2]
     assert files[0].read_bytes() == files[1].read_bytes() == files[2].read_bytes()

@@ -4,8 +4,8 @@ import hmac
 
 import pytest
 
+from radar_service.stream import access as access_module
 from radar_service.stream.access import MAX_TICKETS, TICKET_SECONDS, Access, Tickets, checked_token, is_loopback
-from radar_service.stream.http import access as access_module
 
 COMMAND, READ = "command-" * 3, "reading-" * 3
 
