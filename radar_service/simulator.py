@@ -210,6 +210,10 @@ class Simulator:
         """
         return self._stream.command(body, spoke, time, values)
 
+    def take(self, command: Command) -> None:
+        """Takes a command that was made for this scene, by another simulator of it. It acts as of `command`."""
+        self._stream.take(command)
+
     @property
     def commands(self) -> tuple[Command, ...]:
         """All commands so far, by time: with them another simulator of the same scene makes the same bytes."""

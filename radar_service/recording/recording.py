@@ -113,9 +113,8 @@ class Recording:
         """Leaves out earlier scans."""
         self._next_scan = scan
 
-    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
-        """Raises CommandError."""
-        return self.commands.add(spoke, body, values, time)
+    def command(self, command: Command) -> None:
+        """Does nothing: no command can be made."""
 
     def tell(self) -> None:
         """Does nothing: there are no commands."""
@@ -210,7 +209,7 @@ class Recording:
 class RecordedCommands(CommandLog):
     """The commands that recorded spokes follow."""
 
-    def check(self, body: str | None, values: Mapping[str, Any]) -> None:
+    def made(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
         """Raises CommandError."""
         raise CommandError(f"{PLAYS}; nothing is steered")
 

@@ -1,8 +1,7 @@
 """A Simulator of this process as a source of spokes for the stream."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
@@ -81,9 +80,9 @@ class SimulatedSource:
         """As SpokeSource.commands."""
         return CommandLog(self.simulator.scene.steerable, self.simulator.commands)
 
-    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
-        """As SpokeSource.command. Raises CommandError."""
-        return self.simulator.command(body, spoke=spoke, time=time, **values)
+    def command(self, command: Command) -> None:
+        """As SpokeSource.command."""
+        self.simulator.take(command)
 
     def tell(self) -> None:
         """Does nothing: the simulator knows its commands."""

@@ -132,6 +132,11 @@ class Steerable:
             return Command(spoke, self.radar.time_of_spokes(float(spoke)), body, **checked)
         return Command(_spoke_at(self.radar, time, spoke), time, body, **checked)
 
+    def seen(self, command: Command, body: str | None) -> Command:
+        """Returns a command to `body` as this radar shows it; it was made by another radar of the same world."""
+        assert self.radar  # else nothing is steerable
+        return replace(command, body=body, spoke=_spoke_at(self.radar, command.time, None))
+
     def checked(self, body: str | None, values: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the values of a command to `body` as `Command` has them. Raises CommandError."""
         limits = self.limits_of(body)

@@ -94,6 +94,12 @@ class Steering:
         Raises CommandError.
         """
         command = self.steerable.command(spoke, self._name(body), values, time)
+        self.take(command, reached)
+        return command
+
+    def take(self, command: Command, reached: int = -1) -> None:
+        """Adds a command that was made for this world, as `add`. Raises CommandError where there are too many."""
+        command = replace(command, body=self._name(command.body))
         with self._lock:
             self._check_count(len(self._commands) + 1)
             at = bisect_right(self._commands, command.time, key=_time)
@@ -102,7 +108,6 @@ class Steering:
             if at < self._taken:
                 self._take(at)
             self._take(max(self._taken, bisect_right(self._commands, reached, key=_spoke)))
-        return command
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Replaces all commands by those of another run. Raises CommandError, and then nothing changes."""

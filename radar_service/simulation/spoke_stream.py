@@ -68,6 +68,11 @@ class SpokeStream:
             at = self.next_spoke if spoke is None and time is None else spoke
             return self.steering.add(at, body, values, self.next_spoke, time)
 
+    def take(self, command: Command) -> None:
+        """Adds a command as Simulator.take."""
+        with self._commanding:
+            self.steering.take(command, self.next_spoke)
+
     def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
         """Changes what the spokes tell of their sources, as Simulator.request_sources."""
         with self._commanding:

@@ -37,19 +37,19 @@ class CommandLog:
             later += 1
         return len(self._commands) - later
 
-    def check(self, body: str | None, values: Mapping[str, Any]) -> None:
-        """Raises CommandError where a command to a body would be refused."""
+    def made(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+        """Returns a command from a spoke on, or at a time [s], for `add`. Here it is checked, and nowhere later.
+
+        Raises CommandError.
+        """
         if len(self._commands) >= MAX_COMMANDS:
             raise CommandError(f"a world takes {MAX_COMMANDS} commands, and has had as many; start the scene anew")
-        self._steerable.checked(body, values)
+        return self._steerable.command(spoke, body, values, time)
 
-    def add(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
-        """Adds a command from a spoke on, or at a time [s], and returns it. Raises CommandError."""
-        self.check(body, values)
-        command = self._steerable.command(spoke, body, values, time)
+    def add(self, command: Command) -> None:
+        """Adds a command that was made for this world."""
         self._commands.append(command)
-        self._latest[self._name(body)] = command
-        return command
+        self._latest[self._name(command.body)] = command
 
     def latest(self, body: str | None) -> Command | None:
         """Returns the command to a body that came last; None for own ship."""

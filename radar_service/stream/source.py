@@ -155,11 +155,11 @@ class SpokeSource(Protocol):
     def commands(self) -> CommandLog:
         """All commands to its world so far."""
 
-    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
-        """Commands own ship (None) or a body from a spoke on, or at a time [s]; returns the command. `tell` comes next.
+    def command(self, command: Command) -> None:
+        """Takes a command that was made for its world (`CommandLog.made`). `tell` comes next.
 
         Blocks that do not follow it may still come, and then all spokes from its own on come again: `SpokeBlock.commands` says
-        how many commands a block knows. Waits for nothing. Raises CommandError.
+        how many commands a block knows. Waits for nothing.
         """
 
     def tell(self) -> None:

@@ -202,5 +202,5 @@ def test_commands_are_recorded_and_the_engine_gives_the_same_bytes_with_them(tmp
     for scan in result.scans():
         assert scan.field.tobytes() == again.scan().field.tobytes()
     with pytest.raises(CommandError, match="replays a recording"):
-        result.command(5, None, {"speed_kn": 1.0})
+        result.commands.made(5, None, {"speed_kn": 1.0})
     assert list(read(recorded(tmp_path / "plain.mcap", 1)).commands) == []

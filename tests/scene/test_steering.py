@@ -148,3 +148,13 @@ def test_each_change_of_motions_is_counted_where_it_is_seen() -> None:
     numbers = counts()
     assert made.scene.for_radar(made.scene.radar_id).revision is made.scene.revision
     assert counts() == numbers and made.past.revision is not made.scene.revision
+
+
+def test_a_command_made_elsewhere_is_taken_as_it_is() -> None:
+    """By another steering of the same scene; its values are not checked again."""
+    made, other = Steering(MADE), Steering(MADE)
+    command = other.add(20, "a", {"course_deg": 90, "speed_kn": 5, "at_once": True})
+    made.take(command)
+    assert made.commands == (command,) and made.due == 20
+    made.go_to(20)
+    assert course(made) == pytest.approx(90)

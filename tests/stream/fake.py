@@ -61,6 +61,16 @@ def steerable_scene(name: str = "steerable") -> Scene:
     return replace(of, world=other.world, platform=other.platform)
 
 
+def commanded(
+    source: Any, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None
+) -> Command:
+    """Commands a source, or the worker of one; returns the command."""
+    log = source.commands if hasattr(source, "commands") else source.engine.commands
+    command: Command = log.made(spoke, body, values, time)
+    source.command(command)
+    return command
+
+
 class FakePlan:
     """Says that nothing is modelled."""
 
@@ -102,12 +112,15 @@ class FakeEngine:
                 self._made.notify_all()
             yield block
 
-    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+    def command(self, command: Command) -> None:
         """Goes back to its spoke, as a source does whose blocks are computed ahead."""
         with self._made:
-            command = self.commands.add(spoke, body, values, time)
+            self.commands.add(command)
             self._next = min(self._next, command.spoke)
-        return command
+
+    def take(self, command: Command) -> None:
+        """As a simulator in another process."""
+        self.command(command)
 
     def tell(self) -> None:
         pass

@@ -162,7 +162,8 @@ def ordered(
         name = steerable.own_ship if body is None else body
         if radar is not addressed and (name in limits or body is not None):
             names[radar] = name
+    command = radars[addressed].worker.engine.commands.made(None, body, values, time)
     for radar, name in names.items():
-        radars[radar].worker.engine.commands.check(name, values)
-    made = {radar: radars[radar].worker.command(None, name, values, time) for radar, name in names.items()}
-    return made[addressed]
+        its = radars[radar].worker
+        its.command(command if radar is addressed else its.engine.scene.steerable.seen(command, name))
+    return command

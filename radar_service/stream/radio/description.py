@@ -44,8 +44,8 @@ class SceneEngine(Protocol):
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the next one."""
 
-    def command(self, body: str | None = None, *, spoke: int | None = None, **values: Any) -> Command:
-        """Commands own ship or a body from a spoke on."""
+    def take(self, command: Command) -> None:
+        """Takes a command that was made for its world."""
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Replaces all commands."""

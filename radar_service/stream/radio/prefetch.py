@@ -2,8 +2,6 @@
 
 import threading
 from collections import deque
-from collections.abc import Mapping
-from typing import Any
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.records import SpokeBlock
@@ -88,22 +86,17 @@ class EngineWorker:
             raise EngineFault(self._fault)
         return bool(self._blocks)
 
-    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
-        """Notes a command from a spoke on, or at a time [s], and drops the spokes that it changes; `tell` comes next.
-
-        Raises CommandError.
-        """
+    def command(self, command: Command) -> None:
+        """Notes a command, as SpokeSource.command, and drops the spokes that it changes; `tell` comes next."""
         with self._changed:
-            command = self.engine.command(spoke, body, values, time)
+            self.engine.command(command)
             self._blocks = deque(part for block in self._blocks if (part := self.known_part(block)))
             self._changed.notify_all()
-        return command
 
     def follow(self, commands: CommandLog) -> None:
         """Notes the commands to another engine of the same scene that this one has not been given."""
         for each in commands.since(len(self.engine.commands)):
-            command = each.after_change_of_rpm(self.engine.scene.radar)
-            self.command(command.spoke, command.body, command.values, command.time)
+            self.command(each.after_change_of_rpm(self.engine.scene.radar))
 
     def tell(self) -> None:
         """Tells the engine the commands that it does not know, as SpokeSource.tell."""

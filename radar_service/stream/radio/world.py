@@ -2,7 +2,7 @@
 
 import contextlib
 import threading
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Any
@@ -121,9 +121,9 @@ class WorldSource:
         with contextlib.suppress(OSError):
             self.replace_spare(Child(new.process, *self._child.data.receive_ends(2)))
 
-    def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
-        """Notes a command, as SpokeSource.command. Raises CommandError."""
-        return self.commands.add(spoke, body, values, time)
+    def command(self, command: Command) -> None:
+        """Notes a command, as SpokeSource.command."""
+        self.commands.add(command)
 
     def tell(self) -> None:
         """Sends the process the commands that it does not know."""

@@ -170,7 +170,7 @@ def _obey(data: Channel, engine: SceneEngine, commanding: threading.Lock) -> Non
             order: Command | tuple[SourceRequest, int | None] = data.receive()
             with commanding:
                 if isinstance(order, Command):
-                    engine.command(order.body, spoke=order.spoke, time=order.time, **order.values)
+                    engine.take(order)
                 else:
                     request, spoke = order
                     engine.request_sources(request.labels, request.powers, spoke)

@@ -26,7 +26,7 @@ from tests.scattering.physical_optics.metal_engine import chosen_fidelity
 
 PRESETS = ("auto", "balanced", "reference")
 USUAL, NEVER = 0.03, 0.12  # errors that 98 % and that all draws keep
-NOTHING = 1e-300  # W
+NOTHING = 1e-3  # of the floor of errors: below it is no echo
 WORSE = 0.01  # by which `reference` may err more than `balanced`
 SEED = 5
 HOLDING = (5, 12, 40, 46, 92, 131, 157, 159)
@@ -78,13 +78,13 @@ def outcome(case: Case, presets: Sequence[str] = PRESETS) -> Outcome:
     return Outcome(
         case,
         {name: float(np.abs(result - exact).max()) / floor for name, result in results.items()},
-        {name: 10.0 * np.log10(power_of(result) / power_of(exact)) for name, result in results.items()},
+        {name: 10.0 * np.log10(power_of(result, floor) / power_of(exact, floor)) for name, result in results.items()},
     )
 
 
-def power_of(field: NDArray[np.complexfloating]) -> float:
-    """The sum of the powers of cells; no less than nothing, where a ship is hidden as a whole [W]."""
-    return max(float((np.abs(field) ** 2).sum(dtype=np.float64)), NOTHING)
+def power_of(field: NDArray[np.complexfloating], floor: float) -> float:
+    """The sum of the powers of cells [W]. A ship that is hidden as a whole has next to nothing of its `floor` [sqrt(W)]."""
+    return max(float((np.abs(field) ** 2).sum(dtype=np.float64)), (NOTHING * floor) ** 2)
 
 
 @pytest.mark.parametrize("number", HOLDING, ids=lambda number: f"{number}-{KINDS[number % len(KINDS)].replace(' ', '-')}")

@@ -10,7 +10,7 @@ from radar_service.radar.parameters import Origin
 from radar_service.stream.radio.engine_supervisor import RESTART_WINDOW, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.prefetch import prepared
 from radar_service.stream.source import Progress, SceneOrder
-from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene, steerable_scene
+from tests.stream.fake import AZIMUTHS, FakeEngine, commanded, factory, scene, steerable_scene
 from tests.stream.radio.recording import SOON
 
 
@@ -107,8 +107,8 @@ def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prep
         next_engine = FakeEngine(of)
         next_engine.order = order
         engines.switch_to(prepared(next_engine))
-        engines.worker.command(30, "buoy", {"speed_kn": 5})
-        engines.worker.command(31, "buoy", {"speed_kn": 6})
+        commanded(engines.worker, 30, "buoy", {"speed_kn": 5})
+        commanded(engines.worker, 31, "buoy", {"speed_kn": 6})
         assert engines.pending is not None and engines.pending.engine is next_engine
         taken = engines.take_over(began.append)
         assert taken is not None and taken[1] is engines.worker.engine is next_engine
@@ -140,14 +140,14 @@ def test_a_command_that_comes_during_a_restart_is_known_to_the_next_engine() -> 
     of = steerable_scene()
 
     def make(order: SceneOrder, progress: Progress) -> FakeEngine:
-        failed.command(30, "buoy", {"speed_kn": 6})
+        commanded(failed, 30, "buoy", {"speed_kn": 6})
         return made
 
     failed, made = FakeEngine(of), FakeEngine(of)
     whole = made.replay
-    made.replay = lambda commands: (whole(list(commands)), failed.command(33, "buoy", {"speed_kn": 7}))[0]  # type: ignore[method-assign]
+    made.replay = lambda commands: (whole(list(commands)), commanded(failed, 33, "buoy", {"speed_kn": 7}))[0]  # type: ignore[method-assign]
     engines = EngineSupervisor(failed, make, RestartLimiter(3, lambda: 0.0))
-    failed.command(7, "buoy", {"speed_kn": 5})
+    commanded(failed, 7, "buoy", {"speed_kn": 5})
     engines.restart("it broke", 1, lambda _: None)
     engines.stop(SOON)
     assert [command.speed_kn for command in made.commands] == [5.0, 6.0, 7.0]

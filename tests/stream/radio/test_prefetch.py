@@ -15,7 +15,7 @@ from radar_service.scene.commands import CommandError
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.stream.radio import prefetch
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
-from tests.stream.fake import FakeEngine, scene, steerable_scene
+from tests.stream.fake import FakeEngine, commanded, scene, steerable_scene
 
 SOON = 10.0  # s, for what should take milliseconds
 
@@ -85,11 +85,11 @@ def test_blocks_that_do_not_know_a_command_are_dropped() -> None:
     worker = started(FakeEngine(steerable_scene()))
     first = worker.take(SOON)
     assert first is not None and (first.first, first.commands) == (0, 0)
-    assert worker.command(3, "buoy", {"speed_kn": 5}).spoke == 3
+    assert commanded(worker, 3, "buoy", {"speed_kn": 5}).spoke == 3
     again = [worker.take(SOON) for _ in range(3)]
     assert [(block.first, block.commands) for block in again if block] == [(3, 1), (8, 1), (13, 1)]
     with pytest.raises(CommandError):
-        worker.command(8, "buoy", {"speed_kn": 50})
+        commanded(worker, 8, "buoy", {"speed_kn": 50})
     block = worker.take(SOON)
     assert block is not None and (block.first, block.commands) == (18, 1)
     worker.stop(SOON)
@@ -176,7 +176,7 @@ def test_a_command_never_takes_away_the_block_that_was_waited_for(monkeypatch: p
     changed = Interrupted.made[0]  # the worker's own; the next ones are its thread's
     worker.start()
     assert worker.wait_until_ready(SOON)
-    changed.then = lambda: worker.command(0, "buoy", {"speed_kn": 5})
+    changed.then = lambda: commanded(worker, 0, "buoy", {"speed_kn": 5})
     block = worker.take(SOON)
     assert block is not None and block.first == 0 and changed.then is None
     worker.stop(SOON)
@@ -228,12 +228,12 @@ def test_spokes_before_a_command_are_kept() -> None:
     engine.wait_for_blocks(2, SOON)
     taken = worker.take(SOON)
     assert taken is not None and worker.known_part(taken) is taken
-    assert worker.command(None, "buoy", {"speed_kn": 5}, 7.5 * 2.5 / 24).spoke == 8
+    assert commanded(worker, None, "buoy", {"speed_kn": 5}, 7.5 * 2.5 / 24).spoke == 8
     for _ in range(20):
         turns.release()
     blocks = [worker.take(SOON) for _ in range(3)]
     assert [(block.first, len(block), block.commands) for block in blocks if block] == [(5, 3, 0), (8, 5, 1), (13, 5, 1)]
-    worker.command(3, "buoy", {"speed_kn": 6})
+    commanded(worker, 3, "buoy", {"speed_kn": 6})
     rest = worker.known_part(taken)
     assert rest is not None and (rest.first, len(rest)) == (0, 3)
     worker.stop(SOON)
@@ -244,7 +244,7 @@ def test_a_worker_follows_the_commands_to_another_engine() -> None:
     of = steerable_scene()
     old, new = EngineWorker(FakeEngine(of)), EngineWorker(FakeEngine(scene_at_rpm(of, 48, Origin(2.5, 1))))
     for spoke in (7, 24, 30):
-        old.command(spoke, "buoy", {"speed_kn": 5})
+        commanded(old, spoke, "buoy", {"speed_kn": 5})
     new.engine.replay(list(old.engine.commands)[:1])
     new.follow(old.engine.commands)
     new.follow(old.engine.commands)
@@ -255,7 +255,7 @@ def test_a_worker_follows_the_commands_to_another_engine() -> None:
 def test_spokes_before_the_first_one_are_not_queued() -> None:
     """A command of the time before a restart takes the engine back; what it computes again there is not sent."""
     worker = prepared(FakeEngine(steerable_scene()), 1)
-    worker.command(20, "buoy", {"speed_kn": 5})
+    commanded(worker, 20, "buoy", {"speed_kn": 5})
     block = worker.take(SOON)
     worker.stop(SOON)
     assert block is not None and (block.first, block.commands) == (24, 1)

@@ -16,7 +16,7 @@ from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 from radar_service.stream.source import TruthLine
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
-from tests.stream.fake import AZIMUTHS, FakeEngine, scene, steerable_scene
+from tests.stream.fake import AZIMUTHS, FakeEngine, commanded, scene, steerable_scene
 
 PERIOD = scene().radar.rotation_period
 
@@ -129,14 +129,14 @@ def test_commands_change_the_lines_that_are_still_to_come() -> None:
         _, lines = played.follow()
         played.send(0, 8, engine)
         await played.until(lambda: len(lines) >= 1)
-        engine.command(13, "buoy", {"speed_kn": 1})
+        commanded(engine, 13, "buoy", {"speed_kn": 1})
         engine.reached = 12
         played.send(8, 4, engine)  # its blocks know the command, which acts later
         await played.until(lambda: len(lines) >= 2)
         engine.reached = AZIMUTHS
         played.send(12, 5, engine)
         await played.until(lambda: len(lines) >= 3)
-        engine.command(17, "buoy", {"speed_kn": 2})
+        commanded(engine, 17, "buoy", {"speed_kn": 2})
         played.send(17, AZIMUTHS - 17, engine)
         await asyncio.sleep(0)
         await played.over()
