@@ -25,6 +25,7 @@ from radar_service.scene.platform_model import radar_entries
 from radar_service.scene.world import Scene, known_radar
 from radar_service.simulator import Simulator
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.spoke_rows import SpokeRows
 
 RECEIVE_TIMEOUT = 60.0  # s until the next message
 CLOSE_TIMEOUT = 1.0  # s to say goodbye: messages that nobody reads any more may stand before the answer
@@ -184,19 +185,14 @@ class RemoteFeed:
         return message
 
     def _block(self, message: Mapping[str, Any]) -> SpokeBlock:
-        field, azimuths = wire.samples(dict(message)), self.hello["radar"]["azimuths"]
-        number = message["scan"] * azimuths + message["index"]
-        angles = {key: wire.radians_from_turn(message[key]) for key in ("heading", "course")}
-        values: dict[str, Any] = angles | {key: np.array(message[key]) for key in ("time", "position", "speed")}
-        index = message["index"] + np.arange(len(field))
-        boresight = index * (2.0 * np.pi / azimuths)
-        error = wrap_angle(wire.radians_from_turn(message["azimuth"]) - boresight)
-        cells = np.arange(message["bins"], dtype=np.float64)
+        rows, azimuths = SpokeRows.of(dict(message)), self.hello["radar"]["azimuths"]
+        boresight = rows.index * (2.0 * np.pi / azimuths)
+        error = wrap_angle(rows.azimuth - boresight)
         return SpokeBlock(
-            first=number, scan=message["scan"], index=message["index"],
-            azimuth=boresight + np.where(np.abs(error) < HALF_UNIT, 0.0, error),
-            range=message["range_first_m"] + cells * message["range_step_m"], range_step=message["range_step_m"], field=field,
-            power=square_law(field), labels=wire.labels(dict(message)), powers=wire.powers(dict(message)), **values,
+            first=message["scan"] * azimuths + message["index"], scan=message["scan"], index=message["index"],
+            time=rows.time, azimuth=boresight + np.where(np.abs(error) < HALF_UNIT, 0.0, error), heading=rows.heading,
+            course=rows.course, speed=rows.speed, position=rows.position, range=rows.range, range_step=rows.range_step,
+            field=rows.samples, power=square_law(rows.samples), labels=rows.labels, powers=rows.powers,
         )  # fmt: skip
 
     def _read_truth(self, scan: int) -> None:

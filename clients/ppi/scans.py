@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from radar_service.display.picture import picture_from_power
 from radar_service.display.ppi import Ppi
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.spoke_rows import SpokeRows
 
 from .client import FeedClient
 from .errors import FeedError
@@ -86,20 +87,15 @@ class ReceivedScan:
         self.reached = max(self.reached, first + count)
         if message["type"] != "spokes":
             return
-        numbers = first + np.arange(count)
-        inside = (numbers >= self.first) & (numbers < self.end)
-        rows = int(message["index"]) + np.arange(count)
-        new = np.flatnonzero(inside)[self.ppi.add(rows[inside], wire.samples(message)[inside], numbers[inside])]
-        row = rows[new]
-        self.time[row] = np.asarray(message["time"])[new]
-        self.heading[row] = wire.radians_from_turn(message["heading"])[new]
-        self.course[row] = wire.radians_from_turn(message["course"])[new]
-        self.speed[row] = np.asarray(message["speed"])[new]
-        self.position[row] = np.asarray(message["position"])[new]
-        if (labels := wire.labels(message)) is not None:
+        rows = SpokeRows.of(message)
+        inside = (rows.number >= self.first) & (rows.number < self.end)
+        new = np.flatnonzero(inside)[self.ppi.add(rows.index[inside], rows.samples[inside], rows.number[inside])]
+        row = rows.index[new]
+        self.time[row], self.speed[row], self.position[row] = rows.time[new], rows.speed[new], rows.position[new]
+        self.heading[row], self.course[row], self.blind[row] = rows.heading[new], rows.course[new], rows.blind[new]
+        if rows.labels is not None:
             self.labels = np.zeros(self.ppi.polar.shape, dtype=np.uint32) if self.labels is None else self.labels
-            self.labels[row] = labels[new]
-        self.blind[row] = np.asarray(message.get("blind") or [False] * count)[new]
+            self.labels[row] = rows.labels[new]
 
 
 class ScanCollector:

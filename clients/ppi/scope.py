@@ -10,7 +10,7 @@ from radar_service.display.palettes import DEFAULT_PALETTE, colour_map
 from radar_service.display.picture import HEADING, RING, UNSEEN
 from radar_service.display.ppi import Ppi, scan_convert
 from radar_service.display.units import DEFAULT_UNIT, Unit, range_text, ring_step
-from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.spoke_rows import SpokeRows
 
 from .film import faded
 from .scans import bright_cells, empty_ppi
@@ -41,11 +41,11 @@ class Scope:
         if message["type"] == "hello" and message["epoch"] != self.hello.get("epoch"):
             self.hello, self.ppi = message, empty_ppi(message)
         elif message["type"] == "spokes" and self.ppi is not None:
-            offset = np.asarray(message.get("row_first", range(message["count"])), dtype=np.int64)
-            self.ppi.add(message["index"] + offset, wire.samples(message), message["first"] + offset)
+            rows = SpokeRows.of(message)
+            self.ppi.add(rows.index, rows.samples, rows.number)
             self.scan = int(message["scan"])
-            known = [turn for turn in message["heading"] if turn is not None]  # the radar may have lost it
-            self.heading = float(wire.radians_from_turn(known)[-1]) if known else self.heading
+            known = rows.heading[~np.isnan(rows.heading)]  # the radar may have lost it
+            self.heading = float(known[-1]) if len(known) else self.heading
 
     @property
     def caption(self) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.spoke_rows import SpokeRows
 
 
 @dataclass(frozen=True)
@@ -37,22 +37,16 @@ class ReceivedSpoke:
 
 def spokes_of(message: dict[str, Any]) -> list[ReceivedSpoke]:
     """Returns the spokes of a `spokes` message. Raises ValueError if the lengths of its fields disagree."""
-    samples, labels, powers = wire.samples(message), wire.labels(message), wire.powers(message)
-    azimuth, heading, course = (wire.radians_from_turn(message[key]) for key in ("azimuth", "heading", "course"))
-    step = float(message["range_step_m"])
-    ranges = float(message["range_first_m"]) + step * np.arange(samples.shape[1], dtype=np.float64)
-    blind = message.get("blind") or [False] * len(samples)
-    offset = message.get("row_first") or range(len(samples))
+    rows = SpokeRows.of(message)
     return [
         ReceivedSpoke(
-            message["epoch"], message["first"] + offset[k], message["scan"], message["index"] + offset[k],
-            float(message["time"][k]), float(azimuth[k]), float(heading[k]),
-            (float(message["position"][k][0]), float(message["position"][k][1])), float(course[k]),
-            float(message["speed"][k]), ranges, step, samples[k], bool(blind[k]),
-            None if labels is None else labels[k],
-            None if powers is None else {number: power[k] for number, power in powers.items()},
+            message["epoch"], int(rows.number[k]), message["scan"], int(rows.index[k]), float(rows.time[k]),
+            float(rows.azimuth[k]), float(rows.heading[k]), (float(rows.position[k, 0]), float(rows.position[k, 1])),
+            float(rows.course[k]), float(rows.speed[k]), rows.range, rows.range_step, rows.samples[k], bool(rows.blind[k]),
+            None if rows.labels is None else rows.labels[k],
+            None if rows.powers is None else {number: power[k] for number, power in rows.powers.items()},
         )
-        for k in range(len(samples))
+        for k in range(len(rows.samples))
     ]  # fmt: skip
 
 

@@ -1,9 +1,8 @@
 """From power to display video: sea control, gain, rain control and quantiser, and fewer bins without loss of a peak.
 
 The order is that of a logarithmic receiver: log detector, sensitivity time control (STC), gain, differentiation (FTC),
-quantiser. The controls act on `u8` alone; the other encodings have the measured values. Functions of arrays; no state: the
-bytes of a spoke depend on its own cells, the controls and, where these are on, the spoke before (interference rejection) and
-the scan before (scan correlation).
+quantiser. Functions of arrays; no state: the bytes of a spoke depend on its own cells, the controls and, where these are on, the
+spoke before (interference rejection) and the scan before (scan correlation).
 """
 
 import math
@@ -19,9 +18,7 @@ from radar_service.types import Floats, Profiles, Singles
 Bytes = NDArray[np.uint8]
 
 DB_PER_STEP = 0.25  # of u8: 255 steps span 64 dB, the contrast of a display, up to a near ship
-LOG_DB_PER_STEP = 0.5  # of u8-log: 127 dB, from below the noise to a ship alongside
 PFA = 1e-4  # false alarms per cell at gain 50: one or two per spoke, as on a well-adjusted display
-SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so that noise keeps its distribution
 MAX_SEA_DB = 60.0  # attenuation of full sea control at SEA_RANGE
 STRETCH = 0.01  # of the display range: 3 pixels of a picture of 600
 REJECTION = 4.0  # times the power in the spoke before: at a beamwidth of three spokes and more an echo grows by less, but at
@@ -233,46 +230,3 @@ def quantise(level_db: NDArray[np.floating], offset_db: float, db_per_step: floa
     steps = (level_db - np.float32(offset_db)) * np.float32(1.0 / db_per_step)
     clipped: Bytes = np.rint(np.clip(steps, 0.0, 255.0)).astype(np.uint8)
     return clipped
-
-
-def log_offset_db(noise_power: float) -> float:
-    """Level [dBW] of byte 0 of u8-log, a whole number of dB."""
-    return math.floor(10.0 * math.log10(noise_power) - SCALE_BELOW_NOISE_DB)
-
-
-def scale(encoding: str, noise_power: float) -> dict[str, float]:
-    """`db_per_step` and `offset_db` [dBW], so that byte b > 0 is the middle of its step, of the encodings in steps."""
-    if encoding == "u8":
-        return {"db_per_step": DB_PER_STEP, "offset_db": noise_threshold_db(noise_power) - 0.5 * DB_PER_STEP}
-    if encoding == "u8-log":
-        return {"db_per_step": LOG_DB_PER_STEP, "offset_db": log_offset_db(noise_power)}
-    return {}
-
-
-def encode(
-    encoding: str,
-    power: Singles,
-    field: Profiles,
-    to: Layout,
-    controls: Controls,
-    noise_power: float,
-    before: Singles | None = None,
-    earlier: Singles | None = None,
-) -> NDArray[np.generic]:
-    """Cells (K, N) as samples (K, bins) in one of the encodings of the native feed (see stream.codecs.native.wire).
-
-    power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the reference of the byte scales; before: (N,) power
-    of the spoke before the first one [W], None where it is not known; earlier: see `display_video`.
-    """
-    if encoding == "u8":
-        return display_video(power, to, controls, noise_power, before, earlier)
-    if encoding == "c64":
-        return strongest(field, to).astype("<c8")
-    top = peaks(power, to)
-    if encoding == "u8-log":
-        return quantise(decibels(top), log_offset_db(noise_power), LOG_DB_PER_STEP)
-    if encoding == "f16":
-        return decibels(top).astype("<f2")
-    if encoding == "f32":
-        return top.astype("<f4")
-    raise ValueError(f'encoding: "{encoding}" is not one of u8, u8-log, f16, f32, c64')

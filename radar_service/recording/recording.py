@@ -21,6 +21,7 @@ from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
 from radar_service.scan import Scan, scan_of
 from radar_service.scene.commands import Command, CommandError, command_from
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.spoke_rows import SpokeRows
 from radar_service.stream.command_log import CommandLog
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.source import NOT_STEERABLE, SceneOrder, SceneOutline, TruthLine
@@ -193,16 +194,15 @@ class Recording:
         return (message.data for message in self._table.messages(topic, self._epoch.chunks, offset + start))
 
     def _block(self, message: Mapping[str, Any]) -> SpokeBlock:
-        field = wire.samples(dict(message))
-        power = square_law(field)
+        rows, azimuths = SpokeRows.of(dict(message)), self.scene.radar.azimuths
+        power = square_law(rows.samples)
         if "power" in message:
-            power = np.frombuffer(message["power"], dtype="<f4").reshape(field.shape)
-        azimuths, each = self.scene.radar.azimuths, {key: np.array(message[key]) for key in ("time", "position", "speed")}
-        angles = {key: np.array(message[f"{key}_rad"]) for key in ("azimuth", "heading", "course")}
-        values: dict[str, Any] = each | angles
+            power = np.frombuffer(message["power"], dtype="<f4").reshape(rows.samples.shape)
         return SpokeBlock(
             first=message["scan"] * azimuths + message["index"], scan=message["scan"], index=message["index"],
-            range=self.range, range_step=self.range_step, field=field, power=power, commands=len(self.commands), **values,
+            time=rows.time, azimuth=rows.azimuth, heading=rows.heading, course=rows.course, speed=rows.speed,
+            position=rows.position, range=self.range, range_step=self.range_step, field=rows.samples, power=power,
+            commands=len(self.commands),
         )  # fmt: skip
 
 

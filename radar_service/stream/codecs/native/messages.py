@@ -4,11 +4,12 @@ import math
 from datetime import UTC, datetime
 from typing import Any
 
-from radar_service.display.video import Layout, encode, scale
+from radar_service.display.video import Layout
 from radar_service.radar.parameters import Radar
 from radar_service.records import Truth
 from radar_service.stream.blind import told_plan, told_warnings
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.encoding import encode, scale
 from radar_service.stream.codecs.native.source_fields import source_fields
 from radar_service.stream.feed_request import Mode, View
 from radar_service.stream.source import SceneOutline

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.display.shown_cells import shown_cells
 from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.shown_cells import shown_cells
 from radar_service.stream.feed_request import View
 from radar_service.stream.spokes import SpokeBatch
 from radar_service.types import Indices

@@ -12,7 +12,7 @@ def shown_cells(
 ) -> Indices:  # fmt: skip
     """The number (K, bins) of the cell whose sample each bin shows in an encoding; the first one where several are equal.
 
-    Arguments are those of `video.encode`. Echo stretch shows a cell also in the bins behind it.
+    Arguments are those of `encoding.encode`. Echo stretch shows a cell also in the bins behind it.
     """
     if encoding == "u8":
         level = video_level_db(power, to, controls, noise_power, before, earlier)

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from radar_service.display.shown_cells import shown_cells
-from radar_service.display.video import Controls, decibels, display_video, encode, layout, sea_attenuation_db
+from radar_service.display.video import Controls, decibels, display_video, layout, sea_attenuation_db
+from radar_service.stream.codecs.native.encoding import encode
+from radar_service.stream.codecs.native.shown_cells import shown_cells
 
 NOISE, CELLS = 1e-15, 97
 BY_HAND = Controls(gain=80, sea=60, gain_auto=False, sea_auto=False)
