@@ -14,7 +14,7 @@ from radar_service.stream.http.feed import until_first_ends, until_gone
 from radar_service.stream.http.json_socket import say_bye, server_end, until_server_ends
 from radar_service.stream.http.security import ROLE
 from radar_service.stream.ports.roles import needs
-from radar_service.stream.ports.state_changes import SECRET, StateChange
+from radar_service.stream.ports.state_changes import SECRET, StateChange, StateWatch
 from radar_service.stream.radio.station import Station
 
 PATH = "/api/changes"
@@ -34,7 +34,6 @@ class ChangeFeed:
         """refused: is called with the kind of each refusal."""
         self._stations, self._refused = stations, refused
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._state: dict[tuple[str, str], StateChange] = {}  # all of the state, by radar and kind
         self._clients: dict[Waiting, _Client] = {}
 
     def start(self) -> None:
@@ -65,8 +64,9 @@ class ChangeFeed:
     async def _serve(self, socket: WebSocket, client: "_Client") -> None:
         waiting = Waiting(MAX_WAITING)
         self._clients[waiting] = client
-        for change in self._state.values():
-            self._put(change, json.dumps(change.as_dict()), waiting, client)
+        for station in self._stations.values():
+            for change in StateWatch(station).changes():  # at the first look all
+                self._put(change, json.dumps(change.as_dict()), waiting, client)
         try:
             await until_first_ends(_send(socket, waiting), until_gone(socket), until_server_ends(client.end))
         finally:
@@ -75,10 +75,6 @@ class ChangeFeed:
             await say_bye(socket, *client.end.result())
 
     def _publish(self, change: StateChange) -> None:
-        key = change.radar, change.kind
-        before = self._state.get(key)
-        merged = change.values if before is None or change.kind != "controls" else {**before.values, **change.values}
-        self._state[key] = StateChange(change.radar, change.kind, merged, change.time)
         text = json.dumps(change.as_dict())
         for waiting, client in self._clients.items():
             self._put(change, text, waiting, client)

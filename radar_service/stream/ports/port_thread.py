@@ -75,7 +75,7 @@ class PortThread:
         while call := self._next():
             try:
                 call.do()
-            except Exception as error:  # of any kind: the port goes on, and so do all others
+            except BaseException as error:  # of any kind, SystemExit too: the port goes on, and so do all others
                 self.faults += 1
                 log_event("port failed", logging.ERROR, port=self.name, reason=f"{type(error).__name__}: {error}")
 

@@ -54,6 +54,18 @@ def test_a_client_gets_the_whole_state_and_then_what_changes() -> None:
     play(test)
 
 
+def test_a_new_client_gets_the_last_command_to_each_body() -> None:
+    async def test(server: Server) -> None:
+        for speed in (3, 4):
+            await server.http.patch("/api/radars/0/bodies/buoy", json={"speed_kn": speed})
+        await server.http.patch("/api/radars/0/own-ship", json={"course_deg": 70})
+        values = (await until(await server.open("/api/changes"), "commands"))["values"]
+        assert values["bodies"]["buoy"]["speed_kn"] == pytest.approx(4.0)
+        assert values["own_ship"]["course_deg"] == pytest.approx(70.0)
+
+    play(test, allow_truth=True)
+
+
 @pytest.mark.parametrize("truth", [False, True])
 def test_commands_and_errors_are_told_to_those_who_may_know_the_truth(truth: bool) -> None:
     async def test(server: Server) -> None:

@@ -89,11 +89,12 @@ def test_an_epoch_opens_and_a_notice_holds_where_all_calls_before_were_dropped(m
     ]  # fmt: skip
 
 
-def test_what_raises_is_counted_and_the_rest_is_done(caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("fault", [ZeroDivisionError, SystemExit, KeyboardInterrupt])
+def test_what_raises_is_counted_and_the_rest_is_done(fault: type[BaseException], caplog: pytest.LogCaptureFixture) -> None:
     thread, done = PortThread("test"), threading.Event()
 
     def wrong() -> None:
-        raise ZeroDivisionError("a fault")
+        raise fault("a fault")
 
     thread.start()
     thread.put(wrong)
@@ -101,7 +102,7 @@ def test_what_raises_is_counted_and_the_rest_is_done(caplog: pytest.LogCaptureFi
     thread.stop(SOON)
     assert done.is_set() and thread.faults == 1
     assert [getattr(record, "fields", None) for record in caplog.records] == [
-        {"port": "test", "reason": "ZeroDivisionError: a fault"}
+        {"port": "test", "reason": f"{fault.__name__}: a fault"}
     ]
 
 
