@@ -41,7 +41,8 @@ def test_a_client_gets_the_whole_state_and_then_what_changes() -> None:
         early = await server.open("/api/changes")
         assert (await until(early, "controls"))["values"] == server.stations[0].controls()
         await server.http.patch("/api/radars/0/controls", json={"rain": 12})
-        change = await until(early, "controls")
+        while len((change := await until(early, "controls"))["values"]) > 1:  # what the service found at its first look
+            pass
         assert change == {"radar": "0", "kind": "controls", "values": {"rain": 12.0}, "time": 0.0}
         late = await server.open("/api/changes")
         state = {kind: (await until(late, kind))["values"] for kind in ("status", "scene", "controls")}
