@@ -1,6 +1,7 @@
 """Runs the ports of a service: hands them the changes of radars, calls their clocks, and keeps their faults from all others."""
 
 import asyncio
+import logging
 import math
 from collections.abc import Sequence
 from functools import partial
@@ -8,6 +9,7 @@ from functools import partial
 from fastapi import APIRouter
 
 from radar_service.cell_sources import SourceRequest
+from radar_service.stream.logs import log_event
 from radar_service.stream.ports.port import Port, Service
 from radar_service.stream.ports.port_thread import PortThread, QueuedSink
 from radar_service.stream.ports.state_changes import StateWatch
@@ -17,6 +19,7 @@ from radar_service.stream.spokes import SpokeSink
 LOOK = 0.1  # s between two looks at the state of radars
 SHORTEST = 0.02  # s between two calls of `tick` on the wall clock
 STOP_SECONDS = 1.0  # for a port to do what waits
+AFTER_FAULT = 5.0  # s until the next look
 
 
 class PortHost:
@@ -80,10 +83,16 @@ class PortHost:
         """Hands the changes of a radar to the ports."""
         watch = StateWatch(station)
         while True:
-            for change in watch.changes():
-                for port, thread in self.threads.items():
-                    thread.put(partial(port.changed, change))
-            await asyncio.sleep(LOOK)
+            try:
+                for change in watch.changes():
+                    for port, thread in self.threads.items():
+                        thread.put(partial(port.changed, change))
+                await asyncio.sleep(LOOK)
+            except Exception as error:  # of any kind: the next changes may be told
+                log_event(
+                    "changes not told", logging.ERROR, radar=station.identity, reason=f"{type(error).__name__}: {error}"
+                )
+                await asyncio.sleep(AFTER_FAULT)
 
     async def _tick(self, port: Port, station: Station, period: float) -> None:
         """Calls the clock of a port for a radar."""

@@ -8,9 +8,10 @@ from typing import Any
 import pytest
 
 from radar_service.stream.http.app import create_app
+from radar_service.stream.ports import port_host
 from radar_service.stream.ports.port import Port, Service
 from radar_service.stream.ports.port_host import PortHost
-from radar_service.stream.ports.state_changes import StateChange
+from radar_service.stream.ports.state_changes import StateChange, StateWatch
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.spokes import SpokeSink
@@ -115,3 +116,21 @@ def test_a_port_that_delays_radars_has_no_thread() -> None:
     port = Delaying()
     host = PortHost((port,))
     assert not host.threads and host.sinks("0") == [port.sink]
+
+
+def test_a_look_that_fails_is_logged_and_the_next_one_is_told(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(port_host, "AFTER_FAULT", 0.0)
+    looks, changes = [], StateWatch.changes
+
+    def failing_once(watch: StateWatch) -> list[StateChange]:
+        looks.append(watch)
+        if len(looks) == 1:
+            raise ZeroDivisionError("a fault")
+        return changes(watch)
+
+    monkeypatch.setattr(StateWatch, "changes", failing_once)
+    port = Noted()
+    play(port, Settings(pace=Pace("pause")), lambda: port.changed_at.wait(10.0))
+    assert port.changed_at.is_set() and "changes not told" in caplog.text
