@@ -54,7 +54,7 @@ class FeedEncoder:
         return reduce(or_, (view.sources for view in self._answered), SourceRequest())
 
     def open_epoch(self, radar: RadarInfo) -> None:
-        """Begins an radar.epoch."""
+        """Begins an epoch."""
 
         def hello(view: View, mode: Mode) -> bytes:
             return CODECS[view.codec].hello(self._radar_info(radar.epoch), view, mode)

@@ -55,6 +55,7 @@ def create_app(
         by_identity.update((station.identity, station) for station in stations)
         try:
             await ports.start(service)
+            roles.read(app.routes)  # which a port may have added to
             for station in stations:
                 station.preparations = service.preparations
                 await station.start()

@@ -50,7 +50,7 @@ class ErrorStage:
             self._running.set(self.errors)
 
     def open_epoch(self, radar: RadarInfo) -> None:
-        """Begins an radar.epoch. Another engine begins with the errors of its scene, or goes on with the errors in force."""
+        """Begins an epoch. Another engine begins with the errors of its scene, or goes on with the errors in force."""
         with self._lock:
             is_new, self._number = radar.epoch.engine not in self._reports, 0
             self._running = self._reports_of(radar.epoch.engine)

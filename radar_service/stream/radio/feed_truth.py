@@ -42,7 +42,7 @@ class FeedTruth:
             self._asking.cancel()
 
     def open_epoch(self, radar: RadarInfo) -> None:
-        """Ignores it: each batch names its radar.epoch."""
+        """Ignores it: each batch names its epoch."""
 
     def send(self, batch: SpokeBatch) -> None:
         """Asks for the truth at the instants of a batch, if a client requests it."""
