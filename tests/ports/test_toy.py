@@ -83,7 +83,8 @@ def play(
         async with running(create_app([station], host, access=access)) as server:
             server.stations = [station]
             await test(server)
-        host.close()
+        for port in [ports] if isinstance(ports, Port) else ports:
+            port.close()
 
     asyncio.run(asyncio.wait_for(whole(), 60))
     return host
@@ -145,7 +146,7 @@ def test_its_clock_runs_in_a_pause_and_in_standby(settings: Settings, ear: Ear) 
     if settings.pace.state == "pause":
         assert set(times) == {0.0}
     else:
-        assert all(later - earlier >= ToyPort.period for earlier, later in zip(times[1:-1], times[2:], strict=True))
+        assert all(time >= times[0] + ToyPort.period * number for number, time in enumerate(times))
 
 
 def test_its_routes_have_their_roles(ear: Ear) -> None:

@@ -16,19 +16,18 @@ from tests.stream.fake import FakeEngine, scene
 def test_what_its_sinks_take_is_in_the_file(tmp_path: Path) -> None:
     port, engine = RecorderPort(tmp_path / "a.mcap", False, SourceRequest()), FakeEngine(scene())
     host = PortHost((port,))
-    assert not host.threads
     (sink,) = host.sinks("0")
     epoch = Epoch("one", engine, None)  # type: ignore[arg-type]
     sink.open_epoch(RadarInfo("0", "radar 0", epoch, 0.0, {"pace": {}}, False))
     sink.send(SpokeBatch(epoch, 0, engine.block(0, 5), None))  # type: ignore[arg-type]
-    host.close()
+    port.close()
     assert [spoke.number for spoke in read(tmp_path / "a.mcap").spokes()] == list(range(5))
 
 
 def test_the_sources_that_are_recorded_are_asked_for(tmp_path: Path) -> None:
-    host = PortHost((RecorderPort(tmp_path / "a.mcap", False, SourceRequest(True, (256,))),))
-    assert host.sources == SourceRequest(True, (256,))
-    host.close()
+    port = RecorderPort(tmp_path / "a.mcap", False, SourceRequest(True, (256,)))
+    assert PortHost((port,)).sources == SourceRequest(True, (256,))
+    port.close()
 
 
 def test_its_file_is_closed_without_a_spoke_too(tmp_path: Path) -> None:

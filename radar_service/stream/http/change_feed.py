@@ -62,11 +62,12 @@ class ChangeFeed:
         return router
 
     async def _serve(self, socket: WebSocket, client: "_Client") -> None:
-        waiting = Waiting(MAX_WAITING)
-        self._clients[waiting] = client
+        waiting = Waiting()
         for station in self._stations.values():
             for change in StateWatch(station).changes():  # at the first look all
-                self._put(change, json.dumps(change.as_dict()), waiting, client)
+                if self._is_for(change, client):
+                    waiting.put_nowait(json.dumps(change.as_dict()))
+        self._clients[waiting] = client._replace(most=waiting.qsize() + MAX_WAITING)
         try:
             await until_first_ends(_send(socket, waiting), until_gone(socket), until_server_ends(client.end))
         finally:
@@ -77,23 +78,24 @@ class ChangeFeed:
     def _publish(self, change: StateChange) -> None:
         text = json.dumps(change.as_dict())
         for waiting, client in self._clients.items():
-            self._put(change, text, waiting, client)
+            if not self._is_for(change, client):
+                continue
+            if waiting.qsize() < client.most:
+                waiting.put_nowait(text)
+            elif not client.end.done():
+                client.end.set_result((TOO_SLOW, BEHIND))
 
-    def _put(self, change: StateChange, text: str, waiting: Waiting, client: "_Client") -> None:
-        """Queues a change for a client that may know it; one that reads no more is ended."""
-        if change.kind in SECRET and not (client.may_command or self._stations[change.radar].allow_truth):
-            return
-        if not waiting.full():
-            waiting.put_nowait(text)
-        elif not client.end.done():
-            client.end.set_result((TOO_SLOW, BEHIND))
+    def _is_for(self, change: StateChange, client: "_Client") -> bool:
+        return change.kind not in SECRET or client.may_command or self._stations[change.radar].allow_truth
 
 
 class _Client(NamedTuple):
-    """may_command: whether it has the token to command; end: why the server has to end it, once it does."""
+    """may_command: whether it has the token to command; end: why the server has to end it, once it does; most: changes that may
+    wait for it."""
 
     may_command: bool
     end: "asyncio.Future[tuple[int, str]]"
+    most: int = MAX_WAITING
 
 
 async def _send(socket: WebSocket, waiting: Waiting) -> None:

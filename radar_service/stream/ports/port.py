@@ -46,10 +46,12 @@ class Port:
 
     name: for logs and metrics.
     delays: whether radars wait for its sinks, which are then called by the threads of the radars and must not fail. Otherwise
-    `tick`, `changed` and all methods of its sinks are called by a thread of the port, one at a time, and what is too much for
-    them is dropped and counted.
+    these are called by a thread of the port, as `tick` and `changed` always are, one at a time; what is too much for them is
+    dropped and counted.
     period: of `tick` [s].
     sources: what its sinks need of the sources of cells.
+
+    What a port is handed it shares with others: it copies what it changes.
     """
 
     name: ClassVar[str]
@@ -69,16 +71,17 @@ class Port:
         """Begins, before the radars do. What it raises ends the service."""
 
     async def stop(self) -> None:
-        """Ends, when the radars have ended."""
+        """Ends, when the radars have ended, within a second."""
 
     def tick(self, radar: str, time: float) -> None:
         """Is called for each radar once in `period` of the world's time, also in standby and, by the wall clock, in a pause.
 
-        At a high pace, or behind, it is called less often. time: of simulation [s].
+        At most 50 times a second, so less often at a high pace. time: of simulation [s]; another scene begins anew.
         """
 
     def changed(self, change: StateChange) -> None:
-        """Takes a change of a radar's state. The first ones, when a service starts, tell all of its state."""
+        """Takes a change of a radar's state. The first ones, when a service starts, tell all of its state. None is dropped: of
+        those that wait one stands for all of its kind."""
 
     def close(self) -> None:
         """Closes what was open before the service started; the last call."""

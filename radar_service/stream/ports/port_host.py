@@ -13,12 +13,13 @@ from radar_service.stream.logs import log_event
 from radar_service.stream.ports.port import Port, Service
 from radar_service.stream.ports.port_thread import PortThread, QueuedSink
 from radar_service.stream.ports.state_changes import StateWatch
+from radar_service.stream.ports.told_changes import ToldChanges
 from radar_service.stream.radio.station import Station
 from radar_service.stream.spokes import SpokeSink
 
-LOOK = 0.1  # s between two looks at the state of radars
+LOOK = 0.1  # s between two looks at the state of radars and, at most, at their clocks
 SHORTEST = 0.02  # s between two calls of `tick` on the wall clock
-STOP_SECONDS = 1.0  # for a port to do what waits
+STOP_SECONDS = 1.0  # for a port to do what waits, and then to stop
 AFTER_FAULT = 5.0  # s until the next look
 
 
@@ -27,7 +28,13 @@ class PortHost:
 
     def __init__(self, ports: Sequence[Port]) -> None:
         self._ports = tuple(ports)
-        self.threads = {port: PortThread(port.name) for port in self._ports if not port.delays}
+        self.threads = {port: PortThread(port.name) for port in self._ports}
+        self._told = [
+            ToldChanges(port.changed, thread)
+            for port, thread in self.threads.items()
+            if type(port).changed is not Port.changed
+        ]
+        self._started: list[Port] = []
         self._tasks: list[asyncio.Task[None]] = []
 
     def routes(self, service: Service) -> list[APIRouter]:
@@ -38,8 +45,7 @@ class PortHost:
         """Returns the sinks of all ports for a radar; before each that must not delay it stands a queue."""
         result: list[SpokeSink] = []
         for port in self._ports:
-            thread = self.threads.get(port)
-            result += [sink if thread is None else QueuedSink(sink, thread) for sink in port.sinks(radar)]
+            result += [sink if port.delays else QueuedSink(sink, self.threads[port]) for sink in port.sinks(radar)]
         return result
 
     @property
@@ -53,9 +59,9 @@ class PortHost:
     async def start(self, service: Service) -> None:
         """Starts the ports, before the radars. Raises what a port raises."""
         for port in self._ports:
+            self._started.append(port)
             await port.start(service)
-        for thread in self.threads.values():
-            thread.start()
+            self.threads[port].start()
 
     def watch(self, stations: Sequence[Station]) -> None:
         """Tells the ports from now on of the changes and of the time of radars."""
@@ -66,18 +72,18 @@ class PortHost:
         ]  # fmt: skip
 
     async def stop(self) -> None:
-        """Ends the ports; one that does not end in time is left behind."""
+        """Ends the ports that were started; one that does not end in time is left behind."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await asyncio.gather(*(asyncio.to_thread(thread.stop, STOP_SECONDS) for thread in self.threads.values()))
-        for port in self._ports:
-            await port.stop()
+        await asyncio.gather(*(self._stopped(port) for port in self._started))
 
-    def close(self) -> None:
-        """Closes what the ports have opened."""
-        for port in self._ports:
-            port.close()
+    async def _stopped(self, port: Port) -> None:
+        try:
+            await asyncio.wait_for(port.stop(), STOP_SECONDS)
+        except Exception as error:  # of any kind: the others stop too
+            log_event("port not stopped", logging.ERROR, port=port.name, reason=f"{type(error).__name__}: {error}")
 
     async def _watch(self, station: Station) -> None:
         """Hands the changes of a radar to the ports."""
@@ -85,8 +91,8 @@ class PortHost:
         while True:
             try:
                 for change in watch.changes():
-                    for port, thread in self.threads.items():
-                        thread.put(partial(port.changed, change))
+                    for told in self._told:
+                        told.put(change)
                 await asyncio.sleep(LOOK)
             except Exception as error:  # of any kind: the next changes may be told
                 log_event(
@@ -97,12 +103,15 @@ class PortHost:
     async def _tick(self, port: Port, station: Station, period: float) -> None:
         """Calls the clock of a port for a radar."""
         loop, transmitter = asyncio.get_running_loop(), station.transmitter
-        due, called = transmitter.simulated, -math.inf
+        told, due, called = math.inf, -math.inf, -math.inf  # simulated times, and a time of the loop
         while True:
             now, time = loop.time(), transmitter.simulated
             stands = transmitter.pacer.idle or transmitter.fault is not None
-            if time >= due or time < due - 2.0 * period or (stands and now - called >= period):
-                self.threads[port].put(partial(port.tick, station.identity, time), key=station.identity)
-                due, called = time + period, now
-            wait = period if stands else (due - time) / station.settings.pace.factor
-            await asyncio.sleep(min(max(wait, SHORTEST), period + SHORTEST))
+            goes_on = due <= time or time < told  # the time of another scene begins anew
+            if goes_on or (stands and now - called >= period):
+                self.threads[port].put(partial(port.tick, station.identity, time), key=("tick", station.identity))
+                if goes_on:
+                    due = due + period if told <= time < due + period else time + period
+                told, called = time, now
+            wait = called + period - now if stands else (due - time) / station.settings.pace.factor
+            await asyncio.sleep(min(max(wait, SHORTEST), LOOK))

@@ -1,7 +1,7 @@
 """What changes in the state of a radar, besides its spokes: its status, controls, scene, and what was commanded."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 from radar_service.stream.radio.station import Station
@@ -26,6 +26,15 @@ class StateChange:
     kind: Kind
     values: Mapping[str, Any]
     time: float
+
+    def after(self, earlier: "StateChange") -> "StateChange":
+        """Returns one change that stands for an earlier one of this radar and kind, and this one."""
+        if self.kind == "controls":
+            return replace(self, values={**earlier.values, **self.values})
+        if self.kind == "commands":
+            bodies = {**earlier.values.get("bodies", {}), **self.values.get("bodies", {})}
+            return replace(self, values={**earlier.values, **self.values, **({"bodies": bodies} if bodies else {})})
+        return self
 
     def as_dict(self) -> dict[str, Any]:
         """Returns the change as plain data."""
@@ -73,7 +82,8 @@ class StateWatch:
     def _commanded(self) -> Mapping[str, Any]:
         """What was commanded since the last look."""
         engine = self._station.engine
-        if engine is not self._engine and not engine.order.goes_on:
+        another_scene = engine.order != self._engine.order and not engine.order.goes_on
+        if another_scene or len(engine.commands) < self._commands:
             self._commands = 0
         new = engine.commands.since(self._commands)
         self._engine, self._commands = engine, self._commands + len(new)

@@ -129,3 +129,18 @@ def test_there_are_at_most_so_many_clients(monkeypatch: pytest.MonkeyPatch) -> N
         assert closed.value.code == change_feed.FULL
 
     play(test)
+
+
+def test_the_state_of_many_radars_is_no_reason_to_end_a_client(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(change_feed, "MAX_WAITING", 3)
+    settings = Settings(pace=Pace("pause"))
+    radars = [Station(str(k), FakeEngine(steerable_scene()), factory(), settings=settings) for k in range(4)]
+
+    async def test(server: Server) -> None:
+        client = await server.open("/api/changes")
+        got = [json.loads(await client.text()) for _ in range(4 * 3)]
+        assert {(change["radar"], change["kind"]) for change in got} >= {
+            (str(k), kind) for k in range(4) for kind in ("status", "scene", "controls")
+        }
+
+    play(test, None, *radars)

@@ -17,7 +17,7 @@ class Bare(Port):
 
 
 def test_a_port_that_overrides_nothing_does_nothing() -> None:
-    host = PortHost((FeedPort(), Bare()))
+    host = PortHost((FeedPort(), bare := Bare()))
     assert host.sources == SourceRequest() and host.sinks("0") == []
 
     async def whole() -> None:
@@ -25,6 +25,6 @@ def test_a_port_that_overrides_nothing_does_nothing() -> None:
             assert (await (await server.feed()).spokes(5))[0]["first"] == 0
 
     asyncio.run(asyncio.wait_for(whole(), 30))
-    host.close()
-    (thread,) = host.threads.values()
+    bare.close()
+    thread = host.threads[bare]
     assert (thread.name, thread.faults, thread.dropped) == ("bare", 0, 0)

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from radar_service.stream.http.app import create_app
+from radar_service.stream.http.rest_port import RestPort
 from radar_service.stream.ports import port_host
 from radar_service.stream.ports.port import Port, Service
 from radar_service.stream.ports.port_host import PortHost
@@ -63,7 +64,7 @@ def play(port: Port, settings: Settings, test: Any) -> PortHost:
             await asyncio.to_thread(test)
 
     asyncio.run(asyncio.wait_for(whole(), 30))
-    host.close()
+    port.close()
     return host
 
 
@@ -86,7 +87,7 @@ def test_all_calls_come_from_the_thread_of_the_port() -> None:
 
 @pytest.mark.parametrize("factor", [1.0, 5.0, float("inf")])
 def test_its_clock_is_that_of_the_world(factor: float) -> None:
-    """Two calls are at least a period of the world's time apart, at any pace, and never the world's time as a whole."""
+    """So many calls come in so many periods of the world's time, no more, at any pace."""
     port = Noted(period=0.25)
 
     def test() -> None:
@@ -95,7 +96,7 @@ def test_its_clock_is_that_of_the_world(factor: float) -> None:
 
     play(port, Settings(pace=Pace("run", factor)), test)
     times = [time for name, time in port.calls if name == "tick"]
-    assert all(later - earlier >= 0.25 for earlier, later in zip(times[:-1], times[1:], strict=True))
+    assert all(time >= times[0] + 0.25 * number for number, time in enumerate(times))
 
 
 def test_a_port_that_cannot_start_ends_the_service() -> None:
@@ -109,13 +110,13 @@ def test_a_port_that_cannot_start_ends_the_service() -> None:
         play(Failing(), Settings(), lambda: None)
 
 
-def test_a_port_that_delays_radars_has_no_thread() -> None:
+def test_the_sinks_of_a_port_that_delays_radars_are_called_at_once() -> None:
     class Delaying(Noted):
         delays = True
 
     port = Delaying()
     host = PortHost((port,))
-    assert not host.threads and host.sinks("0") == [port.sink]
+    assert host.sinks("0") == [port.sink]
 
 
 def test_a_look_that_fails_is_logged_and_the_next_one_is_told(
@@ -134,3 +135,85 @@ def test_a_look_that_fails_is_logged_and_the_next_one_is_told(
     port = Noted()
     play(port, Settings(pace=Pace("pause")), lambda: port.changed_at.wait(10.0))
     assert port.changed_at.is_set() and "changes not told" in caplog.text
+
+
+@pytest.mark.parametrize("fault", ["blocks", "raises"])
+def test_a_port_that_does_not_stop_holds_up_nobody(
+    fault: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(port_host, "STOP_SECONDS", 0.05)
+
+    class Stubborn(Port):
+        name = "stubborn"
+
+        async def stop(self) -> None:
+            if fault == "raises":
+                raise RuntimeError("it will not")
+            await asyncio.Event().wait()
+
+    host = PortHost((Stubborn(), noted := Noted()))
+
+    async def whole() -> None:
+        async with running(create_app([Station("0", FakeEngine(scene()), factory())], host)):
+            pass
+
+    asyncio.run(asyncio.wait_for(whole(), 30))
+    assert ("stop", None) in noted.calls
+    assert "port not stopped" in caplog.text
+
+
+def test_ports_that_were_not_started_are_not_stopped() -> None:
+    class Failing(Port):
+        name = "failing"
+
+        async def start(self, service: Service) -> None:
+            raise OSError("its address is in use")
+
+    before, after = Noted(), Noted()
+    host = PortHost((before, Failing(), after))
+
+    async def whole() -> None:
+        async with running(create_app([Station("0", FakeEngine(scene()), factory())], host)):
+            pass
+
+    with pytest.raises(OSError, match="in use"):
+        asyncio.run(asyncio.wait_for(whole(), 30))
+    assert [name for name, _ in before.calls] == ["start", "stop"] and not after.calls
+
+
+def test_a_port_that_delays_radars_has_its_clock_and_its_news_all_the_same() -> None:
+    class Delaying(Noted):
+        delays = True
+
+    port = Delaying(period=0.01)
+
+    def test() -> None:
+        assert port.changed_at.wait(10.0) and port.ticked.acquire(timeout=10.0)
+
+    play(port, Settings(pace=Pace("pause")), test)
+    assert port.threads == {"port noted"}
+
+
+def test_the_clock_of_another_scene_begins_at_once() -> None:
+    """Its time is below that of the scene before, and the next call comes then, not when the old time is reached again."""
+    port = Noted(period=1.0)
+
+    async def whole() -> None:
+        host = PortHost((RestPort(), port))
+        station = Station(
+            "0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("run", 50.0)), sinks=host.sinks("0")
+        )
+        async with running(create_app([station], host)) as server:
+            for _ in range(4):
+                assert await asyncio.to_thread(port.ticked.acquire, timeout=10.0)
+            answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "other"}})
+            assert answer.status_code == 200
+            while not any(later < earlier for earlier, later in zip(times(), times()[1:], strict=False)):
+                assert await asyncio.to_thread(port.ticked.acquire, timeout=10.0)
+
+    def times() -> list[float]:
+        return [time for name, time in port.calls if name == "tick"]
+
+    asyncio.run(asyncio.wait_for(whole(), 60))
+    first = next(k for k in range(1, len(times())) if times()[k] < times()[k - 1])
+    assert times()[first] < 50.0 * 0.5  # a half second of the wall clock at that pace
