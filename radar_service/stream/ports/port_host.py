@@ -29,7 +29,7 @@ class PortHost:
     def __init__(self, ports: Sequence[Port]) -> None:
         self._ports = tuple(ports)
         self.threads = {port: PortThread(port.name) for port in self._ports}
-        self._told = [
+        self._listeners = [
             ToldChanges(port.changed, thread)
             for port, thread in self.threads.items()
             if type(port).changed is not Port.changed
@@ -91,8 +91,8 @@ class PortHost:
         while True:
             try:
                 for change in watch.changes():
-                    for told in self._told:
-                        told.put(change)
+                    for port in self._listeners:
+                        port.put(change)
                 await asyncio.sleep(LOOK)
             except Exception as error:  # of any kind: the next changes may be told
                 log_event(
@@ -103,15 +103,15 @@ class PortHost:
     async def _tick(self, port: Port, station: Station, period: float) -> None:
         """Calls the clock of a port for a radar."""
         loop, transmitter = asyncio.get_running_loop(), station.transmitter
-        told, due, called = math.inf, -math.inf, -math.inf  # simulated times, and a time of the loop
+        last, due, called = math.inf, -math.inf, -math.inf  # simulated times, and a time of the loop
         while True:
             now, time = loop.time(), transmitter.simulated
             stands = transmitter.pacer.idle or transmitter.fault is not None
-            goes_on = due <= time or time < told  # the time of another scene begins anew
+            goes_on = due <= time or time < last  # the time of another scene begins anew
             if goes_on or (stands and now - called >= period):
                 self.threads[port].put(partial(port.tick, station.identity, time), key=("tick", station.identity))
                 if goes_on:
-                    due = due + period if told <= time < due + period else time + period
-                told, called = time, now
+                    due = due + period if last <= time < due + period else time + period
+                last, called = time, now
             wait = called + period - now if stands else (due - time) / station.settings.pace.factor
             await asyncio.sleep(min(max(wait, SHORTEST), LOOK))

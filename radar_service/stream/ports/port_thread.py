@@ -94,13 +94,13 @@ class PortThread:
     def _drop_spokes(self) -> None:
         """Leaves one notice for each owner of spokes; it stands for earlier ones, too."""
         kept: list[_Call] = []
-        told: set[Hashable] = set()
+        owners: set[Hashable] = set()
         for call in reversed(self._calls):
             self.dropped += call.spokes
             if not call.instead:
                 kept.append(call)
-            elif call.key not in told:
-                told.add(call.key)
+            elif call.key not in owners:
+                owners.add(call.key)
                 kept.append(_Call(call.instead, key=call.key, instead=call.instead))
         self._calls, self._bytes = deque(reversed(kept)), 0
 

@@ -133,6 +133,7 @@ def test_there_are_at_most_so_many_clients(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_the_state_of_many_radars_is_no_reason_to_end_a_client(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(change_feed, "MAX_WAITING", 3)
+    monkeypatch.setattr(change_feed.ChangeFeed, "take", lambda feed, change: None)  # nothing but the state
     settings = Settings(pace=Pace("pause"))
     radars = [Station(str(k), FakeEngine(steerable_scene()), factory(), settings=settings) for k in range(4)]
 
