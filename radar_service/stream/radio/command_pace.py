@@ -1,11 +1,14 @@
 """When a radar takes the next commands, so that many of them do not stop its feed.
 
-After commands the engine computes anew. A radar that is late, or was just now, first sends spokes; one whose spokes wait until
-they are due takes the next commands at once, but gives the engine at most half of its time to them.
+After commands the engine computes anew. A radar that is late first sends spokes; one whose spokes wait until they are due takes
+the next commands at once. Where commands take so long that the schedule starts anew, spokes wait although they are late: then
+the radar sends for as long as the commands took.
 """
 
 import math
 from collections.abc import Callable
+
+from radar_service.stream.radio.pacing import LATE_LIMIT
 
 SPOKES_BETWEEN = 16  # that a radar which is late sends after commands before it takes others: half a block
 IN_SINKS = 0.05  # s after which sinks that still have spokes are taken to wait for a client
@@ -43,6 +46,6 @@ class CommandPace:
 
     def allows(self, waits: bool) -> bool:
         """Returns whether commands may come now. waits: whether spokes wait until they are due."""
-        now = self._clock()
-        has_rested = now - self._ready >= self._ready - self._commanded
+        now, cost = self._clock(), self._ready - self._commanded
+        has_rested = now - self._ready >= (cost if cost > LATE_LIMIT else 0.0)
         return self._sent >= SPOKES_BETWEEN or now - self._given >= IN_SINKS or (waits and has_rested)

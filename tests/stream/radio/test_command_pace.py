@@ -3,6 +3,7 @@
 import pytest
 
 from radar_service.stream.radio.command_pace import IN_SINKS, SPOKES_BETWEEN, CommandPace
+from radar_service.stream.radio.pacing import LATE_LIMIT
 
 
 class Played:
@@ -29,7 +30,7 @@ class Played:
             self.sent.append(self.now)
 
 
-@pytest.mark.parametrize("cost", [0.01, 0.3, 1.0])
+@pytest.mark.parametrize("cost", [0.26, 0.5, 1.0])
 def test_a_flood_of_commands_leaves_the_feed_half_of_the_time(cost: float) -> None:
     """Between two commands as much time, or SPOKES_BETWEEN spokes, is for the feed."""
     played = Played(cost)
@@ -47,11 +48,17 @@ def test_a_command_is_taken_at_once_while_spokes_wait_until_they_are_due() -> No
     assert pace.allows(waits=False)
     pace.commanded()
     assert not pace.allows(waits=False) and not pace.allows(waits=True)  # nothing is computed yet
-    now[0] += 0.01
+    now[0] += LATE_LIMIT
     pace.computed()
-    now[0] += 0.02
-    pace.computed()  # the first one counts
     assert pace.allows(waits=True) and not pace.allows(waits=False)
+    pace.commanded()
+    now[0] += 0.5
+    pace.computed()
+    now[0] += 0.4
+    pace.computed()  # the first one counts
+    assert not pace.allows(waits=True)
+    now[0] += 0.1 + 1e-9
+    assert pace.allows(waits=True)
 
 
 def test_what_the_sinks_keep_and_another_engine_let_commands_through() -> None:
