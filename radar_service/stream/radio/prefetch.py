@@ -1,7 +1,9 @@
 """An engine that computes a bounded number of azimuths ahead, in its own thread."""
 
+import math
 import threading
 from collections import deque
+from time import monotonic
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.records import SpokeBlock
@@ -12,6 +14,7 @@ from radar_service.stream.source import SpokeSource
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: covers a slow block, and a new scene is not late
 BYTES_AHEAD = 32 * 2**20  # of wide spokes
+STEERED_AHEAD, STEERED_SECONDS = 32, 1.0  # azimuths, for so long after a command: the next one may drop them again
 BYTES_BETWEEN = 256 * 2**20  # of spokes, then free memory is returned: the heap keeps holes as large as all that wait
 BLOCK = 32  # spokes; a message holds no more
 BYTES_PER_CELL = 12  # field and power
@@ -40,6 +43,7 @@ class EngineWorker:
         self._blocks: deque[SpokeBlock] = deque()
         self._changed = threading.Condition()
         self._stopping = False
+        self._steered = -math.inf  # when the last command came
         self._fault: str | None = None
         self.requested = SourceRequest()  # what the spokes are to tell of their sources
         self._passed = 0  # bytes of spokes since free memory was returned
@@ -90,6 +94,7 @@ class EngineWorker:
         """Notes a command, as SpokeSource.command, and drops the spokes that it changes; `tell` comes next."""
         with self._changed:
             self.engine.command(command)
+            self._steered = monotonic()
             self._blocks = deque(part for block in self._blocks if (part := self.known_part(block)))
             self._changed.notify_all()
 
@@ -156,7 +161,9 @@ class EngineWorker:
     @property
     def _has_room(self) -> bool:
         """Whether another block may wait; the lock is held."""
-        return sum(map(len, self._blocks)) < self._azimuths and sum(b.nbytes for b in self._blocks) < BYTES_AHEAD
+        is_steered = monotonic() - self._steered < STEERED_SECONDS
+        azimuths = min(self._azimuths, STEERED_AHEAD) if is_steered else self._azimuths
+        return sum(map(len, self._blocks)) < azimuths and sum(b.nbytes for b in self._blocks) < BYTES_AHEAD
 
     def _fail(self, reason: str) -> None:
         with self._changed:

@@ -278,3 +278,24 @@ def test_wide_spokes_come_in_small_blocks(cells: int, spokes: int) -> None:
     assert worker.wait_until_ready(SOON)
     worker.stop(SOON)
     assert asked == [spokes]
+
+
+def test_after_a_command_less_is_computed_ahead_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The next command may drop it again. Of blocks of five, eight are ahead at rest; steered two, and one in hand."""
+    now = [100.0]
+    monkeypatch.setattr(prefetch, "monotonic", lambda: now[0])
+    monkeypatch.setattr(prefetch, "STEERED_AHEAD", 10)
+    engine = FakeEngine(steerable_scene())
+    worker = started(engine, 40)
+    engine.wait_for_blocks(8, SOON)
+    commanded(worker, 0, "buoy", {"speed_kn": 5})
+    engine.wait_for_blocks(8 + 2, SOON)
+    before, ahead = engine.blocks_made, []
+    for taken in range(1, 200):
+        assert worker.take(SOON) is not None
+        ahead.append(engine.blocks_made - before - taken)
+    assert max(ahead) <= 3
+    now[0] += prefetch.STEERED_SECONDS
+    worker.take(SOON)
+    engine.wait_for_blocks(before + 200 + 5, SOON)
+    worker.stop(SOON)
