@@ -226,11 +226,11 @@ function everySecond() {
   }
 }
 
-/** Shows what has changed, by this viewer or another one, or by the service itself. */
+/** Shows what has changed, by this viewer or another one, or by the service itself. Commands show in the spokes alone. */
 function changed({ radar: id, kind }) {
   if (radar?.id !== id) return;
   if (kind === "errors") showErrors();
-  else controls.refreshSoon();
+  else if (kind !== "commands") controls.refreshSoon();
 }
 
 /** Applies a changed setting. */

@@ -4,7 +4,7 @@ import argparse
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 if TYPE_CHECKING:
     from radar_service.stream.ports.port import Port
@@ -39,7 +39,7 @@ def packages(names: Sequence[str] | None = None) -> list[PortPackage]:
 def opened(options: argparse.Namespace, names: Sequence[str] | None = None) -> Iterator["list[Port]"]:
     """The ports that options ask for; they are closed at the end. Raises UsageError and OSError."""
     with contextlib.ExitStack() as on_end:
-        ports: list[Any] = []
+        ports: list[Port] = []
         for package in packages(names):
             port = package.opened(options)
             if port is not None:

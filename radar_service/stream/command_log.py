@@ -55,5 +55,10 @@ class CommandLog:
         """Returns the command to a body that came last; None for own ship."""
         return self._latest.get(self._name(body))
 
+    def latest_after(self, count: int) -> list[Command]:
+        """Returns the last command to each body, of those that came after the first `count`. With 0 it looks at no other ones."""
+        latest = self._latest if count == 0 else {self._name(command.body): command for command in self._commands[count:]}
+        return list(latest.values())
+
     def _name(self, body: str | None) -> str | None:
         return self._steerable.own_ship if body is None else body

@@ -153,6 +153,23 @@ def test_what_others_change_shows_as_it_happens(radar: FakeRadar, opened: Opened
     page.wait("document.getElementById('errors-text').textContent === 'Errors: gyro'")
 
 
+def test_poses_that_others_send_make_the_page_ask_nothing(radar: FakeRadar, opened: Opened) -> None:
+    """They come ten times a second, and show in the spokes; a change of the controls is asked for."""
+    page = opened(BARE)
+    asked = "performance.getEntriesByType('resource').filter(({ name }) => name.endsWith('api/radars/0')).length"
+    radar.tell("controls", gain=1)
+    radar.controls |= {"gain": 77}
+    radar.tell("controls", gain=77)
+    page.wait("document.getElementById('gain-value').value === '77'")
+    before = page.ask(asked)
+    for course in range(20):
+        radar.tell("commands", own_ship={"course_deg": course})
+    radar.controls |= {"gain": 78}
+    radar.tell("controls", gain=78)
+    page.wait("document.getElementById('gain-value').value === '78'")
+    assert page.ask(asked) - before <= 2  # the last one, and one that may have been under way
+
+
 def test_the_page_follows_changes_again_after_a_break(radar: FakeRadar, opened: Opened) -> None:
     page = opened(BARE)
     assert radar.followed.wait(10.0)

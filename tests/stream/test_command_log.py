@@ -61,3 +61,10 @@ def test_own_ship_that_is_a_body_has_one_latest_command() -> None:
     first = added(log, 5, None, {"speed_kn": 3})
     assert log.latest("buoy") is first
     assert added(log, 6, "buoy", {"speed_kn": 4}) is log.latest(None)
+
+
+def test_the_latest_of_each_body_after_some() -> None:
+    log = CommandLog(STEERABLE)
+    made = [added(log, 5 + k, body, {"speed_kn": 3}) for k, body in enumerate(("buoy", None, "buoy", "buoy"))]
+    assert log.latest_after(0) == [made[3], made[1]] and log.latest_after(1) == [made[1], made[3]]
+    assert log.latest_after(2) == [made[3]] and log.latest_after(4) == []

@@ -1,7 +1,7 @@
 """What changes in the state of a radar, besides its spokes: its status, controls, scene, and what was commanded."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from radar_service.stream.radio.station import Station
@@ -38,7 +38,7 @@ class StateChange:
 
     def as_dict(self) -> dict[str, Any]:
         """Returns the change as plain data."""
-        return asdict(self) | {"values": dict(self.values)}
+        return {"radar": self.radar, "kind": self.kind, "values": dict(self.values), "time": self.time}
 
 
 class StateWatch:
@@ -85,10 +85,10 @@ class StateWatch:
         another_scene = engine.order != self._engine.order and not engine.order.goes_on
         if another_scene or len(engine.commands) < self._commands:
             self._commands = 0
-        new = engine.commands.since(self._commands)
-        self._engine, self._commands = engine, self._commands + len(new)
+        count = len(engine.commands)
+        latest = engine.commands.latest_after(self._commands)
+        self._engine, self._commands = engine, count
         own = engine.scene.steerable.own_ship
-        latest = {command.body: command.as_dict() for command in new}
-        ships = [values for body, values in latest.items() if body in (None, own)]
-        bodies = {body: values for body, values in latest.items() if body not in (None, own)}
+        ships = [command.as_dict() for command in latest if command.body in (None, own)]
+        bodies = {command.body: command.as_dict() for command in latest if command.body not in (None, own)}
         return ({"own_ship": ships[-1]} if ships else {}) | ({"bodies": bodies} if bodies else {})
