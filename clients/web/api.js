@@ -27,6 +27,26 @@ export class NoAnswer extends Error {
   }
 }
 
+/** The order of requests that ask for the same, whose answers may overtake each other. */
+export class Order {
+  constructor() {
+    this.asked = 0;
+    this.answered = 0;
+  }
+
+  /** Returns the number of a new request. */
+  next() {
+    return ++this.asked;
+  }
+
+  /** Whether no later request has been answered. */
+  isNewest(number) {
+    if (number < this.answered) return false;
+    this.answered = number;
+    return true;
+  }
+}
+
 async function fetchJson(path, options) {
   if (token) options.headers.Authorization = `Bearer ${token}`;
   const response = await fetch(new URL(`api/${path}`, document.baseURI), options).catch(() => {

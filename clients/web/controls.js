@@ -1,7 +1,7 @@
 // The controls that act on the radar itself, for all its clients. The page sends them as PATCH requests, one at a time; those
 // that a new engine is prepared for have a lane of their own, so that no other one waits for them.
 
-import { NoAnswer, callApi } from "./api.js";
+import { NoAnswer, Order, callApi } from "./api.js";
 import { Lane } from "./lane.js";
 import { changesByOthers } from "./other_viewers.js";
 import { dismiss, toast } from "./toast.js";
@@ -25,6 +25,7 @@ export class Controls {
     this.engine = new Lane((change) => this.patch(change)); // takes seconds
     this.others = new Lane((change) => this.patch(change));
     this.version = 0; // grows with each hello and change: answers to earlier requests are out of date
+    this.refreshes = new Order();
     this.bind();
   }
 
@@ -92,9 +93,11 @@ export class Controls {
   async refresh() {
     const { radar: id, version } = this;
     if (id === undefined || this.others.busy) return;
-    const health = callApi("health").catch(() => null); // the feed reports a lost connection
-    const radar = await callApi(`radars/${encodeURIComponent(id)}`).catch(() => null);
-    this.health = (await health)?.radars.find((one) => one.id === id) ?? null;
+    const turn = this.refreshes.next();
+    const requests = [callApi("health"), callApi(`radars/${encodeURIComponent(id)}`)];
+    const [health, radar] = await Promise.all(requests.map((one) => one.catch(() => null))); // the feed reports a lost connection
+    if (!this.refreshes.isNewest(turn)) return;
+    this.health = health?.radars.find((one) => one.id === id) ?? null;
     if (!radar || this.version !== version) return;
     this.declare(radar.control_definitions);
     this.tellOthers(radar.controls);

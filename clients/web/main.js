@@ -1,7 +1,7 @@
 // Connects the parts of the page: radar, feed, controls, picture and settings.
 
 import { addressValue, adoptAddress, followScope } from "./address.js";
-import { callApi, feedAddress, useToken } from "./api.js";
+import { Order, callApi, feedAddress, useToken } from "./api.js";
 import { Changes } from "./changes.js";
 import { Preferences } from "./preferences.js";
 import { Controls } from "./controls.js";
@@ -35,6 +35,7 @@ const playout = new Playout(show, () => controls.factor);
 const frames = new FrameMeter();
 const scenes = new Scenes(() => radar.id);
 const changes = new Changes(changed);
+const errors = new Order(); // of the requests for the errors on purpose
 const sequence = new SequenceTracker(); // counts since the page was opened, over all radars
 const now = () => performance.now() / 1000;
 let meter = new Meter();
@@ -107,9 +108,10 @@ function forget() {
 /** Shows which errors on purpose are in force, to viewers who may see the truth: a blind test stays blind. */
 async function showErrors() {
   const { id } = radar;
+  const turn = errors.next();
   const path = `radars/${encodeURIComponent(id)}/errors`;
   const tables = givesTruth ? await callApi(path).catch(() => ({})) : {};
-  if (radar.id === id) status.showErrors(givesTruth ? tables : {});
+  if (errors.isNewest(turn) && radar.id === id) status.showErrors(givesTruth ? tables : {});
 }
 
 function spokes(message) {

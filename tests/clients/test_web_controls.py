@@ -86,24 +86,50 @@ def test_a_new_scene_brings_new_limits(radar: FakeRadar, opened: Opened, monkeyp
     assert scales == ["500 m", "750 m", "1500 m", "3000 m"]
 
 
-LATE = """const given = window.fetch;
-  window.fetch = async (address, options) => {
-    const answer = await given(address, options);
-    if (options.method === 'GET' && String(address).endsWith('/radars/0') && !window.held)
-      await new Promise((release) => (window.held = release));
-    return answer;
-  };"""
+def late(ending: str) -> str:
+    """Holds the first answer to a GET of an address with an ending until the page calls `held()`."""
+    return f"""const given = window.fetch;
+      window.fetch = async (address, options) => {{
+        const answer = await given(address, options);
+        if (options.method === 'GET' && String(address).endsWith('{ending}') && !window.held)
+          await new Promise((release) => (window.held = release));
+        return answer;
+      }};"""
+
+
+RELEASE = "held(), new Promise((done) => setTimeout(() => setTimeout(done)))"  # done after all that the answer sets off
 
 
 def test_an_answer_from_before_a_change_is_not_shown(radar: FakeRadar, opened: Opened) -> None:
-    page = opened(BARE, first=LATE)
+    page = opened(BARE, first=late("/radars/0"))
     page.wait("window.held")
     page.ask("transmit.click()")
     page.wait("document.getElementById('transmit').ariaPressed === 'false'")
-    page.ask("held(), new Promise((done) => setTimeout(() => setTimeout(done)))")  # after all that the answer sets off
+    page.ask(RELEASE)
     page.ask("transmit.click()")
     page.wait("document.getElementById('transmit').ariaPressed === 'true'")
     assert radar.patched == [{"transmit": False}, {"transmit": True}]
+
+
+def test_answers_that_overtake_each_other_leave_the_newest_state(radar: FakeRadar, opened: Opened) -> None:
+    page = opened(BARE, first=late("/radars/0"))
+    page.wait("window.held")
+    radar.controls |= {"gain": 78}
+    radar.tell("controls", gain=78)
+    page.wait("document.getElementById('gain-value').value === '78'")
+    page.ask(RELEASE)
+    assert page.text("#gain-value") == "78"
+
+
+def test_answers_about_errors_that_overtake_each_other_leave_the_newest_ones(radar: FakeRadar, opened: Opened) -> None:
+    radar.gives_truth = True
+    page = opened(BARE, first=late("/errors"))
+    page.wait("window.held")
+    radar.errors = {"gyro": {"bias_deg": 20}}
+    radar.tell("errors", gyro={"bias_deg": 20})
+    page.wait("document.getElementById('errors-text').textContent === 'Errors: gyro'")
+    page.ask(RELEASE)
+    assert page.text("#errors-text") == "Errors: gyro"
 
 
 HELD = """const given = window.fetch;
