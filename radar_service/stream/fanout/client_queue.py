@@ -5,13 +5,12 @@ import contextlib
 import itertools
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 from radar_service.stream.codecs.codec import Codec
 from radar_service.stream.codecs.registry import CODECS
-from radar_service.stream.fanout.frames import Write, frame
 from radar_service.stream.feed_request import Mode, View
 
 _NUMBERS = itertools.count(1)
@@ -24,6 +23,9 @@ GOING_AWAY, TOO_SLOW, FULL = 1001, 4408, 4503  # websocket close codes
 GRACE = 1.0  # s for the last messages to leave where the server stops, or a client sends too much or nothing
 FLUSH = 10.0  # s for them in all other cases: a slow client may read a megabyte before them
 NOT_TAKEN = "this client did not take them before the end"
+FINAL_BINARY = 0x82  # a binary message in one frame
+
+Write = Callable[[bytes], bool]  # writes a frame at once; returns whether it did
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,16 @@ class QueueItem:
 
     @cached_property
     def frame(self) -> bytes:
-        """The message as a websocket frame, encoded when the first client takes it."""
-        return frame(self.data)
+        """The message as a websocket frame, encoded when the first client takes it; the server's library would do it for each.
+
+        Its head has 2, 4 or 10 bytes (RFC 6455, section 5.2), and nothing in it depends on the client.
+        """
+        size = len(self.data)
+        if size < 126:
+            return bytes((FINAL_BINARY, size)) + self.data
+        if size < 2**16:
+            return bytes((FINAL_BINARY, 126)) + size.to_bytes(2) + self.data
+        return bytes((FINAL_BINARY, 127)) + size.to_bytes(8) + self.data
 
 
 def gap(codec: Codec, epoch: str, first: int, count: int, reason: str) -> QueueItem:
@@ -62,7 +72,7 @@ class ClientQueue:
     code: websocket close code, once closed.
     owner: address of the client's machine, "" where it is not known.
     started: whether the client has a sequence number, or was promised one; after that a jump is a loss.
-    write: sends a frame directly, past an empty queue, where the server can do that.
+    write: sends a frame directly, past an empty queue, where the server can do that; is_held: whether it may not do so now.
     """
 
     def __init__(
@@ -76,6 +86,7 @@ class ClientQueue:
         self.closed, self.code = False, GOING_AWAY
         self.started = False
         self.write: Write | None = None
+        self.is_held: Callable[[], bool] = lambda: False
         self._messages, self._size = messages, size
         self._queue: deque[QueueItem] = deque()
         self._backlog: deque[QueueItem] = deque()  # hello and history: before the queue and outside its bounds
@@ -201,7 +212,7 @@ class ClientQueue:
     def _write_directly(self, item: QueueItem) -> bool:
         """Sends the message without the queue where the client waits for it and the socket has room."""
         is_waited_for = self._reader is not None and not (self._reader.done() or self._queue or self._backlog)
-        if self.write is None or not is_waited_for or not item.data or not self.write(item.frame):
+        if self.write is None or not (is_waited_for and item.data) or self.is_held() or not self.write(item.frame):
             return False
         self.started = self.started or item.count > 0
         self.bytes += len(item.data)

@@ -13,20 +13,21 @@ replaced whole.
 
 import asyncio
 import contextlib
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from radar_service.stream.codecs.codec import Codec
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.client_queue import FLUSH, FULL, TOO_SLOW, ClientQueue, QueueItem, gap
-from radar_service.stream.fanout.delays import FLOOR, WINDOW, DelayAccount
-from radar_service.stream.fanout.history import ViewHistory
+from radar_service.stream.fanout.delays import PATIENCE, Delays
 from radar_service.stream.fanout.view_sharing import MAX_OWN_VIEWS, own_views, view_to_give
 from radar_service.stream.feed_request import Mode, View
 
-PATIENCE = 10.0  # s that a lossless client may delay the simulation
 MAX_VIEWS = 16  # each costs the producer an encoding
 MAX_CLIENTS = 500
 DRAIN: Mapping[Mode, float] = {"live": 2.0, "lossless": PATIENCE}  # s to take what waits before a `bye`
+HISTORY_BYTES = 4 * 2**20  # per view: 14 s of 1 KiB spokes at 24 rpm and 720 azimuths
 LINGER = 30.0  # s that a view without clients is still encoded, so that a client that reconnects misses nothing
 
 
@@ -57,6 +58,48 @@ class FeedRefused(Exception):
     """A client that cannot be served. The text says why and what to do."""
 
 
+class ViewHistory:
+    """The newest messages of the running epoch in one view, at most HISTORY_BYTES of them.
+
+    idle_since: time when the last client of the view left [s of the hub's clock], None while there is one.
+    """
+
+    def __init__(self, codec: Codec) -> None:
+        self.idle_since: float | None = None
+        self._codec = codec
+        self._items: deque[QueueItem] = deque()
+        self._size = 0
+
+    def add(self, item: QueueItem) -> None:
+        """Keeps a message and drops the oldest ones beyond the bound."""
+        self._items.append(item)
+        self._size += len(item.data)
+        while self._size > HISTORY_BYTES and len(self._items) > 1:
+            self._size -= len(self._items.popleft().data)
+
+    def clear(self) -> None:
+        """Drops all messages."""
+        self._items.clear()
+        self._size = 0
+
+    def since(self, epoch: str, first: int, end: int) -> list[QueueItem]:
+        """Returns the messages that cover the sequence numbers from `first` to `end`, with a gap for those not kept."""
+        kept = [item for item in self._items if item.first + item.count > first]
+        start = kept[0].first if kept else end
+        if start > first:
+            return [gap(self._codec, epoch, first, start - first, "no longer held"), *kept]
+        if kept and start < first:
+            kept[0] = self._rest(kept[0], epoch, first)
+        return kept
+
+    def _rest(self, item: QueueItem, epoch: str, first: int) -> QueueItem:
+        """Returns the part of a message from the number `first` on."""
+        count = item.first + item.count - first
+        if not item.droppable:
+            return gap(self._codec, epoch, first, count, "the radar did not send them")
+        return QueueItem(self._codec.trim(item.data, count), epoch, first, count, True)
+
+
 class Hub:
     """The clients of one radar.
 
@@ -76,10 +119,9 @@ class Hub:
         self._departed = ClientTotals()
         self._hello: Callable[[View, Mode], bytes] | None = None
         self._histories: dict[View, ViewHistory] = {}
-        self._delays: dict[ClientQueue, DelayAccount] = {}
         self._spoke_period = 0.0
         self._left = asyncio.Event()
-        self._clock, self._patience, self._max_clients = clock, patience, max_clients
+        self._clock, self._delays, self._max_clients = clock, Delays(clock, patience), max_clients
 
     def open_epoch(self, epoch: str, hello: Callable[[View, Mode], bytes], spoke_period: float = 0.0) -> None:
         """Begins an epoch: drops the history, sends every client its hello, and starts numbers at 0.
@@ -114,7 +156,7 @@ class Hub:
     def leave(self, client: ClientQueue) -> None:
         """Removes a client. Its view is encoded a while longer, for a client that reconnects."""
         self.clients.discard(client)
-        self._delays.pop(client, None)
+        self._delays.forget(client)
         self._left.set()
         self._update_truth_codecs()
         self._departed = self._departed.with_client(client)
@@ -131,7 +173,10 @@ class Hub:
 
     async def publish(self, batch: EncodedBatch) -> None:
         """Queues a batch for every client and waits for the lossless ones. Ignores batches of an earlier epoch."""
-        await self._wait_for_lossless()
+        for client, reason in (await self._delays.wait(self.clients, self._spoke_period)).items():
+            client.end(client.codec.bye(self.epoch, f"lossless: {reason}"), TOO_SLOW)
+            self.clients.discard(client)
+            self._delays.forget(client)
         if batch.epoch != self.epoch:
             return
         self.skip(batch.epoch, batch.first, 0, "the radar could not send them")
@@ -185,36 +230,6 @@ class Hub:
                 while self.clients:
                     self._left.clear()
                     await self._left.wait()
-
-    async def _wait_for_lossless(self) -> None:
-        full = [client for client in self.clients if client.mode == "lossless" and client.full]
-        if not full:
-            return
-        waits = {asyncio.ensure_future(self._wait_for(client)): client for client in full}
-        _, late = await asyncio.wait(waits, timeout=self._patience)
-        for task in late:
-            task.cancel()
-            self._let_go(waits[task], f"nothing was read for {self._patience:g} s; read faster, or resume with since")
-        for client in full:
-            self._judge(client)
-
-    async def _wait_for(self, client: ClientQueue) -> None:
-        began = self._clock()
-        account = self._delays.setdefault(client, DelayAccount(began, client.delivered))
-        await client.room()
-        account.add(self._clock() - began)
-
-    def _judge(self, client: ClientQueue) -> None:
-        """Disconnects a client that others wait for too long. Alone, it may take its time."""
-        account = self._delays.get(client)
-        if account and account.is_too_slow(self._clock(), client.delivered, self._spoke_period) and len(self.clients) > 1:
-            reason = f"for {WINDOW:g} s you have read less than {100 * FLOOR:g} % of real time, and others wait for you"
-            self._let_go(client, f"{reason}; request mode=live, or a smaller view")
-
-    def _let_go(self, client: ClientQueue, reason: str) -> None:
-        client.end(client.codec.bye(self.epoch, f"lossless: {reason}"), TOO_SLOW)
-        self.clients.discard(client)
-        self._delays.pop(client, None)
 
     def _update_truth_codecs(self) -> None:
         self.truth_codecs = tuple({client.view.codec for client in self.clients if client.truth})

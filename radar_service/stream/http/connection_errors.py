@@ -5,7 +5,6 @@ import time
 from collections.abc import Awaitable, Callable
 
 from radar_service.scene.error_settings import ErrorSettings, FeedErrors
-from radar_service.stream.fanout.frames import Write
 
 SLICE = 0.25  # s after which the errors are read again
 NONE = FeedErrors(0.0, 0.0, 1, 0.0, 0.0, 0.0, 0.0, None, (), None, None)
@@ -35,21 +34,10 @@ class ConnectionErrors:
             await self._sleep(seconds)
             left -= seconds * rate
 
-    def guarded(self, write: Write | None) -> Write | None:
-        """Returns a function that writes nothing while the connection is slow or to be cut, so that `carry` can come first."""
-        if write is None:
-            return None
-
-        def guarded_write(frame: bytes) -> bool:
-            errors = self._errors()  # read for each frame of each client
-            has_errors = errors is not None and errors.feed is not None
-            return not (has_errors and self._is_faulty) and write(frame)
-
-        return guarded_write
-
-    @property
-    def _is_faulty(self) -> bool:
-        return self._feed.bytes is not None or self._feed.cut_after is not None
+    def is_faulty(self) -> bool:
+        """Whether the connection is slow or to be cut, so that `carry` comes before each message."""
+        errors = self._errors()  # read for each message of each client
+        return errors is not None and errors.feed is not None and (self._feed.bytes, self._feed.cut_after) != (None, None)
 
     @property
     def _feed(self) -> FeedErrors:

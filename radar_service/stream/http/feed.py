@@ -128,7 +128,7 @@ async def _converse(socket: WebSocket, client: ClientQueue, errors: ConnectionEr
 async def _send(socket: WebSocket, client: ClientQueue, errors: ConnectionErrors) -> None:
     """Returns when the socket has closed, after the last message, and where the connection is cut on purpose."""
     write = frame_writer(socket.scope)
-    client.write = errors.guarded(write)
+    client.write, client.is_held = write, errors.is_faulty
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; until_gone returns too
         while (item := await client.get()) is not None:
             await errors.carry(len(item.data))

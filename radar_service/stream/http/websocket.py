@@ -1,4 +1,4 @@
-"""Websockets that also write frames which are encoded already (see `fanout.frames`), bound what a client sends, and let the
+"""Websockets that also write frames which are encoded already (see `QueueItem.frame`), bound what a client sends, and let the
 application say why a connection ends.
 
 The library parses what arrives at once, without a pause: 60 KB of empty pings, 6 bytes each, silence everybody for 0.2 s,
@@ -12,8 +12,7 @@ from typing import Any
 
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from radar_service.stream.fanout.client_queue import FLUSH, GOING_AWAY, GRACE, TOO_SLOW
-from radar_service.stream.fanout.frames import Write
+from radar_service.stream.fanout.client_queue import FLUSH, GOING_AWAY, GRACE, TOO_SLOW, Write
 from radar_service.stream.token_bucket import TokenBucket
 
 # Of the ASGI scope, where the server has them: functions that

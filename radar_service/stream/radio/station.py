@@ -16,7 +16,6 @@ from radar_service.scene.commands import Command
 from radar_service.stream.controls import changed_order, changed_settings, changes_engine, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
-from radar_service.stream.fanout.feed_output import FeedOutput
 from radar_service.stream.fanout.hub import FeedRefused, Hub
 from radar_service.stream.feed_request import Mode
 from radar_service.stream.logs import log_event
@@ -71,7 +70,7 @@ class Station:
         self.stopping = False
         self.world = world or StationWorld()
         self.hub = Hub(clock)
-        self.feed = FeedEncoder(output := FeedOutput(self.hub), self.radar_info, clock)
+        self.feed = FeedEncoder(self.hub, self.radar_info, clock)
         self.last_scan = LastScan(engine)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
         self._feed_truth = FeedTruth(self.hub, self._truths)
@@ -85,7 +84,7 @@ class Station:
             sources=lambda: self.feed.requested() | recorded, describe=self.radar_info,
         )  # fmt: skip
         self.preparations = Preparations()
-        self._output, self._make_engine = output, make_engine
+        self._make_engine = make_engine
         self._wait_for, self._clock = wait_for, clock
         self.world.join(identity, self.transmitter)
         self._lead = LEAD  # s from an agreement of a handover to it
@@ -102,7 +101,7 @@ class Station:
 
     async def start(self) -> None:
         """Starts to compute and to send, and to take clients."""
-        self._output.start()
+        self.feed.start()
         self._feed_truth.start()
         self.truth_stream.start()
         await asyncio.to_thread(self.transmitter.start)

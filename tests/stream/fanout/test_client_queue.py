@@ -2,6 +2,8 @@
 
 import asyncio
 
+import pytest
+
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.client_queue import QUEUE_NOTICES, ClientQueue, QueueItem, gap
@@ -123,3 +125,13 @@ def test_a_message_that_the_protocol_does_not_have_counts_and_is_not_written() -
         assert (await waiting) == QueueItem(b"", "e", 0, 5) and not written and client.started
 
     run(whole())
+
+
+@pytest.mark.parametrize(
+    ("size", "head"),
+    [(0, "8200"), (125, "827d"), (126, "827e007e"), (256, "827e0100"), (65_535, "827effff"), (65_536, "827f0000000000010000")],
+)  # fmt: skip
+def test_frames_are_those_of_the_standard(size: int, head: str) -> None:
+    """256 and 65,536 bytes are the examples of RFC 6455, section 5.7."""
+    data = bytes(range(256)) * 256
+    assert QueueItem(data[:size], "e").frame == bytes.fromhex(head) + data[:size]
