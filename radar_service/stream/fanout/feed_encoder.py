@@ -2,12 +2,14 @@
 
 import asyncio
 from collections.abc import Callable, Coroutine, Mapping
+from concurrent.futures import Executor
 from functools import reduce
 from operator import or_
 from typing import Any
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.stream.codecs.registry import CODECS
+from radar_service.stream.fanout.feed_truth import FeedTruth
 from radar_service.stream.fanout.hub import EncodedBatch, Hub
 from radar_service.stream.feed_request import Mode, View
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
@@ -18,9 +20,13 @@ class FeedEncoder:
     done it. `start` comes first and is called on the hub's event loop.
     """
 
-    def __init__(self, hub: Hub, radar_info: Callable[[Epoch], RadarInfo], clock: Callable[[], float]) -> None:
-        """radar_info: describes the radar in an epoch for a hello; it is called on the event loop."""
+    def __init__(
+        self, hub: Hub, truths: Executor, radar_info: Callable[[Epoch], RadarInfo], clock: Callable[[], float]
+    ) -> None:
+        """truths: where engines are asked for the truth; radar_info: describes the radar in an epoch for a hello; it is called on
+        the event loop."""
         self._hub, self._radar_info, self._clock = hub, radar_info, clock
+        self._truth = FeedTruth(hub, truths)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._timings: dict[str, tuple[int, float]] = {}
         self._answered: tuple[View, ...] = ()  # those whose sources the next spokes tell
@@ -33,6 +39,11 @@ class FeedEncoder:
     def start(self) -> None:
         """Remembers the running event loop."""
         self._loop = asyncio.get_running_loop()
+        self._truth.start()
+
+    def stop(self) -> None:
+        """Asks for no more truths."""
+        self._truth.stop()
 
     def requested(self) -> SourceRequest:
         """Returns what clients need of the sources of the next spokes. Those who join later get the spokes after these."""
@@ -52,6 +63,7 @@ class FeedEncoder:
         """Encodes a batch for each view; returns when it is queued for every client, for lossless ones too."""
         data = {view: self._encoded(batch, view) for view in self._hub.views if self._is_answered(view)}
         self._on_loop(self._hub.publish(EncodedBatch(batch.epoch.name, batch.first, len(batch), data)))
+        self._truth.sent(batch.epoch, batch.block.index, batch.block.time)
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Announces spokes that will never come."""

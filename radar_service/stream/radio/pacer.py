@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radar_service.records import SpokeBlock
 from radar_service.stream.radio.pacing import Schedule
 from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Pace, Settings
+from radar_service.types import Floats
 
 MAX_WAIT = 3600.0  # s before the schedule is read again: a pace of 1e-300 is due in more seconds than a thread can wait
 
@@ -27,9 +27,9 @@ class Orders:
     steps: int
     until: float = math.inf
 
-    def spokes(self, block: SpokeBlock, at: int, most: int) -> int:
-        """Returns how many spokes of a block from `at` on to send together: 1 at least, `most` at most."""
-        within = int(np.searchsorted(block.time[at:], self.until, side="right"))
+    def spokes(self, times: Floats, most: int) -> int:
+        """Returns how many of the spokes at these times (K,) [s] to send together: 1 at least, `most` at most."""
+        within = int(np.searchsorted(times, self.until, side="right"))
         return max(1, min(most, self.steps or most, within))
 
 
@@ -142,14 +142,12 @@ class Pacer:
             follows = self.settings.pace.state == "pause" and not self._steps
             return Orders(self.world.version, self.settings, self._steps, self.world.front if follows else math.inf)
 
-    def wait_until_due(
-        self, part: SpokeBlock, orders: Orders, claim: Callable[[SpokeBlock], bool] = lambda part: True
-    ) -> bool:
-        """Waits until these spokes are due; returns False as soon as the orders have changed.
+    def wait_until_due(self, times: Floats, orders: Orders, claim: Callable[[], bool] = lambda: True) -> bool:
+        """Waits until the spokes at these times (K,) [s] are due; returns False as soon as the orders have changed.
 
         claim: is asked last, with the lock held, and says whether they may be sent.
         """
-        first, last = float(part.time[0]), float(part.time[-1])
+        first, last = float(times[0]), float(times[-1])
         with self._changed:
             if not self.is_outdated and first != self.next:
                 self.next = first
@@ -159,8 +157,8 @@ class Pacer:
                     steps = not self.held and self._steps > 0
                     delay = 0.0 if steps else self.delay(first, last)
                     if delay <= 0:
-                        may_go = claim(part)
-                        self._steps -= len(part) if steps and may_go else 0  # a client that has them may order more at once
+                        may_go = claim()
+                        self._steps -= len(times) if steps and may_go else 0  # a client that has them may order more at once
                         return may_go
                     self._wait(min(delay, MAX_WAIT))
             finally:

@@ -20,12 +20,10 @@ from radar_service.stream.fanout.hub import FeedRefused, Hub
 from radar_service.stream.feed_request import Mode
 from radar_service.stream.logs import log_event
 from radar_service.stream.radio.command_queue import TooManyCommandsError, Values
-from radar_service.stream.radio.correlation_stage import CorrelationStage
 from radar_service.stream.radio.engine_supervisor import RESTARTS
 from radar_service.stream.radio.error_stage import ErrorStage
-from radar_service.stream.radio.feed_truth import FeedTruth
 from radar_service.stream.radio.handover import LEAD, MAX_LEAD, Overtaken, SceneChanged
-from radar_service.stream.radio.last_scan import LastScan
+from radar_service.stream.radio.last_scan import CorrelationStage, LastScan
 from radar_service.stream.radio.preparation import Preparations
 from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.radio.transmitter import Transmitter
@@ -70,11 +68,10 @@ class Station:
         self.stopping = False
         self.world = world or StationWorld()
         self.hub = Hub(clock)
-        self.feed = FeedEncoder(self.hub, self.radar_info, clock)
         self.last_scan = LastScan(engine)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
-        self._feed_truth = FeedTruth(self.hub, self._truths)
-        self.errors = ErrorStage(engine, [CorrelationStage((self.feed, self._feed_truth, self.last_scan, *sinks))])
+        self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
+        self.errors = ErrorStage(engine, [CorrelationStage((self.feed, self.last_scan, *sinks))])
         self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
@@ -102,7 +99,6 @@ class Station:
     async def start(self) -> None:
         """Starts to compute and to send, and to take clients."""
         self.feed.start()
-        self._feed_truth.start()
         self.truth_stream.start()
         await asyncio.to_thread(self.transmitter.start)
 
@@ -112,7 +108,7 @@ class Station:
         self.hub.close(reason, STOP_DRAIN)
         self.truth_stream.end(reason)
         await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT)
-        self._feed_truth.stop()
+        self.feed.stop()
         self._truths.shutdown(wait=False, cancel_futures=True)
         await self.hub.emptied(LEAVE_TIMEOUT)
 

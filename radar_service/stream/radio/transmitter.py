@@ -15,6 +15,7 @@ import math
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.radar.parameters import Origin
@@ -185,11 +186,11 @@ class Transmitter:
                 return  # the rest comes again, as commanded
             block, orders = known, self.pacer.orders()
             size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
-            part = block.part(at, at + orders.spokes(block, at, min(size, len(block) - at)))
+            part = block.part(at, at + orders.spokes(block.time[at:], min(size, len(block) - at)))
             if self._request_sources(part):
                 return
             self._command_pace.computed()
-            if self.pacer.wait_until_due(part, orders, self._claim):
+            if self.pacer.wait_until_due(part.time, orders, partial(self._claim, part)):
                 self._send(part, orders.settings)
                 self._command_pace.given()
                 at += len(part)

@@ -3,6 +3,7 @@
 import asyncio
 import itertools
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,12 @@ class Clients(Hub):
 def encoder(hub: Hub) -> FeedEncoder:
     ticks = itertools.count()
     controls = {"pace": {"state": "run", "factor": 1.0}}
-    return FeedEncoder(hub, lambda epoch: RadarInfo("0", "radar", epoch, 2.5, controls, True), lambda: float(next(ticks)))
+    return FeedEncoder(
+        hub,
+        ThreadPoolExecutor(1),
+        lambda epoch: RadarInfo("0", "radar", epoch, 2.5, controls, True),
+        lambda: float(next(ticks)),
+    )
 
 
 def transmit(feed: FeedEncoder, calls: Callable[[], None]) -> None:

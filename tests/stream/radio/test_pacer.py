@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from radar_service.records import SpokeBlock
 from radar_service.stream.radio.pacer import Pacer
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.fake import FakeEngine, scene
 from tests.stream.radio.recording import SOON
 
-PART = FakeEngine(scene()).block(0, 3)
+TIMES = FakeEngine(scene()).block(0, 3).time
 
 
 @pytest.mark.parametrize(("state", "idle"), [("run", False), ("pause", True)])
@@ -24,25 +23,20 @@ def test_steps_go_at_once_and_are_counted_down() -> None:
     pacer = Pacer(Settings(), lambda: 0.0)
     pacer.step(5)
     assert pacer.settings.pace.state == "pause" and not pacer.idle
-    assert pacer.wait_until_due(PART, pacer.orders()) and pacer.orders().steps == 2
+    assert pacer.wait_until_due(TIMES, pacer.orders()) and pacer.orders().steps == 2
 
 
 def test_spokes_that_are_refused_at_last_cost_no_steps() -> None:
-    pacer, asked = Pacer(Settings(), lambda: 0.0), list[int]()
-
-    def claim(part: SpokeBlock) -> bool:
-        asked.append(len(part))
-        return len(asked) > 1
-
+    pacer, answers = Pacer(Settings(), lambda: 0.0), iter((False, True))
     pacer.step(5)
-    assert [pacer.wait_until_due(PART, pacer.orders(), claim) for _ in range(2)] == [False, True]
-    assert asked == [3, 3] and pacer.orders().steps == 2
+    assert [pacer.wait_until_due(TIMES, pacer.orders(), lambda: next(answers)) for _ in range(2)] == [False, True]
+    assert not list(answers) and pacer.orders().steps == 2
 
 
 def test_a_wait_lets_the_command_worker_know() -> None:
     pacer, answers = Pacer(Settings(pace=Pace("pause")), lambda: 0.0), list[bool]()
     orders = pacer.orders()
-    waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(PART, orders)))
+    waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(TIMES, orders)))
     with pacer.world.changed:
         waiting.start()
         assert pacer.world.may_command.wait_for(lambda: pacer.waiting, SOON)
@@ -53,14 +47,14 @@ def test_a_wait_lets_the_command_worker_know() -> None:
 
 def test_as_fast_as_possible_waits_for_nothing() -> None:
     pacer = Pacer(Settings(pace=Pace("run", math.inf)), lambda: 0.0)
-    assert pacer.wait_until_due(PART, pacer.orders())
+    assert pacer.wait_until_due(TIMES, pacer.orders())
 
 
 @pytest.mark.parametrize("order", ["set", "step", "interrupt", "stop"])
 def test_an_order_ends_a_wait(order: str) -> None:
     pacer, answers = Pacer(Settings(pace=Pace("pause")), lambda: 0.0), list[bool]()
     orders = pacer.orders()
-    waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(PART, orders)))
+    waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(TIMES, orders)))
     waiting.start()
     arguments = {"set": (replace(pacer.settings, transmit=False),), "step": (1,)}.get(order, ())
     getattr(pacer, order)(*arguments)
@@ -104,9 +98,9 @@ def test_nothing_is_due_while_it_is_held() -> None:
     assert pacer.idle
     pacer.step(3)
     orders = pacer.orders()
-    waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(PART, orders)))
+    waiting = threading.Thread(target=lambda: answers.append(pacer.wait_until_due(TIMES, orders)))
     waiting.start()
     pacer.release()
     waiting.join(SOON)
     assert answers == [False] and not pacer.idle and not pacer.held  # the release is an order, too
-    assert pacer.wait_until_due(PART, pacer.orders())
+    assert pacer.wait_until_due(TIMES, pacer.orders())

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.display.video import Controls
 from radar_service.records import Truth
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.fanout.client_queue import ClientQueue
-from radar_service.stream.radio.feed_truth import MAX_WAITING, TRUTHS_PER_SCAN, FeedTruth
-from radar_service.stream.spokes import Epoch, SpokeBatch
+from radar_service.stream.fanout.feed_truth import MAX_WAITING, TRUTHS_PER_SCAN, FeedTruth
+from radar_service.stream.spokes import Epoch
 from tests.stream.fake import AZIMUTHS, FakeEngine, scene
 from tests.stream.fanout.batches import U8, everything, opened, run
 
@@ -49,7 +48,7 @@ class Played:
     def send(self, scans: int, epoch: str = "e") -> None:
         for scan in range(scans):
             block = self.engine.block(scan * AZIMUTHS, AZIMUTHS)
-            self.truth.send(SpokeBatch(Epoch(epoch, self.engine, None), scan * AZIMUTHS, block, Controls()))
+            self.truth.sent(Epoch(epoch, self.engine, None), block.index, block.time)
 
     async def told(self, count: int) -> list[dict[str, Any]]:
         """The messages after the hello, which stand for `count` truths."""

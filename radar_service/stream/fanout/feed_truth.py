@@ -6,7 +6,8 @@ from concurrent.futures import Executor
 
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.hub import Hub
-from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
+from radar_service.stream.spokes import Epoch
+from radar_service.types import Floats
 
 TRUTHS_PER_SCAN = 8  # enough to draw a track, at a cost that cannot be measured
 MAX_WAITING = 4 * TRUTHS_PER_SCAN  # truths that are to be asked; beyond it the oldest are given up
@@ -15,10 +16,10 @@ Messages = list[tuple[str, bytes]]  # codec and message
 
 
 class FeedTruth:
-    """A sink of spokes that sends the truth of TRUTHS_PER_SCAN instants of each scan to the clients that request it, in order.
+    """Sends the truth of TRUTHS_PER_SCAN instants of each scan to the clients that request it, in order.
 
     What a radar's process does not answer, because it has died or is slow, is announced as missing. Truths that wait when
-    their epoch ends are not sent. Belongs to the event loop, but for the methods of SpokeSink.
+    their epoch ends are not sent. Belongs to the event loop, but for `sent`.
 
     pool: where engines are asked, one question at a time; `start` comes first.
     """
@@ -41,22 +42,14 @@ class FeedTruth:
         if self._asking:
             self._asking.cancel()
 
-    def open_epoch(self, radar: RadarInfo) -> None:
-        """Ignores it: each batch names its epoch."""
-
-    def send(self, batch: SpokeBatch) -> None:
-        """Asks for the truth at the instants of a batch, if a client requests it."""
+    def sent(self, epoch: Epoch, index: int, times: Floats) -> None:
+        """Asks for the truth at times (K,) [s] at which spokes were sent, from `index` of their scan on, if a client requests it.
+        From any thread."""
         if self._hub.truth_codecs and self._loop:
-            every = max(1, batch.epoch.engine.scene.radar.azimuths // TRUTHS_PER_SCAN)
-            times = [float(t) for k, t in enumerate(batch.block.time) if (batch.block.index + k) % every == 0]
-            if times:
-                self._loop.call_soon_threadsafe(self._put, batch.epoch, times)
-
-    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """Ignores it: the truth of spokes that were not sent is not sent."""
-
-    def close(self, reason: str) -> None:
-        """Ignores it: clients have their `bye`."""
+            every = max(1, epoch.engine.scene.radar.azimuths // TRUTHS_PER_SCAN)
+            due = [float(time) for k, time in enumerate(times) if (index + k) % every == 0]
+            if due:
+                self._loop.call_soon_threadsafe(self._put, epoch, due)
 
     def _put(self, epoch: Epoch, times: list[float]) -> None:
         self._waiting.extend((epoch, time) for time in times)
