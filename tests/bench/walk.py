@@ -31,7 +31,7 @@ from radar_service.stream.fanout.client_queue import QueueItem
 from radar_service.stream.fanout.hub import EncodedBatch
 from radar_service.stream.http.app import create_app
 from radar_service.stream.processes.fork_server import ForkServer
-from radar_service.stream.radio.command_queue import WaitingCommand
+from radar_service.stream.radio.command_worker import WaitingCommand
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.world import WorldMaker
 from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED

@@ -20,7 +20,7 @@ from radar_service.stream.http.schemas import problem_lines
 from radar_service.stream.http.security import ROLE
 from radar_service.stream.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJob
 from radar_service.stream.processes.call import ProcessFault
-from radar_service.stream.radio.command_queue import NoRadarError, TooManyCommandsError
+from radar_service.stream.radio.command_worker import NoRadarError, TooManyCommandsError
 from radar_service.stream.radio.prefetch import BusyFault, EngineFault
 from radar_service.stream.radio.station import Station
 

@@ -16,7 +16,7 @@ from radar_service.stream.http.json_socket import accepted, say_bye, server_end,
 from radar_service.stream.http.websocket import widen_budget
 from radar_service.stream.ports.roles import needs
 from radar_service.stream.poses import Poses
-from radar_service.stream.radio.command_queue import NoRadarError, TooManyCommandsError
+from radar_service.stream.radio.command_worker import NoRadarError, TooManyCommandsError
 from radar_service.stream.radio.station import Station
 from radar_service.stream.token_bucket import TokenBucket
 from radar_service.strict_json import parsed

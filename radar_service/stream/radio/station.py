@@ -19,7 +19,7 @@ from radar_service.stream.fanout.feed_encoder import FeedEncoder
 from radar_service.stream.fanout.hub import FeedRefused, Hub
 from radar_service.stream.feed_request import Mode
 from radar_service.stream.logs import log_event
-from radar_service.stream.radio.command_queue import TooManyCommandsError, Values
+from radar_service.stream.radio.command_worker import TooManyCommandsError, Values
 from radar_service.stream.radio.engine_supervisor import RESTARTS
 from radar_service.stream.radio.error_stage import ErrorStage
 from radar_service.stream.radio.handover import LEAD, MAX_LEAD, Overtaken, SceneChanged

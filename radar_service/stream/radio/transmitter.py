@@ -22,8 +22,7 @@ from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.stream.radio.command_pace import CommandPace
-from radar_service.stream.radio.command_queue import CommandQueue
-from radar_service.stream.radio.command_worker import CommandWorker, Steered
+from radar_service.stream.radio.command_worker import CommandQueue, CommandWorker, Steered
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.handover import Handover, SceneChanged, wait_for_engine
 from radar_service.stream.radio.pacer import Pacer

@@ -114,7 +114,7 @@ def test_a_radar_that_has_stopped_says_so() -> None:
 
 
 def test_too_many_commands_are_told_to_come_later(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radar_service.stream.radio.command_queue.MAX_WAITING", 0)
+    monkeypatch.setattr("radar_service.stream.radio.command_worker.MAX_WAITING", 0)
 
     async def test(server: Server) -> None:
         answer = await server.http.patch(BUOY, json={"speed_kn": 3})

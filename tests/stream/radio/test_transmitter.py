@@ -15,7 +15,7 @@ from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.display.video import Controls
 from radar_service.scene.commands import CommandError
 from radar_service.stream.radio.command_pace import SPOKES_BETWEEN
-from radar_service.stream.radio.command_queue import NoRadarError
+from radar_service.stream.radio.command_worker import NoRadarError
 from radar_service.stream.radio.prefetch import prepared
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.settings import Pace, Settings
