@@ -19,10 +19,9 @@ from radar_service.recording.error import RecordingError
 from radar_service.recording.plain import restored
 from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
 from radar_service.scan import Scan, scan_of
-from radar_service.scene.commands import Command, CommandError, command_from
+from radar_service.scene.commands import Command, CommandError, CommandLog, command_from
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.codecs.native.spoke_rows import SpokeRows
-from radar_service.stream.command_log import CommandLog
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.source import NOT_STEERABLE, SceneOrder, SceneOutline, TruthLine
 from radar_service.types import Floats

@@ -7,9 +7,8 @@ from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock, Truth
-from radar_service.scene.commands import Command
+from radar_service.scene.commands import Command, CommandLog
 from radar_service.simulator import Simulator
-from radar_service.stream.command_log import CommandLog
 from radar_service.stream.radio.world_process import outline_of, truth_lines
 from radar_service.stream.source import PlanSummary, SceneOrder, SceneOutline, TruthLine
 from radar_service.types import Floats

@@ -1,16 +1,14 @@
-"""Commands to own ship and to bodies: what they may order, and the leg that each one begins."""
+"""Commands to own ship and to bodies: what they may order, and all that a world has been given."""
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
-
-import numpy as np
 
 from radar_service.constants import KNOT
 from radar_service.radar.parameters import Radar
 from radar_service.scene.fields import MAX_COORDINATE
-from radar_service.scene.steered_motion import Leg, SteeringLimits
+from radar_service.scene.steered_motion import SteeringLimits
 
 MAX_COMMANDS = 1_000_000  # to one world: five hours of poses at 50 Hz, or a day of 11 a second
 MAX_SPOKE = 2**53  # beyond it a time has no exact number
@@ -76,35 +74,6 @@ class Command:
         """Returns the same command as a radar has it that goes on at another rate; before that spokes keep their numbers."""
         return self if self.time < radar.origin.time else replace(self, spoke=radar.first_spoke(self.time))
 
-    def leg(self, before: Leg, limits: SteeringLimits) -> Leg:
-        """Returns the leg that begins with it. before: what is left of the leg until then."""
-        leg = before
-        if self.position_m is not None:
-            leg = leg._replace(position=np.array([*self.position_m, before.position[2]]))
-        if self.speed_kn is not None:
-            leg = leg._replace(speed=self.speed_kn * KNOT)
-        if self.turn_rate_deg_s is not None:
-            leg = leg._replace(turn_rate=math.radians(self.turn_rate_deg_s), turn_time=math.inf)
-        if self.course_deg is not None:
-            leg = self._on_course(leg, math.radians(self.course_deg), limits)
-        if self.heading_deg is not None:
-            leg = leg._replace(drift=math.remainder(math.radians(self.heading_deg) - leg.course, 2.0 * math.pi))
-        return leg
-
-    def _on_course(self, leg: Leg, course: float, limits: SteeringLimits) -> Leg:
-        turn = math.remainder(course - leg.course, 2.0 * math.pi)
-        if self.at_once:
-            rate = 0.0 if self.turn_rate_deg_s is None else leg.turn_rate
-            return leg._replace(course=course, turn_rate=rate, turn_time=math.inf)
-        if turn == 0.0:
-            return leg._replace(turn_rate=0.0, turn_time=math.inf)
-        if self.turn_rate_deg_s is None:
-            return leg._replace(
-                turn_rate=math.copysign(limits.max_turn_rate, turn), turn_time=abs(turn) / limits.max_turn_rate
-            )
-        way = turn % math.copysign(2.0 * math.pi, leg.turn_rate)  # round by the side to which it turns
-        return leg._replace(turn_time=way / leg.turn_rate)
-
 
 @dataclass(frozen=True)
 class Steerable:
@@ -155,6 +124,10 @@ class Steerable:
             )
         return result
 
+    def name_of(self, body: str | None) -> str | None:
+        """Returns the name of what a command steers; None where own ship is no body."""
+        return self.own_ship if body is None else body
+
     def limits_of(self, body: str | None) -> SteeringLimits:
         """Returns the limits of commands to `body`. Raises UnknownBodyError and NotSteerableError."""
         if body is not None and body not in self.names:
@@ -164,6 +137,72 @@ class Steerable:
             who = "own ship" if body is None else f'body "{body}"'
             raise NotSteerableError(f"{who} is not steerable in this scene; add steerable = {{}} to its table in the scene")
         return self.limits[body]
+
+
+class CommandLog:
+    """All commands to a world in the order of their arrival. One thread writes; others may read.
+
+    Another source of spokes of the same scene goes on from them.
+    """
+
+    def __init__(self, steerable: Steerable, commands: Iterable[Command] = ()) -> None:
+        """steerable: what may be steered; commands: those of another source, which are known to be right."""
+        self._steerable = steerable
+        self._commands = list(commands)
+        self._latest = {self._steerable.name_of(command.body): command for command in self._commands}
+
+    def __len__(self) -> int:
+        return len(self._commands)
+
+    def __iter__(self) -> Iterator[Command]:
+        return iter(self._commands)
+
+    def since(self, count: int) -> Sequence[Command]:
+        """Returns the commands that came after the first `count`."""
+        return self._commands[count:]
+
+    def first_unknown(self, count: int) -> float:
+        """Returns the first spoke that the commands after the first `count` change; inf where there are none."""
+        return min((command.spoke for command in self._commands[count:]), default=math.inf)
+
+    def acting_at(self, spoke: int) -> int:
+        """Returns how many commands act at a spoke, where they came in the order of their spokes."""
+        later = 0
+        while later < len(self._commands) and self._commands[-1 - later].spoke > spoke:
+            later += 1
+        return len(self._commands) - later
+
+    def made(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
+        """Returns a command from a spoke on, or at a time [s], for `add`. Here it is checked, and nowhere later.
+
+        Raises CommandError.
+        """
+        check_count(len(self._commands) + 1)
+        return self._steerable.command(spoke, body, values, time)
+
+    def add(self, command: Command) -> None:
+        """Adds a command that was made for this world."""
+        self._commands.append(command)
+        self._latest[self._steerable.name_of(command.body)] = command
+
+    def latest(self, body: str | None) -> Command | None:
+        """Returns the command to a body that came last; None for own ship."""
+        return self._latest.get(self._steerable.name_of(body))
+
+    def latest_after(self, count: int) -> list[Command]:
+        """Returns the last command to each body, of those that came after the first `count`. With 0 it looks at no other ones."""
+        latest = (
+            self._latest
+            if count == 0
+            else {self._steerable.name_of(command.body): command for command in self._commands[count:]}
+        )
+        return list(latest.values())
+
+
+def check_count(count: int) -> None:
+    """Raises CommandError where a world has not room for so many commands."""
+    if count > MAX_COMMANDS:
+        raise CommandError(f"a world takes {MAX_COMMANDS} commands, and has had as many; start the scene anew")
 
 
 def _check_spoke(spoke: Any) -> None:

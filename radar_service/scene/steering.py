@@ -8,13 +8,16 @@ from threading import Lock
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
+from radar_service.constants import KNOT
 from radar_service.radar.parameters import Origin
 from radar_service.revision import Revision
-from radar_service.scene.commands import MAX_COMMANDS, Command, CommandError
+from radar_service.scene.commands import Command, check_count
 from radar_service.scene.convert import scene_at_origin
 from radar_service.scene.motion import Motion
 from radar_service.scene.presence import Presence
-from radar_service.scene.steered_motion import SteeredMotion
+from radar_service.scene.steered_motion import Leg, SteeredMotion, SteeringLimits
 from radar_service.scene.steered_presence import SteeredPresence
 from radar_service.scene.world import Scene
 
@@ -93,15 +96,15 @@ class Steering:
 
         Raises CommandError.
         """
-        command = self.steerable.command(spoke, self._name(body), values, time)
+        command = self.steerable.command(spoke, self.steerable.name_of(body), values, time)
         self.take(command, reached)
         return command
 
     def take(self, command: Command, reached: int = -1) -> None:
         """Adds a command that was made for this world, as `add`. Raises CommandError where there are too many."""
-        command = replace(command, body=self._name(command.body))
+        command = replace(command, body=self.steerable.name_of(command.body))
         with self._lock:
-            self._check_count(len(self._commands) + 1)
+            check_count(len(self._commands) + 1)
             at = bisect_right(self._commands, command.time, key=_time)
             self._commands.insert(at, command)
             self._followed = min(self._followed, at)
@@ -111,9 +114,12 @@ class Steering:
 
     def replay(self, commands: Iterable[Command]) -> None:
         """Replaces all commands by those of another run. Raises CommandError, and then nothing changes."""
-        checked = [self.steerable.command(each.spoke, self._name(each.body), each.values, each.time) for each in commands]
+        checked = [
+            self.steerable.command(each.spoke, self.steerable.name_of(each.body), each.values, each.time)
+            for each in commands
+        ]
         with self._lock:
-            self._check_count(len(checked))
+            check_count(len(checked))
             self._commands = sorted(checked, key=_time)
             self._taken, self._followed, self._changed = 0, 0, set(self._motions)
             for each in self._steered():
@@ -133,14 +139,6 @@ class Steering:
             if self.scene.platform.body in changed:
                 self.scene.own_revision.change()
 
-    def _name(self, body: str | None) -> str | None:
-        """The name of what a command steers; None where own ship is no body."""
-        return self.steerable.own_ship if body is None else body
-
-    def _check_count(self, count: int) -> None:
-        if count > MAX_COMMANDS:
-            raise CommandError(f"a world takes {MAX_COMMANDS} commands, and has had as many; start the scene anew")
-
     def _take(self, count: int) -> None:
         """Lets the motions take the first `count` commands, and no other ones."""
         if count != self._taken:
@@ -154,7 +152,7 @@ class Steering:
             motion = self._motions[command.body]
             self._changed.add(command.body)
             if command.moves:
-                motion.steer(command.leg(motion.leg_at(command.time), motion.limits))
+                motion.steer(begun_leg(command, motion.leg_at(command.time), motion.limits))
             if command.present is not None:
                 self._presences[command.body].steer(command.time, command.present)
         self._taken = count
@@ -166,6 +164,35 @@ class Steering:
 
     def _steered(self) -> list[SteeredMotion | SteeredPresence]:
         return [*self._motions.values(), *self._presences.values()]
+
+
+def begun_leg(command: Command, before: Leg, limits: SteeringLimits) -> Leg:
+    """Returns the leg that begins with a command. before: what is left of the leg until then."""
+    leg = before
+    if command.position_m is not None:
+        leg = leg._replace(position=np.array([*command.position_m, before.position[2]]))
+    if command.speed_kn is not None:
+        leg = leg._replace(speed=command.speed_kn * KNOT)
+    if command.turn_rate_deg_s is not None:
+        leg = leg._replace(turn_rate=math.radians(command.turn_rate_deg_s), turn_time=math.inf)
+    if command.course_deg is not None:
+        leg = _on_course(command, leg, math.radians(command.course_deg), limits)
+    if command.heading_deg is not None:
+        leg = leg._replace(drift=math.remainder(math.radians(command.heading_deg) - leg.course, 2.0 * math.pi))
+    return leg
+
+
+def _on_course(command: Command, leg: Leg, course: float, limits: SteeringLimits) -> Leg:
+    turn = math.remainder(course - leg.course, 2.0 * math.pi)
+    if command.at_once:
+        rate = 0.0 if command.turn_rate_deg_s is None else leg.turn_rate
+        return leg._replace(course=course, turn_rate=rate, turn_time=math.inf)
+    if turn == 0.0:
+        return leg._replace(turn_rate=0.0, turn_time=math.inf)
+    if command.turn_rate_deg_s is None:
+        return leg._replace(turn_rate=math.copysign(limits.max_turn_rate, turn), turn_time=abs(turn) / limits.max_turn_rate)
+    way = turn % math.copysign(2.0 * math.pi, leg.turn_rate)  # round by the side to which it turns
+    return leg._replace(turn_time=way / leg.turn_rate)
 
 
 def _spoke(command: Command) -> int:

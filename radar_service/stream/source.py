@@ -13,10 +13,9 @@ from radar_service.display.video import Layout, layout
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import FIRST_ID, Origin, Radar
 from radar_service.records import SpokeBlock, Truth
-from radar_service.scene.commands import Command, Steerable
+from radar_service.scene.commands import Command, CommandLog, Steerable
 from radar_service.scene.error import SceneError
 from radar_service.scene.error_settings import ErrorSettings
-from radar_service.stream.command_log import CommandLog
 
 
 @dataclass(frozen=True)

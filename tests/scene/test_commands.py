@@ -1,10 +1,9 @@
-"""Commands: which are refused, in which words, and the legs of the others."""
+"""Commands: which are refused, in which words, and all that a source has been given."""
 
 import math
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from radar_service.constants import KNOT
@@ -14,21 +13,17 @@ from radar_service.scene.commands import (
     KEYS,
     Command,
     CommandError,
+    CommandLog,
     NotSteerableError,
     Steerable,
     UnknownBodyError,
     command_from,
 )
-from radar_service.scene.steered_motion import Leg, SteeringLimits
+from radar_service.scene.steered_motion import SteeringLimits
 from tests.scenes import radar
 
 LIMITS = SteeringLimits(20.0 * KNOT, math.radians(4.0))
 ALL = Steerable({None: LIMITS, "ferry": LIMITS}, {"ferry", "rock"}, radar(azimuths=120, rpm=1))
-BEFORE = Leg(10.0, np.array([1.0, 2.0, 3.0]), math.radians(350.0), 5.0, drift=math.radians(3.0))
-
-
-def leg(before: Leg = BEFORE, **values: Any) -> Leg:
-    return Command(7, 10.0, None, **values).leg(before, LIMITS)
 
 
 def test_each_key_is_checked() -> None:
@@ -79,56 +74,6 @@ def test_the_limits_themselves_are_allowed() -> None:
     assert ALL.checked("ferry", values) == {
         "speed_kn": 20.0, "turn_rate_deg_s": -4.0, "course_deg": -360.0, "position_m": (1.0, 2.0)
     }  # fmt: skip
-
-
-def test_a_course_is_reached_by_the_shorter_way_at_the_highest_rate() -> None:
-    made = leg(course_deg=30)
-    assert math.degrees(made.turn_rate) == pytest.approx(4.0) and made.turn_time == pytest.approx(10.0)
-    made = leg(course_deg=300)
-    assert math.degrees(made.turn_rate) == pytest.approx(-4.0) and made.turn_time == pytest.approx(12.5)
-    end = made.at(BEFORE.start + 100.0)
-    assert math.degrees(end.course) == pytest.approx(300.0) and end.turn_rate == 0.0 and end.turn_time == math.inf
-
-
-@pytest.mark.parametrize(("rate", "seconds"), [(2.0, 20.0), (-2.0, 160.0), (1.0, 40.0)])
-def test_a_course_with_a_rate_is_reached_by_the_side_of_the_rate(rate: float, seconds: float) -> None:
-    made = leg(course_deg=30, turn_rate_deg_s=rate)
-    assert math.degrees(made.turn_rate) == pytest.approx(rate) and made.turn_time == pytest.approx(seconds)
-
-
-def test_the_present_course_ends_a_turn() -> None:
-    turning = BEFORE._replace(turn_rate=0.05)
-    assert leg(turning, course_deg=350).turn_rate == 0.0
-    assert leg(turning, course_deg=350, turn_rate_deg_s=3).turn_rate == 0.0
-    assert leg(turning, turn_rate_deg_s=0).turn_rate == 0.0
-
-
-def test_a_speed_changes_at_once_and_a_turn_goes_on() -> None:
-    turning = BEFORE._replace(turn_rate=0.05, turn_time=6.0)
-    assert leg(turning, speed_kn=2) == turning._replace(speed=2 * KNOT)
-
-
-def test_a_rate_alone_turns_without_end() -> None:
-    made = leg(BEFORE._replace(turn_rate=-0.05, turn_time=3.0), turn_rate_deg_s=3)
-    assert math.degrees(made.turn_rate) == pytest.approx(3.0) and made.turn_time == math.inf
-
-
-def test_a_position_jumps_and_keeps_its_height() -> None:
-    assert leg(position_m=(50.0, -60.0)).position.tolist() == [50.0, -60.0, 3.0]
-
-
-def test_a_pose_sets_its_course_at_once_and_turns_on() -> None:
-    made = leg(course_deg=90, turn_rate_deg_s=-2, heading_deg=95, at_once=True)
-    assert math.degrees(made.course) == pytest.approx(90) and made.turn_time == math.inf
-    assert math.degrees(made.turn_rate) == pytest.approx(-2) and math.degrees(made.drift) == pytest.approx(5)
-    assert leg(BEFORE._replace(turn_rate=0.05), course_deg=90, at_once=True).turn_rate == 0.0
-
-
-def test_a_heading_stays_at_its_angle_to_the_course() -> None:
-    made = leg(heading_deg=10, course_deg=30)
-    assert math.degrees(made.drift) == pytest.approx(20.0)
-    assert math.degrees(made.motion(None).pose(200.0).heading[0]) == pytest.approx(50.0)
-    assert leg(course_deg=30).drift == BEFORE.drift
 
 
 @pytest.mark.parametrize("spoke", [-1, 1.5, True, None, 2**60])
@@ -188,3 +133,60 @@ def test_commands_before_a_change_of_rpm_keep_their_spokes() -> None:
     for each in kept:
         assert after.command(each.spoke, each.body, each.values, each.time) == each
     assert after.command(None, "ferry", {"speed_kn": 3}, 59.0).spoke == 120  # the first that there is
+
+
+def added(log: CommandLog, spoke: int, body: str | None, values: dict[str, float]) -> Command:
+    command = log.made(spoke, body, values)
+    log.add(command)
+    return command
+
+
+def test_commands_come_in_order_and_the_latest_of_each_body_is_known() -> None:
+    log = CommandLog(ALL)
+    assert len(log) == 0 and log.latest(None) is None
+    first = added(log, 5, "ferry", {"speed_kn": 3})
+    second = added(log, 7, None, {"course_deg": 10})
+    third = added(log, 9, "ferry", {"speed_kn": 4})
+    assert list(log) == [first, second, third] and log.latest("ferry") is third and log.latest(None) is second
+    other = CommandLog(ALL, log)
+    assert list(other) == list(log) and other.latest("ferry") is third
+
+
+def test_a_refused_command_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radar_service.scene.commands.MAX_COMMANDS", 1)
+    log = CommandLog(ALL)
+    with pytest.raises(CommandError, match="speed_kn: 21 is not allowed; 0 to 20"):
+        added(log, 5, "ferry", {"speed_kn": 21})
+    added(log, 5, "ferry", {"speed_kn": 20})
+    with pytest.raises(CommandError, match="takes 1 commands"):
+        added(log, 5, "ferry", {"speed_kn": 20})
+    assert len(log) == 1
+
+
+def test_it_says_what_a_block_does_not_know_and_what_acts_until_a_spoke() -> None:
+    log = CommandLog(ALL)
+    assert log.first_unknown(0) == math.inf and log.acting_at(99) == 0
+    made = [added(log, spoke, "ferry", {"speed_kn": 3}) for spoke in (5, 7, 7, 20)]
+    assert [log.first_unknown(count) for count in range(5)] == [5, 7, 7, 20, math.inf]
+    assert [log.acting_at(spoke) for spoke in (4, 5, 7, 19, 20)] == [0, 1, 3, 3, 4]
+    assert list(log.since(2)) == made[2:]
+
+
+def test_to_make_a_command_adds_nothing() -> None:
+    log = CommandLog(ALL)
+    assert log.made(3, "ferry", {"speed_kn": 20}).speed_kn == pytest.approx(20.0)
+    assert len(log) == 0
+
+
+def test_own_ship_that_is_a_body_has_one_latest_command() -> None:
+    log = CommandLog(replace(ALL, own_ship="ferry", limits={**ALL.limits, None: ALL.limits["ferry"]}))
+    first = added(log, 5, None, {"speed_kn": 3})
+    assert log.latest("ferry") is first
+    assert added(log, 6, "ferry", {"speed_kn": 4}) is log.latest(None)
+
+
+def test_the_latest_of_each_body_after_some() -> None:
+    log = CommandLog(ALL)
+    made = [added(log, 5 + k, body, {"speed_kn": 3}) for k, body in enumerate(("ferry", None, "ferry", "ferry"))]
+    assert log.latest_after(0) == [made[3], made[1]] and log.latest_after(1) == [made[1], made[3]]
+    assert log.latest_after(2) == [made[3]] and log.latest_after(4) == []

@@ -11,11 +11,10 @@ from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import START, Origin
 from radar_service.records import BodyTruth, Crossing, OwnShipTruth, Snapshot, SpokeBlock, Truth
-from radar_service.scene.commands import Command
+from radar_service.scene.commands import Command, CommandLog
 from radar_service.scene.convert import scene_at_origin, scene_at_rpm
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
-from radar_service.stream.command_log import CommandLog
 from radar_service.stream.radio.world_process import scene_of, truth_lines
 from radar_service.stream.source import Progress, SceneOrder, TruthLine
 

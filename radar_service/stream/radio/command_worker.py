@@ -262,7 +262,7 @@ def ordered(
     names = {addressed: body}
     for radar in radars:
         limits = radars[radar].worker.engine.scene.steerable.limits
-        name = steerable.own_ship if body is None else body
+        name = steerable.name_of(body)
         if radar is not addressed and (name in limits or body is not None):
             names[radar] = name
     command = radars[addressed].worker.engine.commands.made(None, body, values, time)

@@ -7,8 +7,7 @@ from time import monotonic
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.records import SpokeBlock
-from radar_service.scene.commands import Command
-from radar_service.stream.command_log import CommandLog
+from radar_service.scene.commands import Command, CommandLog
 from radar_service.stream.processes.limits import return_free_memory
 from radar_service.stream.source import SpokeSource
 

@@ -15,8 +15,7 @@ from radar_service.fidelity import Fidelity
 from radar_service.processor_time import MachineBusyError, machine_busy
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock, Truth
-from radar_service.scene.commands import Command
-from radar_service.stream.command_log import CommandLog
+from radar_service.scene.commands import Command, CommandLog
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import Child, ForkServer
 from radar_service.stream.processes.limits import default_memory, processor_time_of
