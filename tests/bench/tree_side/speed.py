@@ -13,7 +13,7 @@ import radar_service as rs
 from tests.bench.tree_side.service import served
 from tests.bench.tree_side.worlds import two_radars
 
-SCANS, CLIENTS, SECONDS, COMMANDS = 20, 100, 5.0, 1500
+SCANS, CLIENTS, SECONDS, COMMANDS = 20, 100, 5.0, 100
 WORKS = ("scan", "harbour", "feed", "commands")
 
 
