@@ -227,7 +227,7 @@ def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_p
 
     async def refused() -> None:
         with pytest.raises(CommandError, match="replays a recording; nothing is steered"):
-            await station.command(None, lambda time: {"speed_kn": 1.0})
+            await station.commands.command(None, lambda time: {"speed_kn": 1.0})
 
     async def test(server: Server) -> list[bytes]:
         await refused()

@@ -72,5 +72,5 @@ def _state(station: Station, body: str | None) -> SteerableState:
 
 async def _commanded(station: Station, body: str | None, change: CommandChange) -> CommandState:
     values = change.model_dump(exclude_none=True)
-    command = await station.command(body, lambda time: values)
+    command = await station.commands.command(body, lambda time: values)
     return CommandState.model_validate(command.as_dict())

@@ -5,6 +5,7 @@ shows it from its first spoke not before that time. Each costs a block that is c
 that is late sends the first spokes after the commands before, and many commands do not stop a feed.
 """
 
+import asyncio
 import itertools
 import math
 import threading
@@ -19,6 +20,7 @@ from radar_service.stream.radio.prefetch import EngineWorker
 from radar_service.stream.radio.world_clock import WorldClock
 
 MAX_WAITING = 256  # commands; the command worker takes all of them some 60 times a second
+COMMAND_TIMEOUT = 10.0  # s until a command is given up; it takes the time of a batch of spokes
 LOOK = 0.05  # s between two looks at whether radars take the commands that wait
 _NUMBERS = itertools.count()
 Values = Callable[[float], Mapping[str, Any]]  # of a command that acts at a time [s]
@@ -72,7 +74,7 @@ class WaitingCommand:
 
 
 class CommandQueue:
-    """The commands that wait. May be used from any thread.
+    """The commands to a radar that wait. May be used from any thread.
 
     notify: is called when there is one more. fault: why none is taken, None while they are.
     """
@@ -85,6 +87,21 @@ class CommandQueue:
 
     def __len__(self) -> int:
         return len(self._waiting)
+
+    async def command(self, body: str | None, values: Values, supersedes: bool = False) -> Command:
+        """Commands own ship (None) or a body, on all radars of the world, from the first spoke that is not sent yet; returns the
+        command as this radar has it. For an event loop.
+
+        values, supersedes: as in `WaitingCommand`. Raises CommandError, NoRadarError and TooManyCommandsError.
+        """
+        waiting = self.put(body, values, supersedes)
+        try:
+            async with asyncio.timeout(COMMAND_TIMEOUT):
+                return await asyncio.wrap_future(waiting)
+        except TimeoutError:
+            raise TooManyCommandsError(
+                f"the radar has sent no spoke for {COMMAND_TIMEOUT:g} s, and takes no command meanwhile"
+            ) from None
 
     def put(self, body: str | None, values: Values, supersedes: bool = False) -> "Future[Command]":
         """Adds a command; arguments as in `WaitingCommand`. Raises TooManyCommandsError and NoRadarError."""

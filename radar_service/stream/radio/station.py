@@ -12,14 +12,12 @@ from typing import Any
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.records import Truth
-from radar_service.scene.commands import Command
 from radar_service.stream.controls import changed_order, changed_settings, changes_engine, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
 from radar_service.stream.fanout.hub import FeedRefused, Hub
 from radar_service.stream.feed_request import Mode
 from radar_service.stream.logs import log_event
-from radar_service.stream.radio.command_worker import TooManyCommandsError, Values
 from radar_service.stream.radio.engine_supervisor import RESTARTS
 from radar_service.stream.radio.error_stage import ErrorStage
 from radar_service.stream.radio.handover import LEAD, MAX_LEAD, Overtaken, SceneChanged
@@ -35,7 +33,6 @@ from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink
 NOTHING = SourceRequest()
 STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops
 LEAVE_TIMEOUT = 0.6  # s for clients to take what waits and their bye; then the server closes their connections
-COMMAND_TIMEOUT = 10.0  # s until a command is given up; it takes the time of a batch of spokes
 STOP_TIMEOUT = 3.0  # s to wait for each thread
 
 
@@ -49,6 +46,7 @@ class Station:
     errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
+    commands: steer own ship and bodies, on all radars of the world.
     stopping: whether new clients are refused.
     failed: called, from another thread, when the radar has failed.
     preparations: where its scenes are prepared; the radars of a server share them.
@@ -80,6 +78,7 @@ class Station:
             on_restart=self._log_restart, on_failure=self._report_failure, held=wait_for > 0,
             sources=lambda: self.feed.requested() | recorded, describe=self.radar_info,
         )  # fmt: skip
+        self.commands = self.transmitter.commands
         self.preparations = Preparations()
         self._make_engine = make_engine
         self._wait_for, self._clock = wait_for, clock
@@ -173,21 +172,6 @@ class Station:
         pace = requested.get("pace", {})
         if pace.get("state") == "step":
             self.transmitter.pacer.step(pace["steps"])
-
-    async def command(self, body: str | None, values: Values, supersedes: bool = False) -> Command:
-        """Commands own ship (None) or a body, on all radars of this world, from the first spoke that is not sent yet; returns
-        the command as this radar has it.
-
-        values, supersedes: as in `WaitingCommand`. Raises CommandError, NoRadarError and TooManyCommandsError.
-        """
-        waiting = self.transmitter.commands.put(body, values, supersedes)
-        try:
-            async with asyncio.timeout(COMMAND_TIMEOUT):
-                return await asyncio.wrap_future(waiting)
-        except TimeoutError:
-            raise TooManyCommandsError(
-                f"the radar has sent no spoke for {COMMAND_TIMEOUT:g} s, and takes no command meanwhile"
-            ) from None
 
     async def _go_on(self, requested: Mapping[str, Any]) -> None:
         """Lets the scene that runs next go on with other engine controls; another scene meanwhile keeps its own where it was

@@ -104,7 +104,7 @@ def test_of_two_commanders_the_last_one_holds() -> None:
 
 def test_a_radar_that_has_stopped_says_so() -> None:
     only = station(restarts=0)
-    only.transmitter.commands.close("the radar has stopped: no fuel; give it another scene")
+    only.commands.close("the radar has stopped: no fuel; give it another scene")
 
     async def test(server: Server) -> None:
         answer = await server.http.patch(BUOY, json={"speed_kn": 3})
@@ -174,7 +174,7 @@ def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
 
 def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pytest.MonkeyPatch) -> None:
     """After the answer that it took too long; here, as another scene is on the way that never comes."""
-    monkeypatch.setattr("radar_service.stream.radio.station.COMMAND_TIMEOUT", 0.02)
+    monkeypatch.setattr("radar_service.stream.radio.command_worker.COMMAND_TIMEOUT", 0.02)
 
     async def test(server: Server) -> None:
         clock = only.world.clock
@@ -184,7 +184,7 @@ def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pyte
         await only.swap(SceneOrder(steerable_scene("next")))
         while only.engine.scene.name != "next":
             await asyncio.sleep(0)
-        monkeypatch.setattr("radar_service.stream.radio.station.COMMAND_TIMEOUT", 10.0)
+        monkeypatch.setattr("radar_service.stream.radio.command_worker.COMMAND_TIMEOUT", 10.0)
         assert (await server.http.patch(BUOY, json={"speed_kn": 4})).status_code == 200
         assert [command.speed_kn for command in only.engine.commands] == [4.0]
 

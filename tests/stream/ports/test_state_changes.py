@@ -37,9 +37,9 @@ def test_all_at_first_and_then_what_has_changed() -> None:
         await server.http.patch("/api/radars/0/errors", json={"gyro": {"bias_deg": 2}})
         (errors,) = watch.changes()
         assert errors.kind == "errors" and errors.values["gyro"]["bias_deg"] == 2
-        await only.command("buoy", lambda time: {"speed_kn": 3.0})
-        await only.command(None, lambda time: {"course_deg": 45.0})
-        await only.command("buoy", lambda time: {"speed_kn": 4.0})
+        await only.commands.command("buoy", lambda time: {"speed_kn": 3.0})
+        await only.commands.command(None, lambda time: {"course_deg": 45.0})
+        await only.commands.command("buoy", lambda time: {"speed_kn": 4.0})
         (commands,) = watch.changes()
         assert commands.kind == "commands" and commands.as_dict()["values"]["bodies"]["buoy"]["speed_kn"] == pytest.approx(
             4.0
@@ -53,7 +53,7 @@ def test_all_at_first_and_then_what_has_changed() -> None:
 def test_another_scene_is_told_with_its_epoch_and_its_commands_count_anew() -> None:
     async def test(server: Server, only: Station) -> None:
         watch = StateWatch(only)
-        await only.command("buoy", lambda time: {"speed_kn": 3.0})
+        await only.commands.command("buoy", lambda time: {"speed_kn": 3.0})
         watch.changes()
         answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "other"}})
         while only.hub.epoch != answer.json()["epoch"]:

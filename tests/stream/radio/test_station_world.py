@@ -159,7 +159,7 @@ def test_a_command_to_one_radar_acts_on_all() -> None:
         await until(lambda: all(station.engine.scene.steerable.limits for station in stations.values()))
         await stations["bow"].change({"pace": {"state": "step", "steps": 7}})
         await until(lambda: stations["bow"].transmitter.sent == 7 and stations["pier"].transmitter.pacer.idle)
-        command = await stations["bow"].command(None, lambda time: {"speed_kn": 1.0})
+        command = await stations["bow"].commands.command(None, lambda time: {"speed_kn": 1.0})
         (other,) = stations["pier"].engine.commands
         assert (other.spoke, other.time) == (10, pytest.approx(10 * 5 / 3 / AZIMUTHS))  # the next spoke of either
         assert (command.spoke, command.time) == (7, other.time)
