@@ -1,6 +1,7 @@
 """Commands that wait; commands to all radars of a world: one time, no spoke lost, and no deadlock with a client that does not
 read."""
 
+import asyncio
 import contextlib
 import json
 import math
@@ -369,6 +370,26 @@ def test_a_pose_supersedes_the_pose_of_its_body_that_waits_and_no_command() -> N
     assert carried_out(queue, 0.0) == [True, True, True]
     assert command.result().speed_kn == 1 and other.result().speed_kn == 1
     assert old.result() is new.result() and new.result().speed_kn == 2
+
+
+def test_who_commands_from_an_event_loop_has_the_answer_of_the_pose_that_superseded_his() -> None:
+    async def body() -> list[Command]:
+        queue = CommandQueue(lambda: None)
+        asked = [asyncio.ensure_future(queue.command("a", speed(n), supersedes=True)) for n in range(2)]
+        await asyncio.sleep(0)
+        assert carried_out(queue, 0.0) == [True]
+        return await asyncio.gather(*asked)
+
+    first, second = asyncio.run(body())
+    assert first is second and second.speed_kn == 1
+
+
+def test_a_command_that_takes_too_long_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command_worker, "COMMAND_TIMEOUT", 0.001)
+    queue = CommandQueue(lambda: None)
+    with pytest.raises(TooManyCommandsError, match=r"sent no spoke for 0\.001 s, and takes no command meanwhile"):
+        asyncio.run(queue.command("a", speed(1)))
+    assert len(queue) == 1 and carried_out(queue) == []
 
 
 def test_too_many_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
