@@ -26,7 +26,6 @@ from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.recording.scene_document import scene_document
 from radar_service.stream.codecs.native import messages, wire
-from radar_service.stream.codecs.native.codec import NativeCodec
 from radar_service.stream.codecs.native.source_fields import source_fields
 from radar_service.stream.feed_request import View
 from radar_service.stream.logs import log_event
@@ -37,7 +36,7 @@ from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 
 FORMAT = 1  # version of these channels
 VIEW = View("c64")
-CODEC = NativeCodec()
+CODEC = messages.NativeCodec()
 NOTHING = SourceRequest()
 PICTURE_SIZE = 600  # pixels
 OUTLINE = ("name", "origin", "body_count", "warnings", "notes")  # fields of a SceneOutline besides the radar

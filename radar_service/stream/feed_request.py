@@ -31,6 +31,11 @@ class View:
     powers: PowersOf = ()
 
     @property
+    def is_whole(self) -> bool:
+        """Whether each spoke is a row of its own."""
+        return self.sector is None and self.spokes == 1
+
+    @property
     def sources(self) -> SourceRequest:
         """What the spokes tell of their sources."""
         return SourceRequest(self.labels, self.powers)
@@ -39,7 +44,7 @@ class View:
         """Returns what the view filters, merges, compresses and adds, as plain data."""
         changed = {"sector_deg": self.sector and list(self.sector), "spokes": self.spokes, "compression": self.compression}
         powers = self.powers if self.powers == "all" else list(self.powers)
-        return changed | ({"labels": self.labels, "powers": powers} if self.labels or self.powers else {})
+        return changed | ({"labels": self.labels, "powers": powers} if self.sources else {})
 
 
 @dataclass(frozen=True)

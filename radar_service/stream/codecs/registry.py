@@ -1,7 +1,7 @@
 """The protocols of this server. A new protocol is one line here."""
 
 from radar_service.stream.codecs.codec import Codec
-from radar_service.stream.codecs.native.codec import NativeCodec
+from radar_service.stream.codecs.native.messages import NativeCodec
 
 _CODECS: tuple[Codec, ...] = (NativeCodec(),)
 

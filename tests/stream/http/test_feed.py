@@ -11,7 +11,7 @@ import pytest
 from radar_service.cell_sources import SourceList
 from radar_service.display.video import DB_PER_STEP
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.codecs.native.encoding import LOG_DB_PER_STEP
+from radar_service.stream.codecs.native.messages import LOG_DB_PER_STEP
 from radar_service.stream.http.app import create_app
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings

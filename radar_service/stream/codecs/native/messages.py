@@ -1,22 +1,84 @@
-"""The messages of the native feed as plain data: hello, spokes, truth (see `wire` for the fields). No I/O, no state."""
+"""The native feed as a codec: its messages as plain data, the samples in them, and their bytes. See `wire` for the fields.
+
+Of samples there are the video that a display shows (u8), and four encodings that are untouched by its controls.
+"""
 
 import math
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
-from radar_service.display.video import Layout
+import numpy as np
+from numpy.typing import NDArray
+
+from radar_service.display.video import (
+    DB_PER_STEP,
+    Controls,
+    Layout,
+    decibels,
+    display_video,
+    noise_threshold_db,
+    peaks,
+    quantise,
+    strongest,
+)
 from radar_service.radar.parameters import Radar
 from radar_service.records import Truth
 from radar_service.stream.blind import told_plan, told_warnings
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.codecs.native.encoding import encode, scale
+from radar_service.stream.codecs.native.request import request_from_query
 from radar_service.stream.codecs.native.source_fields import source_fields
-from radar_service.stream.feed_request import Mode, View
+from radar_service.stream.codecs.native.views import apply_view, trim
+from radar_service.stream.feed_request import FeedRequest, Mode, View
 from radar_service.stream.source import SceneOutline
 from radar_service.stream.spokes import RadarInfo, SpokeBatch
+from radar_service.types import Profiles, Singles
 
-TURN = 2.0 * math.pi
-ROUNDING = 1e-9  # rad; azimuth - heading of a spoke at the very edge of a sector errs by some 1e-15
+LOG_DB_PER_STEP = 0.5  # of u8-log: 127 dB, from below the noise to a ship alongside
+SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so that noise keeps its distribution
+
+
+def log_offset_db(noise_power: float) -> float:
+    """Level [dBW] of byte 0 of u8-log, a whole number of dB."""
+    return math.floor(10.0 * math.log10(noise_power) - SCALE_BELOW_NOISE_DB)
+
+
+def scale(encoding: str, noise_power: float) -> dict[str, float]:
+    """`db_per_step` and `offset_db` [dBW], so that byte b > 0 is the middle of its step, of the encodings in steps."""
+    if encoding == "u8":
+        return {"db_per_step": DB_PER_STEP, "offset_db": noise_threshold_db(noise_power) - 0.5 * DB_PER_STEP}
+    if encoding == "u8-log":
+        return {"db_per_step": LOG_DB_PER_STEP, "offset_db": log_offset_db(noise_power)}
+    return {}
+
+
+def encode(
+    encoding: str,
+    power: Singles,
+    field: Profiles,
+    to: Layout,
+    controls: Controls,
+    noise_power: float,
+    before: Singles | None = None,
+    earlier: Singles | None = None,
+) -> NDArray[np.generic]:
+    """Cells (K, N) as samples (K, bins) in one of the encodings of `wire.DTYPES`.
+
+    power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the reference of the byte scales; before: (N,) power
+    of the spoke before the first one [W], None where it is not known; earlier: see `display_video`.
+    """
+    if encoding == "u8":
+        return display_video(power, to, controls, noise_power, before, earlier)
+    if encoding == "c64":
+        return strongest(field, to).astype("<c8")
+    top = peaks(power, to)
+    if encoding == "u8-log":
+        return quantise(decibels(top), log_offset_db(noise_power), LOG_DB_PER_STEP)
+    if encoding == "f16":
+        return decibels(top).astype("<f2")
+    if encoding == "f32":
+        return top.astype("<f4")
+    raise ValueError(f'encoding: "{encoding}" is not one of u8, u8-log, f16, f32, c64')
 
 
 def encoding_fields(encoding: str, to: Layout, noise_power: float) -> dict[str, Any]:
@@ -76,12 +138,12 @@ def hello(radar: RadarInfo, view: View, mode: Mode) -> dict[str, Any]:
         "mode": mode,
         "truth": radar.truth_allowed,
         "view": view.as_dict(),
-        **({"sources": engine.sources.as_list()} if view.labels or view.powers else {}),
+        **({"sources": engine.sources.as_list()} if view.sources else {}),
     }
 
 
 def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
-    """Returns all spokes of a batch in the view's encoding and bins; `views.apply_view` does the rest of a view."""
+    """Returns all spokes of a batch in the view's encoding and bins, not compressed."""
     block, engine = batch.block, batch.epoch.engine
     to = batch.epoch.layout(view.bins)
     data = encode(view.encoding, block.power, block.field, to, batch.video, engine.noise_power, batch.before, batch.earlier)
@@ -105,12 +167,51 @@ def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
         "encoding": view.encoding,
         "data": data.tobytes(),
     }
-    message |= source_fields(batch, view)
+    if view.sources:
+        message |= source_fields(batch, view)
     azimuth, heading = (block.azimuth, block.heading) if block.true is None else block.true[:2]
     is_blind = engine.scene.radar.is_blind(azimuth - heading)
     return message | {"blind": is_blind.tolist()} if is_blind.any() else message
 
 
-def truth(epoch: str, state: Truth) -> dict[str, Any]:
-    """Returns the true state of everything."""
-    return {"type": "truth", "epoch": epoch, **state.as_dict()}
+class NativeCodec:
+    """Packs the messages of the native feed."""
+
+    name = "native"
+    path = "/api/radars/{radar}/feed"
+
+    def request(self, query: Mapping[str, str], is_local: bool) -> FeedRequest:
+        """Returns the request of a query string. Raises ValueError that names the parameter."""
+        return request_from_query(query, is_local)
+
+    def hello(self, radar: RadarInfo, view: View, mode: Mode) -> bytes:
+        """Returns the hello of an epoch."""
+        return wire.pack(hello(radar, view, mode))
+
+    def spokes(self, batch: SpokeBatch, view: View) -> bytes:
+        """Returns the spokes in the view's encoding, filtered, merged and compressed as the view requests."""
+        message = spokes(batch, view)
+        if not view.is_whole:
+            message = apply_view(message, view)
+        return wire.pack(wire.packed(message, view.compression))
+
+    def truth(self, epoch: str, state: Truth) -> bytes:
+        """Returns the true state."""
+        return wire.pack({"type": "truth", "epoch": epoch, **state.as_dict()})
+
+    def no_truth(self, epoch: str, time: float, until: float, count: int, reason: str) -> bytes:
+        """Returns the announcement of truths that will not come."""
+        fields = {"time": time, "until": until, "count": count, "reason": reason}
+        return wire.pack({"type": "no_truth", "epoch": epoch, **fields})
+
+    def gap(self, epoch: str, first: int, count: int, reason: str) -> bytes:
+        """Returns the announcement of lost spokes."""
+        return wire.pack({"type": "gap", "epoch": epoch, "first": first, "count": count, "reason": reason})
+
+    def bye(self, epoch: str, reason: str) -> bytes:
+        """Returns the last message."""
+        return wire.pack({"type": "bye", "epoch": epoch, "reason": reason})
+
+    def trim(self, data: bytes, count: int) -> bytes:
+        """Returns a message of spokes cut down to its last `count` spokes."""
+        return wire.pack(trim(wire.unpack(data), count))

@@ -1,4 +1,4 @@
-"""Views of a `spokes` message: a sector of it, neighbouring spokes merged by their peaks, its samples compressed.
+"""Views of a `spokes` message that are not whole: a sector of it, neighbouring spokes merged by their peaks; and its end.
 
 A message after its view still covers the sequence numbers first to first + count: `row_first` is the offset at which each
 of its rows begins, `row_count` the number of spokes that the row stands for. A number without a row is a spoke that the
@@ -19,14 +19,12 @@ Rows = NDArray[np.intp]
 
 
 def apply_view(message: dict[str, Any], view: View) -> dict[str, Any]:
-    """Returns a `spokes` message (all its spokes, in order) with the view's sector, merging and compression applied."""
-    if view.sector is not None or view.spokes > 1:
-        samples = wire.samples(message)
-        start, count = _groups(message, view)
-        if "labels" in message or "powers" in message:
-            message = message | fields_by_rows(message, _strongest_rows(samples, start, count))
-        message = message | _described(message, start, count) | {"data": _peaks(samples, start, count).tobytes()}
-    return wire.packed(message, view.compression) if view.compression else message
+    """Returns a `spokes` message (all its spokes, in order, not compressed) with the view's sector and merging applied."""
+    samples = wire.samples(message)
+    start, count = _groups(message, view)
+    if "labels" in message or "powers" in message:
+        message = message | fields_by_rows(message, _strongest_rows(samples, start, count))
+    return message | _described(message, start, count) | {"data": _peaks(samples, start, count).tobytes()}
 
 
 def trim(message: dict[str, Any], count: int) -> dict[str, Any]:
@@ -45,7 +43,7 @@ def trim(message: dict[str, Any], count: int) -> dict[str, Any]:
     begins = {key: kept.start * (len(plain[key]) // max(1, row_count)) for key in wire.ARRAYS if key in plain}
     arrays = {key: plain[key][begin:] for key, begin in begins.items()}
     result = plain | rows | extents | numbers | arrays
-    return wire.packed(result, message["compression"]) if "compression" in message else result
+    return wire.packed(result, message.get("compression", ""))
 
 
 def _groups(message: dict[str, Any], view: View) -> tuple[Rows, Rows]:

@@ -116,7 +116,9 @@ def powers(message: dict[str, Any]) -> dict[int, NDArray[np.float32]] | None:
 
 
 def packed(message: dict[str, Any], compression: str) -> dict[str, Any]:
-    """Returns a `spokes` message with its arrays compressed, at the fastest level."""
+    """Returns a `spokes` message with its arrays compressed, at the fastest level; "": as they are."""
+    if not compression:
+        return message
     arrays = {key: _packed(message[key], compression) for key in ARRAYS if key in message}
     return message | arrays | {"compression": compression}
 

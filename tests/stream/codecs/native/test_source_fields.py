@@ -1,5 +1,6 @@
-"""Labels and powers in messages: those of the spokes, to the bit, in every view."""
+"""Labels and powers in messages: those of the spokes, to the bit, in every view; the cell that a bin shows, by a plain loop."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -7,10 +8,11 @@ import numpy as np
 import pytest
 
 from radar_service.cell_sources import PowersOf, SourceRequest
-from radar_service.display.video import Controls
+from radar_service.display.video import Controls, decibels, display_video, layout, sea_attenuation_db
 from radar_service.stream.codecs.native import messages, wire
-from radar_service.stream.codecs.native.source_fields import fields_by_rows, source_fields
-from radar_service.stream.codecs.native.views import apply_view, trim
+from radar_service.stream.codecs.native.messages import NativeCodec, encode
+from radar_service.stream.codecs.native.source_fields import fields_by_rows, shown_cells, source_fields
+from radar_service.stream.codecs.native.views import trim
 from radar_service.stream.feed_request import View
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, labels_of, scene
@@ -18,6 +20,8 @@ from tests.stream.fake import AZIMUTHS, BINS, FakeEngine, labels_of, scene
 COUNT = 6
 ENCODINGS = ["u8", "u8-log", "f16", "f32", "c64"]
 EVERY = SourceRequest(True, "all")
+NOISE, CELLS = 1e-15, 97
+BY_HAND = Controls(gain=80, sea=60, gain_auto=False, sea_auto=False)
 
 
 def batch(first: int = 0, told: SourceRequest = EVERY) -> SpokeBatch:
@@ -32,7 +36,7 @@ def batch(first: int = 0, told: SourceRequest = EVERY) -> SpokeBatch:
 
 
 def message(made: SpokeBatch, view: View) -> dict[str, Any]:
-    return wire.unpack(wire.pack(apply_view(messages.spokes(made, view), view)))
+    return wire.unpack(NativeCodec().spokes(made, view))
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
@@ -93,6 +97,7 @@ def test_the_end_of_a_message_has_the_end_of_its_labels(view: View) -> None:
         (SourceRequest(), View("f32", labels=True, powers="all"), set()), (EVERY, View("f32"), set()),
         (SourceRequest(True), View("f32", labels=True, powers="all"), {"labels"}),
         (SourceRequest(False, "all"), View("f32", labels=True, powers=(256,)), {"powers", "power_sources"}),
+        (EVERY, View("f32", labels=True), {"labels"}), (EVERY, View("f32", powers=(256,)), {"powers", "power_sources"}),
     ],
 )  # fmt: skip
 def test_a_message_has_what_is_requested_and_told(told: SourceRequest, view: View, keys: set[str]) -> None:
@@ -123,3 +128,60 @@ def test_the_hello_names_the_sources_for_those_who_ask(powers: PowersOf) -> None
     told = messages.hello(radar, View("f32", labels=True, powers=powers), "live")
     assert told.keys() - plain.keys() == {"sources"} and told["sources"][2] == {"number": 256, "name": "buoy"}
     assert told["view"] == plain["view"] | {"labels": True, "powers": powers if powers == "all" else [256]}
+
+
+def spokes(seed: int = 0) -> np.ndarray:
+    """Power [W] of cells that say little about their neighbours."""
+    return (1e-13 * 10.0 ** np.random.default_rng(seed).uniform(-3, 3, (4, CELLS))).astype(np.float32)
+
+
+@pytest.mark.parametrize("encoding", ["u8-log", "f16", "f32", "c64"])
+@pytest.mark.parametrize("bins", [None, 96, 40, 7, 1])
+def test_it_is_the_strongest_cell_of_the_bin(encoding: str, bins: int | None) -> None:
+    power = spokes()
+    field, to = np.sqrt(power).astype(np.complex64), layout(CELLS, 5.0, 10.0, bins, 900.0)
+    cells = shown_cells(encoding, power, field, to, Controls(), NOISE, None)
+    sent = encode(encoding, power, field, to, Controls(), NOISE)
+    assert cells.shape == (4, to.bins) == sent.shape
+    for k in range(4):
+        for b in range(to.bins):
+            group = [n for n in range(to.samples) if math.floor((n + 0.5) * to.bins / to.samples) == b]
+            assert cells[k, b] == max(group, key=lambda n: power[k, n])
+    if encoding == "c64":
+        np.testing.assert_array_equal(sent, np.take_along_axis(field, cells, axis=1))
+
+
+@pytest.mark.parametrize("stretch", [0.0, 1.0, 2.0])
+@pytest.mark.parametrize("bins", [None, 40, 7])
+def test_video_shows_the_cell_that_is_strongest_after_the_controls(bins: int | None, stretch: float) -> None:
+    """Sea control makes near cells weaker, echo stretch shows cells also behind them."""
+    power, to = spokes(1), layout(CELLS, 5.0, 10.0, bins)
+    controls = Controls(gain=80, sea=60, gain_auto=False, sea_auto=False, echo_stretch=stretch)
+    cells = shown_cells("u8", power, power.astype(np.complex64), to, controls, NOISE, None)
+    lengthened = math.ceil(0.01 * stretch * CELLS)
+    level = decibels(power) - sea_attenuation_db(5.0 + 10.0 * np.arange(CELLS), 60.0).astype(np.float32)
+    for k in range(4):
+        for b in range(to.bins):
+            group = [n for n in range(CELLS) if math.floor((n + 0.5) * to.bins / CELLS) == b]
+            shown = range(max(0, group[0] - lengthened), group[-1] + 1)
+            assert cells[k, b] == max(shown, key=lambda n: level[k, n])
+    byte = display_video(power, layout(CELLS, 5.0, 10.0), Controls(**vars(controls) | {"echo_stretch": 0.0}), NOISE)
+    np.testing.assert_array_equal(display_video(power, to, controls, NOISE), np.take_along_axis(byte, cells, axis=1))
+
+
+def test_scan_correlation_decides_too() -> None:
+    """A cell that was not there in the scan before is shown below its neighbour that was."""
+    power = np.full((1, 2), 1e-12, dtype=np.float32) * np.array([[2.0, 1.0]], dtype=np.float32)
+    to, field = layout(2, 5.0, 10.0, 1), power.astype(np.complex64)
+    controls = Controls(gain=80, gain_auto=False, sea_auto=False, scan_correlation=True)
+    before = power * np.array([[1e-3, 1.0]], dtype=np.float32)
+    assert shown_cells("u8", power, field, to, controls, NOISE, earlier=None).tolist() == [[0]]
+    assert shown_cells("u8", power, field, to, controls, NOISE, earlier=before).tolist() == [[1]]
+
+
+def test_of_equal_cells_the_first_one_is_shown() -> None:
+    power = np.ones((1, 6), dtype=np.float32)
+    to = layout(6, 5.0, 10.0, 2)
+    assert shown_cells("f32", power, power.astype(np.complex64), to, Controls(), NOISE, None).tolist() == [[0, 3]]
+    nothing = np.zeros_like(power)
+    assert shown_cells("u8", nothing, nothing.astype(np.complex64), to, BY_HAND, NOISE, None).tolist() == [[0, 3]]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from radar_service.display.video import Controls
-from radar_service.stream.codecs.native import messages, views
+from radar_service.stream.codecs.native import wire
+from radar_service.stream.codecs.native.messages import NativeCodec
 from radar_service.stream.codecs.native.spoke_rows import SpokeRows
 from radar_service.stream.feed_request import View
 from radar_service.stream.spokes import Epoch, SpokeBatch
@@ -17,7 +18,7 @@ UNIT = 2.0 * np.pi / 65536  # of angles on the wire
 def message(view: View, first: int = 3, count: int = 4) -> dict[str, object]:
     """Spokes from number 26 on, which are 3 and on within their epoch; those of 80 to 100 degrees off the bow are blind."""
     batch = SpokeBatch(Epoch("e", ENGINE, None), first, ENGINE.block(26, count), Controls())  # type: ignore[arg-type]
-    return views.apply_view(messages.spokes(batch, view), view)
+    return wire.unpack(NativeCodec().spokes(batch, view))
 
 
 def test_rows_are_what_was_sent() -> None:

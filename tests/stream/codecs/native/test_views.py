@@ -1,4 +1,4 @@
-"""Sectors, merged spokes and compressed samples: compared with a slow reference of one spoke at a time, and over the feed."""
+"""Sectors and merged spokes, also compressed: compared with a slow reference of one spoke at a time, and over the feed."""
 
 import asyncio
 import math
@@ -76,13 +76,10 @@ SECTORS = st.one_of(st.none(), st.tuples(st.integers(0, 360), st.integers(0, 360
 def test_rows_are_those_of_the_reference(
     index: int, count: int, sector: tuple[int, int] | None, spokes: int, encoding: str, packing: str
 ) -> None:
-    view = View(encoding, BINS, sector, spokes, packing)
+    view = View(encoding, BINS, sector, spokes)
     made = message(1000 + index, index, count, encoding)
-    got = wire.unpack(wire.pack(apply_view(made, view)))
+    got = wire.unpack(wire.pack(wire.packed(apply_view(made, view), packing)))
     assert (got["first"], got["count"]) == (made["first"], count)
-    if sector is None and spokes == 1:
-        assert "row_first" not in got and np.array_equal(wire.samples(got), wire.samples(made))
-        return
     assert rows_of(got) == reference_rows(made, view)
     for left in range(1, count + 1):
         rest = trim(got, left)
