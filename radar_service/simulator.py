@@ -5,8 +5,6 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from radar_service.cell_sources import PowersOf, SourceRequest, source_request
 from radar_service.engine.source_numbers import source_names
 from radar_service.errors.reporter import ErrorReporter
@@ -21,13 +19,15 @@ from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth
 from radar_service.scene.commands import Command, command_from
 from radar_service.scene.convert import scene_at_origin, scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
+from radar_service.scene.outline import outline_of
 from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
 from radar_service.sector import Sector
-from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up, set_up_at_origin
+from radar_service.simulation.engine_set_up import check_arguments, chosen_fidelity, engine_set_up, set_up_at_origin
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.source_truth import SourceTruth
 from radar_service.simulation.spoke_stream import SpokeStream
+from radar_service.spoke_source import SourceInfo, TruthLine
 from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
@@ -59,18 +59,10 @@ class Simulator:
         scene's radars, by default the first; powers: `all`, or the numbers of the sources whose
         power the spokes have too.
 
-        Raises TypeError for what is no Scene. Raises ValueError for an unknown name or radar, a negative seed, fewer than one
-        thread, a sector that is not two angles, labels or powers that the radar cannot tell or has no source for, or a command
-        that is not possible (CommandError).
+        Raises TypeError and ValueError as `check_arguments`, and ValueError for an unknown name or radar, labels or powers that
+        the radar cannot tell or has no source for, or a command that is not possible (CommandError).
         """
-        if not isinstance(scene, Scene):
-            raise TypeError(f"scene: {scene!r:.60} is no Scene; load it first: Simulator(load_scene({scene!r:.60}))")
-        if not 0 <= seed < 2**64:
-            raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
-        if threads < 1:
-            raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
-        if sector is not None and (len(sector) != 2 or not np.isfinite(sector).all()):
-            raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
+        check_arguments(scene, seed, threads, sector)
         scene = scene.for_radar(radar)
         steering = Steering(scene)
         self.scene, self.seed, self.fidelity = scene, seed, chosen_fidelity(scene, fidelity)
@@ -108,10 +100,8 @@ class Simulator:
         self._join(steering, self._stream.request)
 
     def __repr__(self) -> str:
-        return (
-            f"<Simulator of {self.scene.name!r}: fidelity {self.fidelity.name}, seed {self.seed}, "
-            f"next is scan {self._stream.next_scan}>"
-        )
+        name, fidelity, scan = self.scene.name, self.fidelity.name, self._stream.next_scan
+        return f"<Simulator of {name!r}: fidelity {fidelity}, seed {self.seed}, next is scan {scan}>"
 
     @cached_property
     @BLAS_LIMIT.held()
@@ -120,6 +110,24 @@ class Simulator:
         if self._made.set_up is None:
             return plan_for(self.scene, self.fidelity)
         return plan_for(self.scene, self.fidelity, engine_statistics(self._made.set_up))
+
+    @property
+    def info(self) -> SourceInfo:
+        """What is known of it before its first spoke, its plan included."""
+        return self.described(self.plan.as_dict())
+
+    def described(self, plan: Mapping[str, Any]) -> SourceInfo:
+        """Returns `info` with a plan as plain data, which is not made then."""
+        return SourceInfo(
+            outline_of(self.scene),
+            self.seed,
+            self.fidelity,
+            plan,
+            self.noise_power,
+            self.range,
+            self.range_step,
+            self.sources,
+        )
 
     @property
     def trees(self) -> int:
@@ -268,6 +276,15 @@ class Simulator:
     def truth_header(self) -> dict[str, Any]:
         """What a truth file says first: the scene, the seed, the fidelity and the radar."""
         return header(self.scene, self.seed, self.fidelity.name)
+
+    def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
+        """The lines of a truth file of a scan, see `crossings` and `snapshot`; the header for None."""
+        if scan is None:
+            return [TruthLine.of_content(0.0, self.truth_header())]
+        return [*map(TruthLine.of, self.crossings(scan, radiometric)), TruthLine.of(self.snapshot(scan))]
+
+    def close(self) -> None:
+        """Does nothing: a simulator computes only while a block is taken."""
 
     @cached_property
     def _crossings(self) -> CrossingTruth:

@@ -25,13 +25,13 @@ from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, scene
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.recording.scene_document import scene_document
+from radar_service.spoke_source import TruthLine
 from radar_service.stream.codecs.native import messages, wire
 from radar_service.stream.codecs.native.source_fields import source_fields
 from radar_service.stream.feed_request import View
 from radar_service.stream.logs import log_event
 from radar_service.stream.radio.last_scan import LastScan, draw
 from radar_service.stream.radio.prefetch import EngineFault
-from radar_service.stream.source import TruthLine
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 
 FORMAT = 1  # version of these channels
@@ -64,7 +64,7 @@ class RadarRecording:
         epoch, time = radar.epoch, radar.simulated
         self._offset += max(0.0, self._logged - (self._offset + time))
         self._next = self._known = 0
-        self._last_scan = self._last_scan or LastScan(epoch.engine)
+        self._last_scan = self._last_scan or LastScan(epoch.source)
         self._last_scan.open_epoch(radar)
         header = self._truth_lines(epoch, None)
         record = {
@@ -88,7 +88,7 @@ class RadarRecording:
         self._next = batch.first + len(batch)
         assert self._last_scan is not None, "open_epoch comes first"
         self._last_scan.send(batch)
-        if block.index + len(block) == batch.epoch.engine.scene.radar.azimuths:
+        if block.index + len(block) == batch.epoch.info.radar.azimuths:
             self._end_scan(batch)
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
@@ -99,7 +99,7 @@ class RadarRecording:
 
     def _write_commands(self, epoch: Epoch, time: float) -> None:
         """Writes the commands that came since the last spokes, before those of this time [s]."""
-        for command in list(epoch.engine.commands)[self._known :]:
+        for command in epoch.commands.since(self._known):
             self._write(self._commands, time, json.dumps(command.as_dict()).encode())
             self._known += 1
 
@@ -113,15 +113,15 @@ class RadarRecording:
     def _truth_lines(self, epoch: Epoch, scan: int | None) -> list[TruthLine]:
         """The truth of a scan, or the header; none where it is not recorded, or the engine fails, which another one replaces."""
         try:
-            return epoch.engine.truth_lines(scan) if self._with_truth else []
+            return epoch.source.truth_lines(scan) if self._with_truth else []
         except EngineFault:
             return []
 
     def _picture(self, epoch: Epoch, video: Controls, log_time: float) -> dict[str, Any]:
         assert self._last_scan is not None, "open_epoch comes first"
-        engine, revolution = epoch.engine, self._last_scan.read()
+        known, revolution = epoch.info, self._last_scan.read()
         image = draw(
-            revolution.rows, engine.scene.radar.azimuths, epoch.layout(None), video, engine.noise_power, engine.scene.name,
+            revolution.rows, known.radar.azimuths, epoch.layout(None), video, known.noise_power, known.scene.name,
             PICTURE_SIZE, epoch.range, revolution.heading,
         )  # fmt: skip
         seconds, nanoseconds = divmod(round(log_time * NANOSECONDS), round(NANOSECONDS))
@@ -159,13 +159,13 @@ def sources_record(epoch: Epoch, recorded: SourceRequest) -> Mapping[str, Any]:
 
     A radar that cannot tell them has none: then a line in the log says why.
     """
-    sources = epoch.engine.sources
+    sources = epoch.info.sources
     if not recorded:
         return {}
     try:
         sources.check(recorded)
     except ValueError as error:
-        log_event("sources are not all recorded", logging.WARNING, scene=epoch.engine.scene.name, reason=str(error))
+        log_event("sources are not all recorded", logging.WARNING, scene=epoch.info.scene.name, reason=str(error))
     recordable = sources.to_request(recorded)
     return {"sources": {"labels": recordable.labels, "powers": bool(recordable.powers), "names": sources.as_list()}}
 
@@ -176,12 +176,16 @@ def scene_record(radar: RadarInfo) -> Mapping[str, Any]:
     outline: of the scene; radar: its parameters; cells: number, range of the first one and step [m]; document, files: see
     `scene_document`; fidelity: as resolved; plan, seed; noise_power: of a cell [W]; controls: as REST gives them.
     """
-    epoch, engine = radar.epoch, radar.epoch.engine
-    to, scene, (document, files) = epoch.layout(None), engine.scene, scene_document(engine.order)
+    epoch, known = radar.epoch, radar.epoch.info
+    to, scene, (document, files) = (
+        epoch.layout(None),
+        known.scene,
+        scene_document(epoch.order) if epoch.order else (None, {}),
+    )
     outline = {name: getattr(scene, name) for name in OUTLINE}
     return {
         "format": FORMAT, "epoch": epoch.name, "id": radar.identity, "name": radar.name, "outline": outline,
         "radar": plain(scene.radar), "cells": {"bins": to.bins, "first": to.first, "step": to.step},
-        "document": document, "files": files, "fidelity": plain(engine.fidelity), "plan": engine.plan.as_dict(),
-        "seed": engine.seed, "noise_power": engine.noise_power, "controls": dict(radar.controls),
+        "document": document, "files": files, "fidelity": plain(known.fidelity), "plan": known.plan,
+        "seed": known.seed, "noise_power": known.noise_power, "controls": dict(radar.controls),
     }  # fmt: skip

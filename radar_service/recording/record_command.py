@@ -2,7 +2,9 @@
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
@@ -11,7 +13,7 @@ from radar_service.output_files import prepare
 from radar_service.recording.error import RecordingError
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
-from radar_service.recording.simulated_source import SimulatedSource
+from radar_service.scene.commands import CommandLog
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
@@ -38,22 +40,25 @@ def record(options: argparse.Namespace, make: Callable[[Scene], Simulator]) -> i
         raise RecordingError(f"--{error}") from None
     with RecordingFile(options.out) as file:
         recording = RadarRecording(file, RADAR, options.truth, request)
-        record_scans(recording, SimulatedSource(simulator, SceneOrder(options.scene)), options.scans, options.truth)
+        record_scans(recording, simulator, options.scene, options.scans, options.truth)
     azimuths = simulator.scene.radar.azimuths
     print(f"{options.out}: {options.scans} x {azimuths} spokes of {simulator.range.size} cells")
     return 0
 
 
-def record_scans(recording: RadarRecording, source: SimulatedSource, scans: int, with_truth: bool) -> None:
-    """Records the next scans of a source as one epoch. Raises OSError."""
-    scene, settings = source.scene, Settings(pace=Pace("run", math.inf))
-    epoch = Epoch(new_epoch_name(), source, None)
-    controls = controls_state(settings, scene, scene)
+def record_scans(
+    recording: RadarRecording, simulator: Simulator, scene: str | Path | Mapping[str, Any], scans: int, with_truth: bool
+) -> None:
+    """Records the next scans of a simulator as one epoch. scene: its scene, as SceneOrder names it. Raises OSError."""
+    settings = Settings(pace=Pace("run", math.inf))
+    commands = CommandLog(simulator.scene.steerable, simulator.commands)
+    epoch = Epoch(new_epoch_name(), simulator, None, commands, SceneOrder(scene))
+    controls = controls_state(settings, epoch.info.scene, epoch.info.scene)
     recording.open_epoch(RadarInfo(RADAR, f"radar {RADAR}", epoch, 0.0, controls, with_truth))
     number = 0
     before: Singles | None = None
-    with tqdm(total=scans * scene.radar.azimuths, unit="spokes", disable=None) as bar:
-        for block in source.simulator.blocks(scans=scans, size=BLOCK):
+    with tqdm(total=scans * simulator.scene.radar.azimuths, unit="spokes", disable=None) as bar:
+        for block in simulator.blocks(scans=scans, size=BLOCK):
             recording.send(SpokeBatch(epoch, number, block, settings.video, before))
             number, before = number + len(block), block.power[-1]
             bar.update(len(block))

@@ -1,7 +1,7 @@
 """A recording, read in process: an epoch of one radar, which yields spokes as a Simulator does."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.cell_sources import SourceList, SourceRequest
-from radar_service.fidelity import Fidelity
-from radar_service.radar.parameters import Origin
+from radar_service.cell_sources import SourceList
 from radar_service.receive.detection import square_law
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.epochs import epochs_of
@@ -19,11 +17,12 @@ from radar_service.recording.error import RecordingError
 from radar_service.recording.plain import restored
 from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
 from radar_service.scan import Scan, scan_of
-from radar_service.scene.commands import Command, CommandError, CommandLog, command_from
+from radar_service.scene.commands import command_from
+from radar_service.scene.outline import SceneOutline
+from radar_service.spoke_source import SourceInfo, TruthLine
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.codecs.native.spoke_rows import SpokeRows
 from radar_service.stream.radio.prefetch import EngineFault
-from radar_service.stream.source import NOT_STEERABLE, SceneOrder, SceneOutline, TruthLine
 from radar_service.types import Floats
 
 NO_TRUTH = (
@@ -32,24 +31,13 @@ NO_TRUTH = (
 
 NO_LABELS = "the recording has none; record them with --labels"
 NO_POWERS = "the recording has none; record them with --powers"
-PLAYS = "this radar replays a recording"
-
-
-class RecordedPlan:
-    """The plan of what was recorded."""
-
-    def __init__(self, data: dict[str, Any]) -> None:
-        self._data = data
-
-    def as_dict(self) -> dict[str, Any]:
-        """The plan as plain data."""
-        return self._data
 
 
 class Recording:
-    """One epoch of one radar, a stream.source.SpokeSource. Attributes and methods are those of a Simulator.
+    """One epoch of one radar, a source of spokes. Attributes and methods are those of a Simulator.
 
     record: what the recording says of the scene, see radar_recording.scene_record; epochs: how many the radar has.
+    commands: that the spokes follow.
     """
 
     def __init__(self, path: str | Path, radar: str = "0", epoch: int = 0, start: float = 0.0) -> None:
@@ -66,23 +54,23 @@ class Recording:
         self.epochs, self._epoch, self._radar, self._start = len(epochs), epochs[epoch], radar, start
         self.record: Mapping[str, Any] = self._epoch.record
         outline, cells = self.record["outline"], self.record["cells"]
-        self.scene = SceneOutline(
+        scene = SceneOutline(
             outline["name"], outline["origin"] and tuple(outline["origin"]), outline["body_count"], tuple(outline["warnings"]),
             restored(self.record["radar"]), tuple(outline["notes"]),
         )  # fmt: skip
-        self.order = SceneOrder(self.record["document"] or {})
-        self.seed: int = self.record["seed"]
-        self.fidelity: Fidelity = restored(self.record["fidelity"])
-        self.plan, self.trees = RecordedPlan(self.record["plan"]), 0
-        self.noise_power: float = self.record["noise_power"]
-        self.range, self.range_step = _ranges(**cells), float(cells["step"])
         commands = (json.loads(message) for message in self._messages("commands", 0.0))
-        self.commands = RecordedCommands(NOT_STEERABLE, map(command_from, commands))
+        self.commands = tuple(map(command_from, commands))
         kept = self.record.get("sources", {"labels": False, "powers": False, "names": []})
         names = {each["number"]: each["name"] for each in kept["names"]}
-        self.sources = SourceList(
+        sources = SourceList(
             names, "" if kept["labels"] else NO_LABELS, "" if kept["powers"] else NO_POWERS, on_request=False
         )
+        self.info = info = SourceInfo(
+            scene, self.record["seed"], restored(self.record["fidelity"]), self.record["plan"], self.record["noise_power"],
+            _ranges(**cells), float(cells["step"]), sources,
+        )  # fmt: skip
+        self.scene, self.seed, self.fidelity, self.sources = scene, info.seed, info.fidelity, sources
+        self.range, self.range_step, self.noise_power = info.range, info.range_step, info.noise_power
         self._next_scan = 0
 
     def __repr__(self) -> str:
@@ -105,30 +93,14 @@ class Recording:
         for _, scan in groupby(self._stored(), lambda block: block.scan):
             yield scan_of(scan, self.scene.radar.azimuths)
 
-    def begin_at(self, origin: Origin) -> None:
-        """Raises ValueError: spokes stay where they were recorded."""
-        raise ValueError(f"{PLAYS}; its rate of rotation stays")
-
     def skip_to(self, scan: int) -> None:
         """Leaves out earlier scans."""
         self._next_scan = scan
-
-    def command(self, command: Command) -> None:
-        """Does nothing: no command can be made."""
-
-    def tell(self) -> None:
-        """Does nothing: there are no commands."""
-
-    def replay(self, commands: Iterable[Command]) -> None:
-        """Does nothing: the recorded spokes follow the commands that were given then."""
 
     @property
     def label_names(self) -> Mapping[int, str]:
         """The name of each source that a label may be the number of; empty where neither labels nor powers are recorded."""
         return self.sources.names
-
-    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
-        """Does nothing: spokes have the labels and powers that are recorded."""
 
     def truth(self, t: float) -> Truth:
         """Raises EngineFault: it has not been recorded."""
@@ -153,9 +125,6 @@ class Recording:
         """Yields the recorded truth in its order: crossings and snapshots, as the lines of a truth file."""
         lines = (json.loads(message) for message in self._messages("truth", 0.0))
         return (line for line in lines if line["type"] != "header")
-
-    def spare(self) -> None:
-        """Returns None: a recording that cannot be read has no spare."""
 
     def close(self) -> None:
         """Does nothing: no file stays open."""
@@ -203,14 +172,6 @@ class Recording:
             position=rows.position, range=self.range, range_step=self.range_step, field=rows.samples, power=power,
             commands=len(self.commands),
         )  # fmt: skip
-
-
-class RecordedCommands(CommandLog):
-    """The commands that recorded spokes follow."""
-
-    def made(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
-        """Raises CommandError."""
-        raise CommandError(f"{PLAYS}; nothing is steered")
 
 
 def _ranges(bins: int, first: float, step: float) -> Floats:

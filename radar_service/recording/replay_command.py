@@ -22,7 +22,7 @@ from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.radio.station import Station
 from radar_service.stream.serve import OpenPorts, access_for
 from radar_service.stream.settings import Settings
-from radar_service.stream.source import Progress, SceneOrder, SpokeSource
+from radar_service.stream.source import OrderedSource, Progress, SceneOrder
 
 ENDED = "the recording has ended"
 PLAYS = "this radar replays a recording: its scene and rate of rotation stay; serve a scene to change them"
@@ -32,6 +32,11 @@ class ReplaySource(Recording):
     """A recording whose end is told to its clients. has_ended: whether all of it was read."""
 
     has_ended = False
+
+    @property
+    def order(self) -> SceneOrder:
+        """The scene as it was recorded."""
+        return SceneOrder(self.record["document"] or {})
 
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
         """Yields the recorded blocks. Raises EngineFault at the end, and where the file is damaged."""
@@ -50,7 +55,7 @@ class ReplayStation(Station):
         """settings: display controls are those of the recording instead."""
         display = {control.name for control in CONTROLS if control.acts_on == "display"}
         recorded = {name: value for name, value in engine.record["controls"].items() if name in display}
-        settings = changed_settings(settings, engine.scene, recorded)
+        settings = changed_settings(settings, engine.info.scene, recorded)
         super().__init__(identity, engine, *arguments, settings=settings, restarts=0, **options)
 
     def join(self, client: ClientQueue, since: tuple[str, int] | None = None) -> None:
@@ -64,7 +69,7 @@ class ReplayStation(Station):
         self.failed()
 
 
-def refuse(order: SceneOrder, progress: Progress) -> SpokeSource:
+def refuse(order: SceneOrder, progress: Progress) -> OrderedSource:
     """Raises EngineFault in place of another scene: a stream.source.MakeSource."""
     raise EngineFault(PLAYS)
 

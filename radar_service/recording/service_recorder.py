@@ -125,7 +125,7 @@ class RecordingSink:
     def send(self, batch: SpokeBatch) -> None:
         """Takes spokes."""
         block = batch.block
-        ends_scan = block.index + len(block) == batch.epoch.engine.scene.radar.azimuths
+        ends_scan = block.index + len(block) == batch.epoch.info.radar.azimuths
         self._put(Work(partial(self._recording.send, batch), block.nbytes, ends_scan))
 
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:

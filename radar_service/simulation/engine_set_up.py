@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
 
 from radar_service.cell_sources import Labels
 from radar_service.engine.documented import DocumentedEngine
@@ -20,6 +22,18 @@ from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.types import Flags, Floats, Profiles, Singles
+
+
+def check_arguments(scene: Any, seed: int, threads: int, sector: tuple[float, float] | None) -> None:
+    """Raises TypeError for what is no Scene, and ValueError for other arguments that a simulator cannot have."""
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene: {scene!r:.60} is no Scene; load it first: Simulator(load_scene({scene!r:.60}))")
+    if not 0 <= seed < 2**64:
+        raise ValueError(f"seed: {seed} is not allowed; a whole number from 0 to 2**64 - 1")
+    if threads < 1:
+        raise ValueError(f"threads: {threads} is not allowed; 1 or more, best as many as there are cores to spare")
+    if sector is not None and (len(sector) != 2 or not np.isfinite(sector).all()):
+        raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
 
 
 class AzimuthEngine(Protocol):

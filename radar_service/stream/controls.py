@@ -10,8 +10,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from radar_service.scene.outline import SceneOutline
 from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import SceneOrder, SceneOutline, SpokeSource
+from radar_service.stream.source import OrderedSource, SceneOrder
 
 
 class ControlError(ValueError):
@@ -151,13 +152,13 @@ def changes_engine(requested: Mapping[str, Any]) -> bool:
     return any(control.name in requested and control.rebuild is not None for control in CONTROLS)
 
 
-def changed_order(settings: Settings, source: SpokeSource, requested: Mapping[str, Any]) -> SceneOrder | None:
+def changed_order(settings: Settings, source: OrderedSource, requested: Mapping[str, Any]) -> SceneOrder | None:
     """Returns the order of the source's scene with the requested engine controls, None where it has them already."""
     result = source.order
     for control in CONTROLS:
         if control.name in requested and control.rebuild is not None:
             value = requested[control.name]
-            if not math.isclose(value, control.read(settings, source.scene), rel_tol=1e-9):
+            if not math.isclose(value, control.read(settings, source.info.scene), rel_tol=1e-9):
                 result = control.rebuild(result, value)
     return None if result is source.order else result
 

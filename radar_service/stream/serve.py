@@ -21,9 +21,8 @@ from radar_service.stream.processes.stop_signals import ended_by_signals
 
 if TYPE_CHECKING:
     from radar_service.stream.ports.port import Port
-    from radar_service.stream.radio.description import MakeEngine
     from radar_service.stream.radio.world import WorldSource
-    from radar_service.stream.source import SceneOrder
+    from radar_service.stream.source import MakeEngine, SceneOrder
 
 WORLDS_NEED = ("radar_service.simulator", "radar_service.stream.radio.world_process")
 OTHERS_NEED = (
@@ -125,7 +124,7 @@ def _close(worlds: "Sequence[Future[list[WorldSource]]]") -> None:
 def _radars(make: "Callable[[SceneOrder], WorldSource]", order: "SceneOrder") -> "list[WorldSource]":
     """Returns the radars of a scene, each in a process of its own. The first one tells which others there are."""
     first = make(order)
-    others = [replace(order, radar=radar_id) for radar_id in first.scene.radar_ids[1:]]
+    others = [replace(order, radar=radar_id) for radar_id in first.info.scene.radar_ids[1:]]
     with ThreadPoolExecutor(max(1, len(others)), thread_name_prefix="start") as threads:
         made = [threads.submit(make, other) for other in others]
     with contextlib.ExitStack() as on_failure:

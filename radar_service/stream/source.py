@@ -1,21 +1,17 @@
-"""What the stream needs of a running scene, so that tests and recordings can replace one, and how it orders one."""
+"""How the stream orders the scenes that it sends, and what they are made by."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
-
-from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.display.video import Layout, layout
-from radar_service.fidelity import Fidelity
-from radar_service.radar.parameters import FIRST_ID, Origin, Radar
-from radar_service.records import SpokeBlock, Truth
-from radar_service.scene.commands import Command, CommandLog, Steerable
+from radar_service.radar.parameters import Origin
 from radar_service.scene.error import SceneError
-from radar_service.scene.error_settings import ErrorSettings
+from radar_service.spoke_source import Commanded, Continuing, SourceInfo, SpokeSource, TellsSources
+
+if TYPE_CHECKING:
+    from radar_service.scene.world import Scene
 
 
 @dataclass(frozen=True)
@@ -48,36 +44,12 @@ class SceneOrder:
         return vars(self) | {"folder": None}  # another process does not own the folder
 
 
-NOT_STEERABLE = Steerable({}, frozenset(), None)
+class OrderedSource(SpokeSource, Protocol):
+    """A source of spokes of which another one can be made. `radio.world.WorldSource` is one."""
 
-
-@dataclass(frozen=True)
-class SceneOutline:
-    """A scene as the serving process knows it: the bodies and their meshes stay with the process that computes.
-
-    notes: sentences about its files that need no action; whoever uploads the scene gets them.
-    steerable: what commands may steer.
-    errors: on purpose, which the serving process adds; None without any.
-    radar_id: of the radar; radar_ids: of all radars of its file.
-    has_sensors: whether the platform has gyro, log and position sensor.
-    """
-
-    name: str
-    origin: tuple[float, float] | None
-    body_count: int
-    warnings: tuple[str, ...]
-    radar: Radar
-    notes: tuple[str, ...] = ()
-    steerable: Steerable = NOT_STEERABLE
-    errors: ErrorSettings | None = None
-    radar_id: str = FIRST_ID
-    radar_ids: tuple[str, ...] = (FIRST_ID,)
-    has_sensors: bool = True
-
-    def at_origin(self, origin: Origin) -> "SceneOutline":
-        """Returns the outline with another origin of the radar's rotation."""
-        radar = replace(self.radar, origin=origin)
-        return replace(self, radar=radar, steerable=replace(self.steerable, radar=radar))
+    @property
+    def order(self) -> SceneOrder:
+        """What it was made from."""
 
 
 def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError:
@@ -88,110 +60,31 @@ def other_radars(given: Sequence[str], here: Sequence[str | None]) -> SceneError
     )
 
 
-class PlanSummary(Protocol):
-    """A plan, as far as the stream is concerned."""
+@runtime_checkable
+class Spared(Protocol):
+    """A source in a process of its own, with another process that stands by.
 
-    def as_dict(self) -> dict[str, Any]:
-        """The plan as plain data."""
+    trees: number of its trees for ray tests, as of a second ago; 0 before its first block.
+    """
+
+    trees: int
+
+    def spare(self) -> OrderedSource | None:
+        """Returns another source of the same scene that is ready at once; None where there is none."""
 
 
-class TruthLine(NamedTuple):
-    """A line of the truth stream: JSON, and the simulated time [s] that it is of."""
-
-    time: float
-    text: str
-
-
-class SpokeSource(Protocol):
-    """Produces the spokes of one scene. `radio.world.WorldSource` is one."""
-
-    @property
-    def order(self) -> SceneOrder:
-        """What it was made from; another one can be made from it."""
-
-    @property
-    def scene(self) -> SceneOutline:
-        """The scene that it simulates."""
-
-    @property
-    def seed(self) -> int:
-        """The seed of its random generators."""
-
-    @property
-    def fidelity(self) -> Fidelity:
-        """The settings of its calculation."""
-
-    @property
-    def plan(self) -> PlanSummary:
-        """What it models and what it does not."""
-
-    @property
-    def noise_power(self) -> float:
-        """Thermal noise of a range cell [W], whether or not noise is on."""
-
-    @property
-    def range(self) -> NDArray[np.float64]:
-        """Ranges of the samples (N,) [m]."""
-
-    @property
-    def range_step(self) -> float:
-        """Distance from sample to sample [m]."""
+class WorldEngine(SpokeSource, Commanded, TellsSources, Continuing, Protocol):
+    """What computes in the process of a world: a `Simulator`."""
 
     @property
     def trees(self) -> int:
-        """Number of its trees for ray tests, as of a second ago; 0 before its first block."""
+        """Number of trees for ray tests."""
 
-    def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
-        """Yields blocks of at most `size` consecutive spokes of one scan each, without end."""
+    def described(self, plan: Mapping[str, Any]) -> SourceInfo:
+        """Returns `info` with a plan that was made before."""
 
-    def begin_at(self, origin: Origin) -> None:
-        """Lets the scene go on from an origin, at the rate of its order. Comes before `replay` and `blocks`."""
-
-    def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one, counted from 0."""
-
-    @property
-    def commands(self) -> CommandLog:
-        """All commands to its world so far."""
-
-    def command(self, command: Command) -> None:
-        """Takes a command that was made for its world (`CommandLog.made`). `tell` comes next.
-
-        Blocks that do not follow it may still come, and then all spokes from its own on come again: `SpokeBlock.commands` says
-        how many commands a block knows. Waits for nothing.
-        """
-
-    def tell(self) -> None:
-        """Tells commands to what computes, which may take its time. From any thread."""
-
-    def replay(self, commands: Iterable[Command]) -> None:
-        """Takes all commands of another source of the same scene. Comes before `blocks`."""
-
-    @property
-    def sources(self) -> SourceList:
-        """The sources of its cells, and what its spokes can tell of them."""
-
-    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
-        """Changes what spokes tell of their sources, from a spoke on, which is not taken yet; None: the next one computed.
-
-        Blocks that do not follow it may still come, and then all spokes from that one on come again: `SpokeBlock.requests` says
-        how many requests a block follows. From any thread. Does nothing where spokes always tell them.
-        """
-
-    def truth(self, t: float) -> Truth:
-        """Returns the state of own ship and of every body at time t [s]."""
-
-    def truth_lines(self, scan: int | None, radiometric: bool = False) -> "list[TruthLine]":
-        """Returns the truth of the beam crossings of a scan, and of its end; the header for None. Raises EngineFault.
-
-        radiometric: whether crossings have the power of each body too.
-        """
-
-    def spare(self) -> "SpokeSource | None":
-        """Returns another source of the same scene that is ready at once; None where there is none."""
-
-    def close(self) -> None:
-        """Ends the computation, from any thread; `blocks` and `truth` then fail."""
+    def set_errors(self, tables: Mapping[str, Any] | None) -> None:
+        """Changes errors on purpose."""
 
 
 class Progress(Protocol):
@@ -220,9 +113,10 @@ class NoProgress:
 
 
 UNFOLLOWED = NoProgress()
-MakeSource = Callable[[SceneOrder, Progress], SpokeSource]
+MakeSource = Callable[[SceneOrder, Progress], OrderedSource]
+MakeEngine = Callable[["Scene"], WorldEngine]
 
 
-def cell_layout(source: SpokeSource, bins: int | None, range_max: float | None) -> Layout:
+def cell_layout(source: SourceInfo, bins: int | None, range_max: float | None) -> Layout:
     """Returns how this source's range cells become `bins` bins out to range_max [m]; None stands for all."""
     return layout(source.range.size, float(source.range[0]), source.range_step, bins, range_max)

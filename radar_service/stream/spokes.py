@@ -6,29 +6,50 @@ The transmitter hands each `SpokeBatch` to any number of `SpokeSink`s before any
 
 import secrets
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
 
 from radar_service.display.video import Controls, Layout
 from radar_service.records import SpokeBlock
-from radar_service.stream.source import SpokeSource, cell_layout
+from radar_service.scene.commands import CommandLog
+from radar_service.scene.outline import NOT_STEERABLE
+from radar_service.spoke_source import SourceInfo, SpokeSource
+from radar_service.stream.source import SceneOrder, cell_layout
 from radar_service.types import Singles
+
+NO_COMMANDS = CommandLog(NOT_STEERABLE)
 
 
 @dataclass(frozen=True)
 class Epoch:
     """A part of the feed in which sequence numbers count on and the range cells stay the same.
 
-    range: of the display [m], None for all cells.
+    source: of its spokes, another one after a failure; range: of the display [m], None for all cells.
+    commands: all that came so far; order: of the scene, None where there was none.
+    info: of the source. Another process gets an epoch without its source and the commands.
     """
 
     name: str
-    engine: SpokeSource
+    source: SpokeSource
     range: float | None
+    commands: CommandLog = field(default=NO_COMMANDS, compare=False)
+    order: SceneOrder | None = None
+    info: SourceInfo = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "info", self.source.info)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in vars(self).items() if key not in ("source", "commands")}
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it goes on with the time, the commands and the errors of a scene that ran."""
+        return self.order is not None and self.order.goes_on
 
     def layout(self, bins: int | None) -> Layout:
         """Returns how a spoke of this epoch becomes `bins` bins; None is one for each cell."""
-        return cell_layout(self.engine, bins, self.range)
+        return cell_layout(self.info, bins, self.range)
 
 
 @dataclass(frozen=True)
@@ -90,6 +111,51 @@ class SpokeSink(Protocol):
 
     def close(self, reason: str) -> None:
         """Receives the notice that no spokes come until another epoch opens."""
+
+
+class Sent(NamedTuple):
+    """Spokes of a scan that were sent, for those who do not need them: times of the first and the last one [s].
+
+    ends: whether they end the scan; commands: how many act until then.
+    """
+
+    source: SpokeSource
+    scan: int
+    first: float
+    last: float
+    ends: bool
+    commands: int = 0
+
+
+class SentListener(Protocol):
+    """Is told what was sent, as a SpokeSink is given spokes."""
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """As SpokeSink.open_epoch."""
+
+    def sent(self, what: Sent) -> None:
+        """Takes the notice of the next spokes."""
+
+    def close(self, reason: str) -> None:
+        """As SpokeSink.close."""
+
+
+class SentNotices:
+    """A sink that tells a listener what was sent."""
+
+    def __init__(self, listener: SentListener) -> None:
+        self._listener = listener
+        self.open_epoch, self.close = listener.open_epoch, listener.close
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Tells of the spokes."""
+        epoch, block = batch.epoch, batch.block
+        ends = block.index + len(block) == epoch.info.radar.azimuths
+        commands = epoch.commands.acting_at(block.first + len(block) - 1)
+        self._listener.sent(Sent(epoch.source, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands))
+
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Tells nothing: these spokes were not sent."""
 
 
 class SinkGroup:

@@ -9,9 +9,7 @@ from radar_service.cell_sources import SourceRequest
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
-from radar_service.recording.simulated_source import SimulatedSource
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.source import SceneOrder
 
 AZIMUTHS, SEED = 64, 5
 MOVING: dict[str, Any] = {
@@ -39,9 +37,9 @@ def recorded(
 ) -> Path:
     """A recording of its first scans. told: of their sources."""
     with RecordingFile(path) as file:
-        source = SimulatedSource(simulator(fidelity), SceneOrder(MOVING))
-        source.request_sources(told, None)
-        record_scans(RadarRecording(file, "0", with_truth, told), source, scans, with_truth)
+        made = simulator(fidelity)
+        made.request_sources(told.labels, told.powers)
+        record_scans(RadarRecording(file, "0", with_truth, told), made, MOVING, scans, with_truth)
     return path
 
 

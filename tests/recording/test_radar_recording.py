@@ -11,9 +11,9 @@ from PIL import Image
 
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
+from radar_service.spoke_source import TruthLine
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.radio.prefetch import EngineFault
-from radar_service.stream.source import TruthLine
 from radar_service.stream.spokes import Epoch, RadarInfo
 from tests.recording.scenes import AZIMUTHS, simulator
 from tests.stream.fake import FakeEngine, scene

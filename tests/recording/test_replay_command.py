@@ -18,7 +18,6 @@ from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.recording.replay_command import ReplaySource, ReplayStation, refuse
-from radar_service.recording.simulated_source import SimulatedSource
 from radar_service.scene.commands import CommandError
 from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
@@ -27,8 +26,9 @@ from radar_service.stream.http.app import create_app
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import SceneOrder
-from tests.recording.scenes import AZIMUTHS, MOVING, simulator, spokes_of
+from tests.recording.scenes import AZIMUTHS, MOVING, SEED, spokes_of
 from tests.stream.asgi import Closed, Server, running
+from tests.stream.in_process import InProcess
 
 FAST = Settings(pace=Pace("run", float("inf")))
 
@@ -62,7 +62,7 @@ def replayed(path: Path, start: float = 0.0, **options: Any) -> ReplayStation:
     "query", ["encoding=c64", "encoding=f32", "encoding=f16", "encoding=u8-log&bins=40", "encoding=u8&sector=10,200"]
 )
 def test_a_client_gets_the_bytes_that_the_radar_sent(query: str, recording: Path) -> None:
-    live = Station("0", SimulatedSource(simulator(), SceneOrder(MOVING)), refuse, settings=FAST, wait_for=1)
+    live = Station("0", InProcess(SceneOrder(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1)
     sent, again = feed(live, query), feed(replayed(recording), query)
     assert len(sent) > 3 * AZIMUTHS / 4 and any(spoke["blind"] for spoke in sent)
     assert again == sent
@@ -71,7 +71,7 @@ def test_a_client_gets_the_bytes_that_the_radar_sent(query: str, recording: Path
 @pytest.mark.parametrize("query", ["encoding=f32&labels=1&powers=all", "encoding=u8&bins=40&labels=1&compress=zstd"])
 def test_labels_and_powers_are_replayed(query: str, labelled_recording: Path) -> None:
     live = Station(
-        "0", SimulatedSource(simulator(), SceneOrder(MOVING)), refuse, settings=FAST, wait_for=1, allow_truth=True
+        "0", InProcess(SceneOrder(MOVING), "balanced", SEED), refuse, settings=FAST, wait_for=1, allow_truth=True
     )  # fmt: skip
     query = query.replace("powers=all", "powers=256,257")
     sent, again = told(live, query), told(replayed(labelled_recording, allow_truth=True), query)
@@ -116,7 +116,7 @@ def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording: Path
     ended = []
     station.failed = lambda: ended.append(True)
     served(station, test)
-    assert ended and isinstance(station.engine, ReplaySource) and station.engine.has_ended
+    assert ended and isinstance(station.epoch.source, ReplaySource) and station.epoch.source.has_ended
 
 
 def test_a_damaged_chunk_ends_the_replay_with_its_place(recording: Path, tmp_path: Path) -> None:
@@ -131,7 +131,7 @@ def test_a_damaged_chunk_ends_the_replay_with_its_place(recording: Path, tmp_pat
 
     station = replayed(path)
     served(station, test)
-    assert isinstance(station.engine, ReplaySource) and not station.engine.has_ended
+    assert isinstance(station.epoch.source, ReplaySource) and not station.epoch.source.has_ended
 
 
 def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path) -> None:
@@ -221,8 +221,7 @@ def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_p
     steered.command(spoke=20, course_deg=90)
     steered.command(spoke=100, speed_kn=15)
     with RecordingFile(tmp_path / "steered.mcap") as file:
-        source = SimulatedSource(steered, SceneOrder(scene))
-        record_scans(RadarRecording(file, "0", False), source, 3, False)
+        record_scans(RadarRecording(file, "0", False), steered, scene, 3, False)
     station = replayed(tmp_path / "steered.mcap")
 
     async def refused() -> None:

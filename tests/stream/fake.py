@@ -7,16 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.cell_sources import SourceList, SourceRequest
+from radar_service.cell_sources import PowersOf, SourceList, SourceRequest
 from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import START, Origin
 from radar_service.records import BodyTruth, Crossing, OwnShipTruth, Snapshot, SpokeBlock, Truth
-from radar_service.scene.commands import Command, CommandLog
+from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_origin, scene_at_rpm
 from radar_service.scene.load import load_scene
+from radar_service.scene.outline import outline_of
 from radar_service.scene.world import Scene
-from radar_service.stream.radio.world_process import scene_of, truth_lines
-from radar_service.stream.source import Progress, SceneOrder, TruthLine
+from radar_service.spoke_source import SourceInfo, TruthLine
+from radar_service.stream.radio.prefetch import EngineWorker
+from radar_service.stream.radio.world_process import scene_of
+from radar_service.stream.source import Progress, SceneOrder
 
 AZIMUTHS, BINS, STEP = 24, 20, 10.0
 OWN_SHIP = OwnShipTruth(
@@ -61,20 +64,13 @@ def steerable_scene(name: str = "steerable") -> Scene:
 
 
 def commanded(
-    source: Any, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None
+    worker: EngineWorker, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None
 ) -> Command:
-    """Commands a source, or the worker of one; returns the command."""
-    log = source.commands if hasattr(source, "commands") else source.engine.commands
-    command: Command = log.made(spoke, body, values, time)
-    source.command(command)
+    """Commands what a worker runs; returns the command."""
+    command = worker.commands.made(spoke, body, values, time)
+    worker.command(command)
+    worker.tell()
     return command
-
-
-class FakePlan:
-    """Says that nothing is modelled."""
-
-    def as_dict(self) -> dict[str, Any]:
-        return {"modelled": []}
 
 
 class FakeEngine:
@@ -86,17 +82,27 @@ class FakeEngine:
     def __init__(self, of: Scene, dies_at: int | None = None, turns: threading.Semaphore | None = None) -> None:
         self.order = SceneOrder(of)
         self.closed, self.trees = False, 3
-        self.scene, self.seed, self.fidelity, self.plan = of, 7, Fidelity("balanced"), FakePlan()
-        self.noise_power = 1e-15
+        self.scene, self.noise_power = of, 1e-15
+        self.fidelity, self.plan = Fidelity("balanced"), dict[str, Any](modelled=[])
         self.range_step = of.radar.range_step
         self.range = (np.arange(of.radar.bins) + 0.5) * self.range_step
         self.blocks_made = 0
         self._dies_at, self._turns = dies_at, turns
         self._first = self._next = of.radar.origin.scan
-        self.commands = CommandLog(of.steerable)
+        self.commands: list[Command] = []
         self.sources, self.requests = SourceList(SOURCES), 0
         self._request = SourceRequest()
         self._made = threading.Condition()
+
+    @property
+    def info(self) -> SourceInfo:
+        return self.described(self.plan)
+
+    def described(self, plan: Mapping[str, Any]) -> SourceInfo:
+        return SourceInfo(
+            outline_of(self.scene), 7, self.fidelity, plan, self.noise_power, self.range, self.range_step,
+            self.sources,
+        )  # fmt: skip
 
     def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
         self._next = self._first * self.scene.radar.azimuths
@@ -111,27 +117,20 @@ class FakeEngine:
                 self._made.notify_all()
             yield block
 
-    def command(self, command: Command) -> None:
+    def take(self, command: Command) -> None:
         """Goes back to its spoke, as a source does whose blocks are computed ahead."""
         with self._made:
-            self.commands.add(command)
+            self.commands.append(command)
             self._next = min(self._next, command.spoke)
 
-    def take(self, command: Command) -> None:
-        """As a simulator in another process."""
-        self.command(command)
-
-    def tell(self) -> None:
-        pass
-
-    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
-        """Goes back to that spoke, as `command` does."""
+    def request_sources(self, labels: bool = False, powers: PowersOf = (), spoke: int | None = None) -> None:
+        """Goes back to that spoke, as `take` does."""
         with self._made:
-            self._request, self.requests = request, self.requests + 1
+            self._request, self.requests = SourceRequest(labels, powers), self.requests + 1
             self._next = self._next if spoke is None else min(self._next, spoke)
 
     def replay(self, commands: Iterable[Command]) -> None:
-        self.commands = CommandLog(self.scene.steerable, commands)
+        self.commands = list(commands)
 
     def wait_for_blocks(self, count: int, timeout: float) -> None:
         """Waits until so many blocks were made. Raises AssertionError after `timeout` [s]."""
@@ -141,7 +140,7 @@ class FakeEngine:
     def begin_at(self, origin: Origin) -> None:
         self.scene, self.order = scene_at_origin(self.scene, origin), replace(self.order, origin=origin)
         self._first = self._next = origin.scan
-        self.commands = CommandLog(self.scene.steerable)
+        self.commands = []
 
     def skip_to(self, scan: int) -> None:
         self._first = max(scan, self.scene.radar.origin.scan)
@@ -190,7 +189,9 @@ class FakeEngine:
         return {"type": "header", "scene": self.scene.name}
 
     def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
-        return truth_lines(self, scan, radiometric)
+        if scan is None:
+            return [TruthLine.of_content(0.0, self.truth_header())]
+        return [*map(TruthLine.of, self.crossings(scan, radiometric)), TruthLine.of(self.snapshot(scan))]
 
     def spare(self) -> None:
         return None

@@ -298,7 +298,7 @@ def test_a_clock_that_jumps_disturbs_nothing(monkeypatch: pytest.MonkeyPatch) ->
         spans = list(await covered(feed, 8 * AZIMUTHS))
         lasted = time.monotonic() - began
         assert all(a[2] == b[1] and a[0] == "spokes" for a, b in zip(spans, spans[1:], strict=False))
-        due = (8 * AZIMUTHS - spans[0][1]) * only.engine.scene.radar.spoke_period / 20
+        due = (8 * AZIMUTHS - spans[0][1]) * only.epoch.info.scene.radar.spoke_period / 20
         assert lasted > due - 0.1  # s: a message more or less; a busy machine may make it longer
 
     play(test, only)

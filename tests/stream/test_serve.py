@@ -130,10 +130,10 @@ def test_each_radar_of_a_scene_is_on_the_air(scene: Path, tmp_path: Path, seen: 
     stations = seen["stations"]
     assert [station.identity for station in stations] == ["bow", "0", "1", "mast"]
     assert [station.name for station in stations] == ["radar bow", "radar 0", "radar 1", "radar mast"]
-    assert [station.engine.scene.radar_id for station in stations] == ["bow", "0", "0", "mast"]
+    assert [station.epoch.info.scene.radar_id for station in stations] == ["bow", "0", "0", "mast"]
     assert stations[0].world is stations[1].world and len({station.world for station in stations}) == 3
     assert stations[0].transmitter.pacer.world is stations[1].transmitter.pacer.world
-    assert len({station.engine.process for station in stations}) == 4
+    assert len({station.epoch.source.process for station in stations}) == 4
 
 
 def test_two_radars_with_one_id_are_refused(tmp_path: Path, seen: dict[str, Any]) -> None:
@@ -180,7 +180,7 @@ def test_where_one_radar_of_a_scene_fails_at_the_start_all_are_ended(
     close = WorldSource.close
 
     def noted(self: WorldSource) -> None:
-        ended.append(self.scene.radar_id)
+        ended.append(self.info.scene.radar_id)
         close(self)
 
     monkeypatch.setattr(WorldSource, "close", noted)

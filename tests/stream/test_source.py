@@ -2,16 +2,16 @@
 
 import pytest
 
-from radar_service.stream.source import SpokeSource, cell_layout
+from radar_service.stream.source import WorldEngine, cell_layout
 from tests.stream.fake import BINS, STEP, FakeEngine, scene
 
 
-def test_tests_have_a_source_of_spokes() -> None:
-    source: SpokeSource = FakeEngine(scene())
-    assert {name for name in dir(SpokeSource) if not name.startswith("_")} <= set(dir(source))
+def test_tests_have_what_computes_in_the_process_of_a_world() -> None:
+    source: WorldEngine = FakeEngine(scene())
+    assert {name for name in dir(WorldEngine) if not name.startswith("_")} <= set(dir(source))
 
 
 def test_cells_become_bins_out_to_a_range() -> None:
-    to = cell_layout(FakeEngine(scene()), 5, 100.0)
+    to = cell_layout(FakeEngine(scene()).info, 5, 100.0)
     assert (to.samples, to.bins) == (10, 5) and to.range == pytest.approx(100.0) and to.step == pytest.approx(2 * STEP)
-    assert cell_layout(FakeEngine(scene()), None, None).bins == BINS
+    assert cell_layout(FakeEngine(scene()).info, None, None).bins == BINS

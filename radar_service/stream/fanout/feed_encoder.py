@@ -23,7 +23,7 @@ class FeedEncoder:
     def __init__(
         self, hub: Hub, truths: Executor, radar_info: Callable[[Epoch], RadarInfo], clock: Callable[[], float]
     ) -> None:
-        """truths: where engines are asked for the truth; radar_info: describes the radar in an epoch for a hello; it is called on
+        """truths: where sources are asked for the truth; radar_info: describes the radar in an epoch for a hello; it is called on
         the event loop."""
         self._hub, self._radar_info, self._clock = hub, radar_info, clock
         self._truth = FeedTruth(hub, truths)
@@ -56,7 +56,7 @@ class FeedEncoder:
         def hello(view: View, mode: Mode) -> bytes:
             return CODECS[view.codec].hello(self._radar_info(radar.epoch), view, mode)
 
-        period = radar.epoch.engine.scene.radar.spoke_period
+        period = radar.epoch.info.radar.spoke_period
         self._call(lambda: self._hub.open_epoch(radar.epoch.name, hello, period))
 
     def send(self, batch: SpokeBatch) -> None:

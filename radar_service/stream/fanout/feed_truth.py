@@ -21,7 +21,7 @@ class FeedTruth:
     What a radar's process does not answer, because it has died or is slow, is announced as missing. Truths that wait when
     their epoch ends are not sent. Belongs to the event loop, but for `sent`.
 
-    pool: where engines are asked, one question at a time; `start` comes first.
+    pool: where sources are asked, one question at a time; `start` comes first.
     """
 
     def __init__(self, hub: Hub, pool: Executor) -> None:
@@ -46,7 +46,7 @@ class FeedTruth:
         """Asks for the truth at times (K,) [s] at which spokes were sent, from `index` of their scan on, if a client requests it.
         From any thread."""
         if self._hub.truth_codecs and self._loop:
-            every = max(1, epoch.engine.scene.radar.azimuths // TRUTHS_PER_SCAN)
+            every = max(1, epoch.info.radar.azimuths // TRUTHS_PER_SCAN)
             due = [float(time) for k, time in enumerate(times) if (index + k) % every == 0]
             if due:
                 self._loop.call_soon_threadsafe(self._put, epoch, due)
@@ -88,5 +88,5 @@ class FeedTruth:
 
 
 def _truth(epoch: Epoch, time: float, codecs: tuple[str, ...]) -> Messages:
-    state = epoch.engine.truth(time)
+    state = epoch.source.truth(time)
     return [(name, CODECS[name].truth(epoch.name, state)) for name in codecs]

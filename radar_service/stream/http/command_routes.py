@@ -59,9 +59,8 @@ def command_routes(stations: Mapping[str, Station]) -> APIRouter:
 
 
 def _state(station: Station, body: str | None) -> SteerableState:
-    engine = station.engine
-    limits = engine.scene.steerable.limits_of(body)
-    latest = engine.commands.latest(body)
+    limits = station.epoch.info.scene.steerable.limits_of(body)
+    latest = station.epoch.commands.latest(body)
     return SteerableState(
         body=body,
         max_speed_kn=limits.max_speed / KNOT,

@@ -100,7 +100,7 @@ def _check_sources(station: Station, view: View) -> None:
     if not station.allow_truth:
         raise _Refusal(FORBIDDEN, "labels and powers: this server does not send them; start it with --truth")
     try:
-        station.engine.sources.check(view.sources)
+        station.epoch.info.sources.check(view.sources)
     except ValueError as error:
         raise _Refusal(BAD_REQUEST, str(error)) from None
 

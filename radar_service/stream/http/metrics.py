@@ -12,9 +12,16 @@ from radar_service.stream.http.vitals import Vitals
 from radar_service.stream.ports.port_thread import PortThread
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.status import STATES, state
+from radar_service.stream.source import Spared
 
 CONTENT_TYPE = CONTENT_TYPE_LATEST
 Read = Callable[[Station], float | None]  # None: not known yet
+
+
+def _trees(station: Station) -> int:
+    source = station.epoch.source
+    return source.trees if isinstance(source, Spared) else 0
+
 
 COUNTERS: dict[str, tuple[str, Read]] = {
     "radar_azimuths": ("Spokes sent since the start", lambda s: s.transmitter.sent),
@@ -42,7 +49,7 @@ GAUGES: dict[str, tuple[str, Read]] = {
         "Messages that clients have not taken, all together", lambda s: sum(c.queued for c in list(s.hub.clients)),
     ),
     "radar_views": ("Different views that are encoded", lambda s: len(s.hub.views)),
-    "radar_trees": ("Trees for ray tests that its world process holds", lambda s: s.engine.trees),
+    "radar_trees": ("Trees for ray tests that its world process holds", _trees),
 }  # fmt: skip
 
 

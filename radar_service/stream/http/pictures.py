@@ -55,10 +55,10 @@ class Pictures:
             del self._kept[next(iter(self._kept))]
 
     def _work(self, revolution: Revolution, video: Controls, size: int, to: float | None) -> Callable[[Job], bytes]:
-        engine = revolution.engine
+        of = revolution.of
         arguments = (
-            revolution.rows, engine.scene.radar.azimuths, cell_layout(engine, None, to), video, engine.noise_power,
-            engine.scene.name, size, to, revolution.heading,
+            revolution.rows, of.radar.azimuths, cell_layout(of, None, to), video, of.noise_power,
+            of.scene.name, size, to, revolution.heading,
         )  # fmt: skip
 
         def work(job: Job) -> bytes:
@@ -73,4 +73,4 @@ def moment(station: Station, revolution: Revolution) -> tuple[str, int]:
     """Returns what a picture shows: these very spokes while the radar is paused, otherwise this revolution."""
     if station.settings.pace.state == "pause":
         return "spoke", revolution.next
-    return "scan", revolution.next // revolution.engine.scene.radar.azimuths
+    return "scan", revolution.next // revolution.of.radar.azimuths

@@ -111,11 +111,11 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
             with not_found("scene", choice.scene):
                 order = store.order(choice.scene)
         with without_folder(order):
-            epoch, engine = await station.swap(order, job)
-        notes = () if isinstance(choice.scene, str) else engine.scene.notes
+            epoch, known = await station.swap(order, job)
+        notes = () if isinstance(choice.scene, str) else known.scene.notes
         return schemas.SceneAnswer(
-            name=engine.scene.name, bodies=engine.scene.body_count, warnings=[*engine.scene.warnings, *notes], epoch=epoch,
-            plan=engine.plan.as_dict(),
+            name=known.scene.name, bodies=known.scene.body_count, warnings=[*known.scene.warnings, *notes], epoch=epoch,
+            plan=dict(known.plan),
         )  # fmt: skip
 
     @router.patch("/radars/{radar}/controls", responses={**UNKNOWN, **REFUSED, **UNREADABLE, **BUSY, **CONFLICT})
@@ -128,17 +128,17 @@ def _add_changing(router: APIRouter, stations: Mapping[str, Station], store: Sce
 
 
 def _radar_state(station: Station, knows: bool) -> schemas.RadarState:
-    engine = station.engine
-    to = cell_layout(engine, None, None)
+    known = station.epoch.info
+    to = cell_layout(known, None, None)
     return schemas.RadarState.model_validate(
-        messages.radar_fields(station.identity, station.name, engine.scene.radar, to)
+        messages.radar_fields(station.identity, station.name, known.scene.radar, to)
         | {
-            "scene": messages.scene_fields(engine.scene, knows),
-            "seed": engine.seed,
-            "fidelity": engine.fidelity.name,
-            "plan": told_plan(engine.plan.as_dict(), knows),
+            "scene": messages.scene_fields(known.scene, knows),
+            "seed": known.seed,
+            "fidelity": known.fidelity.name,
+            "plan": told_plan(known.plan, knows),
             "controls": station.controls(),
-            "control_definitions": control_definitions(engine.scene),
+            "control_definitions": control_definitions(known.scene),
             "state": state(station),
             "epoch": station.hub.epoch,
             "feed": CODECS["native"].path.format(radar=station.identity),

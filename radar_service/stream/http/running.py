@@ -20,11 +20,11 @@ from radar_service.stream.processes.stop_signals import STOP_SIGNALS
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import MakeSource, SpokeSource
+from radar_service.stream.source import MakeSource, OrderedSource
 
 
 def run(
-    options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[Sequence[SpokeSource]]], make: MakeSource,
+    options: argparse.Namespace, access: Access, worlds: Callable[[], Sequence[Sequence[OrderedSource]]], make: MakeSource,
     fork_server: ForkServer, ports: Sequence[Port], station_type: type[Station] = Station,
 ) -> int:  # fmt: skip
     """Serves the radars of all worlds until stopped; returns the exit status. Raises OSError where it cannot listen,
@@ -54,9 +54,10 @@ def run(
     return _run(server, stations, options)
 
 
-def _identity(radar: SpokeSource, number: int) -> str:
+def _identity(radar: OrderedSource, number: int) -> str:
     """Returns the id of a radar in addresses: its own, and for the only one of a scene without an id the scene's number."""
-    return str(number) if radar.scene.radar_ids == (FIRST_ID,) else radar.scene.radar_id
+    scene = radar.info.scene
+    return str(number) if scene.radar_ids == (FIRST_ID,) else scene.radar_id
 
 
 def _check_identities(identities: Sequence[str]) -> None:

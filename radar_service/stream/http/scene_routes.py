@@ -44,10 +44,11 @@ def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
         store.check_room(name)
         with without_folder(order):
             source = await first.prepare(order, job)
+        scene = source.info.scene
         first.preparations.keep(source)  # a radar is likely to run it next
-        store.add(name, order, source.scene)
-        warnings = [*source.scene.warnings, *source.scene.notes]
-        return schemas.SceneAnswer(name=name, bodies=source.scene.body_count, warnings=warnings, plan=source.plan.as_dict())
+        store.add(name, order, scene)
+        warnings = [*scene.warnings, *scene.notes]
+        return schemas.SceneAnswer(name=name, bodies=scene.body_count, warnings=warnings, plan=dict(source.info.plan))
 
     @router.delete("/scenes/{name}", status_code=204, responses={**UNKNOWN, **CONFLICT})
     @needs("command")

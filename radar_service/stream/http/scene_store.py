@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from radar_service.scene.error import SceneError
+from radar_service.scene.outline import SceneOutline
 from radar_service.stream.http.owned_folder import OwnedFolder
 from radar_service.stream.jobs import Busy
-from radar_service.stream.source import SceneOrder, SceneOutline
+from radar_service.stream.source import SceneOrder
 
 HOME = "radar-scenes-"  # how the names of the folders of uploads begin
 MAX_UPLOADS = 32

@@ -31,7 +31,7 @@ def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]
         if radiometric not in ("0", "1"):
             reason = f'radiometric: "{radiometric[:40]}" is not 0 or 1; leave it out for 0'
             return await refuse(socket, BAD_REQUEST, reason, refused)
-        if radiometric == "1" and station.engine.fidelity.engine == "documented":
+        if radiometric == "1" and station.epoch.info.fidelity.engine == "documented":
             reason = "radiometric: the fidelity documented has none; leave it out, or start the server with another one"
             return await refuse(socket, BAD_REQUEST, reason, refused)
         try:

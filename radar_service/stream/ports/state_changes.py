@@ -47,7 +47,7 @@ class StateWatch:
     def __init__(self, station: Station) -> None:
         self._station = station
         self._seen: dict[Kind, Mapping[str, Any]] = {}
-        self._engine, self._commands = station.engine, 0  # and how many of its commands were seen
+        self._epoch, self._commands = station.epoch, 0  # and how many of its commands were seen
 
     def changes(self) -> list[StateChange]:
         """Returns what has changed since the last look; at the first one all."""
@@ -64,11 +64,11 @@ class StateWatch:
         return [StateChange(station.identity, kind, values, station.transmitter.simulated) for kind, values in news.items()]
 
     def _now(self) -> dict[Kind, Mapping[str, Any]]:
-        station, engine = self._station, self._station.engine
+        station, known = self._station, self._station.epoch.info
         errors = station.errors.errors
         return {
             "status": self._status(),
-            "scene": {"epoch": station.hub.epoch, "name": engine.scene.name, "fidelity": engine.fidelity.name},
+            "scene": {"epoch": station.hub.epoch, "name": known.scene.name, "fidelity": known.fidelity.name},
             "controls": station.controls(),
             "errors": {} if errors is None else errors.as_tables(),
         }
@@ -81,14 +81,14 @@ class StateWatch:
 
     def _commanded(self) -> Mapping[str, Any]:
         """What was commanded since the last look."""
-        engine = self._station.engine
-        another_scene = engine.order != self._engine.order and not engine.order.goes_on
-        if another_scene or len(engine.commands) < self._commands:
+        epoch = self._station.epoch
+        another_scene = epoch.order != self._epoch.order and not epoch.goes_on
+        if another_scene or len(epoch.commands) < self._commands:
             self._commands = 0
-        count = len(engine.commands)
-        latest = engine.commands.latest_after(self._commands)
-        self._engine, self._commands = engine, count
-        own = engine.scene.steerable.own_ship
+        count = len(epoch.commands)
+        latest = epoch.commands.latest_after(self._commands)
+        self._epoch, self._commands = epoch, count
+        own = epoch.info.scene.steerable.own_ship
         ships = [command.as_dict() for command in latest if command.body in (None, own)]
         bodies = {command.body: command.as_dict() for command in latest if command.body not in (None, own)}
         return ({"own_ship": ships[-1]} if ships else {}) | ({"bodies": bodies} if bodies else {})

@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
-from radar_service.scene.commands import Command
+from radar_service.scene.commands import Command, CommandError
+from radar_service.spoke_source import Commanded
 from radar_service.stream.radio.prefetch import EngineWorker
 from radar_service.stream.radio.world_clock import WorldClock
 
@@ -152,7 +153,7 @@ class Steered(NamedTuple):
 
     def time_after(self, time: float) -> float:
         """Returns the time [s] of the first spoke that is not sent and comes after another time [s]."""
-        radar = self.worker.engine.scene.radar
+        radar = self.worker.engine.info.radar
         spoke = self.next_spoke
         if math.isfinite(time):
             spoke = max(spoke, radar.first_spoke(math.nextafter(time, math.inf)))
@@ -275,15 +276,17 @@ def ordered(
 
     body: as that one names it. Raises CommandError, and then nothing changes.
     """
-    steerable = radars[addressed].worker.engine.scene.steerable
+    if not isinstance(radars[addressed].worker.engine, Commanded):
+        raise CommandError("this radar replays a recording; nothing is steered")
+    steerable = radars[addressed].worker.engine.info.scene.steerable
     names = {addressed: body}
     for radar in radars:
-        limits = radars[radar].worker.engine.scene.steerable.limits
+        limits = radars[radar].worker.engine.info.scene.steerable.limits
         name = steerable.name_of(body)
         if radar is not addressed and (name in limits or body is not None):
             names[radar] = name
-    command = radars[addressed].worker.engine.commands.made(None, body, values, time)
+    command = radars[addressed].worker.commands.made(None, body, values, time)
     for radar, name in names.items():
         its = radars[radar].worker
-        its.command(command if radar is addressed else its.engine.scene.steerable.seen(command, name))
+        its.command(command if radar is addressed else its.engine.info.scene.steerable.seen(command, name))
     return command

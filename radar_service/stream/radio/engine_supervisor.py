@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
-from radar_service.stream.source import UNFOLLOWED, MakeSource, SceneOrder, SpokeSource
+from radar_service.stream.source import UNFOLLOWED, MakeSource, OrderedSource, SceneOrder, Spared
 from radar_service.stream.spokes import new_epoch_name
 
 RESTARTS = 3  # allowed within RESTART_WINDOW
@@ -43,7 +43,7 @@ class EngineSupervisor:
     """
 
     def __init__(
-        self, engine: SpokeSource, make_engine: MakeSource, limiter: RestartLimiter,
+        self, engine: OrderedSource, make_engine: MakeSource, limiter: RestartLimiter,
         lock: AbstractContextManager[Any] | None = None,
     ) -> None:  # fmt: skip
         """lock: guards the pending worker and the replacement of `worker`. It is reentrant; commands are carried out under it."""
@@ -67,7 +67,7 @@ class EngineSupervisor:
         return pending[1] if pending else None
 
     @property
-    def pending_engine(self) -> SpokeSource:
+    def pending_engine(self) -> OrderedSource:
         """The engine that runs next; where none is pending the one that runs."""
         pending = self._pending
         return pending[1].engine if pending else self.worker.engine
@@ -104,8 +104,8 @@ class EngineSupervisor:
         if dropped:
             dropped[1].stop()
 
-    def take_over(self, begin: Callable[[SpokeSource], None] = lambda engine: None) -> tuple[str, SpokeSource] | None:
-        """Makes the pending engine the running one; returns the name of its epoch and the engine, None where there is none.
+    def take_over(self, begin: Callable[[OrderedSource], None] = lambda engine: None) -> str | None:
+        """Makes the pending engine the running one; returns the name of its epoch, None where there is none.
 
         One that goes on with the scene follows the commands that came while it was prepared. begin: is called with the engine,
         with the lock held.
@@ -118,13 +118,13 @@ class EngineSupervisor:
             begin(worker.engine)
         old.stop()
         worker.tell()
-        return name, worker.engine
+        return name
 
     def _replace(self, worker: EngineWorker, follows: bool) -> EngineWorker:
         """Makes a worker the running one; returns the one before, whose commands it follows or not."""
         with self._lock:
             if follows:
-                worker.follow(self.worker.engine.commands)
+                worker.follow(self.worker.commands)
             old, self.worker = self.worker, worker
         return old
 
@@ -134,7 +134,7 @@ class EngineSupervisor:
         Returns the reason of the last failure; None where the limiter allows no more, another scene is pending or the
         radar stops. report: is called with the reason before each attempt.
         """
-        unused = self.worker.engine.spare()
+        unused = self._spare()
         self.worker.stop()
         self.restarting = True
         try:
@@ -154,21 +154,23 @@ class EngineSupervisor:
             if unused:
                 unused.close()
 
-    def _another(self, spare: SpokeSource | None, scan: int) -> EngineWorker:
+    def _spare(self) -> OrderedSource | None:
+        """The spare of the running engine, where it has one."""
+        engine = self.worker.engine
+        return engine.spare() if isinstance(engine, Spared) else None
+
+    def _another(self, spare: OrderedSource | None, scan: int) -> EngineWorker:
         """Returns a worker of the same scene: of the failed engine's spare where that delivers, otherwise of a new engine."""
-        failed = self.worker.engine
+        failed = self.worker
         if spare:
             with contextlib.suppress(EngineFault):
-                spare.replay(failed.commands)
-                return prepared(spare, scan, SPARE_TIMEOUT)
-        engine = self._remade(failed)
-        engine.replay(failed.commands)
-        return prepared(engine, scan)
+                return prepared(spare, scan, SPARE_TIMEOUT, failed.commands)
+        return prepared(self._remade(failed.engine), scan, commands=failed.commands)
 
-    def _remade(self, failed: SpokeSource) -> SpokeSource:
+    def _remade(self, failed: OrderedSource) -> OrderedSource:
         """Returns another engine of the same scene, with its plan. Raises EngineFault where its file has another radar now."""
-        engine = self._make_engine(replace(failed.order, plan=failed.plan.as_dict()), UNFOLLOWED)
-        if engine.scene.radar != failed.scene.radar:
+        engine = self._make_engine(replace(failed.order, plan=failed.info.plan), UNFOLLOWED)
+        if engine.info.radar != failed.info.radar:
             engine.close()
             raise EngineFault("the radar in the scene's file has changed; give the radar the scene again")
         return engine

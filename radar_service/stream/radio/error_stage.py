@@ -14,7 +14,7 @@ from radar_service.errors.history import ReadingsHistory
 from radar_service.records import OwnShipTruth, SpokeBlock
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.errors_model import MAX_LATENCY_S
-from radar_service.stream.source import SpokeSource, TruthLine
+from radar_service.spoke_source import SourceInfo, SpokeSource, TruthLine
 from radar_service.stream.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
 from radar_service.types import Singles
 
@@ -33,11 +33,11 @@ class ErrorStage:
     immutable and replaced whole, so it may be read without the lock.
     """
 
-    def __init__(self, engine: SpokeSource, sinks: Sequence[SpokeSink]) -> None:
+    def __init__(self, source: SpokeSource, sinks: Sequence[SpokeSink]) -> None:
         self._sinks = SinkGroup(sinks)
         self._lock = threading.Lock()
-        self._reports: dict[SpokeSource, _Reports] = {}  # the last one is of the engine that runs
-        self._running = self._reports_of(engine)
+        self._reports: dict[SpokeSource, _Reports] = {}  # the last one is of the source that runs
+        self._running = self._reports_of(source)
         self._number = 0  # of the next spoke in this epoch, as clients count
         self.errors = self._running.errors
 
@@ -50,11 +50,11 @@ class ErrorStage:
             self._running.set(self.errors)
 
     def open_epoch(self, radar: RadarInfo) -> None:
-        """Begins an epoch. Another engine begins with the errors of its scene, or goes on with the errors in force."""
+        """Begins an epoch. Another source begins with the errors of its scene, or goes on with the errors in force."""
         with self._lock:
-            is_new, self._number = radar.epoch.engine not in self._reports, 0
-            self._running = self._reports_of(radar.epoch.engine)
-            if is_new and radar.epoch.engine.order.goes_on:
+            is_new, self._number = radar.epoch.source not in self._reports, 0
+            self._running = self._reports_of(radar.epoch.source)
+            if is_new and radar.epoch.goes_on:
                 self._running.set(self.errors)
             self.errors = self._running.errors
         self._sinks.open_epoch(radar)
@@ -62,8 +62,8 @@ class ErrorStage:
     def send(self, batch: SpokeBatch) -> None:
         """Passes on what is sent when these spokes are due."""
         with self._lock:
-            if batch.epoch.engine not in self._reports:  # it continues the run of one that has failed
-                self._keep(batch.epoch.engine, self._running)
+            if batch.epoch.source not in self._reports:  # it continues the run of one that has failed
+                self._keep(batch.epoch.source, self._running)
             sent = self._running.sent(batch.block)
         for block in sent:
             same = block is batch.block and batch.first == self._number
@@ -81,19 +81,19 @@ class ErrorStage:
         """Passes on the notice."""
         self._sinks.close(reason)
 
-    def completed(self, engine: SpokeSource, line: TruthLine) -> str:
+    def completed(self, source: SpokeSource, line: TruthLine) -> str:
         """Returns a line of the truth of spokes that were sent, with what was reported and what happened to the spokes."""
         with self._lock:
-            reports = self._reports.get(engine)
+            reports = self._reports.get(source)
             return reports.completed(line) if reports else line.text
 
-    def _reports_of(self, engine: SpokeSource) -> "_Reports":
-        if engine not in self._reports:
-            self._keep(engine, _Reports(engine))
-        return self._reports[engine]
+    def _reports_of(self, source: SpokeSource) -> "_Reports":
+        if source not in self._reports:
+            self._keep(source, _Reports(source.info))
+        return self._reports[source]
 
-    def _keep(self, engine: SpokeSource, reports: "_Reports") -> None:
-        self._reports[engine] = reports
+    def _keep(self, source: SpokeSource, reports: "_Reports") -> None:
+        self._reports[source] = reports
         while len(self._reports) > MAX_RUNS:
             del self._reports[next(iter(self._reports))]
 
@@ -101,14 +101,15 @@ class ErrorStage:
 class _Reports:
     """What is reported in one run of a scene. `next` is the number of the first spoke not yet sent, from t = 0."""
 
-    def __init__(self, engine: SpokeSource) -> None:
-        self._radar, self._seed, self._radar_id = engine.scene.radar, engine.seed, engine.scene.radar_id
-        self._ship, self.has_sensors = engine.scene.steerable.own_ship, engine.scene.has_sensors
+    def __init__(self, of: SourceInfo) -> None:
+        scene = of.scene
+        self._radar, self._seed, self._radar_id = scene.radar, of.seed, scene.radar_id
+        self._ship, self.has_sensors = scene.steerable.own_ship, scene.has_sensors
         kept = math.ceil(MAX_LATENCY_S / self._radar.spoke_period) + SCANS_KEPT * self._radar.azimuths
         self._history = ReadingsHistory(min(kept, MAX_KEPT))
         self._next = 0
         self._reporter: ErrorReporter | None = None  # until there are errors
-        self.set(engine.scene.errors)
+        self.set(scene.errors)
 
     @property
     def errors(self) -> ErrorSettings | None:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from radar_service.display.scan_correlation import ScanMemory
 from radar_service.display.video import Controls, Layout
-from radar_service.stream.source import SpokeSource
-from radar_service.stream.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
+from radar_service.spoke_source import SourceInfo, SpokeSource
+from radar_service.stream.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink
 from radar_service.types import Singles
 
 Rows = tuple[NDArray[np.intp], Singles, Singles | None]
@@ -19,14 +19,15 @@ Rows = tuple[NDArray[np.intp], Singles, Singles | None]
 
 @dataclass(frozen=True)
 class Revolution:
-    """The last revolution of an engine.
+    """The last revolution of a source of spokes.
 
+    of: what is known of that source;
     rows: row numbers (K,), power (K, N) [W] and that of the scan before, as batches have it, oldest first;
     next: number of the spoke that comes next;
     heading: of own ship at the newest spoke [rad].
     """
 
-    engine: SpokeSource
+    of: SourceInfo
     rows: list[Rows]
     next: int
     heading: float
@@ -35,29 +36,29 @@ class Revolution:
 class LastScan:
     """A sink that keeps row numbers and power [W] of the newest revolution. `_lock` guards all of it together."""
 
-    def __init__(self, engine: SpokeSource) -> None:
+    def __init__(self, source: SpokeSource) -> None:
         self._lock = threading.Lock()
-        self._engine = engine
+        self._source, self._info = source, source.info
         self._rows: deque[Rows] = deque()
         self._next, self._heading = 0, 0.0
 
     def read(self) -> "Revolution":
         """Returns what is kept."""
         with self._lock:
-            return Revolution(self._engine, list(self._rows), self._next, self._heading)
+            return Revolution(self._info, list(self._rows), self._next, self._heading)
 
     def open_epoch(self, radar: RadarInfo) -> None:
-        """Drops the rows of another engine; another display range keeps them."""
+        """Drops the rows of another source; another display range keeps them."""
         with self._lock:
-            if radar.epoch.engine is not self._engine:
-                self._engine, self._next = radar.epoch.engine, 0
+            if radar.epoch.source is not self._source:
+                self._source, self._info, self._next = radar.epoch.source, radar.epoch.info, 0
                 self._rows.clear()
 
     def send(self, batch: SpokeBatch) -> None:
         """Keeps a copy of a batch, as a part of a block holds all of its memory; drops what is older than one revolution."""
-        block, azimuths = batch.block, batch.epoch.engine.scene.radar.azimuths
+        block, azimuths = batch.block, batch.epoch.info.radar.azimuths
         with self._lock:
-            self._engine = batch.epoch.engine
+            self._source, self._info = batch.epoch.source, batch.epoch.info
             self._next = block.first + len(block)
             self._heading = self._heading if np.isnan(block.heading[-1]) else float(block.heading[-1])
             earlier = None if batch.earlier is None else batch.earlier.copy()
@@ -76,7 +77,7 @@ class LastScan:
 class CorrelationStage:
     """A sink that passes spokes on, with the power of the scan before while `scan_correlation` is on.
 
-    Its memory begins when the control is switched on and ends with it, or with the engine.
+    Its memory begins when the control is switched on and ends with it, or with the source.
     """
 
     def __init__(self, sinks: Sequence[SpokeSink]) -> None:
@@ -90,7 +91,7 @@ class CorrelationStage:
     def send(self, batch: SpokeBatch) -> None:
         """Passes on spokes, and remembers them."""
         if batch.video.scan_correlation:
-            batch = replace(batch, earlier=self._memory_of(batch.epoch.engine).take(batch.block))
+            batch = replace(batch, earlier=self._memory_of(batch.epoch).take(batch.block))
         else:
             self._memory = None
         self._sinks.send(batch)
@@ -104,9 +105,9 @@ class CorrelationStage:
         self._memory = None
         self._sinks.close(reason)
 
-    def _memory_of(self, engine: SpokeSource) -> ScanMemory:
-        if self._memory is None or self._memory[0] is not engine:
-            self._memory = engine, ScanMemory(engine.scene.radar, engine.range, engine.range_step)
+    def _memory_of(self, epoch: Epoch) -> ScanMemory:
+        if self._memory is None or self._memory[0] is not epoch.source:
+            self._memory = epoch.source, ScanMemory(epoch.info.radar, epoch.info.range, epoch.info.range_step)
         return self._memory[1]
 
 

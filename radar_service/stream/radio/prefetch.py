@@ -3,13 +3,15 @@
 import math
 import threading
 from collections import deque
+from collections.abc import Iterable
 from time import monotonic
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command, CommandLog
+from radar_service.spoke_source import Commanded, TellsSources
 from radar_service.stream.processes.limits import return_free_memory
-from radar_service.stream.source import SpokeSource
+from radar_service.stream.source import OrderedSource
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: covers a slow block, and a new scene is not late
 BYTES_AHEAD = 32 * 2**20  # of wide spokes
@@ -33,11 +35,19 @@ class EngineWorker:
     """Runs one engine in a thread and queues its blocks, at most `azimuths` spokes or BYTES_AHEAD, and one block more.
 
     All methods may be called from any thread. `_changed` guards the queue, the fault and the request to stop.
+
+    commands: to its world so far.
     """
 
-    def __init__(self, engine: SpokeSource, azimuths: int = AZIMUTHS_AHEAD, first: int = 0) -> None:
-        """first: number of the first spoke that is queued."""
+    def __init__(
+        self, engine: OrderedSource, azimuths: int = AZIMUTHS_AHEAD, first: int = 0, commands: Iterable[Command] = ()
+    ) -> None:
+        """first: number of the first spoke that is queued; commands: that the engine follows from its start."""
         self.engine, self._first = engine, first
+        self.commands = CommandLog(engine.info.scene.steerable, commands)
+        self._told, self._telling = len(self.commands), threading.Lock()  # commands that the engine knows
+        if self.commands and isinstance(engine, Commanded):
+            engine.replay(self.commands)
         self._azimuths = azimuths
         self._blocks: deque[SpokeBlock] = deque()
         self._changed = threading.Condition()
@@ -90,25 +100,29 @@ class EngineWorker:
         return bool(self._blocks)
 
     def command(self, command: Command) -> None:
-        """Notes a command, as SpokeSource.command, and drops the spokes that it changes; `tell` comes next."""
+        """Notes a command that was made for its world, and drops the spokes that it changes; `tell` comes next."""
         with self._changed:
-            self.engine.command(command)
+            self.commands.add(command)
             self._steered = monotonic()
             self._blocks = deque(part for block in self._blocks if (part := self.known_part(block)))
             self._changed.notify_all()
 
     def follow(self, commands: CommandLog) -> None:
         """Notes the commands to another engine of the same scene that this one has not been given."""
-        for each in commands.since(len(self.engine.commands)):
-            self.command(each.after_change_of_rpm(self.engine.scene.radar))
+        for each in commands.since(len(self.commands)):
+            self.command(each.after_change_of_rpm(self.engine.info.radar))
 
     def tell(self) -> None:
-        """Tells the engine the commands that it does not know, as SpokeSource.tell."""
-        self.engine.tell()
+        """Tells the engine the commands that it does not know, which may take its time."""
+        with self._telling:
+            for command in self.commands.since(self._told):
+                assert isinstance(self.engine, Commanded)  # else no command was made
+                self.engine.take(command)
+                self._told += 1
 
     def known_part(self, block: SpokeBlock) -> SpokeBlock | None:
         """Returns the spokes of a block before the first command that it does not know; None where there are none."""
-        count = self.engine.commands.first_unknown(block.commands) - block.first
+        count = self.commands.first_unknown(block.commands) - block.first
         if count >= len(block):
             return block
         return block.part(0, int(count)) if count > 0 else None
@@ -120,7 +134,8 @@ class EngineWorker:
         """
         with self._changed:
             is_more = request | self.requested != self.requested
-            self.engine.request_sources(request, spoke if is_more else None)
+            if isinstance(self.engine, TellsSources):
+                self.engine.request_sources(request.labels, request.powers, spoke if is_more else None)
             self.requested, self._requests = request, self._requests + 1
             if is_more:
                 self._needed = self._requests
@@ -130,7 +145,7 @@ class EngineWorker:
 
     def _run(self) -> None:
         try:
-            size = block_spokes(self.engine.range.size)
+            size = block_spokes(self.engine.info.range.size)
             for block in self.engine.blocks(size=size):
                 if not self._queue_block(block):
                     return
@@ -175,11 +190,13 @@ def block_spokes(cells: int) -> int:
     return min(BLOCK, max(1, BLOCK_BYTES // (BYTES_PER_CELL * cells)))
 
 
-def prepared(engine: SpokeSource, scan: int = 0, timeout: float = PREPARE_TIMEOUT) -> EngineWorker:
-    """Returns a worker that has computed the first spokes of `scan`. Raises EngineFault after `timeout` [s]."""
+def prepared(
+    engine: OrderedSource, scan: int = 0, timeout: float = PREPARE_TIMEOUT, commands: Iterable[Command] = ()
+) -> EngineWorker:
+    """Returns a worker that has computed the first spokes of `scan`, as commanded. Raises EngineFault after `timeout` [s]."""
     engine.skip_to(scan)
-    radar = engine.scene.radar
-    worker = EngineWorker(engine, first=max(scan, radar.origin.scan) * radar.azimuths)
+    radar = engine.info.radar
+    worker = EngineWorker(engine, first=max(scan, radar.origin.scan) * radar.azimuths, commands=commands)
     worker.start()
     try:
         if worker.wait_until_ready(timeout):

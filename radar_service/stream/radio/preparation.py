@@ -7,9 +7,11 @@ from functools import partial
 
 from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import Command
+from radar_service.scene.outline import SceneOutline
+from radar_service.spoke_source import Continuing
 from radar_service.stream.jobs import Job, JobQueue
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
-from radar_service.stream.source import MakeSource, Progress, SceneOrder, SceneOutline, SpokeSource
+from radar_service.stream.source import MakeSource, OrderedSource, Progress, SceneOrder
 
 Check = Callable[[SceneOutline], None]
 Agree = Callable[[], tuple[Origin, Sequence[Command]]]
@@ -21,10 +23,10 @@ class Preparations:
 
     def __init__(self, jobs: JobQueue | None = None) -> None:
         self.jobs = jobs or JobQueue()
-        self._kept: SpokeSource | None = None
+        self._kept: OrderedSource | None = None
         self._timer: asyncio.TimerHandle | None = None
 
-    async def source(self, make: MakeSource, order: SceneOrder, job: str | None = None) -> SpokeSource:
+    async def source(self, make: MakeSource, order: SceneOrder, job: str | None = None) -> OrderedSource:
         """Returns a prepared scene. job: its name in the queue. Raises what JobQueue.run and `make` raise."""
         return await self.jobs.run("upload", lambda progress: make(order, progress), job)
 
@@ -56,7 +58,7 @@ class Preparations:
                 source.close()
             raise
 
-    def keep(self, source: SpokeSource) -> None:
+    def keep(self, source: OrderedSource) -> None:
         """Keeps a prepared scene for KEPT_SECONDS, in place of the one that was kept before."""
         self.drop()
         self._kept = source
@@ -73,7 +75,7 @@ class Preparations:
         self.drop()
         self.jobs.close()
 
-    def _taken(self, order: SceneOrder) -> SpokeSource | None:
+    def _taken(self, order: SceneOrder) -> OrderedSource | None:
         """Returns the scene that is kept, where it is this one; it is then no longer kept."""
         kept = self._kept
         if kept is None or kept.order != order:
@@ -88,25 +90,27 @@ class Preparations:
 
 
 def _worker(
-    kept: SpokeSource | None, make: Callable[[Progress], SpokeSource], check: Check, progress: Progress, agree: Agree | None
+    kept: OrderedSource | None, make: Callable[[Progress], OrderedSource], check: Check, progress: Progress, agree: Agree | None
 ) -> EngineWorker:  # fmt: skip
     """Returns a scene that has computed its first spokes: the one that was kept, or where that has died meanwhile another."""
     if kept:
         progress.ends_with(kept.close)
-        check(kept.scene)
+        check(kept.info.scene)
         with contextlib.suppress(EngineFault):
             return _first_spokes(kept, progress)
     source = make(progress)
     try:
-        check(source.scene)
+        check(source.info.scene)
+        commands: Sequence[Command] = ()
         if agree:
-            origin, commands = agree()
+            assert isinstance(source, Continuing)  # one that cannot go on is not made for an agreement
+            origin, earlier = agree()
             source.begin_at(origin)
-            source.replay(command.after_change_of_rpm(source.scene.radar) for command in commands)
+            commands = [command.after_change_of_rpm(source.info.radar) for command in earlier]
     except BaseException:
         source.close()
         raise
-    return _first_spokes(source, progress)
+    return _first_spokes(source, progress, commands)
 
 
 def _stop(workers: Mapping[str, EngineWorker]) -> None:
@@ -114,6 +118,6 @@ def _stop(workers: Mapping[str, EngineWorker]) -> None:
         worker.stop()
 
 
-def _first_spokes(source: SpokeSource, progress: Progress) -> EngineWorker:
+def _first_spokes(source: OrderedSource, progress: Progress, commands: Sequence[Command] = ()) -> EngineWorker:
     progress.stage("computing the first spokes")
-    return prepared(source)
+    return prepared(source, commands=commands)

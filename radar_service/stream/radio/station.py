@@ -12,6 +12,7 @@ from typing import Any
 
 from radar_service.cell_sources import SourceRequest
 from radar_service.records import Truth
+from radar_service.spoke_source import SourceInfo
 from radar_service.stream.controls import changed_order, changed_settings, changes_engine, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder
@@ -27,8 +28,8 @@ from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
 from radar_service.stream.settings import Settings
-from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
-from radar_service.stream.spokes import Epoch, RadarInfo, SpokeSink
+from radar_service.stream.source import MakeSource, OrderedSource, SceneOrder
+from radar_service.stream.spokes import Epoch, RadarInfo, SentNotices, SpokeSink
 
 NOTHING = SourceRequest()
 STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops
@@ -53,7 +54,7 @@ class Station:
     """
 
     def __init__(
-        self, identity: str, engine: SpokeSource, make_engine: MakeSource, *, name: str | None = None,
+        self, identity: str, engine: OrderedSource, make_engine: MakeSource, *, name: str | None = None,
         settings: Settings | None = None, allow_truth: bool = False, clock: Callable[[], float] = time.monotonic,
         restarts: int = RESTARTS, failed: Callable[[], None] = lambda: None, sinks: Sequence[SpokeSink] = (),
         world: StationWorld | None = None, wait_for: int = 0, recorded: SourceRequest = NOTHING,
@@ -71,7 +72,7 @@ class Station:
         self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
         self.errors = ErrorStage(engine, [CorrelationStage((self.feed, self.last_scan, *sinks))])
         self.truth_stream = TruthStream(engine, self._truths, self.errors.completed)
-        sinks = (self.errors, self.truth_stream)
+        sinks = (self.errors, SentNotices(self.truth_stream))
         self.transmitter = Transmitter(
             engine, settings or Settings(), sinks, clock, make_engine, restarts=restarts,
             command_worker=self.world.command_worker,
@@ -86,9 +87,9 @@ class Station:
         self._lead = LEAD  # s from an agreement of a handover to it
 
     @property
-    def engine(self) -> SpokeSource:
-        """The engine that runs."""
-        return self.transmitter.epoch.engine
+    def epoch(self) -> Epoch:
+        """The running one, with what is known of its source of spokes."""
+        return self.transmitter.epoch
 
     @property
     def settings(self) -> Settings:
@@ -138,23 +139,23 @@ class Station:
         self.hub.leave(client)
         log_event("client left", radar=self.identity, client=client.number, spokes=client.delivered, lost=client.lost)
 
-    async def swap(self, order: SceneOrder, job: str | None = None) -> tuple[str, SpokeSource]:
+    async def swap(self, order: SceneOrder, job: str | None = None) -> tuple[str, SourceInfo]:
         """Prepares another scene beside the running one and lets it take over, for all radars of this world; returns the epoch
-        and the engine of this one.
+        and what is known of the engine of this one.
 
         Of several requests the last one wins. job: name of the preparation. Raises what Preparations.workers raises, and the
         running scene goes on.
         """
         return await self._run(self.world.orders(order), job)
 
-    async def _run(self, orders: Mapping[str, SceneOrder], job: str | None = None) -> tuple[str, SpokeSource]:
+    async def _run(self, orders: Mapping[str, SceneOrder], job: str | None = None) -> tuple[str, SourceInfo]:
         """Prepares the orders of all radars of this world and lets them take over, as `swap`."""
         request = self.world.request()
         workers = await self.preparations.workers(self._make_engine, orders, job, self.world.check)
         epochs = self.world.switch_to(request, workers, stopping=self.stopping)
-        return epochs[self.identity], workers[self.identity].engine
+        return epochs[self.identity], workers[self.identity].engine.info
 
-    async def prepare(self, order: SceneOrder, job: str | None = None) -> SpokeSource:
+    async def prepare(self, order: SceneOrder, job: str | None = None) -> OrderedSource:
         """Returns a scene as this radar would run it. Raises what Preparations.source raises."""
         return await self.preparations.source(self._make_engine, order, job)
 
@@ -165,10 +166,10 @@ class Station:
         numbers of scans. Of several such changes the last one wins. Raises ControlError, and SceneError where such a scene is not
         valid.
         """
-        changed_settings(self.settings, self.engine.scene, requested)  # refuses before the scene changes
+        changed_settings(self.settings, self.epoch.info.scene, requested)  # refuses before the scene changes
         if changes_engine(requested):
             await self._go_on(requested)
-        self.transmitter.pacer.set(changed_settings(self.settings, self.engine.scene, requested))
+        self.transmitter.pacer.set(changed_settings(self.settings, self.epoch.info.scene, requested))
         pace = requested.get("pace", {})
         if pace.get("state") == "step":
             self.transmitter.pacer.step(pace["steps"])
@@ -213,11 +214,11 @@ class Station:
     async def truth(self, at: float | None = None) -> Truth:
         """Returns the state of everything at `at` [s of simulation], by default now. Raises EngineFault."""
         time = self.transmitter.simulated if at is None else at
-        return await asyncio.get_running_loop().run_in_executor(self._truths, self.engine.truth, time)
+        return await asyncio.get_running_loop().run_in_executor(self._truths, self.epoch.source.truth, time)
 
     def controls(self) -> dict[str, Any]:
         """Returns the state of all controls, as REST and the feed give it."""
-        return controls_state(self.settings, self.engine.scene, self.transmitter.engines.pending_engine.scene)
+        return controls_state(self.settings, self.epoch.info.scene, self.transmitter.engines.pending_engine.info.scene)
 
     def radar_info(self, epoch: Epoch) -> RadarInfo:
         """Returns the description of this radar in an epoch."""

@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from radar_service.scene.outline import SceneOutline
 from radar_service.stream.radio.command_worker import CommandWorker
 from radar_service.stream.radio.prefetch import EngineWorker
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.world_clock import WorldClock
-from radar_service.stream.source import SceneOrder, SceneOutline, other_radars
+from radar_service.stream.source import SceneOrder, other_radars
 from radar_service.stream.spokes import new_epoch_name
 
 

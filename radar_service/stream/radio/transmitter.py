@@ -14,7 +14,6 @@ When an order acts:
 import math
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 
 from radar_service.cell_sources import SourceRequest
@@ -30,7 +29,7 @@ from radar_service.stream.radio.pacing import batch_spokes
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Settings
-from radar_service.stream.source import MakeSource, SceneOrder, SpokeSource
+from radar_service.stream.source import MakeSource, OrderedSource, SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name
 from radar_service.types import Singles
 
@@ -51,7 +50,7 @@ class Transmitter:
     """
 
     def __init__(
-        self, engine: SpokeSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
+        self, engine: OrderedSource, settings: Settings, sinks: Sequence[SpokeSink], clock: Callable[[], float],
         make_engine: MakeSource, *, restarts: int = RESTARTS, command_worker: CommandWorker | None = None,
         on_restart: Report = lambda reason: None, on_failure: Report = lambda reason: None, held: bool = False,
         sources: Callable[[], SourceRequest] = SourceRequest, describe: Callable[[Epoch], RadarInfo] = RadarInfo.unnamed,
@@ -66,7 +65,7 @@ class Transmitter:
         self._world = self._command_worker.clock
         self.pacer = Pacer(settings, clock, self._world, held)
         self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock), self._world.changed)
-        self.epoch = Epoch(new_epoch_name(), engine, settings.range)
+        self.epoch = self._epoch(new_epoch_name(), settings.range)
         self.fault: str | None = None
         self.sent, self.simulated = 0, 0.0
         self.commands = CommandQueue(self._world.let_command)
@@ -129,11 +128,11 @@ class Transmitter:
         request: its number, for `hand_over`. Raises SceneChanged where another scene runs or is about to, and Overtaken.
         """
         with self._world.changed:  # while no engine takes over
-            running = self.engines.worker.engine
+            running = self.engines.worker
             if self.pacer.is_outdated or not self.engines.keep_scene_of(order):
                 raise SceneChanged
             idle = self.pacer.idle or self.fault is not None
-            origin = self.handover.agree(request, running.scene.radar, self._unsent, idle, lead * self.pacer.speed)
+            origin = self.handover.agree(request, running.engine.info.radar, self._unsent, idle, lead * self.pacer.speed)
             self.engines.drop_pending()  # of a request that this one has overtaken
             self.pacer.interrupt()
             return origin, tuple(running.commands)
@@ -171,7 +170,7 @@ class Transmitter:
                 continue
             self._send_block(block)
             sent_all = self._spokes_done == block.first + len(block)
-            ends_scan = sent_all and block.index + len(block) == self.epoch.engine.scene.radar.azimuths
+            ends_scan = sent_all and block.index + len(block) == self.epoch.info.radar.azimuths
             if self.engines.has_pending and ends_scan and self.handover.at is None:
                 self._take_over()
 
@@ -184,7 +183,7 @@ class Transmitter:
             if known is None or len(known) <= at:
                 return  # the rest comes again, as commanded
             block, orders = known, self.pacer.orders()
-            size = batch_spokes(orders.settings.pace.factor, self.epoch.engine.scene.radar.spoke_period)
+            size = batch_spokes(orders.settings.pace.factor, self.epoch.info.radar.spoke_period)
             part = block.part(at, at + orders.spokes(block.time[at:], min(size, len(block) - at)))
             if self._request_sources(part):
                 return
@@ -197,7 +196,7 @@ class Transmitter:
     def _request_sources(self, part: SpokeBlock) -> bool:
         """Has the engine tell what the sinks need of the sources; returns whether these spokes come again with it."""
         worker = self.engines.worker
-        request = worker.engine.sources.to_request(self._sources())
+        request = worker.engine.info.sources.to_request(self._sources())
         if request == worker.requested:
             return False
         return worker.request_sources(request, part.first)
@@ -207,7 +206,7 @@ class Transmitter:
         end = part.first + len(part)
         if self.engines.worker.known_part(part) is not part or not self.handover.claim(part.first, end):
             return False
-        self._unsent, self._newest = end, self.epoch.engine.scene.radar.time_of_spokes(float(end - 1))
+        self._unsent, self._newest = end, self.epoch.info.radar.time_of_spokes(float(end - 1))
         self._command_pace.give(len(part))
         self._world.let_command()
         return True
@@ -221,7 +220,7 @@ class Transmitter:
         self._spokes_done = part.first + len(part)
         self._last = self._spokes_done - 1, part.power[-1].copy()
         self.pacer.sent(float(part.time[-1]))
-        self.simulated = float(part.time[-1]) + self.epoch.engine.scene.radar.spoke_period
+        self.simulated = float(part.time[-1]) + self.epoch.info.radar.spoke_period
 
     def _before(self, part: SpokeBlock) -> Singles | None:
         """The power of the spoke before a part; None where it is the first one or follows a gap."""
@@ -236,7 +235,7 @@ class Transmitter:
         if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
             return self._take_over()
         if self.pacer.settings.range != self.epoch.range:
-            self._open(replace(self.epoch, name=new_epoch_name(), range=self.pacer.settings.range))
+            self._open(self._epoch(new_epoch_name(), self.pacer.settings.range))
         return False
 
     def _take_over(self) -> bool:
@@ -244,15 +243,14 @@ class Transmitter:
         taken = self.engines.take_over(self._begin)
         if taken is None:
             return False
-        name, engine = taken
-        self._open(Epoch(name, engine, self.pacer.settings.range))
+        self._open(self._epoch(taken, self.pacer.settings.range))
         self.fault = None
         self.commands.close(None)
         return True
 
-    def _begin(self, engine: SpokeSource) -> None:
+    def _begin(self, engine: OrderedSource) -> None:
         """Takes up the time and the spokes of an engine that has taken over. The clock's lock is held."""
-        radar, self._last = engine.scene.radar, None
+        radar, self._last = engine.info.radar, None
         self.pacer.begin(radar.origin.time)
         self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
         self.handover.end(self._spokes_done)
@@ -266,20 +264,25 @@ class Transmitter:
             self._command_pace.begin()
             self._world.let_command()
 
+    def _epoch(self, name: str, range_max: float | None) -> Epoch:
+        """An epoch of the running engine, with a display range [m]."""
+        worker = self.engines.worker
+        return Epoch(name, worker.engine, range_max, worker.commands, worker.engine.order)
+
     def _open(self, epoch: Epoch) -> None:
         self.epoch, self._number = epoch, 0
         self._sinks.open_epoch(self._describe(epoch))
 
     def _restart(self, reason: str) -> bool:
         """Continues with the next scan and another engine of the same scene; returns whether that has worked."""
-        azimuths = self.epoch.engine.scene.radar.azimuths
+        azimuths = self.epoch.info.radar.azimuths
         scan = self._spokes_done // azimuths + 1  # the present scan would make the next engine fail too
         self._go_on_from(scan * azimuths)
         cause = self.engines.restart(reason, scan, self._on_restart)
         if cause is None:
             return False
         missed = scan * azimuths - self._spokes_done if self.pacer.settings.transmit else 0
-        self.epoch = replace(self.epoch, engine=self.engines.worker.engine)
+        self.epoch = self._epoch(self.epoch.name, self.epoch.range)
         self.pacer.restart_schedule()
         if missed:
             self._sinks.skip(self.epoch.name, self._number, missed, f"the radar was started again after: {cause}")

@@ -6,31 +6,16 @@ import math
 from collections import deque
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Executor
-from typing import NamedTuple
 
+from radar_service.spoke_source import SpokeSource, TruthLine
 from radar_service.stream.fanout.client_queue import GOING_AWAY, TOO_SLOW
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.radio.prefetch import EngineFault
-from radar_service.stream.source import SpokeSource, TruthLine
-from radar_service.stream.spokes import RadarInfo, SpokeBatch
+from radar_service.stream.spokes import RadarInfo, Sent
 
 MAX_FOLLOWERS = 16
 MAX_BEHIND = 4096  # batches: a minute at 15 ms each
 MAX_KEPT = 4  # scans whose lines are kept, so that several followers ask for them once
-
-
-class Sent(NamedTuple):
-    """Spokes of a scan that were sent: times of the first and the last one [s]. ends: whether they end the scan.
-
-    commands: how many act until then.
-    """
-
-    engine: SpokeSource
-    scan: int
-    first: float
-    last: float
-    ends: bool
-    commands: int = 0
 
 
 class Follower:
@@ -66,16 +51,16 @@ class Follower:
 
 
 class TruthStream:
-    """A sink of spokes with followers. Belongs to the event loop, but for the methods of SpokeSink.
+    """Follows what is sent, for followers of its own. Belongs to the event loop, but for the methods of SentListener.
 
-    pool: where engines are asked; completed: adds to a line of an engine's truth what was reported; `start` comes first.
+    pool: where sources are asked; completed: adds to a line of a source's truth what was reported; `start` comes first.
     """
 
     def __init__(
-        self, engine: SpokeSource, pool: Executor,
-        completed: Callable[[SpokeSource, TruthLine], str] = lambda engine, line: line.text,
+        self, source: SpokeSource, pool: Executor,
+        completed: Callable[[SpokeSource, TruthLine], str] = lambda source, line: line.text,
     ) -> None:  # fmt: skip
-        self._engine, self._pool, self._completed = engine, pool, completed
+        self._source, self._pool, self._completed = source, pool, completed
         self._followers: set[Follower] = set()
         self._kept: dict[tuple[SpokeSource, int | None, int, bool], asyncio.Future[list[TruthLine]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -85,20 +70,13 @@ class TruthStream:
         self._loop = asyncio.get_running_loop()
 
     def open_epoch(self, radar: RadarInfo) -> None:
-        """Remembers the engine."""
-        self._engine = radar.epoch.engine
+        """Remembers the source."""
+        self._source = radar.epoch.source
 
-    def send(self, batch: SpokeBatch) -> None:
+    def sent(self, what: Sent) -> None:
         """Tells the followers what was sent."""
         if self._followers and self._loop:
-            engine, block = batch.epoch.engine, batch.block
-            ends = block.index + len(block) == engine.scene.radar.azimuths
-            commands = engine.commands.acting_at(block.first + len(block) - 1)
-            sent = Sent(engine, block.scan, float(block.time[0]), float(block.time[-1]), ends, commands)
-            self._loop.call_soon_threadsafe(self._put, sent)
-
-    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
-        """Ignores it: the truth of spokes that were not sent is not sent."""
+            self._loop.call_soon_threadsafe(self._put, what)
 
     def close(self, reason: str) -> None:
         """Ends all followers."""
@@ -127,22 +105,22 @@ class TruthStream:
         header, waiting = "", deque[TruthLine]()
         position: tuple[SpokeSource, int, int] | None = None
         before = 0.0
-        sent: Sent | None = Sent(self._engine, -1, 0.0, 0.0, False)
+        sent: Sent | None = Sent(self._source, -1, 0.0, 0.0, False)
         while sent is not None:
-            if (sent.engine, sent.scan, sent.commands) != position:
-                first = await self._asked(sent.engine, None)
+            if (sent.source, sent.scan, sent.commands) != position:
+                first = await self._asked(sent.source, None)
                 if first and first[0].text != header:
                     header = first[0].text
                     yield header
                 scan = []
                 if sent.scan >= 0:
-                    scan = await self._asked(sent.engine, sent.scan, sent.commands, follower.radiometric)
-                goes_on = position is not None and position[:2] == (sent.engine, sent.scan)
+                    scan = await self._asked(sent.source, sent.scan, sent.commands, follower.radiometric)
+                goes_on = position is not None and position[:2] == (sent.source, sent.scan)
                 since = before if goes_on else sent.first  # where commands have changed the rest of the scan
                 waiting = deque(line for line in scan if line.time >= since)
-                position = sent.engine, sent.scan, sent.commands
+                position = sent.source, sent.scan, sent.commands
             while waiting and (sent.ends or waiting[0].time <= sent.last):
-                yield self._completed(sent.engine, waiting.popleft())
+                yield self._completed(sent.source, waiting.popleft())
             before = math.nextafter(sent.last, math.inf)  # all lines until `last` are sent
             sent = await follower.next()
 
@@ -151,14 +129,14 @@ class TruthStream:
             follower.put(sent)
 
     async def _asked(
-        self, engine: SpokeSource, scan: int | None, commands: int = 0, radiometric: bool = False
+        self, source: SpokeSource, scan: int | None, commands: int = 0, radiometric: bool = False
     ) -> list[TruthLine]:
-        """The lines of a scan after so many commands, or the header; none where the engine fails, which another one
+        """The lines of a scan after so many commands, or the header; none where the source fails, which another one
         replaces."""
-        key = engine, scan, commands, radiometric
+        key = source, scan, commands, radiometric
         if key not in self._kept:
             loop = asyncio.get_running_loop()
-            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, engine.truth_lines, scan, radiometric))
+            self._kept[key] = asyncio.ensure_future(loop.run_in_executor(self._pool, source.truth_lines, scan, radiometric))
             while len(self._kept) > MAX_KEPT:
                 del self._kept[next(iter(self._kept))]
         with contextlib.suppress(EngineFault):

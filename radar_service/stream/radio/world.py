@@ -3,26 +3,22 @@
 import contextlib
 import threading
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import monotonic
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from radar_service.cell_sources import SourceList, SourceRequest
-from radar_service.fidelity import Fidelity
+from radar_service.cell_sources import PowersOf, SourceRequest
 from radar_service.processor_time import MachineBusyError, machine_busy
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock, Truth
-from radar_service.scene.commands import Command, CommandLog
+from radar_service.scene.commands import Command
+from radar_service.spoke_source import SourceInfo, TruthLine
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import Child, ForkServer
 from radar_service.stream.processes.limits import default_memory, processor_time_of
-from radar_service.stream.radio.description import Description, MakeEngine
 from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, BusyFault, EngineFault
 from radar_service.stream.radio.spare import RUN, NewSpare
-from radar_service.stream.source import Progress, SceneOrder, SceneOutline, TruthLine
+from radar_service.stream.source import MakeEngine, Progress, SceneOrder
 
 TRUTH_TIMEOUT = 10.0  # s
 SPARE_TIMEOUT = 5.0  # s that a process may take to make its spare; it takes milliseconds
@@ -30,38 +26,17 @@ NO_PROCESS = "scene: no process could be started for it"
 ENDED = "its process has ended: it crashed, was killed or ran out of memory"
 
 
-@dataclass(frozen=True)
-class PlainPlan:
-    """A plan that another process has made."""
-
-    data: dict[str, Any]
-
-    def as_dict(self) -> dict[str, Any]:
-        """The plan as plain data."""
-        return self.data
-
-
 class WorldSource:
-    """A source.SpokeSource: a scene in a process of its own, which `close` ends."""
+    """A source of spokes: a scene in a process of its own, which `close` ends."""
 
-    def __init__(self, child: Child, order: SceneOrder, description: Description) -> None:
+    def __init__(self, child: Child, order: SceneOrder, info: SourceInfo) -> None:
         """child: has sent its description, and tells its spare next. Raises EOFError and TimeoutError."""
-        self._child, self.order, self.trees = child, replace(order, plan=None), 0
-        self.scene: SceneOutline = description.scene
-        self.seed: int = description.seed
-        self.fidelity: Fidelity = description.fidelity
-        self.plan = PlainPlan(description.plan)
-        self.noise_power: float = description.noise_power
-        self.range: NDArray[np.float64] = description.range
-        self.range_step: float = description.range_step
-        self.sources: SourceList = description.sources
-        self._requests: list[tuple[SourceRequest, int | None]] = []  # that wait for the start
-        self._description, self._spare = description, _spare(child)
-        self._scan = 0
-        self._asking, self._changing = threading.Lock(), threading.Lock()
-        self._closed = self._is_answer_due = False
-        self.commands = CommandLog(self.scene.steerable)
-        self._telling, self._started, self._told = threading.Lock(), False, 0
+        self._child, self.order, self.info, self.trees = child, replace(order, plan=None), info, 0
+        self._spare, self._scan = _spare(child), 0
+        self._commands: tuple[Command, ...] = ()  # before the start
+        self._waiting: list[Command | tuple[SourceRequest, int | None]] = []  # for the start
+        self._asking, self._changing, self._telling = threading.Lock(), threading.Lock(), threading.Lock()
+        self._closed = self._is_answer_due = self._started = False
 
     @property
     def process(self) -> int:
@@ -81,68 +56,61 @@ class WorldSource:
             return None
         try:
             spare.control.send(RUN)
-            return WorldSource(spare, self.order, self._description)
+            return WorldSource(spare, self.order, self.info)
         except (OSError, EOFError):  # TimeoutError is an OSError
             spare.close()
             return None
 
     def begin_at(self, origin: Origin) -> None:
-        """Lets the scene go on from an origin, as SpokeSource.begin_at; its process is told with the start."""
-        self.order, self.scene = replace(self.order, origin=origin), self.scene.at_origin(origin)
-        self._description = replace(self._description, scene=self.scene)
-        self.commands = CommandLog(self.scene.steerable)
+        """As Continuing.begin_at; its process is told with the start."""
+        self.order, self.info = replace(self.order, origin=origin), self.info.at_origin(origin)
 
     def skip_to(self, scan: int) -> None:
         """Makes `scan` the first one. Comes before `blocks`."""
         self._scan = scan
 
     def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
-        """Yields blocks, as SpokeSource.blocks; once. Raises EngineFault where the process fails."""
+        """Yields blocks, as SpokeSource.blocks, without end; once. Raises EngineFault where the process fails."""
         try:
             with self._telling:
-                commands = tuple(self.commands)
-                self._child.data.send((self.scene.radar.origin, self._scan, size, commands))
-                self._started, self._told = True, len(commands)
-                for request in self._requests:
-                    self._child.data.send(request)
-            while not isinstance(message := self._child.data.receive(), str):
-                if isinstance(message, NewSpare):
-                    self._take_spare(message)
+                self._child.data.send((self.info.radar.origin, self._scan, size, self._commands))
+                self._started = True
+                for message in self._waiting:
+                    self._child.data.send(message)
+            while not isinstance(received := self._child.data.receive(), str):
+                if isinstance(received, NewSpare):
+                    self._take_spare(received)
                     continue
-                fields, self.trees = message
-                yield SpokeBlock(**fields | {"range": self.range})
+                fields, self.trees = received
+                yield SpokeBlock(**fields | {"range": self.info.range})
         except (OSError, EOFError):
             raise EngineFault(ENDED) from None
-        raise EngineFault(message)
+        raise EngineFault(received)
 
     def _take_spare(self, new: NewSpare) -> None:
         """Takes another spare. Without descriptors for it, it ends, and the process tells of one more. Raises EOFError."""
         with contextlib.suppress(OSError):
             self.replace_spare(Child(new.process, *self._child.data.receive_ends(2)))
 
-    def command(self, command: Command) -> None:
-        """Notes a command, as SpokeSource.command."""
-        self.commands.add(command)
+    def take(self, command: Command) -> None:
+        """Sends the process a command, as Commanded.take."""
+        self._tell(command)
 
-    def tell(self) -> None:
-        """Sends the process the commands that it does not know."""
-        with self._telling, contextlib.suppress(OSError):  # the process has ended: the next one gets all commands
-            for command in self.commands.since(self._told) if self._started else ():
-                self._child.data.send(command)
-                self._told += 1
-
-    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
-        """Sends a request to the process, as SpokeSource.request_sources."""
-        with self._telling:
-            if not self._started:
-                self._requests.append((request, spoke))
-                return
-            with contextlib.suppress(OSError):  # as above
-                self._child.data.send((request, spoke))
+    def request_sources(self, labels: bool = False, powers: PowersOf = (), spoke: int | None = None) -> None:
+        """Sends the process a request, as TellsSources.request_sources."""
+        self._tell((SourceRequest(labels, powers), spoke))
 
     def replay(self, commands: Iterable[Command]) -> None:
-        """Takes all commands of another source, as SpokeSource.replay."""
-        self.commands = CommandLog(self.scene.steerable, commands)
+        """As Commanded.replay; its process is told with the start."""
+        self._commands = tuple(commands)
+
+    def _tell(self, message: Command | tuple[SourceRequest, int | None]) -> None:
+        with self._telling:
+            if not self._started:
+                self._waiting.append(message)
+                return
+            with contextlib.suppress(OSError):  # the process has ended: the next one is told all
+                self._child.data.send(message)
 
     def truth(self, t: float) -> Truth:
         """Returns the state of everything at time t [s]. Raises EngineFault where the process fails."""

@@ -1,6 +1,6 @@
 """The process of one running scene: loads it, prepares it, computes its spokes, and ends with it.
 
-It sends on `control`: ("stage", text) while it prepares, then ("ready", Description) or ("refused", exception), then its
+It sends on `control`: ("stage", text) while it prepares, then ("ready", SourceInfo) or ("refused", exception), then its
 spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS that it receives. An
 order to run, as (origin, scan, size, commands), arrives on `data`, and further commands and requests after it; from then on
 it sends (fields of a block, number of trees) there, a NewSpare where its spare has died, and at last the text of a fault. The
@@ -9,11 +9,10 @@ socket holds it back while nobody reads.
 
 import contextlib
 import gc
-import json
 import math
 import os
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from time import monotonic
 from typing import Any, NoReturn
@@ -21,8 +20,7 @@ from typing import Any, NoReturn
 from radar_service.cell_sources import SourceRequest
 from radar_service.parallel import BLAS_LIMIT
 from radar_service.processor_time import MachineBusyError
-from radar_service.radar.parameters import START
-from radar_service.records import Crossing, Snapshot
+from radar_service.radar.parameters import START, Radar
 from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error import SceneError
@@ -30,11 +28,11 @@ from radar_service.scene.files.mesh_reader import IN_PROCESS
 from radar_service.scene.files.sandbox import Sandbox
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
+from radar_service.spoke_source import SourceInfo
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.limits import at_low_priority, limit_memory
-from radar_service.stream.radio.description import Description, MakeEngine, SceneEngine
 from radar_service.stream.radio.spare import Spares, TakeOver
-from radar_service.stream.source import SceneOrder, SceneOutline, TruthLine, other_radars
+from radar_service.stream.source import MakeEngine, SceneOrder, WorldEngine, other_radars
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 
@@ -53,22 +51,6 @@ def scene_of(order: SceneOrder) -> Scene:
     return scene if order.rpm is None else scene_at_rpm(scene, order.rpm, order.origin or START)
 
 
-def outline_of(scene: Scene) -> SceneOutline:
-    """Returns what the serving process keeps of a scene."""
-    return SceneOutline(
-        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
-        scene.radar_id, scene.radar_ids, scene.has_sensors,
-    )  # fmt: skip
-
-
-def describe(engine: SceneEngine, plan: Mapping[str, Any] | None = None) -> Description:
-    """Returns what the serving process needs of an engine. plan: as plain data, where it is known; otherwise it is made."""
-    return Description(
-        outline_of(engine.scene), engine.seed, engine.fidelity, dict(plan or engine.plan.as_dict()), engine.noise_power,
-        engine.range, engine.range_step, engine.sources,
-    )  # fmt: skip
-
-
 def run_world(
     control: Channel, data: Channel, order: SceneOrder, make_engine: MakeEngine, memory: int, in_background: bool
 ) -> None:
@@ -77,39 +59,39 @@ def run_world(
     memory: what it may use [bytes]; in_background: whether it prepares at a low priority.
     """
     limit_memory(memory)
-    engines: list[SceneEngine] = []
+    engines: list[WorldEngine] = []
     answering = threading.Lock()
     _answer_on(control, engines, answering)
     with contextlib.suppress(OSError, EOFError), BLAS_LIMIT.held():
         try:
             set_up = partial(_prepared, control, order, make_engine)
-            engine, description = at_low_priority(set_up) if in_background else set_up()
+            engine, info = at_low_priority(set_up) if in_background else set_up()
         except Exception as error:  # of any kind: the service must be notified
             control.send(("refused", _portable(error, memory)))
             return
         engines.append(engine)
-        control.send(("ready", description))
+        control.send(("ready", info))
         spares = Spares(control, data)
         while True:
             spares.first()
             if spares.is_spare:
                 _answer_on(spares.ends[0], engines, answering)
             try:
-                return _compute(spares, engine, answering)
+                return _compute(spares, engine, info.radar, answering)
             except TakeOver:
                 pass
 
 
-def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> tuple[SceneEngine, Description]:
+def _prepared(control: Channel, order: SceneOrder, make_engine: MakeEngine) -> tuple[WorldEngine, SourceInfo]:
     control.send(("stage", "reading the scene"))
     scene = scene_of(order)
     control.send(("stage", "preparing and planning"))
     engine = make_engine(scene)
     engine.set_errors(None)  # they may change until a spoke is sent, so the serving process adds them
-    description = describe(engine, order.plan)
+    info = engine.described(order.plan) if order.plan else engine.info
     gc.collect()
     gc.freeze()  # the scene is not searched again and again
-    return engine, description
+    return engine, info
 
 
 def _portable(error: Exception, memory: int) -> Exception:
@@ -123,17 +105,17 @@ def _portable(error: Exception, memory: int) -> Exception:
     return RuntimeError(f"{type(error).__name__}: {error}")
 
 
-def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> None:
+def _compute(spares: Spares, engine: WorldEngine, radar: Radar, answering: threading.Lock) -> None:
     """Sends blocks; the last message is the reason of the end. Raises TakeOver in a spare that is to run instead.
 
-    answering: held while a question is answered.
+    radar: as it was prepared; answering: held while a question is answered.
     """
     data = spares.ends[1]
     origin, scan, size, commands = data.receive()
     trees, counted = 0, -math.inf
     commanding = threading.Lock()
     try:
-        if origin != engine.scene.radar.origin:
+        if origin != radar.origin:
             engine.begin_at(origin)
         engine.skip_to(scan)
         engine.replay(commands)
@@ -142,7 +124,7 @@ def _compute(spares: Spares, engine: SceneEngine, answering: threading.Lock) -> 
             if monotonic() > counted + TREES_SECONDS:
                 trees, counted = engine.trees, monotonic()
             data.send((vars(block) | {"range": None}, trees))  # the service has the ranges from the description
-            if block.index + len(block) == engine.scene.radar.azimuths:  # threads that compute the scan have ended
+            if block.index + len(block) == radar.azimuths:  # threads that compute the scan have ended
                 _renew(spares, answering, commanding)
         data.send("the engine ended its stream of spokes")
     except (OSError, EOFError):
@@ -163,7 +145,7 @@ def _renew(spares: Spares, answering: threading.Lock, commanding: threading.Lock
             commanding.release()
 
 
-def _obey(data: Channel, engine: SceneEngine, commanding: threading.Lock) -> None:
+def _obey(data: Channel, engine: WorldEngine, commanding: threading.Lock) -> None:
     """Carries out the commands and requests that arrive. commanding: held meanwhile."""
     with contextlib.suppress(OSError, EOFError):  # the service is gone: the thread that computes finds out, too
         while True:
@@ -176,30 +158,18 @@ def _obey(data: Channel, engine: SceneEngine, commanding: threading.Lock) -> Non
                     engine.request_sources(request.labels, request.powers, spoke)
 
 
-def _answer_on(control: Channel, engines: Sequence[SceneEngine], answering: threading.Lock) -> None:
+def _answer_on(control: Channel, engines: Sequence[WorldEngine], answering: threading.Lock) -> None:
     threading.Thread(target=_answer, args=(control, engines, answering), name="truth", daemon=True).start()
 
 
-def truth_lines(engine: SceneEngine, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
-    """Returns the truth of a scan, as SpokeSource.truth_lines."""
-    if scan is None:
-        return [TruthLine(0.0, _line(engine.truth_header()))]
-    records: list[Crossing | Snapshot] = [*engine.crossings(scan, radiometric), engine.snapshot(scan)]
-    return [TruthLine(record.time, _line(record.as_dict())) for record in records]
-
-
-ANSWERS: dict[str, Callable[[SceneEngine, Any], Any]] = {
+ANSWERS: dict[str, Callable[[WorldEngine, Any], Any]] = {
     "truth": lambda engine, time: engine.truth(time),
-    "truth_lines": truth_lines,
-    "radiometric_lines": lambda engine, scan: truth_lines(engine, scan, radiometric=True),
+    "truth_lines": lambda engine, scan: engine.truth_lines(scan),
+    "radiometric_lines": lambda engine, scan: engine.truth_lines(scan, radiometric=True),
 }
 
 
-def _line(content: Mapping[str, Any]) -> str:
-    return json.dumps(content, allow_nan=False)
-
-
-def _answer(control: Channel, engines: Sequence[SceneEngine], answering: threading.Lock) -> NoReturn:
+def _answer(control: Channel, engines: Sequence[WorldEngine], answering: threading.Lock) -> NoReturn:
     """Answers questions; ends the process, also while it prepares, when the service is gone."""
     try:
         while True:

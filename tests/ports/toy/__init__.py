@@ -38,7 +38,7 @@ class ToySink:
         self._radar, self._port = radar, port
 
     def open_epoch(self, radar: RadarInfo) -> None:
-        self._port.say({"radar": self._radar, "opened": radar.epoch.engine.scene.name})
+        self._port.say({"radar": self._radar, "opened": radar.epoch.info.scene.name})
 
     def send(self, batch: SpokeBatch) -> None:
         self._port.say({"radar": self._radar, "first": batch.first, "count": len(batch)})

@@ -107,7 +107,7 @@ def test_the_hello_is_that_of_the_clients_view() -> None:
         "lossless",
     )
     assert hello["clocks"]["simulated_s"] == 2.5 and hello["truth"] is True
-    assert hub.spoke_period == EPOCH.engine.scene.radar.spoke_period
+    assert hub.spoke_period == EPOCH.info.scene.radar.spoke_period
 
 
 def test_each_call_of_another_thread_is_done_when_it_returns() -> None:
@@ -115,7 +115,7 @@ def test_each_call_of_another_thread_is_done_when_it_returns() -> None:
         feed = encoder(hub := Hub(lambda: 0.0))
         feed.start()
         await asyncio.to_thread(feed.open_epoch, RadarInfo.unnamed(EPOCH))
-        hub.join(client := ClientQueue(U8, truth=True))
+        hub.join(client := ClientQueue(U8))
 
         def calls() -> None:
             feed.send(batch(0, 4))

@@ -11,7 +11,7 @@ from radar_service.stream.access import Access
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.asgi import Server
-from tests.stream.fake import FakeEngine, FakePlan, factory, scene
+from tests.stream.fake import FakeEngine, factory, scene
 from tests.stream.http.playing import play
 
 READ, COMMAND = "r" * 16, "c" * 16
@@ -22,10 +22,10 @@ CHOICES: list[dict[str, Any]] = [{"what": "range", "modelled": True, "how": "exa
                                  {"what": "body secret", "modelled": True, "how": "declared"}]  # fmt: skip
 
 
-class TellingPlan(FakePlan):
-    def as_dict(self) -> dict[str, Any]:
-        return {"choices": CHOICES, "caveats": ["the mean power of body secret errs"], "counts": {"moving_echoes": 1},
-                "fidelity": "fast", "settings": {}}  # fmt: skip
+PLAN = {
+    "choices": CHOICES, "caveats": ["the mean power of body secret errs"], "counts": {"moving_echoes": 1}, "fidelity": "fast",
+    "settings": {},
+}  # fmt: skip
 
 
 def station(truth: bool) -> Station:
@@ -35,7 +35,7 @@ def station(truth: bool) -> Station:
         scene(), world=other.world, platform=other.platform, errors=other.errors, warnings=("body[0]: secret is odd",)
     )
     engine = FakeEngine(told)
-    engine.plan = TellingPlan()
+    engine.plan = PLAN
     return Station("0", engine, factory(), settings=Settings(pace=Pace("pause")), allow_truth=truth)
 
 

@@ -94,7 +94,7 @@ def test_of_two_commanders_the_last_one_holds() -> None:
     async def test(server: Server) -> None:
         answers = await asyncio.gather(*(server.http.patch(BUOY, json={"speed_kn": speed}) for speed in (3, 4)))
         assert [answer.status_code for answer in answers] == [200, 200]
-        log = list(only.engine.commands)
+        log = list(only.epoch.source.commands)
         assert sorted(command.speed_kn or 0.0 for command in log) == [3.0, 4.0]
         assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == log[-1].speed_kn
 
@@ -127,11 +127,11 @@ def test_a_steered_radar_goes_on_as_commanded_at_another_rate() -> None:
     async def test(server: Server) -> None:
         assert (await server.http.patch(BUOY, json={"speed_kn": 5})).status_code == 200
         assert (await server.http.patch("/api/radars/0/controls", json={"rpm": 40})).status_code == 200
-        while only.engine.scene.radar.rotation_period != 1.5:
+        while only.epoch.info.scene.radar.rotation_period != 1.5:
             await asyncio.sleep(0)
         assert (await server.http.get(BUOY)).json()["latest"]["speed_kn"] == 5.0
         again = (await server.http.patch(BUOY, json={"speed_kn": 6})).json()
-        assert [command.speed_kn for command in only.engine.commands] == [5.0, 6.0] and again["time"] == 0.0
+        assert [command.speed_kn for command in only.epoch.source.commands] == [5.0, 6.0] and again["time"] == 0.0
 
     play(test, only := station())
 
@@ -163,7 +163,7 @@ def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
             await asyncio.sleep(0)
         assert (await server.http.patch(BUOY, json={"speed_kn": 3})).json()["spoke"] == 9
         await only.swap(SceneOrder(steerable_scene("next")))
-        while only.engine.scene.name != "next":
+        while only.epoch.info.scene.name != "next":
             await asyncio.sleep(0)
         assert (await server.http.get(BUOY)).json()["latest"] is None
         again = (await server.http.patch(BUOY, json={"speed_kn": 4})).json()
@@ -182,10 +182,10 @@ def test_a_command_that_nobody_waits_for_any_more_does_not_act(monkeypatch: pyte
         late = await server.http.patch(BUOY, json={"speed_kn": 3})
         assert late.status_code == 503 and "takes no command meanwhile" in late.json()["detail"][0]
         await only.swap(SceneOrder(steerable_scene("next")))
-        while only.engine.scene.name != "next":
+        while only.epoch.info.scene.name != "next":
             await asyncio.sleep(0)
         monkeypatch.setattr("radar_service.stream.radio.command_worker.COMMAND_TIMEOUT", 10.0)
         assert (await server.http.patch(BUOY, json={"speed_kn": 4})).status_code == 200
-        assert [command.speed_kn for command in only.engine.commands] == [4.0]
+        assert [command.speed_kn for command in only.epoch.source.commands] == [4.0]
 
     play(test, only := station())

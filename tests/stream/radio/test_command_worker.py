@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.scene.commands import Command, CommandError, NotSteerableError
+from radar_service.scene.commands import Command, CommandError, CommandLog, NotSteerableError
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
 from radar_service.simulator_options import SimulatorOptions
+from radar_service.spoke_source import SpokeSource
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio import command_worker
 from radar_service.stream.radio.command_worker import (
@@ -35,7 +36,7 @@ from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.world import WorldMaker
 from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import UNFOLLOWED, SceneOrder, SpokeSource
+from radar_service.stream.source import UNFOLLOWED, SceneOrder
 from tests.stream.fake import AZIMUTHS, RADAR, FakeEngine, factory
 from tests.stream.radio.recording import SOON, RecordingSink
 
@@ -89,6 +90,9 @@ class Radars:
         pacer = next(iter(self.transmitters.values())).pacer
         pacer.set(Settings(pace=FLAT_OUT))
 
+    def commands(self, radar: str) -> CommandLog:
+        return self.transmitters[radar].engines.worker.commands
+
     def engine(self, radar: str) -> SpokeSource:
         return self.transmitters[radar].engines.worker.engine
 
@@ -115,7 +119,7 @@ def test_one_command_acts_on_all_radars_at_one_time() -> None:
         radars.stepped("bow", 7)
         command = radars.put("bow", "buoy", speed_kn=5)
         newest = max(float(sink.batches[-1].block.time[-1]) for sink in radars.sinks.values())
-        others = [list(radars.engine(name).commands) for name in ("bow", "pier")]
+        others = [list(radars.commands(name)) for name in ("bow", "pier")]
         assert command.time > newest and others[0] == [command] and others[1][0].time == command.time
         for name, (its,) in zip(("bow", "pier"), others, strict=True):
             radar = radars.engine(name).scene.radar
@@ -198,15 +202,15 @@ def test_a_flood_of_commands_stops_no_radar() -> None:
 def test_own_ship_that_is_a_body_is_that_body_to_other_radars() -> None:
     with on_air(fakes("bow", "pier", own_ship={"body": "buoy"})) as radars:
         assert radars.put("bow", None, course_deg=30).body is None
-        (its,) = radars.engine("pier").commands
+        (its,) = radars.commands("pier")
         assert (its.body, its.course_deg) == ("buoy", 30.0)
-        assert radars.engine("bow").commands.latest("buoy") is radars.engine("bow").commands.latest(None)
+        assert radars.commands("bow").latest("buoy") is radars.commands("bow").latest(None)
 
 
 def test_radars_elsewhere_do_not_know_own_ship() -> None:
     with on_air(fakes("bow", "slow", "pier")) as radars:
         assert radars.put("bow", None, course_deg=30).course_deg == 30.0
-        assert [len(radars.engine(name).commands) for name in ("bow", "slow", "pier")] == [1, 1, 0]
+        assert [len(radars.commands(name)) for name in ("bow", "slow", "pier")] == [1, 1, 0]
         with pytest.raises(NotSteerableError, match="own ship is not steerable"):
             radars.put("pier", None, course_deg=40)
 
@@ -217,7 +221,7 @@ def test_a_refused_command_changes_no_radar() -> None:
         for body, values in (("buoy", {"speed_kn": 21}), ("rock", {"speed_kn": 1}), ("nobody", {"speed_kn": 1})):
             with pytest.raises(CommandError):
                 radars.put("pier", body, **values)
-        assert [len(radars.engine(name).commands) for name in ("bow", "pier")] == [0, 0]
+        assert [len(radars.commands(name)) for name in ("bow", "pier")] == [0, 0]
         assert radars.put("pier", "buoy", speed_kn=20).time > 0.0
 
 
@@ -243,8 +247,8 @@ def test_radars_that_are_about_to_begin_another_scene_are_steered_in_that() -> N
             radars.transmitters[name].switch_to(worker)
         radars.sinks["pier"].wait_for(lambda: len(radars.sinks["pier"].epochs) == 2)
         command = radars.put("pier", "buoy", speed_kn=5)
-        assert list(workers["bow"].engine.commands)[0].time == command.time
-        assert not len(radars.transmitters["bow"].epoch.engine.commands)
+        assert list(workers["bow"].commands)[0].time == command.time
+        assert not len(radars.transmitters["bow"].epoch.source.commands)
         sink.open.set()
         sink.wait_for(lambda: len(sink.epochs) == 2 and sink.batches[-1].block.commands == 1)
 
@@ -294,7 +298,7 @@ def test_each_radar_replays_to_the_same_bytes_and_their_truths_agree(fork_server
         radars.stepped("bow", 80)
         times = np.linspace(0.0, radars.transmitters["pier"].simulated, 50)
         truths = [[radars.engine(name).truth(float(t)) for t in times] for name in ("bow", "pier")]
-        sent = {name: list(radars.engine(name).commands) for name in sources}
+        sent = {name: list(radars.commands(name)) for name in sources}
         assert radars.transmitters["pier"].engines.restarts == 1
     assert [command.time for command in sent["bow"]] == [command.time for command in sent["pier"]]
     for bow, pier in zip(*truths, strict=True):

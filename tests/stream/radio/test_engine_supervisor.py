@@ -88,10 +88,9 @@ def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
     engines = supervisor()
     replaced, last = (prepared(FakeEngine(scene(name))) for name in ("first", "last"))
     names = [engines.switch_to(worker) for worker in (replaced, last)]
-    assert engines.has_pending and engines.pending_engine.scene.name == "last" and names[0] != names[1]
+    assert engines.has_pending and engines.pending_engine.info.scene.name == "last" and names[0] != names[1]
     assert engines.restart("it broke", 1, pytest.fail) is None  # the next scene replaces the failed engine
-    name, engine = engines.take_over()
-    assert name == names[1] and engine is last.engine is engines.worker.engine and not engines.has_pending
+    assert engines.take_over() == names[1] and last is engines.worker and not engines.has_pending
     deadline = time.monotonic() + SOON
     while replaced.is_alive:
         assert time.monotonic() < deadline
@@ -111,7 +110,7 @@ def test_an_engine_that_goes_on_follows_the_commands_that_came_while_it_was_prep
         commanded(engines.worker, 31, "buoy", {"speed_kn": 6})
         assert engines.pending is not None and engines.pending.engine is next_engine
         taken = engines.take_over(began.append)
-        assert taken is not None and taken[1] is engines.worker.engine is next_engine
+        assert taken is not None and engines.worker.engine is next_engine
         assert len(next_engine.commands) == count
     engines.stop(SOON)
     assert len(began) == 2 and engines.pending is None
@@ -143,10 +142,11 @@ def test_a_command_that_comes_during_a_restart_is_known_to_the_next_engine() -> 
         commanded(failed, 30, "buoy", {"speed_kn": 6})
         return made
 
-    failed, made = FakeEngine(of), FakeEngine(of)
+    made = FakeEngine(of)
     whole = made.replay
     made.replay = lambda commands: (whole(list(commands)), commanded(failed, 33, "buoy", {"speed_kn": 7}))[0]  # type: ignore[method-assign]
-    engines = EngineSupervisor(failed, make, RestartLimiter(3, lambda: 0.0))
+    engines = EngineSupervisor(FakeEngine(of), make, RestartLimiter(3, lambda: 0.0))
+    failed = engines.worker
     commanded(failed, 7, "buoy", {"speed_kn": 5})
     engines.restart("it broke", 1, lambda _: None)
     engines.stop(SOON)

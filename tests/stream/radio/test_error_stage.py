@@ -10,10 +10,10 @@ import pytest
 import radar_service as rs
 from radar_service.display.video import Controls
 from radar_service.radar.parameters import Origin
-from radar_service.recording.simulated_source import SimulatedSource
 from radar_service.scene.error import SceneError
+from radar_service.spoke_source import TruthLine
 from radar_service.stream.radio.error_stage import MAX_RUNS, ErrorStage
-from radar_service.stream.source import SceneOrder, TruthLine
+from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 from radar_service.types import Singles
 from tests.errors.runs import AZIMUTHS as SIMULATED
@@ -152,7 +152,7 @@ def test_an_engine_that_replaces_a_failed_one_goes_on_with_the_errors() -> None:
 def test_the_feed_of_the_service_is_that_of_the_simulator() -> None:
     """Spokes, own ship with latency, and every line of the truth, also after changes while the radar runs."""
     served, alone = simulator(), simulator()
-    stage = ErrorStage(served, [sink := RecordingSink()])  # type: ignore[arg-type]  # as far as the stage needs a source
+    stage = ErrorStage(served, [sink := RecordingSink()])
     epoch = Epoch("one", served, None)  # type: ignore[arg-type]
     stage.open_epoch(RadarInfo.unnamed(epoch))
     expected, blocks = [], iter(served.blocks(4, size=16))
@@ -185,17 +185,17 @@ def test_lines_of_other_engines_and_headers_stay() -> None:
 def test_an_engine_that_goes_on_at_another_rate_keeps_the_errors_in_force() -> None:
     """With the bytes that a simulator has in this process; what is in the scene's file is no longer in force."""
     served, alone = simulator(), simulator()
-    stage = ErrorStage(served, [sink := RecordingSink()])  # type: ignore[arg-type]  # as far as the stage needs a source
-    stage.open_epoch(RadarInfo.unnamed(Epoch("one", served, None)))  # type: ignore[arg-type]
+    stage = ErrorStage(served, [sink := RecordingSink()])
+    stage.open_epoch(RadarInfo.unnamed(Epoch("one", served, None)))
     for each in (stage, alone):
         each.set_errors(None)
         each.set_errors({"gyro": {"bias_deg": 7}, "feed": {"drop_rate": 0.3}})
     served.scan()
     alone.scan()
     order = SceneOrder(SCENE, rpm=30, origin=Origin())
-    epoch = Epoch("two", SimulatedSource(served.at_rpm(30), order), None)
+    epoch = Epoch("two", served.at_rpm(30), None, order=order)
     stage.open_epoch(RadarInfo.unnamed(epoch))
-    for block in epoch.engine.blocks():
+    for block in epoch.source.blocks():
         if block.scan > 2:
             break
         stage.send(SpokeBatch(epoch, 0, block, Controls()))

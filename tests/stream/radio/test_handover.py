@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from radar_service.radar.parameters import Origin
-from radar_service.recording.simulated_source import SimulatedSource
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.scene.error import SceneError
@@ -17,10 +16,10 @@ from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.stream.radio.handover import Handover, Overtaken
 from radar_service.stream.radio.station import Station
-from radar_service.stream.radio.world_process import scene_of
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import Progress, SceneOrder
 from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
+from tests.stream.in_process import InProcess
 from tests.stream.radio.recording import RecordingSink
 
 PERIOD = 2.5  # s of a scan
@@ -96,7 +95,7 @@ def test_time_and_scans_go_on_twice() -> None:
             await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is sink.epochs[-1])
 
     sink = play(test, FAST)
-    assert [60 / epoch.engine.scene.radar.rotation_period for epoch in sink.epochs] == pytest.approx([24, 48, 12])
+    assert [60 / epoch.info.scene.radar.rotation_period for epoch in sink.epochs] == pytest.approx([24, 48, 12])
     goes_on(sink, 1, PERIOD)
     goes_on(sink, 2, PERIOD / 2)
 
@@ -183,7 +182,7 @@ def test_an_engine_whose_first_spokes_are_late_is_not_waited_for_but_prepared_an
     sink = play(test, FAST, late)
     goes_on(sink, 1, PERIOD)
     *missed, last = late.made
-    assert missed and all(engine.closed for engine in missed) and sink.epochs[1].engine is last
+    assert missed and all(engine.closed for engine in missed) and sink.epochs[1].source is last
 
 
 def test_a_change_back_before_the_first_is_prepared_leaves_the_radar_as_it_is() -> None:
@@ -218,13 +217,13 @@ def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool) -> No
             station.world.switch_to(request, workers, stopping=False)
         else:
             await station.swap(SceneOrder(other))
-        await asyncio.to_thread(sink.wait_for, lambda: sink.epochs[-1].engine.scene.name == "other")
+        await asyncio.to_thread(sink.wait_for, lambda: sink.epochs[-1].info.scene.name == "other")
         slow.ready.set()
         await change
         if swap_first:
             await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 3)
 
-    last = play(test, FAST, make).epochs[-1].engine.scene
+    last = play(test, FAST, make).epochs[-1].info.scene
     assert (last.name, 60 / last.radar.rotation_period) == ("other", pytest.approx(48 if swap_first else 24))
 
 
@@ -244,7 +243,7 @@ def test_where_the_running_engine_fails_the_prepared_one_takes_over_at_once() ->
         await station.stop()
 
     asyncio.run(asyncio.wait_for(body(), 30))
-    assert sink.epochs[1].engine.order.rpm == 48 and "close" not in sink.names()
+    assert sink.epochs[1].order.rpm == 48 and "close" not in sink.names()
 
 
 def test_a_change_that_fails_lets_the_radar_go_on() -> None:
@@ -265,12 +264,12 @@ def test_of_two_changes_at_once_the_last_one_wins() -> None:
     async def test(station: Station, sink: RecordingSink) -> None:
         await asyncio.gather(station.change({"rpm": 48.0}), station.change({"rpm": 12.0}))
         await asyncio.to_thread(
-            sink.wait_for, lambda: sink.epochs[-1].engine.order.rpm == 12.0 and sink.batches[-1].epoch is sink.epochs[-1]
+            sink.wait_for, lambda: sink.epochs[-1].order.rpm == 12.0 and sink.batches[-1].epoch is sink.epochs[-1]
         )
 
     sink = play(test, FAST)
     for epoch in range(1, len(sink.epochs)):
-        goes_on(sink, epoch, sink.epochs[epoch - 1].engine.scene.radar.rotation_period)
+        goes_on(sink, epoch, sink.epochs[epoch - 1].info.radar.rotation_period)
 
 
 def test_no_agreement_ends_before_its_engine_has_taken_over(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -305,20 +304,18 @@ def test_commands_that_come_while_an_engine_is_prepared_act_as_in_process() -> N
     ready, asked, agreed = threading.Event(), threading.Event(), threading.Event()
     sink, commands = RecordingSink(), list[Command]()
 
-    class Slow(SimulatedSource):
-        def blocks(self, *, size: int = 16) -> Iterator[SpokeBlock]:
+    class Slow(InProcess):
+        def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
             agreed.set()
             assert ready.wait(10)
-            return super().blocks(size=size)
+            return super().blocks(scans, size)
 
-    def make(order: SceneOrder, progress: Progress) -> SimulatedSource:
+    def make(order: SceneOrder, progress: Progress) -> InProcess:
         asked.set()
-        return Slow(Simulator(scene_of(order), "fast"), order)
+        return Slow(order, "fast")
 
     async def body() -> None:
-        order = SceneOrder(STEERED)
-        engine = SimulatedSource(Simulator(scene_of(order), "fast"), order)
-        station = Station("0", engine, make, settings=PAUSED, sinks=[sink])
+        station = Station("0", InProcess(SceneOrder(STEERED), "fast"), make, settings=PAUSED, sinks=[sink])
         await station.start()
         commands.append(await station.commands.command("buoy", lambda time: {"speed_kn": 20, "course_deg": 70}))
         station.transmitter.pacer.step(128)

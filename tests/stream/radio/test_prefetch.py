@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.cell_sources import PowersOf, SourceRequest
 from radar_service.radar.parameters import Origin
 from radar_service.records import SpokeBlock
 from radar_service.scene.commands import CommandError
@@ -135,8 +135,8 @@ class Overtaken(FakeEngine):
         yield under_way
         yield self.block(5, 5)
 
-    def request_sources(self, request: SourceRequest, spoke: int | None) -> None:
-        super().request_sources(request, spoke)
+    def request_sources(self, labels: bool = False, powers: PowersOf = (), spoke: int | None = None) -> None:
+        super().request_sources(labels, powers, spoke)
         with self._made:
             self._made.notify_all()
 
@@ -245,11 +245,11 @@ def test_a_worker_follows_the_commands_to_another_engine() -> None:
     old, new = EngineWorker(FakeEngine(of)), EngineWorker(FakeEngine(scene_at_rpm(of, 48, Origin(2.5, 1))))
     for spoke in (7, 24, 30):
         commanded(old, spoke, "buoy", {"speed_kn": 5})
-    new.engine.replay(list(old.engine.commands)[:1])
-    new.follow(old.engine.commands)
-    new.follow(old.engine.commands)
-    assert [command.spoke for command in new.engine.commands] == [7, 24, 36]
-    assert [command.time for command in new.engine.commands] == [command.time for command in old.engine.commands]
+    new.command(list(old.commands)[0])
+    new.follow(old.commands)
+    new.follow(old.commands)
+    assert [command.spoke for command in new.commands] == [7, 24, 36]
+    assert [command.time for command in new.commands] == [command.time for command in old.commands]
 
 
 def test_spokes_before_the_first_one_are_not_queued() -> None:

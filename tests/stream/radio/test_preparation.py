@@ -7,12 +7,13 @@ import pytest
 
 from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import Command
+from radar_service.scene.outline import SceneOutline
 from radar_service.stream.jobs import Cancelled
 from radar_service.stream.radio import preparation
 from radar_service.stream.radio.handover import SceneChanged
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.preparation import Preparations
-from radar_service.stream.source import Progress, SceneOrder, SceneOutline
+from radar_service.stream.source import Progress, SceneOrder
 from tests.stream.fake import FakeEngine, factory, scene, steerable_scene
 
 FIRST, SECOND = SceneOrder({"name": "first"}), SceneOrder({"name": "second"})
@@ -149,7 +150,7 @@ def test_the_first_spokes_follow_the_origin_and_the_commands_that_are_agreed_whe
         (worker,) = (await agreed).values()
         block = worker.take(1.0)
         worker.stop()
-        assert list(worker.engine.commands) == given and block is not None and (block.first, block.commands) == (24, 1)
+        assert list(worker.commands) == given and block is not None and (block.first, block.commands) == (24, 1)
 
     play(test)
 

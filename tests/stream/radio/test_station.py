@@ -99,7 +99,7 @@ def test_scan_correlation_is_the_same_for_clients_that_join_late_or_catch_up() -
         np.testing.assert_array_equal(again, first)
         power = np.concatenate([batch.block.power for batch in sink.batches])[-AZIMUTHS:]
         to, by_hand = sink.epochs[0].layout(None), Controls(gain=0.0, gain_auto=False, sea_auto=False)
-        plain = display_video(power, to, by_hand, station.engine.noise_power)
+        plain = display_video(power, to, by_hand, station.epoch.source.noise_power)
         assert np.all(first <= plain) and np.all(first[:, -3:] < plain[:, -3:])  # each spoke is stronger than the one before
 
     play(test, sinks=[sink])
@@ -140,8 +140,8 @@ def test_a_change_acts_on_settings_steps_and_scene() -> None:
 def test_a_prepared_scene_is_that_which_would_run() -> None:
     async def test(station: Station) -> None:
         source = await station.prepare(SceneOrder(scene("other")))
-        assert source.scene.name == "other" and source.plan.as_dict() == {"modelled": []}
-        assert station.engine.scene.name == "test scene"
+        assert source.info.scene.name == "other" and source.info.plan == {"modelled": []}
+        assert station.epoch.info.scene.name == "test scene"
 
     play(test)
 
@@ -151,9 +151,13 @@ def test_of_two_swaps_the_later_wins_whichever_is_prepared_first(later_first: bo
     """Two workers prepare; each preparation waits until the test lets it go."""
     go = {"first": threading.Event(), "second": threading.Event()}
 
+    made: dict[str, FakeEngine] = {}
+
     def make(order: SceneOrder, progress: Progress) -> FakeEngine:
-        assert go[scene_in(order).name].wait(20)
-        return factory()(order, progress)
+        name = scene_in(order).name
+        assert go[name].wait(20)
+        made[name] = factory()(order, progress)
+        return made[name]
 
     async def body() -> None:
         station = Station("0", FakeEngine(scene()), make, settings=Settings(pace=Pace("pause")))
@@ -164,9 +168,9 @@ def test_of_two_swaps_the_later_wins_whichever_is_prepared_first(later_first: bo
             go[name].set()
             await swap
         pending = station.transmitter.engines.pending_engine
-        while station.engine is not pending:  # paused: it takes over at once
+        while station.epoch.source is not pending:  # paused: it takes over at once
             await asyncio.sleep(0)
-        assert pending.scene.name == "second" and swaps[0].result()[1].closed
+        assert pending is made["second"] and made["first"].closed
         await station.stop()
 
     asyncio.run(asyncio.wait_for(body(), 20))
@@ -201,9 +205,10 @@ def test_memory_stays_flat_over_swaps_of_wide_scenes() -> None:
 
     async def test(station: Station) -> None:
         for _ in range(12):
-            _, engine = await station.swap(SceneOrder(scene("wide", range_max_m=40_000)))
-            while station.engine is not engine:
+            epoch, _ = await station.swap(SceneOrder(scene("wide", range_max_m=40_000)))
+            while station.epoch.name != epoch:
                 await asyncio.sleep(0)
+            engine = station.epoch.source
             station.transmitter.pacer.step(AZIMUTHS)
             while station.last_scan.read().next < AZIMUTHS:
                 await asyncio.sleep(0)

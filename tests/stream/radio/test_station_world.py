@@ -50,7 +50,7 @@ async def until(condition: Callable[[], bool]) -> None:
 
 
 def rpm(station: Station) -> float:
-    return round(60.0 / station.engine.scene.radar.rotation_period, 6)
+    return round(60.0 / station.epoch.info.scene.radar.rotation_period, 6)
 
 
 def test_another_scene_for_one_radar_replaces_the_world() -> None:
@@ -58,13 +58,13 @@ def test_another_scene_for_one_radar_replaces_the_world() -> None:
         bow, pier = stations.values()
         await bow.change({"pace": {"state": "step", "steps": 3}})
         await until(lambda: bow.transmitter.sent == 3 and pier.transmitter.pacer.idle)
-        epoch, engine = await pier.swap(OTHER)
-        await until(lambda: all(station.engine.scene.name == "other" for station in stations.values()))
+        epoch, known = await pier.swap(OTHER)
+        await until(lambda: all(station.epoch.info.scene.name == "other" for station in stations.values()))
         await until(lambda: pier.hub.epoch == epoch)
-        assert pier.engine is engine is not bow.engine
+        assert pier.epoch.info.scene == known.scene and pier.epoch.source is not bow.epoch.source
         assert (rpm(bow), rpm(pier)) == (36, 24)
         assert [station.transmitter.simulated for station in stations.values()] == [0.0, 0.0]
-        assert [station.engine.order.radar for station in stations.values()] == list(IDS)
+        assert [station.epoch.order.radar for station in stations.values()] == list(IDS)
 
     play(test, *IDS)
 
@@ -76,12 +76,12 @@ def test_another_scene_for_one_radar_replaces_the_world() -> None:
 )
 def test_a_scene_with_other_radars_is_refused_and_all_go_on(order: SceneOrder) -> None:
     async def test(stations: dict[str, Station]) -> None:
-        before = {name: station.engine for name, station in stations.items()}
+        before = {name: station.epoch.source for name, station in stations.items()}
         with pytest.raises(SceneError, match="radar"):
             await stations["bow"].swap(order)
         await stations["bow"].change({"pace": {"state": "step", "steps": AZIMUTHS}})
         await until(lambda: stations["bow"].transmitter.sent == AZIMUTHS)
-        assert {name: station.engine for name, station in stations.items()} == before
+        assert {name: station.epoch.source for name, station in stations.items()} == before
 
     play(test, *IDS)
 
@@ -102,9 +102,9 @@ def test_a_single_radar_takes_the_only_one_of_a_scene_but_none_of_several() -> N
     async def test(stations: dict[str, Station]) -> None:
         alone = stations["bow"]
         await alone.swap(SceneOrder(scene("plain")))
-        await until(lambda: alone.engine.scene.name == "plain")
+        await until(lambda: alone.epoch.info.scene.name == "plain")
         await alone.swap(SceneOrder(scene_of_several("mast", name="named")))
-        await until(lambda: alone.engine.scene.name == "named")
+        await until(lambda: alone.epoch.info.scene.name == "named")
         with pytest.raises(SceneError, match="the scene has pier, bow, but bow runs here"):
             await alone.swap(OTHER)
 
@@ -114,10 +114,10 @@ def test_a_single_radar_takes_the_only_one_of_a_scene_but_none_of_several() -> N
 def test_a_change_of_rpm_is_one_radars_and_the_world_goes_on() -> None:
     async def test(stations: dict[str, Station]) -> None:
         bow, pier = stations.values()
-        before = pier.engine
+        before = pier.epoch.source
         await bow.change({"rpm": 48.0})
         await until(lambda: rpm(bow) == 48)
-        assert rpm(pier) == 36 and pier.engine is before
+        assert rpm(pier) == 36 and pier.epoch.source is before
         await bow.change({"pace": {"state": "run"}})
         sent = [station.transmitter.simulated for station in stations.values()]
         await until(lambda: all(s.transmitter.simulated > t + 1.0 for s, t in zip(stations.values(), sent, strict=True)))
@@ -130,7 +130,7 @@ def test_requests_of_several_radars_are_met_in_their_order() -> None:
     async def test(stations: dict[str, Station]) -> None:
         later = SceneOrder(scene_of_several(*IDS, name="later"))
         await asyncio.gather(stations["bow"].swap(OTHER), stations["pier"].swap(later))
-        await until(lambda: all(station.engine.scene.name == "later" for station in stations.values()))
+        await until(lambda: all(station.epoch.info.scene.name == "later" for station in stations.values()))
 
     play(test, *IDS)
 
@@ -156,11 +156,11 @@ def test_a_command_to_one_radar_acts_on_all() -> None:
 
     async def test(stations: dict[str, Station]) -> None:
         await stations["bow"].swap(SceneOrder(of))
-        await until(lambda: all(station.engine.scene.steerable.limits for station in stations.values()))
+        await until(lambda: all(station.epoch.info.scene.steerable.limits for station in stations.values()))
         await stations["bow"].change({"pace": {"state": "step", "steps": 7}})
         await until(lambda: stations["bow"].transmitter.sent == 7 and stations["pier"].transmitter.pacer.idle)
         command = await stations["bow"].commands.command(None, lambda time: {"speed_kn": 1.0})
-        (other,) = stations["pier"].engine.commands
+        (other,) = stations["pier"].epoch.commands
         assert (other.spoke, other.time) == (10, pytest.approx(10 * 5 / 3 / AZIMUTHS))  # the next spoke of either
         assert (command.spoke, command.time) == (7, other.time)
 

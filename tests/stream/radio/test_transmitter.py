@@ -96,7 +96,7 @@ def test_each_batch_has_the_spoke_before_it_and_the_first_of_a_scene_has_none() 
 def test_standby_uses_no_numbers_and_time_goes_on() -> None:
     with transmitting(replace(PAUSED, transmit=False)) as (transmitter, sink):
         transmitter.pacer.step(6)
-        while transmitter.simulated < 6 * transmitter.epoch.engine.scene.radar.spoke_period:
+        while transmitter.simulated < 6 * transmitter.epoch.info.scene.radar.spoke_period:
             time.sleep(0)
         transmitter.pacer.set(replace(transmitter.pacer.settings, transmit=True))
         stepped(transmitter, sink, 1)
@@ -109,7 +109,7 @@ def test_another_range_opens_an_epoch_at_once() -> None:
         transmitter.pacer.set(replace(transmitter.pacer.settings, range=100.0))
         stepped(transmitter, sink, 2)
     assert sink.names() == ["open", "send", "open", "send"] and sink.epochs[1].range == 100.0
-    assert sink.epochs[0].name != sink.epochs[1].name and sink.epochs[0].engine is sink.epochs[1].engine
+    assert sink.epochs[0].name != sink.epochs[1].name and sink.epochs[0].source is sink.epochs[1].source
     later = [batch for batch in sink.batches if batch.epoch is sink.epochs[1]]
     assert (later[0].first, later[0].block.first) == (0, 5)
 
@@ -135,7 +135,7 @@ def test_another_scene_takes_over_at_once_while_paused() -> None:
         stepped(transmitter, sink, 3)
         transmitter.switch_to(prepared(FakeEngine(scene("second"))))
         sink.wait_for(lambda: len(sink.epochs) == 2)
-        assert transmitter.epoch.engine.scene.name == "second" and transmitter.simulated == 0.0
+        assert transmitter.epoch.info.scene.name == "second" and transmitter.simulated == 0.0
 
 
 @pytest.mark.parametrize("transmit", [True, False])
@@ -174,7 +174,7 @@ def test_a_command_acts_from_the_next_spoke_and_no_spoke_is_lost_or_sent_twice()
     with transmitting(engine=FakeEngine(steerable_scene())) as (transmitter, sink):
         stepped(transmitter, sink, 7)
         command = transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON)
-        assert (command.spoke, command.time) == (7, 7 * transmitter.epoch.engine.scene.radar.spoke_period)
+        assert (command.spoke, command.time) == (7, 7 * transmitter.epoch.info.scene.radar.spoke_period)
         stepped(transmitter, sink, 6)
         assert transmitter.commands.put(None, lambda time: {"course_deg": time}).result(SOON).spoke == 13
         stepped(transmitter, sink, AZIMUTHS)
@@ -231,7 +231,7 @@ def test_a_flood_of_commands_does_not_stop_the_feed(monkeypatch: pytest.MonkeyPa
 
         transmitter.commands.put("buoy", again)
         sink.wait_for(lambda: sink.batches and sink.batches[-1].block.commands > 20)
-        numbers, commands = sink.numbers, list(transmitter.epoch.engine.commands)
+        numbers, commands = sink.numbers, list(transmitter.epoch.source.commands)
     assert numbers == list(range(len(numbers)))
     assert min(np.diff([command.spoke for command in commands])) >= SPOKES_BETWEEN
 
@@ -256,7 +256,7 @@ def test_the_next_engine_knows_the_commands_of_the_one_that_failed(failing: int)
         command = transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON)
         transmitter.pacer.step(3 * AZIMUTHS)
         sink.wait_for(lambda: sink.numbers[-1] > 2 * AZIMUTHS)
-        engine = transmitter.epoch.engine
+        engine = transmitter.epoch.source
         assert engine is not failed and list(engine.commands) == [command]
         assert sink.batches[-1].block.commands == 1
 

@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from radar_service.display.video import Controls
+from radar_service.spoke_source import TruthLine
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.radio import truth_stream
-from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.truth_stream import Follower, TruthStream
-from radar_service.stream.source import TruthLine
-from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
+from radar_service.stream.spokes import NO_COMMANDS, Epoch, RadarInfo, SentNotices, SpokeBatch
 from tests.stream.fake import AZIMUTHS, FakeEngine, commanded, scene, steerable_scene
 
 PERIOD = scene().radar.rotation_period
@@ -28,6 +28,7 @@ class Played:
         self.stream, self.engine = TruthStream(engine, pool), engine
         self.stream.start()
         self.tasks: list[asyncio.Task[None]] = []
+        self.log = NO_COMMANDS
 
     def follow(self, radiometric: bool = False) -> tuple[Follower, list[dict[str, Any]]]:
         follower, lines = self.stream.join(radiometric), list[dict[str, Any]]()
@@ -42,7 +43,9 @@ class Played:
     def send(self, first: int, count: int, engine: FakeEngine | None = None) -> None:
         """Sends spokes, one batch a scan at most."""
         engine = engine or self.engine
-        self.stream.send(SpokeBatch(Epoch("e", engine, None), first, engine.block(first, count), Controls()))
+        SentNotices(self.stream).send(
+            SpokeBatch(Epoch("e", engine, None, self.log), first, engine.block(first, count), Controls())
+        )
 
     async def until(self, condition: Callable[[], bool]) -> None:
         while not condition():
@@ -120,23 +123,24 @@ def test_commands_change_the_lines_that_are_still_to_come() -> None:
             first, *others = super().truth_lines(scan, radiometric)
             if scan is None:
                 return [first]
-            time = others[0].time - self.commands.acting_at(self.reached) * PERIOD / AZIMUTHS
+            time = others[0].time - sum(command.spoke <= self.reached for command in self.commands) * PERIOD / AZIMUTHS
             return [first, TruthLine(time, json.dumps(json.loads(others[0].text) | {"time": time})), *others[1:]]
 
     async def test(played: Played) -> None:
-        engine = Delayed(steerable_scene())
+        worker = EngineWorker(engine := Delayed(steerable_scene()))
+        played.log = worker.commands
         played.stream.open_epoch(RadarInfo.unnamed(Epoch("f", engine, None)))
         _, lines = played.follow()
         played.send(0, 8, engine)
         await played.until(lambda: len(lines) >= 1)
-        commanded(engine, 13, "buoy", {"speed_kn": 1})
+        commanded(worker, 13, "buoy", {"speed_kn": 1})
         engine.reached = 12
         played.send(8, 4, engine)  # its blocks know the command, which acts later
         await played.until(lambda: len(lines) >= 2)
         engine.reached = AZIMUTHS
         played.send(12, 5, engine)
         await played.until(lambda: len(lines) >= 3)
-        commanded(engine, 17, "buoy", {"speed_kn": 2})
+        commanded(worker, 17, "buoy", {"speed_kn": 2})
         played.send(17, AZIMUTHS - 17, engine)
         await asyncio.sleep(0)
         await played.over()

@@ -19,13 +19,14 @@ from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.simulator_options import SimulatorOptions
+from radar_service.spoke_source import SpokeSource
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio import world
 from radar_service.stream.radio.prefetch import BusyFault, EngineFault, prepared
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.world import WorldMaker, WorldSource
 from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import UNFOLLOWED, NoProgress, SceneOrder, SpokeSource
+from radar_service.stream.source import UNFOLLOWED, NoProgress, SceneOrder
 from tests.descriptors import descriptors_left, open_descriptors
 from tests.stream.fake import FakeEngine, dying
 from tests.stream.processes import tasks
@@ -67,9 +68,10 @@ def test_spokes_are_those_of_a_simulator_in_this_process(maker: WorldMaker) -> N
         for key, value in vars(ours_block).items():
             np.testing.assert_array_equal(getattr(theirs_block, key), value)
     assert theirs.truth(12.5) == ours.truth(12.5)
-    assert (theirs.seed, theirs.fidelity, theirs.noise_power) == (ours.seed, ours.fidelity, ours.noise_power)
-    assert theirs.scene.radar == ours.scene.radar and theirs.scene.body_count == 2
-    assert set(theirs.plan.as_dict()) == set(ours.plan.as_dict())
+    known = theirs.info
+    assert (known.seed, known.fidelity, known.noise_power) == (ours.seed, ours.fidelity, ours.noise_power)
+    assert known.radar == ours.scene.radar and known.scene.body_count == 2
+    assert set(known.plan) == set(ours.plan.as_dict())
     theirs.close()
     until(lambda: is_gone(theirs.process))
 
@@ -128,7 +130,7 @@ def sent_under_command(maker: WorldMaker, kill_after: int = 0) -> tuple[Recordin
 
 def test_commands_reach_the_process_and_a_replay_gives_the_same_bytes(maker: WorldMaker) -> None:
     sink, transmitter = sent_under_command(maker)
-    commands = list(transmitter.epoch.engine.commands)
+    commands = list(transmitter.epoch.commands)
     assert [command.spoke for command in commands] == list(ORDERS)
     assert sink.numbers[:300] == list(range(300))
     ours = Simulator(load_scene(STEERED), "fast", commands=[command.as_dict() for command in commands])
@@ -142,7 +144,7 @@ def test_commands_reach_the_process_and_a_replay_gives_the_same_bytes(maker: Wor
 def test_after_a_crash_the_next_process_knows_the_commands_so_far(maker: WorldMaker) -> None:
     """The rest of the scan is lost; what is sent later has the bytes of a run without the crash."""
     sink, transmitter = sent_under_command(maker, kill_after=130)
-    commands = list(transmitter.epoch.engine.commands)
+    commands = list(transmitter.epoch.commands)
     assert len(commands) == len(ORDERS) and transmitter.engines.restarts == 1
     ours = Simulator(load_scene(STEERED), "fast", commands=commands)
     expected = {spoke.number: spoke.power for spoke in ours.spokes(6)}
@@ -256,7 +258,7 @@ def test_a_plan_that_is_known_is_not_made_again(maker: WorldMaker) -> None:
     """Of a harbour the plan takes as long as half of the rest."""
     known = {"modelled": ["what was found before"]}
     source = maker(replace(ORDER, plan=known), UNFOLLOWED)
-    assert source.plan.as_dict() == known
+    assert source.info.plan == known
     assert source.order.plan is None  # so that a changed order does not keep it
     source.close()
 
@@ -277,7 +279,7 @@ def test_it_tells_how_many_trees_it_holds(maker: WorldMaker) -> None:
 def test_it_may_begin_with_any_scan_and_another_rate(maker: WorldMaker) -> None:
     source = maker(replace(ORDER, rpm=48.0), UNFOLLOWED)
     source.skip_to(3)
-    assert source.scene.radar.rotation_period == pytest.approx(60 / 48) and taken(source, 1)[0].first == 180
+    assert source.info.radar.rotation_period == pytest.approx(60 / 48) and taken(source, 1)[0].first == 180
     source.close()
 
 
@@ -287,14 +289,14 @@ def test_an_origin_may_be_agreed_when_it_is_prepared_and_its_spare_has_it_too(ma
     ours = Simulator(load_scene(SCENE), "fast")
     ours.skip_to(3)
     (expected,) = ours.at_rpm(48).blocks(scans=1, size=60)
-    assert source.order.goes_on and source.scene.radar.origin == origin
+    assert source.order.goes_on and source.info.radar.origin == origin
     for _ in range(2):
         blocks = taken(source, 60)
         assert (blocks[0].first, blocks[0].time[0]) == (180, 7.5)
         np.testing.assert_array_equal(np.concatenate([block.power for block in blocks])[:60], expected.power)
         os.kill(source.process, signal.SIGKILL)
         failed, spare = source, source.spare()
-        assert spare is not None and spare.scene.radar.origin == origin
+        assert spare is not None and spare.info.radar.origin == origin
         failed.close()
         source = spare
     source.close()
@@ -398,7 +400,7 @@ def test_a_killed_world_is_replaced_in_the_next_scan(maker: WorldMaker, death: i
     before = transmitter.engines.restarts
     os.kill(first.process, death)
     sink.wait_for(lambda: "skip" in sink.names() and sink.calls[-1][0] == "send")
-    second = transmitter.epoch.engine
+    second = transmitter.epoch.source
     transmitter.stop(10.0)
     assert transmitter.engines.restarts == before + 1
     number = 0

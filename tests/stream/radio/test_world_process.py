@@ -10,12 +10,12 @@ from radar_service.radar.parameters import START
 from radar_service.scene.commands import Command
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.sandbox import Sandbox
+from radar_service.scene.outline import outline_of
 from radar_service.simulator import Simulator
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio import world_process
-from radar_service.stream.radio.description import SceneEngine
-from radar_service.stream.radio.world_process import describe, outline_of, scene_of
-from radar_service.stream.source import SceneOrder
+from radar_service.stream.radio.world_process import scene_of
+from radar_service.stream.source import SceneOrder, WorldEngine
 from tests.stream.fake import scene
 
 STEERABLE = {"radar": {"azimuths": 60, "beamwidth_deg": 8}, "own_ship": {"steerable": {}}}
@@ -24,11 +24,9 @@ SOON = 20.0  # s, for what should take a second
 
 
 def test_the_simulator_is_an_engine_of_a_scene() -> None:
-    engine: SceneEngine = Simulator(scene())
-    names = {name for name in dir(SceneEngine) if not name.startswith("_")} | set(SceneEngine.__annotations__)
-    assert names <= set(dir(engine))
-    told = describe(engine)
-    assert told.scene == outline_of(engine.scene) and told.plan == engine.plan.as_dict()
+    engine: WorldEngine = Simulator(scene())
+    assert {name for name in dir(WorldEngine) if not name.startswith("_")} <= set(dir(engine))
+    assert engine.info.scene == outline_of(scene()) and engine.described({"a": 1}).plan == {"a": 1}
 
 
 def test_only_orders_that_say_so_are_sandboxed_and_the_sandbox_ends(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,13 +24,13 @@ from radar_service.display.video import (
 )
 from radar_service.radar.parameters import Radar
 from radar_service.records import Truth
+from radar_service.scene.outline import SceneOutline
 from radar_service.stream.blind import told_plan, told_warnings
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.codecs.native.request import request_from_query
 from radar_service.stream.codecs.native.source_fields import source_fields
 from radar_service.stream.codecs.native.views import apply_view, trim
 from radar_service.stream.feed_request import FeedRequest, Mode, View
-from radar_service.stream.source import SceneOutline
 from radar_service.stream.spokes import RadarInfo, SpokeBatch
 from radar_service.types import Profiles, Singles
 
@@ -120,33 +120,33 @@ def scene_fields(scene: SceneOutline, knows_truth: bool) -> dict[str, Any]:
 
 def hello(radar: RadarInfo, view: View, mode: Mode) -> dict[str, Any]:
     """Returns the first message of an epoch."""
-    epoch, engine, controls = radar.epoch, radar.epoch.engine, dict(radar.controls)
-    to, plan = epoch.layout(view.bins), engine.plan.as_dict()
+    epoch, known, controls = radar.epoch, radar.epoch.info, dict(radar.controls)
+    to, plan = epoch.layout(view.bins), known.plan
     return {
         "type": "hello",
         "protocol": wire.PROTOCOL,
         "epoch": epoch.name,
-        "radar": radar_fields(radar.identity, radar.name, engine.scene.radar, to),
-        "scene": scene_fields(engine.scene, radar.truth_allowed),
-        "seed": engine.seed,
-        "fidelity": engine.fidelity.name,
+        "radar": radar_fields(radar.identity, radar.name, known.scene.radar, to),
+        "scene": scene_fields(known.scene, radar.truth_allowed),
+        "seed": known.seed,
+        "fidelity": known.fidelity.name,
         "arithmetic": plan.get("arithmetic"),
         "plan": told_plan(plan, radar.truth_allowed),
-        "encoding": encoding_fields(view.encoding, to, engine.noise_power),
+        "encoding": encoding_fields(view.encoding, to, known.noise_power),
         "controls": controls,
         "clocks": {"simulated_s": radar.simulated, "utc": datetime.now(UTC).isoformat(), "pace": controls["pace"]},
         "mode": mode,
         "truth": radar.truth_allowed,
         "view": view.as_dict(),
-        **({"sources": engine.sources.as_list()} if view.sources else {}),
+        **({"sources": known.sources.as_list()} if view.sources else {}),
     }
 
 
 def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
     """Returns all spokes of a batch in the view's encoding and bins, not compressed."""
-    block, engine = batch.block, batch.epoch.engine
+    block, known = batch.block, batch.epoch.info
     to = batch.epoch.layout(view.bins)
-    data = encode(view.encoding, block.power, block.field, to, batch.video, engine.noise_power, batch.before, batch.earlier)
+    data = encode(view.encoding, block.power, block.field, to, batch.video, known.noise_power, batch.before, batch.earlier)
     message = {
         "type": "spokes",
         "epoch": batch.epoch.name,
@@ -170,7 +170,7 @@ def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
     if view.sources:
         message |= source_fields(batch, view)
     azimuth, heading = (block.azimuth, block.heading) if block.true is None else block.true[:2]
-    is_blind = engine.scene.radar.is_blind(azimuth - heading)
+    is_blind = known.scene.radar.is_blind(azimuth - heading)
     return message | {"blind": is_blind.tolist()} if is_blind.any() else message
 
 

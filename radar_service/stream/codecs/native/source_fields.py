@@ -22,7 +22,7 @@ def source_fields(batch: SpokeBatch, view: View) -> dict[str, Any]:
     powers = block.powers if view.powers else None
     if labels is None and powers is None:
         return {}
-    noise_power = batch.epoch.engine.noise_power
+    noise_power = batch.epoch.info.noise_power
     cells = shown_cells(view.encoding, block.power, block.field, to, batch.video, noise_power, batch.before, batch.earlier)
     fields = {} if labels is None else _labels_field(np.take_along_axis(labels, cells, axis=1))
     if powers is not None:

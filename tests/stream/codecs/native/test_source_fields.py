@@ -27,7 +27,7 @@ BY_HAND = Controls(gain=80, sea=60, gain_auto=False, sea_auto=False)
 def batch(first: int = 0, told: SourceRequest = EVERY) -> SpokeBatch:
     """Spokes whose power falls with range in every second one, so that bins show cells of either end."""
     engine = FakeEngine(scene())
-    engine.request_sources(told, None)
+    engine.request_sources(told.labels, told.powers)
     block = engine.block(first, COUNT)
     power = np.where((np.arange(COUNT) % 2 == 0)[:, None], block.power, block.power[:, ::-1])
     powers = None if block.powers is None else {0: np.full_like(power, 1e-15), 256: power}
