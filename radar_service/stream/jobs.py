@@ -8,7 +8,7 @@ import asyncio
 import secrets
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from threading import Lock
+from threading import RLock
 from time import monotonic
 from typing import Any, Literal, TypeVar
 
@@ -36,6 +36,9 @@ class DuplicateJob(Exception):
 class Job:
     """One piece of work: a source.Progress for the function that does it. Belongs to the event loop, but for that.
 
+    It runs until `JobQueue.run` has what it made: until then what ends it early closes that, afterwards it is the caller's.
+    `_ending` guards the state and `_close`.
+
     name: part of its address; kind: what it is for.
     """
 
@@ -47,7 +50,7 @@ class Job:
         self.doing = "waiting for a worker"
         self._began, self._ended = monotonic(), 0.0
         self._close: Callable[[], None] | None = None
-        self._ending = Lock()
+        self._ending = RLock()
         self.result: asyncio.Future[Any] | None = None  # what `JobQueue.run` waits for
 
     @property
@@ -61,32 +64,40 @@ class Job:
 
     def ends_with(self, close: Callable[[], None]) -> None:
         """Notes what ends the work early; called from the job's thread."""
+        with self._ending:
+            if not self.is_over:
+                self._close = close
+                return
         if self.state == "cancelled":
             close()
-        elif not self.is_over:
-            self._close = close
 
     def cancel(self) -> None:
         """Ends the work now, or as soon as its process has started; who waits for the job is told at once."""
-        close = self._close
-        if self._over("cancelled"):
-            if self.result:
-                self.result.cancel()
-            if close:
-                close()
+        with self._ending:
+            close = self._close
+            if not self._over("cancelled"):
+                return
+        if self.result:
+            self.result.cancel()
+        if close:
+            close()
 
     def perform(self, work: Callable[["Job"], Result]) -> Result:
         """Does the work in this thread. Raises what it raises, and Cancelled."""
-        if self.state == "cancelled":
-            raise Cancelled
-        self.state = "running"
+        with self._ending:
+            if self.state == "cancelled":
+                raise Cancelled
+            self.state = "running"
         try:
-            result = work(self)
+            return work(self)
         except Exception:
             self._over("failed")
             raise
-        self._over("done")
-        return result
+
+    def succeed(self) -> None:
+        """Ends the job well: what it made is the caller's. Raises Cancelled where it was cancelled before."""
+        if not self._over("done"):
+            raise Cancelled
 
     def as_dict(self) -> dict[str, Any]:
         """Returns the job as plain data."""
@@ -131,6 +142,7 @@ class JobQueue:
         job.result = asyncio.get_running_loop().run_in_executor(self._threads, job.perform, work)
         try:
             result: Result = await job.result
+            job.succeed()
         except (Exception, asyncio.CancelledError):
             if job.state == "cancelled":
                 raise Cancelled(f"{job.kind}: the job was cancelled") from None

@@ -5,6 +5,8 @@ import contextlib
 import threading
 import weakref
 from collections.abc import Awaitable, Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
 
 import pytest
 
@@ -197,6 +199,89 @@ def test_a_job_that_has_ended_keeps_nothing_that_it_has_made(end: str) -> None:
             job.cancel()
 
     job = Job("a", "scene")
-    with contextlib.suppress(ValueError):
+    with contextlib.suppress(ValueError, Cancelled):
         job.perform(work)
+        job.succeed()
     assert job.is_over and made[0]() is None
+
+
+class AtOnce(ThreadPoolExecutor):
+    """Threads as fast as can be: work has ended before anyone waits for it."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        ended = Future[Any]()
+        ended.set_result(fn(*args, **kwargs))
+        return ended
+
+
+def played_at_once(test: Callable[[JobQueue], Awaitable[None]], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radar_service.stream.jobs.ThreadPoolExecutor", AtOnce)
+    play(test)
+
+
+def test_a_job_that_is_cancelled_before_anyone_waits_for_it_returns_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    closed = threading.Event()
+
+    async def test(queue: JobQueue) -> None:
+        def work(job: Job) -> str:
+            job.cancel()
+            job.ends_with(closed.set)
+            return "too late"
+
+        with pytest.raises(Cancelled):
+            await queue.run("scene", work, "a")
+        assert queue.job("a").state == "cancelled" and closed.is_set()
+
+    played_at_once(test, monkeypatch)
+
+
+@pytest.mark.parametrize("passes", range(1, 4))
+@pytest.mark.parametrize("who", ["request", "job"])
+def test_what_was_made_is_closed_or_returned_whenever_it_is_cancelled(
+    who: str, passes: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The result takes a few passes of the event loop from the thread to the request; the end comes at each of them."""
+    closed = threading.Event()
+
+    async def test(queue: JobQueue) -> None:
+        running = asyncio.create_task(queue.run("scene", lambda job: job.ends_with(closed.set), "a"))
+        for _ in range(passes):
+            await asyncio.sleep(0)
+        if who == "request":
+            running.cancel()
+        else:
+            queue.job("a").cancel()
+        (outcome,) = await asyncio.gather(running, return_exceptions=True)
+        assert closed.is_set() == (outcome is not None) == (queue.job("a").state == "cancelled")
+
+    played_at_once(test, monkeypatch)
+
+
+class Preempted(contextlib.AbstractContextManager[None]):
+    """A lock whose first owner comes just after something else has happened."""
+
+    def __init__(self, happens: Callable[[], None]) -> None:
+        self._happens, self._lock = [happens], threading.RLock()
+
+    def __enter__(self) -> None:
+        if self._happens:
+            self._happens.pop()()
+        self._lock.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+
+
+def test_a_job_that_is_cancelled_just_before_it_begins_does_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    job, began = Job("a", "scene"), threading.Event()
+    monkeypatch.setattr(job, "_ending", Preempted(job.cancel))
+    with pytest.raises(Cancelled):
+        job.perform(lambda job: began.set())
+    assert job.state == "cancelled" and not began.is_set()
+
+
+def test_work_that_tells_how_it_ends_just_before_it_is_cancelled_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    job, closed = Job("a", "scene"), threading.Event()
+    monkeypatch.setattr(job, "_ending", Preempted(lambda: job.ends_with(closed.set)))
+    job.cancel()
+    assert job.state == "cancelled" and closed.is_set()

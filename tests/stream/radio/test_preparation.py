@@ -124,18 +124,25 @@ def test_where_one_radar_of_a_scene_fails_the_others_are_ended() -> None:
 
 
 def test_a_cancelled_preparation_ends_all_radars() -> None:
-    """The second radar's preparation cancels the job, and ends well all the same."""
+    """The job is cancelled while the second radar is made, which ends well all the same, later than the job."""
 
     async def test(preparations: Preparations) -> None:
+        loop = asyncio.get_running_loop()
+
+        async def cancel() -> None:
+            preparations.jobs.job("mine").cancel()
+
         def cancels(order: SceneOrder, progress: Progress) -> FakeEngine:
             engine = make(order, progress)
             if order is SECOND:
-                preparations.jobs.job("mine").cancel()
+                asyncio.run_coroutine_threadsafe(cancel(), loop).result(20)
             return engine
 
         with pytest.raises(Cancelled):
             await preparations.workers(cancels, {"a": FIRST, "b": SECOND}, "mine")
-        assert [engine.closed for engine in made] == [True, True]
+        while not all(engine.closed for engine in made):
+            await asyncio.sleep(0)
+        assert len(made) == 2
 
     play(test)
 
