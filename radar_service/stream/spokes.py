@@ -30,11 +30,11 @@ class Epoch:
     """
 
     name: str
-    source: SpokeSource
+    source: SpokeSource = field(repr=False, compare=False)
     range: float | None
-    commands: CommandLog = field(default=NO_COMMANDS, compare=False)
+    commands: CommandLog = field(default=NO_COMMANDS, repr=False, compare=False)
     order: SceneOrder | None = None
-    info: SourceInfo = field(init=False, compare=False)
+    info: SourceInfo = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "info", self.source.info)
