@@ -10,6 +10,8 @@ from tests.clients.fake_radar import FakeRadar, Served
 from tests.clients.firefox import FIREFOX, Firefox
 from tests.clients.screen import DRAWN, PIXELS, blobs, expected, off_by
 
+FRAMES = 30  # looks, two frames each: a second at 60 Hz
+
 pytestmark = [
     pytest.mark.browser,
     pytest.mark.skipif(not FIREFOX.exists(), reason=f"{FIREFOX} is absent: install the Debian package firefox-esr"),
@@ -37,11 +39,17 @@ def test_main_path_in_firefox(radar: FakeRadar, served: Served, firefox: Firefox
         screen[np.hypot(*(np.indices(screen.shape[:2]) - centre[::-1, None, None])) > 0.9 * radius] = 0
         return blobs(screen)[0]
 
-    assert off_by(spots(), expected(radar.picture, centre, radius, 0.0)) < PIXELS
+    def shows(turn: float) -> bool:
+        """Whether the screen shows the picture, a few frames after it was drawn: a busy compositor is behind the page."""
+        at = expected(radar.picture, centre, radius, turn)
+        looks = (spots() for _ in range(FRAMES))
+        return any(seen.shape == at.shape and off_by(seen, at) < PIXELS for seen in looks)
+
+    assert shows(0.0)
     radar.picture.video[:] = np.roll(radar.picture.video, 180, axis=0)  # a quarter turn
     radar.send(*(radar.spokes(first, 60) for first in range(720, 1440, 60)))
     firefox.wait(DRAWN.format("one:1440"))
-    assert off_by(spots(), expected(radar.picture, centre, radius, -90.0)) < PIXELS
+    assert shows(-90.0)
     firefox.ask("gain.focus()")
     firefox.press("ArrowRight")
     firefox.wait("document.getElementById('gain-value').value === '51'")
