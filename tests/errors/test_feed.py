@@ -12,7 +12,7 @@ from radar_service.errors import feed
 from radar_service.errors.feed import FeedArranger, FeedLaw, runs
 from radar_service.records import SpokeBlock
 from radar_service.types import Flags
-from tests.records import block_of
+from tests.spoke_blocks import block_of
 from tests.scene.test_error_settings import settings
 from tests.scenes import radar
 
