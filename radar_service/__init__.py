@@ -11,9 +11,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from radar_service.fidelity import Fidelity
-    from radar_service.records import BodyTruth, Crossing, Snapshot, Spoke, SpokeBlock, Truth
-    from radar_service.scan import Scan, load_scan
+    from radar_service.records.fidelity import Fidelity
+    from radar_service.records.spokes import Spoke, SpokeBlock
+    from radar_service.records.truth import BodyTruth, Crossing, Snapshot, Truth
+    from radar_service.scans.scan import Scan, load_scan
     from radar_service.scene.error import SceneError
     from radar_service.scene.load import load_scene
     from radar_service.scene.world import Scene
@@ -27,9 +28,10 @@ __all__ = [
 ]  # fmt: skip
 
 MODULES = {
-    "BodyTruth": "records", "Crossing": "records", "Fidelity": "fidelity", "Scan": "scan", "Scene": "scene.world",
-    "SceneError": "scene.error", "Simulator": "simulator", "Snapshot": "records", "Spoke": "records", "SpokeBlock": "records",
-    "Truth": "records", "load_scan": "scan", "load_scene": "scene.load",
+    "BodyTruth": "records.truth", "Crossing": "records.truth", "Fidelity": "records.fidelity", "Scan": "scans.scan",
+    "Scene": "scene.world", "SceneError": "scene.error", "Simulator": "simulator", "Snapshot": "records.truth",
+    "Spoke": "records.spokes", "SpokeBlock": "records.spokes", "Truth": "records.truth", "load_scan": "scans.scan",
+    "load_scene": "scene.load",
 }  # fmt: skip
 
 

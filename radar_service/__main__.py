@@ -14,22 +14,22 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from radar_service.arguments import UsageError
-from radar_service.command_line import DEFAULT_SCENE, parser
-from radar_service.extras import MissingExtra
-from radar_service.output_files import make_folder
+from radar_service.commands.command_line import DEFAULT_SCENE, parser
 from radar_service.recording.error import RecordingError
 from radar_service.scene.error import SceneError
+from radar_service.terminal.arguments import UsageError
+from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal.output_files import make_folder
 
 if TYPE_CHECKING:
-    from radar_service.simulator_options import SimulatorOptions
+    from radar_service.commands.simulator_options import SimulatorOptions
 
 PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
 
 
 def simulator_options(options: argparse.Namespace, threads: int = 1) -> "SimulatorOptions":
     """Returns what the options say about simulators."""
-    from radar_service.simulator_options import SimulatorOptions
+    from radar_service.commands.simulator_options import SimulatorOptions
 
     return SimulatorOptions(options.fidelity, options.error_db, options.seed, threads)
 
@@ -71,7 +71,7 @@ def run_replay(options: argparse.Namespace) -> int:
 
 def run_scan(options: argparse.Namespace) -> int:
     """Computes scans, with a progress bar on a terminal."""
-    from radar_service.scan_command import SourcesError, scan
+    from radar_service.commands.scan import SourcesError, scan
 
     _check_sources(options, "labels", "powers", "radiometric")
     if options.radiometric and not options.truth:
@@ -151,7 +151,7 @@ def run_chart(options: argparse.Namespace) -> int:
 
 def run_bench_tracker(options: argparse.Namespace) -> int:
     """Tests a tracker, with a progress bar on a terminal."""
-    from radar_service.tracking.command import bench_tracker
+    from radar_service.commands.bench_tracker import bench_tracker
     from radar_service.tracking.json_lines import TrackerError
     from radar_service.tracking.scenario import ScenarioError
 
@@ -163,7 +163,7 @@ def run_bench_tracker(options: argparse.Namespace) -> int:
 
 def run_plots(options: argparse.Namespace) -> int:
     """Extracts plots, and tells what each is of."""
-    from radar_service.tracking.plots_command import plots
+    from radar_service.commands.plots import plots
 
     if options.fidelity == "documented":
         raise UsageError("--fidelity: documented has no labels; choose another fidelity")
@@ -175,7 +175,7 @@ def run_plots(options: argparse.Namespace) -> int:
 
 def run_bench_detection(options: argparse.Namespace) -> int:
     """Compares detection with the radar equation, with a progress bar on a terminal."""
-    from radar_service.tracking.detection_command import bench_detection
+    from radar_service.commands.bench_detection import bench_detection
     from radar_service.tracking.scenario import ScenarioError
 
     try:
@@ -236,7 +236,7 @@ def _blas_limit(options: argparse.Namespace) -> contextlib.AbstractContextManage
     """Keeps BLAS to one thread for the whole command; `serve` does no such arithmetic in this process."""
     if options.command in ("serve", "replay"):
         return contextlib.nullcontext()
-    from radar_service.parallel import BLAS_LIMIT
+    from radar_service.numerics.parallel import BLAS_LIMIT
 
     return BLAS_LIMIT.held()
 

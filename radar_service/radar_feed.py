@@ -14,12 +14,13 @@ from typing import Any, Literal, Protocol, Self
 import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
-from radar_service.cell_sources import PowersOf, SourceRequest, source_request, text_of
-from radar_service.frames import wrap_angle
+from radar_service.numerics.frames import wrap_angle
 from radar_service.receive.detection import square_law
-from radar_service.records import Crossing, Kinematics, OwnShipTruth, Snapshot, SpokeBlock
-from radar_service.reports import FeedErrorCounts
-from radar_service.scan import Scan, scan_of
+from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request, text_of
+from radar_service.records.reports import FeedErrorCounts
+from radar_service.records.spokes import SpokeBlock
+from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth, Snapshot
+from radar_service.scans.scan import Scan, scan_of
 from radar_service.scene.load import load_scene, model_from
 from radar_service.scene.platform_model import radar_entries
 from radar_service.scene.world import Scene, known_radar

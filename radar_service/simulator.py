@@ -5,37 +5,38 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from radar_service.cell_sources import PowersOf, SourceRequest, source_request
-from radar_service.engine.source_numbers import source_names
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.errors.tables import changed_errors
-from radar_service.fidelity import Fidelity
-from radar_service.parallel import BLAS_LIMIT
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.types import Singles
 from radar_service.plan.cost_model import engine_statistics
 from radar_service.plan.plan import Plan, plan_for
 from radar_service.radar.parameters import Origin
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.records import Crossing, Snapshot, Spoke, SpokeBlock, Truth
+from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request
+from radar_service.records.fidelity import Fidelity
+from radar_service.records.spokes import Spoke, SpokeBlock
+from radar_service.records.truth import Crossing, Snapshot, Truth
+from radar_service.scans.sector import Sector
 from radar_service.scene.commands import Command, command_from
 from radar_service.scene.convert import scene_at_origin, scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.outline import outline_of
 from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
-from radar_service.sector import Sector
 from radar_service.simulation.engine_set_up import check_arguments, chosen_fidelity, engine_set_up, set_up_at_origin
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.source_truth import SourceTruth
 from radar_service.simulation.spoke_stream import SpokeStream
+from radar_service.sources.numbers import source_names
 from radar_service.spoke_source import SourceInfo, TruthLine
 from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.truth.truth_file import header
-from radar_service.types import Singles
 
 if TYPE_CHECKING:
-    from radar_service.scan import Scan
+    from radar_service.scans.scan import Scan
 
 
 class Simulator:
@@ -136,7 +137,9 @@ class Simulator:
 
     def scan(self) -> "Scan":
         """The next scan. Azimuths outside the sector are NaN."""
-        from radar_service.scan import scan_of  # here: the service makes no scans, and its pictures would slow every start
+        from radar_service.scans.scan import (
+            scan_of,  # here: the service makes no scans, and its pictures would slow every start
+        )
 
         return scan_of(self.blocks(scans=1), self.scene.radar.azimuths)
 

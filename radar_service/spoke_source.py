@@ -5,13 +5,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
-from radar_service.cell_sources import PowersOf, SourceList
-from radar_service.fidelity import Fidelity
+from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Origin, Radar
-from radar_service.records import Crossing, Snapshot, SpokeBlock, Truth
+from radar_service.records.cell_sources import PowersOf, SourceList
+from radar_service.records.fidelity import Fidelity
+from radar_service.records.spokes import SpokeBlock
+from radar_service.records.truth import Crossing, Snapshot, Truth
 from radar_service.scene.commands import Command
 from radar_service.scene.outline import SceneOutline
-from radar_service.types import Floats
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 import radar_service as rs
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.engine.source_numbers import INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
-from radar_service.fidelity import PRESETS
 from radar_service.receive.compression import receiver_noise_power
+from radar_service.records.fidelity import PRESETS
+from radar_service.sources.numbers import INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
 from tests.scenes import point, scene
 
 Fields = NDArray[np.complexfloating[Any, Any]]

@@ -1,7 +1,7 @@
 """What any body occludes, for tests of what is computed from it."""
 
+from radar_service.numerics.types import Flags, Floats
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Flags, Floats
 
 
 def occluded(made: OcclusionScene, position: Floats, antenna: Floats, time: float) -> Flags:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.records import SpokeBlock
+from radar_service.records.spokes import SpokeBlock
 
 
 def block_of(first: int, count: int, azimuths: int) -> SpokeBlock:

@@ -9,7 +9,7 @@ import radar_service as rs
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import Fidelity, fidelity_from_name
+from radar_service.records.fidelity import Fidelity, fidelity_from_name
 from radar_service.simulator import Simulator
 from tests.scenes import point, scene
 

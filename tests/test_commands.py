@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import KNOT
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import fidelity_from_name
+from radar_service.numerics.constants import KNOT
 from radar_service.plan.culling import cull
+from radar_service.records.fidelity import fidelity_from_name
 from radar_service.scene.commands import Command, CommandError
 from radar_service.scene.steered_motion import SteeredMotion, SteeringLimits
 from radar_service.scene.steering import with_motions

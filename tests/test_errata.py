@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.engine.documented import DocumentedEngine, Hits
-from radar_service.fidelity import PRESETS
-from radar_service.frames import direction
+from radar_service.numerics.constants import SPEED_OF_LIGHT
+from radar_service.numerics.frames import direction
 from radar_service.propagation.attenuation import attenuation_amplitude, printed_atmosphere
 from radar_service.propagation.multipath import (
     printed_two_ray_factor,
@@ -29,6 +28,7 @@ from radar_service.receive.chirp_sum import (
     window,
 )
 from radar_service.receive.detection import beam_spread
+from radar_service.records.fidelity import PRESETS
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.trace.moller_trumbore import TriangleList, printed_crossings, watertight_crossings

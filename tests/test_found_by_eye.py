@@ -20,7 +20,7 @@ import radar_service as rs
 from radar_service.display.palettes import colour_map
 from radar_service.display.ppi import image_position, scan_convert
 from radar_service.display.video import Controls, display_video, layout
-from radar_service.records import BodyTruth
+from radar_service.records.truth import BodyTruth
 from tests.display.test_palettes import luminance
 from tests.test_readme import blocks
 

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 SOURCES = [*sorted((ROOT / "radar_service").rglob("*.py")), *sorted((ROOT / "clients" / "ppi").rglob("*.py"))]
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
-MAX_LINES = 300  # of a file
+MAX_LINES = 400  # of a file
 MAX_MEDIAN = 8  # lines of a function, its docstring not counted
 EMPTY_NAMES = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")
 REGISTRIES = re.compile(

@@ -22,8 +22,8 @@ from websockets.asyncio.client import connect
 
 import radar_service as rs
 from radar_service.__main__ import main
-from radar_service.arithmetic import arithmetic
-from radar_service.command_line import parser
+from radar_service.commands.command_line import parser
+from radar_service.numerics.arithmetic import arithmetic
 from radar_service.stream.codecs.native import wire
 from tests.scenes import ONE_TARGET, TWO_RADARS
 

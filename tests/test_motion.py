@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from tests.reference.compressed_pulse import point_field, sinc2_beam
 from tests.scenes import point, scene
 

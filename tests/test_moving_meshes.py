@@ -8,7 +8,7 @@ import pytest
 import radar_service as rs
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import fidelity_from_name
+from radar_service.records.fidelity import fidelity_from_name
 from tests.reference.compressed_pulse import point_field, sinc2_beam
 from tests.scenes import point, scene
 

@@ -4,8 +4,8 @@ import pytest
 from scipy import stats
 
 import radar_service as rs
-from radar_service.command_line import parser
-from radar_service.fidelity import PRESETS, PURPOSE
+from radar_service.commands.command_line import parser
+from radar_service.records.fidelity import PRESETS, PURPOSE
 from tests.engine.test_pipeline import COARSE, error_db, scattered
 from tests.scenes import scene
 

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 import radar_service as rs
 from radar_service.display.video import Controls, display_video, layout
-from radar_service.frames import map_from_body
+from radar_service.numerics.frames import map_from_body
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scene.body import Body
 from radar_service.scene.poses import pose_at

@@ -9,7 +9,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from radar_service.scene.motion import Motion
 from radar_service.scene.poses import BodyPose
 from radar_service.trace.line_of_sight import OcclusionScene

@@ -11,10 +11,10 @@ import radar_service as rs
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.pipeline import profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import fidelity_from_name
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain
+from radar_service.records.fidelity import fidelity_from_name
 from radar_service.scattering.rays import RayCaster
 from radar_service.scene.body import Mesh
 from radar_service.scene.motion import Motion

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.__main__ import main
-from radar_service.command_line import parser
+from radar_service.commands.command_line import parser
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = ".venv/bin/radar-service"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.radar.folding import least_chirp_error_db
 from tests.reference.point_scene import COSINE_SUMS, error_db, scattered
 from tests.scenes import point, scene

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.engine.documented import DocumentedEngine
-from radar_service.fidelity import PRESETS
+from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.propagation.multipath import wavelength
 from radar_service.radar.patterns import PATTERNS, printed_gain, printed_two_way
 from radar_service.receive.chirp_sum import printed_phase, sample_delay
+from radar_service.records.fidelity import PRESETS
 from radar_service.scene.load import load_scene
 
 RANGE, RATE, FREQUENCY = 200.0, 200e6, 9.41e9

@@ -17,7 +17,7 @@ from tqdm import tqdm
 from radar_service.display.film import write_gif, write_mp4
 from radar_service.display.picture import Drawing, Page, render_image, render_png
 from radar_service.display.units import range_text
-from radar_service.scan_file import write_arrays
+from radar_service.scans.file import write_arrays
 
 from . import live
 from .client import FeedClient

@@ -237,7 +237,7 @@ def bright_cells(
 
 
 def arrays(scans: Sequence[ReceivedScan]) -> dict[str, Any]:
-    """Scans, all of one epoch, as the arrays of a file of scans (`radar_service.scan_file`).
+    """Scans, all of one epoch, as the arrays of a file of scans (`radar_service.scans.file`).
 
     power where the encoding tells it, field where it is c64, and samples where they are neither.
     """

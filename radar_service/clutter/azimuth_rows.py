@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.block_cache import BlockCache
-from radar_service.revision import STEADY, Revision
-from radar_service.types import Flags, Floats, Gain, Indices, Singles
+from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.revision import STEADY, Revision
+from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
 
 Rows = NDArray[Any]
 MakeRows = Callable[[int, int, int], Rows]

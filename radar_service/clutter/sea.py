@@ -6,7 +6,7 @@ Sigma0 is the measured one. It includes the interference of direct and reflected
 import numpy as np
 from scipy.special import i0
 
-from radar_service.types import Floats
+from radar_service.numerics.types import Floats
 
 GRAVITY = 9.80665  # m/s^2, standard
 MAX_SEA_STATE = 6  # the data behind sigma0 end here; higher seas count as this one

@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.block_cache import BlockCache
 from radar_service.clutter.azimuth_rows import BLOCK, AzimuthRowCache, StaticAzimuthRows
 from radar_service.clutter.sea import wind_factor
-from radar_service.frames import wrap_angle
+from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Floats, Singles
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene, Shadow
-from radar_service.types import Floats, Singles
 
 KEPT_SCANS = 3  # whose shadow sweeps are kept
 SWEEP_STEP = 2.0  # s between the poses from which a moving body's sweep is taken

@@ -10,9 +10,9 @@ import numpy as np
 import scipy.fft
 from scipy.special import gammainccinv, gammaincinv, ndtr
 
-from radar_service.random import SPECKLE, generator
+from radar_service.numerics.random import SPECKLE, generator
+from radar_service.numerics.types import Floats, Profiles, Singles
 from radar_service.receive.noise import GaussianSpectrum
-from radar_service.types import Floats, Profiles, Singles
 
 MAX_SIGMA = 6.5  # end of the table of texture; one sample in 10^10 lies beyond
 STEPS = 128  # table entries per sigma: errors of at most 0.4 % of a sigma

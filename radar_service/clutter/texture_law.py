@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.types import Floats, Singles
+from radar_service.numerics.types import Floats, Singles
 
 NEAR, FAR = 1.0, 1.6  # row spacing over correlation length: up to the first rows sample the map, from the second on they are
 # independent; between them both are blended

@@ -17,13 +17,13 @@ import numpy as np
 import scipy.fft
 from numpy.lib.stride_tricks import as_strided
 
-from radar_service.block_cache import BlockCache
 from radar_service.clutter.azimuth_rows import BLOCK
 from radar_service.clutter.texture_law import TextureGains, TextureLaw
 from radar_service.clutter.texture_tile import TextureTile
+from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.random import TEXTURE, generator, normals
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.radar.parameters import START, Origin
-from radar_service.random import TEXTURE, generator, normals
-from radar_service.types import Flags, Floats, Indices, Singles
 
 MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn
 CHUNK = 16  # columns that move across range together

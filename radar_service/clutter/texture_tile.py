@@ -4,8 +4,8 @@ import numpy as np
 import scipy.fft
 
 from radar_service.clutter.texture_law import TextureLaw
-from radar_service.random import TEXTURE, generator, normals
-from radar_service.types import Floats, Indices, Singles
+from radar_service.numerics.random import TEXTURE, generator, normals
+from radar_service.numerics.types import Floats, Indices, Singles
 
 SIZE = 1024  # grid points a side, a power of 2; 256 lengths, so 3 km along the wind in sea state 3
 PER_LENGTH = 4  # grid points in a 1/e length: the nearest one lengthens the correlation by 1 %

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from radar_service.display.local_clutter import MARGIN_DB, SEA_RANGE, SEA_SLOPE_DB, clutter_level
 from radar_service.display.scan_correlation import excess_db
-from radar_service.types import Floats, Profiles, Singles
+from radar_service.numerics.types import Floats, Profiles, Singles
 
 Bytes = NDArray[np.uint8]
 

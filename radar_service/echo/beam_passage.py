@@ -17,21 +17,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.block_cache import BlockCache
 from radar_service.echo.aspect_rates import NEAREST, AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
 from radar_service.echo.shadow_rates import ShadowRates
 from radar_service.echo.visibility import mast_speed
-from radar_service.frames import wrap_angle
+from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Floats, Indices, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Floats, Indices, Singles
 
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes

@@ -8,10 +8,10 @@ import numpy as np
 
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.range_history import Parabola, apparent_position, elevation_of
-from radar_service.frames import Polar, polar_from_map
+from radar_service.numerics.frames import Polar, polar_from_map
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.scattering.model import BodyEchoes
 from radar_service.scene.poses import PoseArrays
-from radar_service.types import Flags, Floats, Indices, Singles
 
 
 @dataclass(frozen=True)

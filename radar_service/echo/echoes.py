@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.types import Complexes, Floats, Indices, Profiles, Singles
+from radar_service.numerics.types import Complexes, Floats, Indices, Profiles, Singles
 
 SECOND_TIME = -1  # in place of a body's index: the echo is one of an earlier pulse
 

@@ -22,7 +22,8 @@ from radar_service.echo.range_history import (
 )
 from radar_service.echo.sea_paths import Paths, SeaHistory, sea_paths
 from radar_service.echo.visibility import Visibility, VisibilitySnapshot
-from radar_service.frames import wrap_angle
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.propagation.multipath import Site
 from radar_service.propagation.radar_equation import (
     attenuation,
@@ -33,7 +34,6 @@ from radar_service.propagation.radar_equation import (
 from radar_service.scattering.swerling import Fluctuation
 from radar_service.scene.poses import BodyPoses, PoseArrays
 from radar_service.scene.world import Scene
-from radar_service.types import Flags, Floats, Indices, Singles
 
 ELEVATION_NULL = 1e-3  # of boresight: elevation gains below it do not divide
 FEW_ECHOES = 512  # around a tile: a block of their own takes longer than to compute them at twice as many azimuths

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from radar_service.frames import wrap_angle
-from radar_service.types import Complexes, Floats, Gain, Profiles, Singles
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Complexes, Floats, Gain, Profiles, Singles
 
 GAINS_PER_BEAMWIDTH = 4096  # table entries: the nearest one errs by -74.8 dB of boresight at most
 MAX_ENTRIES = 2**22

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.echo.aspect_rates import NEAREST
+from radar_service.numerics.types import Floats
 from radar_service.scattering.model import Caster
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
-from radar_service.types import Floats
 
 STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
 

@@ -20,12 +20,12 @@ from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concaten
 from radar_service.echo.resting import OccludedEchoes
 from radar_service.echo.second_time_around import fold_ranges
 from radar_service.engine.preparation import Prepared, column
-from radar_service.frames import wrap_angle
-from radar_service.parallel import BLAS_LIMIT, in_order
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.parallel import BLAS_LIMIT, in_order
+from radar_service.numerics.random import NOISE, generator
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 from radar_service.radar.parameters import Radar
-from radar_service.random import NOISE, generator
 from radar_service.receive.detection import square_law
-from radar_service.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 
 
 @dataclass

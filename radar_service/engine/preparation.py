@@ -12,15 +12,16 @@ from radar_service.echo.moving_beam import BeamTable
 from radar_service.echo.resting import PassingShadows, RestingEchoes, resting_echoes
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
-from radar_service.fidelity import Fidelity
-from radar_service.frames import effective_earth_radius
-from radar_service.parallel import BLAS_LIMIT
+from radar_service.numerics.frames import effective_earth_radius
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.types import Floats, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Origin, Radar
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for
 from radar_service.receive.gridding import spread
 from radar_service.receive.interference import Interference
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.scene.body import Body
@@ -28,7 +29,6 @@ from radar_service.scene.convert import scene_at_origin
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Floats, Profiles
 
 MAX_TILE = 32  # azimuths
 TILE_BYTES = 2**20  # of rows in a tile, which the L2 cache holds; MAX_TILE / 2 azimuths at least

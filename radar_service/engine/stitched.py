@@ -11,19 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.cell_sources import Labels
 from radar_service.clutter.azimuth_rows import AzimuthRowCache
 from radar_service.clutter.resolution_cell import pulse_power
 from radar_service.clutter.texture import SpeckleRows
-from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared
+from radar_service.numerics.random import NEAR_PULSE, generator
+from radar_service.numerics.types import Flags, Floats, Profiles, Singles
 from radar_service.radar.parameters import Radar
-from radar_service.random import NEAR_PULSE, generator
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
+from radar_service.records.cell_sources import Labels
 from radar_service.scene.world import Scene
-from radar_service.types import Flags, Floats, Profiles, Singles
 
 Tiles = Iterator[tuple[int, Profiles, Singles]]
 
@@ -73,18 +72,6 @@ class StitchedEngine:
         starts = np.arange(0, len(requested), self._tile)
         whole = np.add.reduceat(requested, starts, dtype=np.int64) > 0
         return np.repeat(whole, self._tile)[: len(requested)]
-
-
-class LabellingStitchedEngine(StitchedEngine):
-    """An engine for several pulses whose tiles have labels too: in each part those of its pulse."""
-
-    def __init__(self, engines: Sequence[LabellingEngine]) -> None:
-        super().__init__(engines)
-        self._labelling = engines
-
-    def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """As `tiles`, each with its labels (K, bins)."""
-        return self._stitched([engine.labelled_tiles for engine in self._labelling], scan, requested)
 
 
 class _Rows:

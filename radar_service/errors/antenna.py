@@ -3,8 +3,8 @@
 import numpy as np
 
 from radar_service.errors.noise import SensorNoise
+from radar_service.numerics.types import Floats, Indices
 from radar_service.scene.error_settings import AntennaErrors
-from radar_service.types import Floats, Indices
 
 
 def backlash(from_bow: Floats) -> Floats:

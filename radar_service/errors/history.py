@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from radar_service.reports import Readings
-from radar_service.types import Floats, Indices
+from radar_service.numerics.types import Floats, Indices
+from radar_service.records.reports import Readings
 
 NEVER = -1
 

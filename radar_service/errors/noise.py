@@ -7,8 +7,8 @@ distribution (Shinozuka and Deodatis 1991, spectral representation). The kurtosi
 
 import numpy as np
 
-from radar_service.random import SENSOR, generator
-from radar_service.types import Floats, Indices
+from radar_service.numerics.random import SENSOR, generator
+from radar_service.numerics.types import Floats, Indices
 
 SINUSOIDS = 64  # kurtosis 2.977
 BLOCK = 256  # spokes whose independent numbers come from one generator

@@ -8,11 +8,12 @@ import numpy as np
 from radar_service.errors.feed import FeedArranger, FeedLaw
 from radar_service.errors.sensors import Earlier, SensorLaws
 from radar_service.errors.timeline import ErrorTimeline
-from radar_service.frames import wrap_angle, wrap_bearing
+from radar_service.numerics.frames import wrap_angle, wrap_bearing
+from radar_service.numerics.random import name_key
 from radar_service.radar.parameters import Radar
-from radar_service.random import name_key
-from radar_service.records import OwnShipTruth, SpokeBlock
-from radar_service.reports import FeedErrorCounts, ReportedOwnShip
+from radar_service.records.reports import FeedErrorCounts, ReportedOwnShip
+from radar_service.records.spokes import SpokeBlock
+from radar_service.records.truth import OwnShipTruth
 from radar_service.scene.error_settings import ErrorSettings
 
 ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no key

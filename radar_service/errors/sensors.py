@@ -11,12 +11,12 @@ import numpy as np
 
 from radar_service.errors.antenna import AntennaLaw
 from radar_service.errors.noise import SensorNoise
-from radar_service.frames import wrap_angle, wrap_bearing
+from radar_service.numerics.frames import wrap_angle, wrap_bearing
+from radar_service.numerics.random import name_key
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
-from radar_service.random import name_key
-from radar_service.reports import Readings
+from radar_service.records.reports import Readings
 from radar_service.scene.error_settings import ErrorSettings
-from radar_service.types import Flags, Floats, Indices
 
 GYRO, LOG, EAST, NORTH, ANTENNA = 1, 2, 3, 4, 5  # sensors, the key after the purpose
 

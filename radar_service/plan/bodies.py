@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from radar_service.fidelity import Fidelity
+from radar_service.numerics.types import Floats, Indices
 from radar_service.plan.body_errors import body_error
 from radar_service.plan.items import PlanItem
 from radar_service.plan.statistics import EngineStatistics
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.physical_optics.model import PhysicalOptics
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene
-from radar_service.types import Floats, Indices
 
 NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of range"
 

@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.echo.aspect_rates import NEAREST
 from radar_service.echo.passage_nodes import HELD_PHASE, MAX_PHASE
-from radar_service.fidelity import Fidelity
+from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.plan.closest_approach import nearest_and_top
 from radar_service.plan.run import BodyRun, body_run
 from radar_service.plan.settings_search import combine_db
 from radar_service.propagation.multipath import specular_geometry
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.declared_cells import cell_spacing
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers

@@ -8,8 +8,7 @@ from functools import partial
 import numpy as np
 
 from radar_service.echo.second_time_around import max_echo_range
-from radar_service.fidelity import Fidelity
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.closest_approach import nearest_and_top
 from radar_service.propagation.attenuation import attenuation_amplitude
@@ -17,6 +16,7 @@ from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain, received_amplitude
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.receive.compression import receiver_noise_power
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import height_over_horizon, scattering_model
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene

@@ -5,14 +5,14 @@ import math
 from radar_service.clutter.rain import RAIN_HEIGHT
 from radar_service.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE
 from radar_service.clutter.sea import MAX_SEA_STATE
-from radar_service.fidelity import Fidelity
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
 from radar_service.plan.items import PlanItem
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
 from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
+from radar_service.records.fidelity import Fidelity
 from radar_service.scene.checks.validity import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.trace.ray_sampling import missed_area_range

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from radar_service.arithmetic import arithmetic
-from radar_service.fidelity import Fidelity
+from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plan.bodies import bodies
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
@@ -24,6 +23,7 @@ from radar_service.plan.settings_search import (
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
 from radar_service.radar.folding import remedies
 from radar_service.radar.parameters import Radar
+from radar_service.records.fidelity import Fidelity
 from radar_service.scene.world import Scene
 
 METHODS = {"at rest": resting_db, "moving": moving_db}

@@ -2,9 +2,9 @@
 
 import math
 
-from radar_service.fidelity import Fidelity
 from radar_service.plan.body_errors import body_error
 from radar_service.plan.run import HORIZON, BodyRun, body_run, ends_at_horizon, is_steered
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.physical_optics.mesh_quality import mesh_quality
 from radar_service.scene.body import Body
 from radar_service.scene.world import Scene

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 import scipy.fft
 
-from radar_service.fidelity import MIN_SCATTERERS, Fidelity
+from radar_service.numerics.types import Floats
 from radar_service.plan.budget import ErrorBudget
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.folding import ALIASES, KERNEL_WIDTHS, chirp_error_db, sampling_error_db
@@ -21,11 +21,11 @@ from radar_service.receive.beam import azimuth_kernel, beam_spectrum
 from radar_service.receive.compression import range_kernel, waveform_spectra
 from radar_service.receive.gridding import Kernel
 from radar_service.receive.plain_pulse import PulseKernel
+from radar_service.records.fidelity import MIN_SCATTERERS, Fidelity
 from radar_service.scattering.fixed_scatterers import FixedScatterers
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.surface_sampling import MAX_STRATA, density_db, surface_db
 from radar_service.scene.world import Scene
-from radar_service.types import Floats
 
 BEAM_KERNEL_WIDTHS = (4, 6)
 EXTENTS = (1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 12.0, 18.0, 27.0, math.inf)  # beamwidths each side

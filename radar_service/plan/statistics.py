@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass, field
 
+from radar_service.numerics.types import Indices
 from radar_service.plan.culling import Culling
 from radar_service.scene.world import Scene
-from radar_service.types import Indices
 
 
 @dataclass(frozen=True)

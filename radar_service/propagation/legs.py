@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.numerics.types import Flags, Floats
 from radar_service.propagation.multipath import reflected_ray
-from radar_service.types import Flags, Floats
 
 _TINY = 1e-12  # m; keeps directions finite at the antenna's own plan position
 

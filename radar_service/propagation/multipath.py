@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.numerics.constants import SPEED_OF_LIGHT
+from radar_service.numerics.types import Complexes, Flags, Floats, Gain, Profiles, Singles
 from radar_service.propagation.sea_surface import ament, fresnel, miller_brown, sea_water_permittivity
-from radar_service.types import Complexes, Flags, Floats, Gain, Profiles, Singles
 
 Roughness = Callable[[Floats, float, float], Floats]  # grazing angle, rms wave height, wavelength -> factor
 

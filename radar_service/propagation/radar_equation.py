@@ -4,7 +4,8 @@ from functools import partial
 
 import numpy as np
 
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
+from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.diffraction import with_diffraction
 from radar_service.propagation.multipath import TwoRays, two_rays
@@ -12,7 +13,6 @@ from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import interpolated_gain
 from radar_service.radar.parameters import Radar
 from radar_service.scene.environment import Environment
-from radar_service.types import Complexes, Floats
 
 
 def received_amplitude(radar: Radar, distance: Floats) -> Floats:

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import i0e
 
-from radar_service.types import Complexes, Floats
+from radar_service.numerics.types import Complexes, Floats
 
 # Significant wave height H_1/3 [m] by Douglas sea state: the middle of each band of WMO code table 3700. State 9 has no
 # upper limit, so it has its lower edge.

@@ -12,10 +12,10 @@ from functools import lru_cache, partial
 import numpy as np
 import scipy.fft
 
-from radar_service.kaiser_bessel import kernel_transform, shape_parameter
+from radar_service.numerics.kaiser_bessel import kernel_transform, shape_parameter
+from radar_service.numerics.types import Complexes, Floats
 from radar_service.radar.parameters import Radar
 from radar_service.radar.waveform import Chirp
-from radar_service.types import Complexes, Floats
 
 FREQUENCIES = 1024  # in the sampled band, at which spectra are compared
 ALIASES = tuple(m for m in range(-4, 5) if m)  # spectra and kernels fall off: further ones change nothing

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.fft
 
-from radar_service.types import Complexes, Floats
+from radar_service.numerics.types import Complexes, Floats
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline

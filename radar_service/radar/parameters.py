@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.numerics.constants import SPEED_OF_LIGHT
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.antenna import AntennaPattern, interpolated_gain
-from radar_service.types import Flags, Floats, Indices
 
 if TYPE_CHECKING:
     from radar_service.radar.waveform import Chirp

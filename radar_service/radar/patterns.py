@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.numerics.types import Floats
 from radar_service.radar.antenna import AntennaPattern
-from radar_service.types import Floats
 
 HALF_POWER_U = 0.442946470689452  # root of sinc(u)^2 = 1/2; twice it is the 0.8859 of the half-power width
 MIN_GAIN = 1e-30  # -300 dB: keeps the logarithm of a table's zeros finite

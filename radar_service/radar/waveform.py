@@ -9,9 +9,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import fresnel
 
-from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
+from radar_service.numerics.constants import BOLTZMANN, REFERENCE_TEMPERATURE
+from radar_service.numerics.types import Complexes, Floats
 from radar_service.radar.nonlinear_chirp import nonlinear_chirp_spectrum, range_doppler_coupling
-from radar_service.types import Complexes, Floats
 
 COSINE_SUMS = {
     "none": (1.0,),

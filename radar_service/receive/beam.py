@@ -3,9 +3,9 @@
 import numpy as np
 import scipy.fft
 
+from radar_service.numerics.types import Floats, Gain, Profiles
 from radar_service.radar.antenna import azimuth_oversampling
 from radar_service.receive.gridding import Kernel
-from radar_service.types import Floats, Gain, Profiles
 
 PATTERN_SAMPLES = 16  # per grid row: aliases of the narrowest beam are below -100 dB
 COLUMNS = 256  # grid columns transformed at a time, so that a tile stays in cache

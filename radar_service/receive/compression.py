@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import scipy.fft
 
+from radar_service.numerics.types import Complexes, Floats, Profiles, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.receive.eclipsing import Eclipsing, eclipsing_for
 from radar_service.receive.gridding import Kernel, Tables, spread_moving
@@ -19,7 +20,6 @@ from radar_service.receive.plain_pulse import (
     plain_spectrum,
     pulse_kernel,
 )
-from radar_service.types import Complexes, Floats, Profiles, Singles
 
 Spectrum = Callable[[Floats], Complexes]  # of the frequency [Hz]
 FILTER_REACH = {"matched": 1, "inverse": 2}  # pulse lengths: beyond, an inverse filter adds less than -57 dB of an echo

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 
+from radar_service.numerics.types import Complexes, Floats, Profiles
 from radar_service.receive.gridding import Kernel
-from radar_service.types import Complexes, Floats, Profiles
 
 OVERSAMPLING = 3  # of the grid on which the signal is cut: with half the weight on the cut, it errs by -64 dB
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from radar_service.kaiser_bessel import kernel_transform, shape_parameter
-from radar_service.types import Complexes, Floats, Indices, Profiles, Singles
+from radar_service.numerics.kaiser_bessel import kernel_transform, shape_parameter
+from radar_service.numerics.types import Complexes, Floats, Indices, Profiles, Singles
 
 Tables = tuple[Singles, ...]  # of a kernel, with none, one and two of its derivatives
 TABLE_STEPS = 8192  # kernel positions per sample; the nearest entry errs by 1/16384 sample, below -80 dB of the pulse

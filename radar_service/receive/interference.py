@@ -10,15 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 
-from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.frames import wrap_angle
+from radar_service.numerics.constants import SPEED_OF_LIGHT
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.random import INTERFERENCE, generator
+from radar_service.numerics.types import Complexes, Floats, Indices, Profiles
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import PATTERNS
-from radar_service.random import INTERFERENCE, generator
 from radar_service.receive.compression import receiver_noise_power, waveform_spectra
 from radar_service.scene.environment import Interferer
 from radar_service.scene.world import Scene
-from radar_service.types import Complexes, Floats, Indices, Profiles
 
 MIN_PULSE_TO_NOISE = 1e-3  # weaker pulses are not added
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from radar_service.random import normals
-from radar_service.types import Floats, Profiles
+from radar_service.numerics.random import normals
+from radar_service.numerics.types import Floats, Profiles
 
 MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn: a third of the draws, 1e-4 of the power
 

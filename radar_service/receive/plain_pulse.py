@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import erf
 
-from radar_service.constants import BOLTZMANN, REFERENCE_TEMPERATURE
+from radar_service.numerics.constants import BOLTZMANN, REFERENCE_TEMPERATURE
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.receive.gridding import Kernel
-from radar_service.types import Complexes, Flags, Floats, Indices
 
 TAIL = 5.0  # standard deviations of the filter's response: beyond them it is below -120 dB of the peak
 

@@ -4,9 +4,9 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from radar_service.arguments import file_ending, whole
-from radar_service.cell_sources import PowersOf, powers_from_text
-from radar_service.output_files import add_overwrite
+from radar_service.records.cell_sources import PowersOf, powers_from_text
+from radar_service.terminal.arguments import file_ending, whole
+from radar_service.terminal.output_files import add_overwrite
 
 
 def add_commands(

@@ -4,7 +4,7 @@ import types
 from dataclasses import fields, is_dataclass
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from radar_service.records import Crossing, Snapshot
+from radar_service.records.truth import Crossing, Snapshot
 
 NAMES: dict[type, str] = {float: "number", int: "integer", str: "string", bool: "boolean", type(None): "null"}
 

@@ -1,6 +1,6 @@
 """The parts of the package `mcap` that recordings use."""
 
-from radar_service.extras import MissingExtra
+from radar_service.terminal.extras import MissingExtra
 
 try:
     from mcap.data_stream import ReadDataStream

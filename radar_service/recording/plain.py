@@ -12,7 +12,7 @@ from typing import Any
 
 from radar_service.recording.error import RecordingError
 
-HOMES = ("radar_service.radar.", "radar_service.fidelity.")  # of the classes that are made again
+HOMES = ("radar_service.radar.", "radar_service.records.fidelity.")  # of the classes that are made again
 
 
 def plain(value: Any) -> Any:

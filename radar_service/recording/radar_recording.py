@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.cell_sources import SourceRequest
 from radar_service.display.video import Controls, peaks, strongest
 from radar_service.receive.detection import square_law
 from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, scene_schema, truth_schema
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.recording.scene_document import scene_document
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.spoke_source import TruthLine
 from radar_service.stream.codecs.native import messages, wire
 from radar_service.stream.codecs.native.source_fields import source_fields

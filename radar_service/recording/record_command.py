@@ -8,11 +8,11 @@ from typing import Any
 
 from tqdm import tqdm
 
-from radar_service.cell_sources import SourceRequest
-from radar_service.output_files import prepare
+from radar_service.numerics.types import Singles
 from radar_service.recording.error import RecordingError
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene.commands import CommandLog
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
@@ -21,7 +21,7 @@ from radar_service.stream.controls import controls_state
 from radar_service.stream.settings import Pace, Settings
 from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch, new_epoch_name
-from radar_service.types import Singles
+from radar_service.terminal.output_files import prepare
 
 RADAR = "0"
 BLOCK = 32  # spokes; a message of the feed holds no more

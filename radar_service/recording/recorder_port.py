@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from radar_service.cell_sources import SourceRequest
 from radar_service.recording.service_recorder import ServiceRecorder
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.ports.port import Port
 from radar_service.stream.spokes import SpokeSink
 

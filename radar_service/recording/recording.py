@@ -9,21 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.cell_sources import SourceList
+from radar_service.numerics.types import Floats
 from radar_service.receive.detection import square_law
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.epochs import epochs_of
 from radar_service.recording.error import RecordingError
 from radar_service.recording.plain import restored
-from radar_service.records import Spoke, SpokeBlock, Truth, regrouped
-from radar_service.scan import Scan, scan_of
+from radar_service.records.cell_sources import SourceList
+from radar_service.records.spokes import Spoke, SpokeBlock, regrouped
+from radar_service.records.truth import Truth
+from radar_service.scans.scan import Scan, scan_of
 from radar_service.scene.commands import command_from
 from radar_service.scene.outline import SceneOutline
 from radar_service.spoke_source import SourceInfo, TruthLine
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.codecs.native.spoke_rows import SpokeRows
 from radar_service.stream.radio.prefetch import EngineFault
-from radar_service.types import Floats
 
 NO_TRUTH = (
     "a recording has the truth of beam crossings and of the ends of scans, not of every instant; read the truth's stream"

@@ -9,7 +9,7 @@ from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.epochs import radars_with_epoch
 from radar_service.recording.error import RecordingError
 from radar_service.recording.recording import NO_TRUTH, Recording
-from radar_service.records import SpokeBlock
+from radar_service.records.spokes import SpokeBlock
 from radar_service.stream import logs
 from radar_service.stream.controls import CONTROLS, changed_settings
 from radar_service.stream.fanout.client_queue import ClientQueue

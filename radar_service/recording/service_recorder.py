@@ -9,9 +9,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, NamedTuple, Self
 
-from radar_service.cell_sources import SourceRequest
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.recording_file import RecordingFile, created
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.logs import log_event
 from radar_service.stream.spokes import RadarInfo, SpokeBatch
 

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.frames import distances_from_map, wrap_angle
+from radar_service.numerics.constants import SPEED_OF_LIGHT
+from radar_service.numerics.frames import distances_from_map, wrap_angle
+from radar_service.numerics.types import Complexes, Floats
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import ScatteringContext
-from radar_service.types import Complexes, Floats
 
 MAX_OVERLAP = 0.03  # of the autocorrelation along range, summed over two neighbours: 0.13 dB for a pair of any phases
 MAX_AZIMUTH_OVERLAP = 0.09  # of neighbours in azimuth: 0.37 dB for a pair that moved since; less would need gaps in the beam

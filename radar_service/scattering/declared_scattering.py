@@ -4,8 +4,9 @@ from functools import cached_property
 
 import numpy as np
 
-from radar_service.fidelity import Fidelity
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.declared_cells import CellEchoes, CellSpacing, cell_echoes, cell_spacing
 from radar_service.scattering.fixed_scatterers import PEAK_TO_MEAN, FixedScatterers, sampled
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, ScatteringContext, Sector
@@ -13,7 +14,6 @@ from radar_service.scattering.surface_sampling import Scatterers, point_scattere
 from radar_service.scene.body import Body
 from radar_service.scene.poses import PoseArrays
 from radar_service.scene.world import Scene
-from radar_service.types import Flags, Floats, Indices
 
 MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes
 

@@ -10,10 +10,11 @@ from typing import Self
 
 import numpy as np
 
-from radar_service.fidelity import Fidelity
+from radar_service.numerics.random import SCATTER, generator, name_key
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar
-from radar_service.random import SCATTER, generator, name_key
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Instant, ScatteringContext, Sector
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,
@@ -34,7 +35,6 @@ from radar_service.scene.poses import (
 )
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
-from radar_service.types import Flags, Floats, Indices
 
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
 

@@ -10,14 +10,14 @@ from typing import NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 
-from radar_service.fidelity import Fidelity
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
+from radar_service.records.fidelity import Fidelity
 from radar_service.scene.body import Body
 from radar_service.scene.environment import Environment
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Complexes, Flags, Floats, Indices
 
 ALL_PATHS, DIRECT, ONE_WAY, BOTH_WAYS = -1, 0, 1, 2
 

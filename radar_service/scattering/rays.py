@@ -11,10 +11,11 @@ from typing import Self
 
 import numpy as np
 
-from radar_service.fidelity import Fidelity
-from radar_service.frames import body_rotation, direction
+from radar_service.numerics.frames import body_rotation, direction
+from radar_service.numerics.random import CAST, generator
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
-from radar_service.random import CAST, generator
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
 from radar_service.scene.body import Body
@@ -23,7 +24,6 @@ from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.ray_sampling import full_circle_rays, missed_area_range
 from radar_service.trace.ray_target import RayTarget, sea_range
-from radar_service.types import Complexes, Flags, Floats, Indices
 
 SAMPLER_NAMES = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
 

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import map_from_body, turned
+from radar_service.numerics.frames import map_from_body, turned
 from radar_service.scene.motion import Motion
 from radar_service.scene.presence import Presence
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, replace
 from typing import Any
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.radar.parameters import Radar
 from radar_service.scene.fields import MAX_COORDINATE
 from radar_service.scene.steered_motion import SteeringLimits

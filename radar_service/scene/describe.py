@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import KNOT
-from radar_service.frames import Polar, effective_earth_radius, polar_from_map
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.frames import Polar, effective_earth_radius, polar_from_map
 from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body
 from radar_service.scene.model import SceneModel

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.scene.error_profiles import PROFILES
 from radar_service.scene.errors_model import (
     SENSORS,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.constants import EARTH_RADIUS
+from radar_service.numerics.constants import EARTH_RADIUS
 from radar_service.radar.parameters import Radar
 from radar_service.scene.error import SceneError
 from radar_service.scene.platform import Platform

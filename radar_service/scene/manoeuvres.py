@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.numerics.types import Floats
 from radar_service.scene.motion import Motion
 from radar_service.scene.waypoint_arcs import move_along_arc
-from radar_service.types import Floats
 
 
 class Manoeuvre(NamedTuple):

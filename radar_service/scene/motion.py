@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import wrap_bearing
+from radar_service.numerics.frames import wrap_bearing
 from radar_service.scene.sway import Sway
 from radar_service.scene.waypoint_arcs import move_along_arc
 

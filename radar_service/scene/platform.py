@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import map_from_deck
+from radar_service.numerics.frames import map_from_deck
 from radar_service.radar.parameters import Radar
 from radar_service.scene.environment import Environment
 from radar_service.scene.error_settings import ErrorSettings

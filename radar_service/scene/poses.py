@@ -6,10 +6,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from radar_service.frames import body_rotation, turned, wrap_bearing
+from radar_service.numerics.frames import body_rotation, turned, wrap_bearing
+from radar_service.numerics.types import Floats, Indices
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.motion import Motion
-from radar_service.types import Floats, Indices
 
 
 @dataclass(frozen=True)

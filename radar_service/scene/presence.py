@@ -6,7 +6,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from radar_service.types import Flags, Floats, Indices
+from radar_service.numerics.types import Flags, Floats, Indices
 
 ROUNDING = 1e-9  # s: a spoke counts as at an instant that it misses by rounding; spokes are some 1e-4 s apart
 

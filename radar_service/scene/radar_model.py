@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal, Self
 
 from pydantic import Field, model_validator
 
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, grid_rows
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.scene.errors_model import RadarErrorsModel

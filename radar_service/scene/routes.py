@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.scene.error import SceneError
 from radar_service.scene.manoeuvre_model import ManoeuvreModel
 from radar_service.scene.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from radar_service.numerics.types import Flags, Floats
 from radar_service.scene.motion import Motion, Pose
 from radar_service.scene.sway import Sway
 from radar_service.scene.waypoint_arcs import move_along_arc
-from radar_service.types import Flags, Floats
 
 LOOK_BACK = 12_000.0  # s: a leg continues backward so long, two rotations at 0.01 rpm; the engine looks back for one at most
 MAX_LEGS = 1024  # remembered, of each motion: 20 s of poses at 50 Hz

@@ -6,8 +6,8 @@ from typing import Self
 
 import numpy as np
 
+from radar_service.numerics.types import Flags, Floats
 from radar_service.scene.presence import Presence
-from radar_service.types import Flags, Floats
 
 MAX_CHANGES = 1024  # remembered, of each body
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.revision import Revision
 from radar_service.radar.parameters import Origin
-from radar_service.revision import Revision
 from radar_service.scene.commands import Command, check_count
 from radar_service.scene.convert import scene_at_origin
 from radar_service.scene.motion import Motion

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from radar_service.frames import map_from_deck
-from radar_service.types import Floats
+from radar_service.numerics.frames import map_from_deck
+from radar_service.numerics.types import Floats
 
 STEP = 1e-20  # s of the complex step: its square is nothing beside 1, so that the derivative is exact to rounding
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
+from radar_service.numerics.random import name_key
+from radar_service.numerics.revision import STEADY, Revision
 from radar_service.radar.parameters import FIRST_ID, Radar, horizon
-from radar_service.random import name_key
-from radar_service.revision import STEADY, Revision
 from radar_service.scene.body import Body
 from radar_service.scene.commands import Steerable
 from radar_service.scene.environment import Environment, Interferer

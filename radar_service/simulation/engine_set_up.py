@@ -6,22 +6,22 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from radar_service.cell_sources import Labels
 from radar_service.engine.documented import DocumentedEngine
-from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.engine.stitched import LabellingStitchedEngine, own_noise, pulse_scenes
-from radar_service.fidelity import Fidelity, fidelity_from_name
-from radar_service.frames import effective_earth_radius
-from radar_service.parallel import BLAS_LIMIT
+from radar_service.engine.stitched import own_noise, pulse_scenes
+from radar_service.numerics.frames import effective_earth_radius
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.types import Flags, Floats, Profiles, Singles
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.cost_model import SetUp, first_visibility_update
 from radar_service.plan.culling import Culling, cull
 from radar_service.plan.settings_search import fidelity_for
+from radar_service.records.cell_sources import Labels
+from radar_service.records.fidelity import Fidelity, fidelity_from_name
 from radar_service.scene.world import Scene
+from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Flags, Floats, Profiles, Singles
 
 
 def check_arguments(scene: Any, seed: int, threads: int, sector: tuple[float, float] | None) -> None:

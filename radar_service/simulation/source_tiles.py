@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
-from radar_service.cell_sources import Labels, Powers, SourceList, SourceRequest
-from radar_service.engine.power_window import PulsePowers, ScanPowers, pulse_powers
 from radar_service.engine.preparation import Prepared
-from radar_service.engine.source_numbers import source_numbers
+from radar_service.numerics.types import Flags, Profiles, Singles
+from radar_service.records.cell_sources import Labels, Powers, SourceList, SourceRequest
 from radar_service.simulation.engine_set_up import AzimuthEngine, LabelledEngine
-from radar_service.types import Flags, Profiles, Singles
+from radar_service.sources.numbers import source_numbers
+from radar_service.sources.power_window import PulsePowers, ScanPowers, pulse_powers
 
 DOCUMENTED = "the fidelity 'documented' has none; choose another fidelity"
 

@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.cell_sources import SourceRequest
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.parallel import BLAS_LIMIT
-from radar_service.records import OwnShipTruth, SpokeBlock, regrouped
-from radar_service.reports import Readings
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.types import Floats, Indices
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.reports import Readings
+from radar_service.records.spokes import SpokeBlock, regrouped
+from radar_service.records.truth import OwnShipTruth
+from radar_service.scans.sector import Sector
 from radar_service.scene.commands import Command
 from radar_service.scene.steering import Steering
-from radar_service.sector import Sector
 from radar_service.simulation.source_tiles import SourceTile, SourceTiles
-from radar_service.types import Floats, Indices
 
 
 class SpokeStream:

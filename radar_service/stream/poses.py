@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.scene.commands import CommandError, Steerable
 from radar_service.scene.steered_motion import Leg
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 from radar_service.display.video import Controls, Layout
-from radar_service.records import SpokeBlock
+from radar_service.numerics.types import Singles
+from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.commands import CommandLog
 from radar_service.scene.outline import NOT_STEERABLE
 from radar_service.spoke_source import SourceInfo, SpokeSource
 from radar_service.stream.source import SceneOrder, cell_layout
-from radar_service.types import Singles
 
 NO_COMMANDS = CommandLog(NOT_STEERABLE)
 

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.trace.moller_trumbore import watertight_pairs
-from radar_service.types import Flags, Floats, Indices, Singles
 
 WIDTH = 4  # boxes or triangles in a box
 MAX_PAIRS = 2**15  # of rays and boxes worked on at once, which the L2 cache holds; twice or half as many are slower

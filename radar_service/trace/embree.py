@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.trace.box_tree import BoxTree
 from radar_service.trace.tree_cache import SharedTree, Tree, TreeCache, Triangles
-from radar_service.types import Flags, Floats, Indices, Singles
 
 try:
     from embreex.mesh_construction import TriangleMesh

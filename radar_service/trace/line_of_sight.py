@@ -8,9 +8,10 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from radar_service.block_cache import BlockCache
-from radar_service.frames import Polar, distances_from_map
-from radar_service.revision import STEADY, Revision
+from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.frames import Polar, distances_from_map
+from radar_service.numerics.revision import STEADY, Revision
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scene.body import Body
 from radar_service.scene.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
 from radar_service.scene.presence import Presences
@@ -19,7 +20,6 @@ from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
 from radar_service.trace.shadow_sectors import ShadowSectors, on_the_way, shadow_sectors
 from radar_service.trace.triangle_clusters import BodyTriangles, TriangleClusters
-from radar_service.types import Flags, Floats, Indices
 
 
 class SurfacePoints(NamedTuple):

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.frames import wrap_angle
-from radar_service.types import Flags, Floats, Indices
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Flags, Floats, Indices
 
 
 class ShadowSectors(NamedTuple):

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from radar_service.arguments import file_ending, whole
 from radar_service.display.units import add_unit
-from radar_service.output_files import add_overwrite
+from radar_service.terminal.arguments import file_ending, whole
+from radar_service.terminal.output_files import add_overwrite
 
 
 def add_bench_tracker(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.arithmetic import arithmetic
-from radar_service.output_files import make_folder
-from radar_service.parallel import BLAS_LIMIT
-from radar_service.scan import Scan
-from radar_service.tracking.flood import FloodWarning, flood_remark
+from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.plots.flood import FloodWarning, flood_remark
+from radar_service.scans.scan import Scan
+from radar_service.terminal.output_files import make_folder
 from radar_service.tracking.json_lines import LineTracker
 from radar_service.tracking.plot_scores import plot_metrics
 from radar_service.tracking.power_centroids import at_power_centroids

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from radar_service.types import Floats
+from radar_service.numerics.types import Floats
 
 Vector = Floats | Sequence[float]
 

@@ -7,13 +7,13 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.stats import binom, gamma, ncx2
 
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
+from radar_service.numerics.types import Floats
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays, received_amplitude
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scattering.swerling import per_azimuth
 from radar_service.scene.environment import Environment
-from radar_service.types import Floats
 
 SHAPES = {1: 1.0, 2: 1.0, 3: 2.0, 4: 2.0}  # of the gamma distribution of a Swerling case's power
 DRAWS = 200  # equally probable powers that stand for a distribution: errs by less than 1e-3

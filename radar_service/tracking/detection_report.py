@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.output_files import make_folder
+from radar_service.terminal.output_files import make_folder
 from radar_service.tracking.report import STYLE
 from radar_service.tracking.scoring import NAUTICAL_MILE
 

@@ -14,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.parallel import BLAS_LIMIT
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.plots.false_alarms import known_level_factor
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
@@ -30,9 +32,7 @@ from radar_service.tracking.detection import (
     spoke_gains,
 )  # fmt: skip
 from radar_service.tracking.detection_verdicts import HIGHEST, LOWEST, Measured, judged
-from radar_service.tracking.false_alarms import known_level_factor
 from radar_service.tracking.scenario import Scenario, ScenarioError
-from radar_service.types import Flags, Floats, Indices
 
 SCHEMA = 1
 MARGIN = 0.03  # Pd to which ranges are spread beyond these

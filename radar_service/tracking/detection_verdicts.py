@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom, binomtest
 
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.scene.environment import Environment
 from radar_service.tracking.detection import (
@@ -19,7 +20,6 @@ from radar_service.tracking.detection import (
     spoke_gains,
 )
 from radar_service.tracking.scoring import NAUTICAL_MILE
-from radar_service.types import Flags, Floats, Indices
 
 LOWEST, HIGHEST = 0.05, 0.95  # Pd of the ranges that are tested
 SIGNIFICANCE = 0.001

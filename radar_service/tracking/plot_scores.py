@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from radar_service.frames import wrap_angle
-from radar_service.tracking.plot import Plot
+from radar_service.numerics.frames import wrap_angle
+from radar_service.plots.plot import Plot
 from radar_service.tracking.scoring import ScanResult, TargetTruth
 
 GATE = 15.0  # m: a plot of a point is no farther from it in range, nor across it ...

@@ -9,8 +9,8 @@ import numpy as np
 
 from radar_service.display.picture import picture_from_power
 from radar_service.display.ppi import scan_convert
-from radar_service.scan import Scan
-from radar_service.types import Singles
+from radar_service.numerics.types import Singles
+from radar_service.scans.scan import Scan
 
 SIZE = 800  # pixels
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from radar_service.numerics.types import Floats
 from radar_service.tracking.dead_reckoning import distance_at
 from radar_service.tracking.ppi_picture import image_of
-from radar_service.types import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

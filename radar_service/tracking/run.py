@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from radar_service.plots.clusters import ClusterRule
+from radar_service.plots.extractor import PlotExtractor
+from radar_service.plots.plot import Plot
+from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic, Threshold
 from radar_service.radar.parameters import Radar
-from radar_service.records import Crossing, Kinematics, OwnShipTruth
-from radar_service.scan import Scan
+from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth
+from radar_service.scans.scan import Scan
 from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.tracking.clusters import ClusterRule
-from radar_service.tracking.extractor import PlotExtractor
-from radar_service.tracking.plot import Plot
 from radar_service.tracking.scenario import PlotSettings, Scenario
 from radar_service.tracking.scoring import ScanResult, TargetTruth
-from radar_service.tracking.thresholds import CellAveraging, KnownThreshold, OrderedStatistic, Threshold
 from radar_service.tracking.tracker import Tracker, TrackerInput
 
 

@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from radar_service.numerics.random import SCENARIO, generator, name_key
 from radar_service.packaged import packaged_folder
-from radar_service.random import SCENARIO, generator, name_key
 
 SUFFIX = ".toml"
 

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from radar_service.constants import KNOT
-from radar_service.frames import wrap_angle
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Floats
+from radar_service.plots.flood import Flood
 from radar_service.tracking.dead_reckoning import distance_at, moved_on
-from radar_service.tracking.flood import Flood
 from radar_service.tracking.tracker import TrackerInput, TrackState
 from radar_service.truth.crossings import closest_approach
-from radar_service.types import Floats
 
 CUTOFF = 200.0  # m, of OSPA and GOSPA, and of an association
 ORDER = 2.0

@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from radar_service.extras import MissingExtra
-from radar_service.tracking.plot import Plot
+from radar_service.plots.plot import Plot
+from radar_service.terminal.extras import MissingExtra
 from radar_service.tracking.tracker import TrackerInput, TrackState
 
 EPOCH = datetime(2000, 1, 1)

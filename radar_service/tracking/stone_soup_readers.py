@@ -12,10 +12,10 @@ from stonesoup.buffered_generator import BufferedGenerator
 from stonesoup.reader.base import DetectionReader, GroundTruthReader
 from stonesoup.types.groundtruth import GroundTruthPath, GroundTruthState
 
+from radar_service.plots.extractor import PlotExtractor
 from radar_service.radar.parameters import Radar
-from radar_service.records import Snapshot
-from radar_service.scan import Scan
-from radar_service.tracking.extractor import PlotExtractor
+from radar_service.records.truth import Snapshot
+from radar_service.scans.scan import Scan
 from radar_service.tracking.stone_soup import EPOCH, Tuning, detection
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
-from radar_service.tracking.plot import Plot
+from radar_service.plots.plot import Plot
 
 
 @dataclass(frozen=True, kw_only=True)

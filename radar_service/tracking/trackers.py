@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.tracking.json_lines import TrackerError
 from radar_service.tracking.process_tracker import ProcessTracker
 from radar_service.tracking.scenario import Scenario

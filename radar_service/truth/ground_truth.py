@@ -9,10 +9,11 @@ import numpy as np
 
 from radar_service.echo.range_history import apparent_position
 from radar_service.echo.second_time_around import apparent_range
-from radar_service.frames import polar_from_map, wrap_bearing
-from radar_service.parallel import BLAS_LIMIT
+from radar_service.numerics.frames import polar_from_map, wrap_bearing
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import horizon
-from radar_service.records import BodyTruth, Truth
+from radar_service.records.truth import BodyTruth, Truth
 from radar_service.scattering.models import height_over_horizon
 from radar_service.scene.geo import geographic_from_map
 from radar_service.scene.motion import Pose
@@ -21,7 +22,6 @@ from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
 from radar_service.truth.surface_search import SurfaceSearch
-from radar_service.types import Flags, Floats, Indices
 
 REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # by how many tests a body passes, in this order
 VISIBLE = len(REASONS) - 1  # tests that a visible point passes

@@ -6,7 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from radar_service.block_cache import BlockCache
+from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.legs import reflection_points
 from radar_service.scene.poses import pose_at
 from radar_service.scene.world import Scene
@@ -24,7 +25,6 @@ from radar_service.truth.surface_points import (
     outline,
     viewed,
 )
-from radar_service.types import Flags, Floats, Indices
 
 Candidates = tuple[
     Floats, Callable[[Indices], Flags]

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from radar_service.records import Crossing, Snapshot
+from radar_service.records.truth import Crossing, Snapshot
 from radar_service.scene.world import Scene
 from radar_service.truth.scene_hash import scene_hash
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 import radar_service as rs
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.receive.compression import receiver_noise_power
 from tests.reference.point_scene import error_db, exact_field, scattered
 from tests.scenes import point, scene

@@ -23,7 +23,7 @@ SCENES = {  # with thresholds; the windows of CFAR are longer than the spokes of
 PROGRAM = """
 import dataclasses, hashlib, json, sys, time
 import radar_service as rs
-from radar_service.tracking.extractor import PlotExtractor
+from radar_service.plots.extractor import PlotExtractor
 from radar_service.tracking.run import rule_of, threshold_of
 from radar_service.tracking.scenario import PlotSettings, load_scenario
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 import radar_service as rs
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.numerics.constants import SPEED_OF_LIGHT
 
 WAVEFORMS = (
     {"bandwidth_hz": 50e6, "pulse_s": 10e-6},

@@ -22,7 +22,7 @@ import scipy.fft
 import radar_service as rs
 from radar_service.clutter import clutter, sea_clutter, texture, texture_rows, texture_tile
 from radar_service.clutter.azimuth_rows import weight_rows
-from radar_service.random import normals
+from radar_service.numerics.random import normals
 from radar_service.receive import compression, noise
 from radar_service.receive.gridding import spread_moving
 from radar_service.trace.embree import TriangleScene

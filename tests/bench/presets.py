@@ -18,7 +18,7 @@ import numpy as np
 
 import radar_service as rs
 import scenes
-from radar_service.fidelity import PRESETS, Fidelity
+from radar_service.records.fidelity import PRESETS, Fidelity
 from tests.engine.test_pipeline import COARSE, error_db, scattered
 from tests.real import places
 from tests.scenes import scene

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from radar_service.records import SpokeBlock
+from radar_service.records.spokes import SpokeBlock
 from radar_service.spoke_source import SpokeSource
 from radar_service.stream.http.app import create_app
 from radar_service.stream.http.requests import Requests

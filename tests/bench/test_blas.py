@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.parallel import BLAS_LIMIT, BlasLibrary
+from radar_service.numerics.parallel import BLAS_LIMIT, BlasLibrary
 from tests.bench.places import shipped
 
 pytestmark = pytest.mark.bench

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
-from radar_service.simulator_options import SimulatorOptions
+from radar_service.commands.simulator_options import SimulatorOptions
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.http.app import create_app
 from radar_service.stream.processes.fork_server import ForkServer

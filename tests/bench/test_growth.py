@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 import radar_service as rs
-from radar_service.fidelity import fidelity_from_name
+from radar_service.records.fidelity import fidelity_from_name
 from radar_service.study.plotting import COLOURS, SMALL, duration, new_figure, png_bytes, style
 from tests.scenes import point, scene
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from tests.bench import places as scenes
 from tests.real import places
 

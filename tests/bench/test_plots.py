@@ -6,11 +6,11 @@ import warnings
 import numpy as np
 import pytest
 
-from radar_service.scan import Scan
-from radar_service.tracking.extractor import PlotExtractor
-from radar_service.tracking.flood import FloodWarning
+from radar_service.plots.extractor import PlotExtractor
+from radar_service.plots.flood import FloodWarning
+from radar_service.scans.scan import Scan
+from tests.plots.test_detections import scan_of_power
 from tests.scenes import radar
-from tests.tracking.test_detections import scan_of_power
 
 SCANS = 3
 

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import SPEED_OF_LIGHT
 from radar_service.engine.preparation import prepare
-from radar_service.frames import wrap_angle
-from radar_service.parallel import BLAS_LIMIT
+from radar_service.numerics.constants import SPEED_OF_LIGHT
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.radar.patterns import PATTERNS
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, window
 from tests.bench import places as scenes

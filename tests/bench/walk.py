@@ -23,7 +23,7 @@ import numpy as np
 from websockets.asyncio.client import connect
 
 import radar_service
-from radar_service.records import SpokeBlock
+from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.scene.world import Scene
 from radar_service.stream.codecs.native import wire

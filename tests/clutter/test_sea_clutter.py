@@ -10,7 +10,7 @@ from radar_service.clutter.azimuth_rows import weight_rows
 from radar_service.clutter.clutter import prepare_clutter
 from radar_service.clutter.resolution_cell import resolution_cell
 from radar_service.clutter.sea_clutter import Sea
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
 from radar_service.receive.compression import compression_for
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.reference.compressed_pulse import sinc2_beam

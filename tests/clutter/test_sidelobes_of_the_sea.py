@@ -14,10 +14,10 @@ import radar_service as rs
 from radar_service.clutter.resolution_cell import resolution_cell
 from radar_service.clutter.sea_clutter import sea_power
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import PRESETS
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
 from radar_service.radar.waveform import window_coefficients
 from radar_service.receive.compression import compression_for, receiver_noise_power
+from radar_service.records.fidelity import PRESETS
 from radar_service.scene.world import Scene
 from tests.reference.compressed_pulse import compressed_pulse
 from tests.scenes import scene

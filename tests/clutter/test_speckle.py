@@ -16,7 +16,7 @@ import pytest
 from scipy import stats
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from tests.reference.compressed_pulse import compressed_pulse, sinc2_beam
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]

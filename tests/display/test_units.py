@@ -2,8 +2,8 @@
 
 import pytest
 
-from radar_service.constants import NAUTICAL_MILE
 from radar_service.display.units import Unit, range_text, ring_step
+from radar_service.numerics.constants import NAUTICAL_MILE
 
 RANGES = (60.0, 463.0, 750.0, 999.6, 1852.0, 2999.0, 3000.0, 4999.3, 5000.0, 9999.9, 12_000.0, 44_448.0, 96_000.0, 200_000.0)
 

@@ -13,8 +13,8 @@ from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import ALL_ROUND, CUBIC, CUBIC_PHASE, MAIN_BEAM
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import PRESETS
 from radar_service.radar.parameters import Origin
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scene.body import Body
 from radar_service.scene.convert import scene_at_rpm

@@ -13,9 +13,9 @@ from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
 from radar_service.echo.moving import FEW_ECHOES
 from radar_service.echo.range_history import TOLERANCE
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import PRESETS
 from radar_service.propagation.multipath import two_ray_factor
 from radar_service.propagation.radar_equation import elevation_gain
+from radar_service.records.fidelity import PRESETS
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import point, scene
 from tests.test_motion import SWAY, deck

@@ -15,7 +15,7 @@ from radar_service.echo.range_history import (
     parabola,
     slant_range,
 )
-from radar_service.frames import polar_from_map
+from radar_service.numerics.frames import polar_from_map
 
 Floats = NDArray[np.float64]
 EARTH = 4 / 3 * 6_371_000.0

@@ -6,7 +6,7 @@ import pytest
 import radar_service as rs
 from radar_service.echo.resting import PassingShadows
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from tests.occlusion import occluded
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import point, scene

@@ -12,10 +12,10 @@ from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.engine import preparation
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import PRESETS
-from radar_service.frames import polar_from_map
+from radar_service.numerics.frames import polar_from_map
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import ALL_PATHS, BOTH_WAYS, DIRECT, ONE_WAY, BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.trace import line_of_sight

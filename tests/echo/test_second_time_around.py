@@ -6,7 +6,7 @@ import pytest
 from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes, BeamWeightedEchoes
 from radar_service.echo.second_time_around import apparent_range, fold_ranges, max_apparent_range, max_echo_range
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from tests.scenes import point, radar, scene
 
 LIGHT = 299_792_458.0

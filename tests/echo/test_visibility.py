@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import KNOT
 from radar_service.echo.visibility import VisibilitySnapshot, mast_speed, visibility_interval
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import PRESETS
+from radar_service.numerics.constants import KNOT
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes
 from tests.scenes import point, scene
 from tests.test_motion import SWAY

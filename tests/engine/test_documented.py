@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from radar_service.engine.documented import DocumentedEngine, Hits
-from radar_service.fidelity import Fidelity
 from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.radar.patterns import printed_gain
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, sample_delay, window
 from radar_service.receive.detection import predicted_psf
+from radar_service.records.fidelity import Fidelity
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 

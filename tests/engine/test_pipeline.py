@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import KNOT
 from radar_service.engine.pipeline import (
     Contributions,
     Engine,
@@ -18,7 +17,8 @@ from radar_service.engine.pipeline import (
     visibility_steps,
 )
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import PRESETS
+from radar_service.numerics.constants import KNOT
+from radar_service.records.fidelity import PRESETS
 from tests.alone import crowded
 from tests.reference.compressed_pulse import point_field, sinc2_beam
 from tests.scenes import everything, point, scene

@@ -10,7 +10,7 @@ import numpy as np
 
 from radar_service.engine.pipeline import Engine, profiles, tile_azimuths
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from tests.scenes import everything, point, scene
 
 CHILD = """

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.engine.labels import LabellingEngine
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.engine.stitched import LabellingStitchedEngine, StitchedEngine, own_noise, pulse_gain, pulse_scenes
-from radar_service.fidelity import PRESETS
+from radar_service.engine.stitched import StitchedEngine, own_noise, pulse_gain, pulse_scenes
 from radar_service.receive.compression import receiver_noise_power
+from radar_service.records.fidelity import PRESETS
 from radar_service.scene.materials import MATERIALS
+from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
 from tests.scenes import point, scene
 
 SHORT: dict[str, Any] = {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6}

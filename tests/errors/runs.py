@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 import radar_service as rs
-from radar_service.records import SpokeBlock, joined
+from radar_service.records.spokes import SpokeBlock, joined
 
 AZIMUTHS = 64
 SCENE: dict[str, Any] = {

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from radar_service.errors.antenna import AntennaLaw, backlash
+from radar_service.numerics.types import Floats
 from radar_service.scene.error_settings import AntennaErrors
-from radar_service.types import Floats
 
 ANGLES = np.linspace(-np.pi, np.pi, 4000, endpoint=False)
 NUMBER = np.arange(len(ANGLES))

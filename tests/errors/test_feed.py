@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.cell_sources import UNKNOWN
 from radar_service.errors import feed
 from radar_service.errors.feed import FeedArranger, FeedLaw, runs
-from radar_service.records import SpokeBlock
-from radar_service.types import Flags
-from tests.spoke_blocks import block_of
+from radar_service.numerics.types import Flags
+from radar_service.records.cell_sources import UNKNOWN
+from radar_service.records.spokes import SpokeBlock
 from tests.scene.test_error_settings import settings
 from tests.scenes import radar
+from tests.spoke_blocks import block_of
 
 AZIMUTHS = 64
 RADAR = radar(azimuths=AZIMUTHS, beamwidth_deg=8, range_max_m=256, rpm=60)

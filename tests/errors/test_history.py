@@ -3,7 +3,7 @@
 import numpy as np
 
 from radar_service.errors.history import ReadingsHistory
-from radar_service.reports import Readings
+from radar_service.records.reports import Readings
 
 
 def readings(first: int, count: int) -> Readings:

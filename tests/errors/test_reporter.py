@@ -7,8 +7,8 @@ import pytest
 
 import radar_service as rs
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.frames import wrap_angle
-from radar_service.records import SpokeBlock
+from radar_service.numerics.frames import wrap_angle
+from radar_service.records.spokes import SpokeBlock
 from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
 
 BAD_FEED = {

@@ -8,9 +8,9 @@ import pytest
 import radar_service as rs
 from radar_service.errors.noise import SensorNoise
 from radar_service.errors.sensors import EAST, GYRO, LOG, NORTH, SensorLaws, is_lost
-from radar_service.frames import wrap_angle, wrap_bearing
-from radar_service.reports import Readings
-from radar_service.types import Floats, Indices
+from radar_service.numerics.frames import wrap_angle, wrap_bearing
+from radar_service.numerics.types import Floats, Indices
+from radar_service.records.reports import Readings
 from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
 
 DEGREE, KNOT = np.pi / 180.0, 1852 / 3600

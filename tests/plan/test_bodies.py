@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
 from radar_service.plan.bodies import NEVER_VISIBLE, bodies
 from radar_service.plan.culling import CulledBody, Culling
 from radar_service.plan.items import PlanItem
 from radar_service.plan.statistics import Costs, EngineStatistics, PerBody
+from radar_service.records.fidelity import PRESETS
 from tests.scenes import point, scene
 
 COSTS = Costs(1.0, 60.0, 4.0, 8.0, 16.0, 32.0)

@@ -9,10 +9,10 @@ import pytest
 import radar_service as rs
 from radar_service.echo.beam_passage import BeamPassages
 from radar_service.echo.passage_nodes import MAX_PHASE, Part
-from radar_service.fidelity import PRESETS
 from radar_service.plan.body_errors import NODES, BodyError, aspects_db, body_error
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.surface_sampling import density_db
 from tests.plan.scenes import HOUSE, SHIP, WAY, made
 from tests.plan.test_predictions import error_db

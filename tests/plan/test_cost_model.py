@@ -6,7 +6,6 @@ import pytest
 
 import radar_service as rs
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import PRESETS
 from radar_service.plan.cost_model import (
     SetUp,
     counts_per_body,
@@ -15,6 +14,7 @@ from radar_service.plan.cost_model import (
     first_visibility_update,
 )
 from radar_service.plan.culling import Culling
+from radar_service.records.fidelity import PRESETS
 from radar_service.trace.embree import RayCount
 from tests.scenes import point, scene
 

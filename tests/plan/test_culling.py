@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import Culling, cull, culled_bodies, max_power, negligible_effects
 from radar_service.plan.settings_search import fidelity_for
+from radar_service.records.fidelity import PRESETS
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.occlusion import occluded
 from tests.scenes import point, scene

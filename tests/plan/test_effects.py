@@ -6,11 +6,11 @@ from typing import Any
 import pytest
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
 from radar_service.plan.culling import Culling
 from radar_service.plan.effects import effects, missed_area
 from radar_service.plan.items import PlanItem
 from radar_service.plan.statistics import Costs, EngineStatistics
+from radar_service.records.fidelity import PRESETS
 from tests.scenes import point, scene
 
 COSTS = Costs(1.0, 2.0, 4.0, 8.0, 16.0, 32.0)

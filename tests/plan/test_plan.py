@@ -6,14 +6,14 @@ from dataclasses import asdict
 
 import pytest
 
-from radar_service.arithmetic import arithmetic
-from radar_service.fidelity import PRESETS
+from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import Culling
 from radar_service.plan.plan import plan_for
 from radar_service.plan.settings_search import fidelity_for, moving_db, multipath_db, resting_db
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics
+from radar_service.records.fidelity import PRESETS
 from tests.scenes import point, scene
 
 COUNTS = Counts(

@@ -8,9 +8,9 @@ import pytest
 
 import radar_service as rs
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import Fidelity
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.surface_sampling import surface_db
 from tests.plan.scenes import made
 

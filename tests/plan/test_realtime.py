@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.fidelity import Fidelity
 from radar_service.plan import realtime
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
 from radar_service.plan.plan import Plan
 from radar_service.plan.realtime import estimated_factor, plan_in_time
 from radar_service.plan.settings_search import fidelity_for
+from radar_service.records.fidelity import Fidelity
 from tests.plan.scenes import HOUSE, WAY, made
 from tests.scenes import point
 

@@ -1,8 +1,8 @@
 """What `check` says of bodies over the run."""
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
 from radar_service.plan.remarks import body_remarks
+from radar_service.records.fidelity import PRESETS
 from tests.plan.scenes import SHIP, made
 from tests.scenes import point
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
 from radar_service.plan.settings_search import (
     MULTIPATH_DB,
@@ -20,6 +19,7 @@ from radar_service.plan.settings_search import (
     relative_cost,
     resting_db,
 )
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.surface_sampling import density_db
 from tests.scenes import point, radar, scene
 

@@ -9,9 +9,9 @@ import pytest
 import radar_service as rs
 from radar_service.echo.beam_passage import BeamPassages
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import PRESETS
 from radar_service.plan import timed_tiles
 from radar_service.plan.timed_tiles import MAX_SECONDS, MIN_TILES, STRETCHES, timed_costs
+from radar_service.records.fidelity import PRESETS
 from tests.scenes import point, scene
 
 SMALL = {"azimuths": 960, "beamwidth_deg": 1.5, "range_max_m": 1500, "pulse_s": 2e-6, "rpm": 24}

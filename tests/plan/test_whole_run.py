@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import KNOT
 from radar_service.echo.beam_passage import BeamPassages
-from radar_service.fidelity import PRESETS, Fidelity
+from radar_service.numerics.constants import KNOT
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.plan import plan_for
 from radar_service.plan.settings_search import fidelity_for
+from radar_service.records.fidelity import PRESETS, Fidelity
 from tests.plan.scenes import made
 from tests.plan.test_body_errors import every_azimuth
 from tests.scenes import point

@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 from fastapi import APIRouter
 
-from radar_service.arguments import UsageError
-from radar_service.command_line import parser
+from radar_service.commands.command_line import parser
 from radar_service.ports import registry
 from radar_service.stream.access import Access
 from radar_service.stream.ports import port_thread
 from radar_service.stream.ports.port import Service
 from radar_service.stream.settings import Pace, Settings
+from radar_service.terminal.arguments import UsageError
 from tests.ports.listening import FLAT_OUT, PAUSED, Ear, assert_accounted, numbers, play
 from tests.ports.toy import ToyPort
 from tests.stream.asgi import Closed, Server

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.frames import polar_from_map
+from radar_service.numerics.frames import polar_from_map
 from radar_service.propagation.legs import direct_leg, leg_length, reflection_points, sea_divergence, sea_leg
 from radar_service.propagation.multipath import specular_geometry
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import SPEED_OF_LIGHT
-from radar_service.frames import Polar, polar_from_map
+from radar_service.numerics.constants import SPEED_OF_LIGHT
+from radar_service.numerics.frames import Polar, polar_from_map
 from radar_service.propagation.radar_equation import (
     attenuation,
     elevation_gain,

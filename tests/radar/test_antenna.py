@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from radar_service.numerics.types import Floats
 from radar_service.radar.antenna import AntennaPattern, azimuth_oversampling, grid_rows, interpolated_gain
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
-from radar_service.types import Floats
 
 BEAM = np.deg2rad(3.9)
 TABLE = Table(((0.0, 1.0), (0.02, 0.1), (0.10, 0.001)))

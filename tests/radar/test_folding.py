@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radar_service.numerics.types import Complexes, Floats
 from radar_service.radar.folding import KERNEL_WIDTHS, chirp_error_db, least_chirp_error_db, remedies, sampling_error_db
 from radar_service.radar.parameters import Radar
 from radar_service.radar.waveform import window_coefficients
 from radar_service.receive.compression import compression_for
-from radar_service.types import Complexes, Floats
 from tests.reference.compressed_pulse import compressed_pulse
 from tests.reference.point_scene import other_chirp
 from tests.scenes import radar

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.signal import windows as scipy_windows
 
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.receive.chirp_sum import (
     chirp,
     chirp_sum,

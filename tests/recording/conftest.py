@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.records.cell_sources import SourceRequest
 from tests.recording.scenes import recorded
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import radar_service as rs
-from radar_service.cell_sources import SourceRequest
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.codecs.native import wire
 
 AZIMUTHS, SEED = 64, 5

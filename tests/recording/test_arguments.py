@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from radar_service.command_line import parser
+from radar_service.commands.command_line import parser
 from radar_service.recording.arguments import seconds
 
 

@@ -8,7 +8,7 @@ from jsonschema import Draft202012Validator
 
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.json_schema import COMPRESSED_IMAGE, SCENE, schema_of, truth_schema
-from radar_service.records import Crossing
+from radar_service.records.truth import Crossing
 
 
 @pytest.mark.parametrize(("channel", "schema"), [("scene", SCENE), ("truth", truth_schema()), ("ppi", COMPRESSED_IMAGE)])

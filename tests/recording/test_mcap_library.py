@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from radar_service.extras import install_command
+from radar_service.terminal.extras import install_command
 
 HIDE = "import sys; sys.modules['mcap'] = None; sys.modules['mcap.data_stream'] = None\n"
 

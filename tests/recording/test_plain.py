@@ -6,9 +6,9 @@ from math import inf
 
 import pytest
 
-from radar_service.fidelity import PRESETS
 from radar_service.recording import RecordingError
 from radar_service.recording.plain import plain, restored
+from radar_service.records.fidelity import PRESETS
 from tests.scenes import radar
 
 

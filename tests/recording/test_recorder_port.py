@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from radar_service.cell_sources import SourceRequest
 from radar_service.recording import Recording, read
 from radar_service.recording.error import RecordingError
 from radar_service.recording.recorder_port import RecorderPort
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.ports.port_host import PortHost
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.stream.fake import FakeEngine, scene

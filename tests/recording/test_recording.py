@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.cell_sources import SourceRequest
 from radar_service.display.video import Controls
 from radar_service.recording import Recording, RecordingError, read
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
-from radar_service.records import Spoke
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.spokes import Spoke
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch

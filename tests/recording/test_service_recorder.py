@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.recording import Recording, read
 from radar_service.recording.service_recorder import MAX_WAITING, ServiceRecorder, Work
+from radar_service.records.cell_sources import SourceList, SourceRequest
 from radar_service.stream.http.app import create_app
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from radar_service.scene.materials import MATERIALS, power_reflectivity
 from radar_service.scene.model import SceneModel
 from radar_service.stream.http.app import create_app

@@ -14,8 +14,8 @@ import numpy as np
 
 import radar_service as rs
 from radar_service.packaged import packaged_folder
-from radar_service.tracking.clusters import ClusterRule
-from radar_service.tracking.extractor import PlotExtractor
+from radar_service.plots.clusters import ClusterRule
+from radar_service.plots.extractor import PlotExtractor
 from radar_service.tracking.plot_scores import PlotMatch, matches
 from radar_service.tracking.run import tracker_input, truths_of
 from radar_service.tracking.scoring import ScanResult

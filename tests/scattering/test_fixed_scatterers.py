@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector

@@ -5,7 +5,7 @@ from typing import Any, get_args
 
 import pytest
 
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.models import SCATTERING_MODELS, scattering_model

@@ -12,8 +12,8 @@ from scipy import stats
 
 import radar_service as rs
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import PRESETS
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.rays import RayCaster, RayHits, RaySampledSurfaces

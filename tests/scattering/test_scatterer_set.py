@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import Instant, ScatteringContext
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.trace.line_of_sight import OcclusionScene

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.fidelity import MIN_SCATTERERS, PRESETS
-from radar_service.frames import effective_earth_radius, polar_from_map
+from radar_service.numerics.frames import effective_earth_radius, polar_from_map
 from radar_service.propagation.multipath import two_ray_factor
+from radar_service.records.fidelity import MIN_SCATTERERS, PRESETS
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import Instant, ScatteringContext
 from radar_service.scattering.surface_sampling import (

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import (
     CHECKS,

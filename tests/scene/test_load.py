@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene, model_from, scene_from_model
 from radar_service.scene.model import SceneModel

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.plan.closest_approach import closest_approach
 from radar_service.plan.run import body_run
 from radar_service.scene.motion import Motion

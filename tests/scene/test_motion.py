@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.scene.motion import Motion, Pose, leg_headings
 from radar_service.scene.sway import Sway
 from tests.scenes import point, scene

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.frames import map_from_body
+from radar_service.numerics.frames import map_from_body
 from radar_service.scene.poses import BodyPoses, map_from_bodies, pose_at
 from tests.scenes import point, scene
 

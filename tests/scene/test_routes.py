@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.scene.describe import describe
 from radar_service.scene.error import SceneError
 from radar_service.scene.model import WaypointModel

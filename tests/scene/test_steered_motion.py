@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radar_service.numerics.types import Floats
 from radar_service.scene.motion import Motion
 from radar_service.scene.routes import constant_motion
 from radar_service.scene.steered_motion import MAX_LEGS, Leg, SteeredMotion, SteeringLimits
 from radar_service.scene.sway import Sway
-from radar_service.types import Floats
 
 LIMITS = SteeringLimits(15.0, math.radians(5.0))
 NANOMETRE = 1e-9  # m: positions of some km have a rounding of 1e-12 m, and a leg sums a few of them

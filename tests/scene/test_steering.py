@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.constants import KNOT
-from radar_service.revision import STEADY
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.revision import STEADY
 from radar_service.scene import commands
 from radar_service.scene.commands import Command, CommandError
 from radar_service.scene.steered_motion import Leg, SteeringLimits

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.frames import map_from_deck
+from radar_service.numerics.frames import map_from_deck
 from radar_service.scene.sway import Sway
 
 SWAY = Sway(np.array([0.2, 0.1, 0.05, 0.6]), np.array([6.0, 5.0, 9.0, 4.0]), np.array([0.4, -1.0, 2.0, 0.7]))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.scene.motion import Motion
 from tests.scenes import point, scene
 

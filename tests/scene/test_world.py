@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.random import name_key
+from radar_service.numerics.random import name_key
 from radar_service.scene.world import Scene, World
 from tests.scenes import point, scene
 

@@ -3,10 +3,9 @@
 import pytest
 
 from radar_service.engine.documented import DocumentedEngine
-from radar_service.engine.labels import LabellingEngine
-from radar_service.engine.stitched import LabellingStitchedEngine
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up, pipeline_set_up
+from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
 from tests.scenes import point, scene
 
 ONE = {"azimuths": 32, "beamwidth_deg": 20, "range_max_m": 600, "pulse_s": 1e-6}

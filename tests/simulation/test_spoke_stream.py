@@ -5,16 +5,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.cell_sources import SourceRequest
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.fidelity import PRESETS
 from radar_service.radar.parameters import Origin
-from radar_service.records import SpokeBlock
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.fidelity import PRESETS
+from radar_service.records.spokes import SpokeBlock
+from radar_service.scans.sector import Sector
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.load import load_scene
 from radar_service.scene.steering import Steering
-from radar_service.sector import Sector
 from radar_service.simulation.engine_set_up import engine_set_up
 from radar_service.simulation.source_tiles import SourceTiles
 from radar_service.simulation.spoke_stream import SpokeStream

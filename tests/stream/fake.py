@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.cell_sources import PowersOf, SourceList, SourceRequest
-from radar_service.fidelity import Fidelity
 from radar_service.radar.parameters import START, Origin
-from radar_service.records import BodyTruth, Crossing, OwnShipTruth, Snapshot, SpokeBlock, Truth
+from radar_service.records.cell_sources import PowersOf, SourceList, SourceRequest
+from radar_service.records.fidelity import Fidelity
+from radar_service.records.spokes import SpokeBlock
+from radar_service.records.truth import BodyTruth, Crossing, OwnShipTruth, Snapshot, Truth
 from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_origin, scene_at_rpm
 from radar_service.scene.load import load_scene

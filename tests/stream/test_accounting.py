@@ -13,7 +13,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from radar_service.records import Truth
+from radar_service.records.truth import Truth
 from radar_service.scene.world import Scene
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.fanout.client_queue import ClientQueue

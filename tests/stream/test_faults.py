@@ -15,7 +15,7 @@ import pytest
 
 import radar_service.stream
 from clients.ppi.client import FeedClient
-from radar_service.records import SpokeBlock
+from radar_service.records.spokes import SpokeBlock
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.hub import EncodedBatch, Hub

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.scene.commands import CommandError
 from radar_service.stream.poses import MAX_EXTRAPOLATION, Poses
 from tests.stream.fake import steerable_scene

@@ -13,7 +13,7 @@ import pytest
 from fastapi import FastAPI
 
 from radar_service.__main__ import main
-from radar_service.command_line import parser
+from radar_service.commands.command_line import parser
 from radar_service.ports.registry import opened
 from radar_service.scene.error import SceneError
 from radar_service.scene.world import Scene

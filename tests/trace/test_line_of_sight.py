@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.frames import polar_from_map
+from radar_service.numerics.frames import polar_from_map
 from radar_service.propagation.legs import reflection_points
 from radar_service.scene.body import Body
 from radar_service.scene.poses import pose_at

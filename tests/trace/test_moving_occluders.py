@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.revision import Revision
+from radar_service.numerics.revision import Revision
 from radar_service.scene.steered_motion import SteeredMotion
 from radar_service.trace.moving_occluders import MovingOccluders
 from tests.scenes import scene

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.frames import map_from_body
+from radar_service.numerics.frames import map_from_body
 from radar_service.scene.body import Mesh
 from radar_service.scene.poses import BodyPose
 from radar_service.trace.occluder import Occluder, beyond_horizon

@@ -3,8 +3,8 @@ import pytest
 from scipy import stats
 from scipy.stats import chisquare
 
-from radar_service.frames import direction
-from radar_service.random import generator
+from radar_service.numerics.frames import direction
+from radar_service.numerics.random import generator
 from radar_service.trace.ray_sampling import (
     SAMPLERS,
     azimuth_offsets,

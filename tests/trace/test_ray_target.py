@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.frames import direction, map_from_body, polar_from_map
+from radar_service.numerics.frames import direction, map_from_body, polar_from_map
 from radar_service.scene.body import Mesh
 from radar_service.scene.poses import BodyPose
 from radar_service.trace.ray_target import RayTarget, sea_range

@@ -2,7 +2,7 @@
 
 import pytest
 
-from radar_service.command_line import parser
+from radar_service.commands.command_line import parser
 
 
 def test_defaults_and_values() -> None:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.scan import Scan
+from radar_service.plots.extractor import PlotExtractor
+from radar_service.scans.scan import Scan
 from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.tracking.bias import Bias, bias_cause, range_and_bearing_bias
-from radar_service.tracking.extractor import PlotExtractor
 from radar_service.tracking.run import tracker_input, truths_of
 from radar_service.tracking.scenario import Scenario
 from radar_service.tracking.scoring import ScanResult

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.tracking.plot import Plot
+from radar_service.plots.plot import Plot
 from radar_service.tracking.plot_scores import matches, plot_metrics
 from radar_service.tracking.scoring import ScanResult, TargetTruth
 from tests.tracking.test_scoring import given, truth

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic
 from radar_service.tracking.run import rule_of, run, threshold_of, tracker_input
 from radar_service.tracking.scenario import PlotSettings, Scenario
 from radar_service.tracking.scoring import ScanResult
-from radar_service.tracking.thresholds import CellAveraging, KnownThreshold, OrderedStatistic
 from radar_service.tracking.tracker import TrackerInput, TrackState
+from tests.plots.test_detections import scan_of_power
 from tests.scenes import radar
-from tests.tracking.test_detections import scan_of_power
 from tests.tracking.test_scenario import SMALL
 
 

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from radar_service.tracking.plot import Plot
+from radar_service.plots.plot import Plot
 from radar_service.tracking.stone_soup import StoneSoupTracker, Tuning
 from radar_service.tracking.tracker import TrackerInput, TrackState
 

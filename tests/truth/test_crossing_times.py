@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from radar_service.numerics.types import Floats, Indices
 from radar_service.truth.crossing_times import CrossingSearch
-from radar_service.types import Floats, Indices
 
 PERIOD, SPOKES = 2.5, 720
 

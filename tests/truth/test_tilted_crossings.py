@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 import radar_service as rs
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import PRESETS
-from radar_service.frames import wrap_angle
+from radar_service.numerics.frames import wrap_angle
+from radar_service.records.fidelity import PRESETS
 from tests.scenes import point, scene
 
 KNOT, TURN = 1852.0 / 3600.0, 2.0 * math.pi

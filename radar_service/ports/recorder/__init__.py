@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from radar_service.arguments import UsageError, file_ending
-from radar_service.output_files import add_overwrite, prepare
 from radar_service.recording.arguments import add_sources
+from radar_service.terminal.arguments import UsageError, file_ending
+from radar_service.terminal.output_files import add_overwrite, prepare
 
 if TYPE_CHECKING:
     from radar_service.stream.ports.port import Port
@@ -33,8 +33,8 @@ def opened(options: argparse.Namespace) -> "Port | None":
                     f"--{name}: goes with --record FILE.mcap; a client asks for its own by ?{name}=... where --truth allows it"
                 )
         return None
-    from radar_service.cell_sources import SourceRequest
     from radar_service.recording.recorder_port import RecorderPort
+    from radar_service.records.cell_sources import SourceRequest
 
     prepare([options.record], options.overwrite)
     return RecorderPort(options.record, options.truth, SourceRequest(options.labels, options.powers))

@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.frames import body_rotation, map_from_body
+from radar_service.numerics.frames import body_rotation, map_from_body
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.legs import Leg, direct_leg, leg_length, sea_divergence, sea_leg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
 from radar_service.scene.poses import BodyPose
-from radar_service.types import Complexes, Flags, Floats, Indices
 
 
 class LegRays(NamedTuple):

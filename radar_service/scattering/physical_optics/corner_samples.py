@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.facets import centroids
 from radar_service.scattering.physical_optics.shadow_edges import INSET, Visible
-from radar_service.types import Flags, Floats, Indices
 
 MAX_INSET = 5e-3  # m; that of a facet of 4 m, the longest
 

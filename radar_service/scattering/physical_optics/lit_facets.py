@@ -10,6 +10,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
 from radar_service.scattering.physical_optics.corner_samples import CornerSamples
 from radar_service.scattering.physical_optics.facets import areas, centroids
@@ -23,7 +24,6 @@ from radar_service.scattering.physical_optics.shadow_edges import (
 )
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Mesh
-from radar_service.types import Flags, Floats, Indices
 
 SAME_NORMAL, SAME_OFFSET = 1e-4, 1e-3  # planes that differ by less, the latter in m, count as one
 

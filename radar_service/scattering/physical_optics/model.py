@@ -8,12 +8,13 @@ from typing import Self
 
 import numpy as np
 
-from radar_service.fidelity import Fidelity
-from radar_service.frames import map_from_body
+from radar_service.numerics.frames import map_from_body
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.legs import reflection_points
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import Radar, horizon
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Caster, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
@@ -30,7 +31,6 @@ from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPose, pose_at
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import SurfacePoints
-from radar_service.types import Flags, Floats, Indices
 
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
 

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.block_cache import BlockCache
+from radar_service.numerics.block_cache import BlockCache
+from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.blocks import Block, blocks
 from radar_service.scattering.physical_optics.body_facets import BodyFacets, body_facets
@@ -33,7 +34,6 @@ from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import power_reflectivity
 from radar_service.trace.embree import RayCount, TriangleScene
-from radar_service.types import Complexes, Flags, Floats, Indices
 
 FACET_SETS = 4  # kept for each block: a body passes from one half octave of range to the next
 TUBES_ACROSS = 24  # tubes across a flat patch, where they are divided: their ragged edge is then some 1 % of its area

@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.frames import body_rotation, map_from_body
+from radar_service.numerics.frames import body_rotation, map_from_body
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.multipath import reflection_distance
 from radar_service.scattering.physical_optics.ray_tubes import by_axis, cross, dot
 from radar_service.scene.poses import BodyPose
 from radar_service.trace.occluder import NO_TRIANGLE, Occluder
-from radar_service.types import Flags, Floats, Indices
 
 MARGIN = 1.0  # m by which a reflection point must lie before the body, so that it needs no search
 BEFORE_THE_SEA = -2  # in place of a triangle: the body occludes the way from the antenna to the sea

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.numerics.types import Complexes, Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg, LegRays
 from radar_service.scattering.physical_optics.facet_integral import (
     CURRENT,
@@ -23,7 +24,6 @@ from radar_service.scattering.physical_optics.facet_integral import (
 from radar_service.scattering.physical_optics.facets import areas
 from radar_service.scattering.physical_optics.lit_facets import LitFacets
 from radar_service.scattering.physical_optics.ray_tubes import RayTubes, dot
-from radar_service.types import Complexes, Floats, Indices
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.lit_facets import Planes, Surface
-from radar_service.types import Floats, Indices
 
 LONGEST = 1.5  # times the longest edge that the phase allows a facet: a tube that hits something is divided above it
 EVERY = -(2**31)  # rank below all: of tubes that count wherever they end

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.facets import areas, centroids, halves, line_through
-from radar_service.types import Flags, Floats, Indices
 
 Visible = Callable[[Floats, Indices], Flags]  # which points (M, 3) on triangles (M,) a leg reaches past all bodies
 Edges = Callable[[Floats, Floats, Indices], Floats]  # as `own_shadows.OwnShadows.edges`

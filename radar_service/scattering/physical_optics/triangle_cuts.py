@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.types import Flags, Floats, Indices
+from radar_service.numerics.types import Flags, Floats, Indices
 
 
 def cut(corners: Floats, value: Floats) -> tuple[tuple[Floats, Indices], tuple[Floats, Indices]]:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.physical_optics.triangle_cuts import cut
-from radar_service.types import Floats, Indices
 
 
 def above_water(corners: Floats, level: float) -> tuple[Floats, Indices]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.radar.folding import least_chirp_error_db, remedies
 from radar_service.radar.parameters import Radar
 from radar_service.scene.body import Body

@@ -20,7 +20,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, machine_busy
+from radar_service.numerics.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, machine_busy
 from radar_service.scene.body import Mesh
 from radar_service.scene.error import SceneError
 from radar_service.scene.fields import MAX_COORDINATE

@@ -19,7 +19,7 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 
-from radar_service.processor_time import limit_processor_time
+from radar_service.numerics.processor_time import limit_processor_time
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.heightmap import Coverage
 from radar_service.scene.files.mesh_reader import IN_PROCESS, MeshReader

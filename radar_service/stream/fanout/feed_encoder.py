@@ -7,7 +7,7 @@ from functools import reduce
 from operator import or_
 from typing import Any
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.feed_truth import FeedTruth
 from radar_service.stream.fanout.hub import EncodedBatch, Hub

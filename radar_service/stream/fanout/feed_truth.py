@@ -4,10 +4,10 @@ import asyncio
 from collections import deque
 from concurrent.futures import Executor
 
+from radar_service.numerics.types import Floats
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.hub import Hub
 from radar_service.stream.spokes import Epoch
-from radar_service.types import Floats
 
 TRUTHS_PER_SCAN = 8  # enough to draw a track, at a cost that cannot be measured
 MAX_WAITING = 4 * TRUTHS_PER_SCAN  # truths that are to be asked; beyond it the oldest are given up

@@ -10,7 +10,7 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException as StarletteHTTPException
 from starlette.requests import ClientDisconnect
 
-from radar_service.processor_time import MachineBusyError
+from radar_service.numerics.processor_time import MachineBusyError
 from radar_service.scene.commands import CommandError, NotSteerableError, UnknownBodyError
 from radar_service.scene.error import SceneError
 from radar_service.stream.controls import ControlError

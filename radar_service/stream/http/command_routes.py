@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from fastapi import APIRouter, Request
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.stream.http.answers import (
     BUSY,
     CONFLICT,

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from fastapi import APIRouter
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.access import Access, Tickets
 from radar_service.stream.logs import Refusals
 from radar_service.stream.ports.port_thread import PortThread

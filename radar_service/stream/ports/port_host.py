@@ -8,7 +8,7 @@ from functools import partial
 
 from fastapi import APIRouter
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.logs import log_event
 from radar_service.stream.ports.port import Port, Service
 from radar_service.stream.ports.port_thread import PortThread, QueuedSink

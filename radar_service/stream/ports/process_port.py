@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from time import monotonic
 from typing import Any
 
-from radar_service.records import SpokeBlock
+from radar_service.records.spokes import SpokeBlock
 from radar_service.stream.ports.port import Port, Service
 from radar_service.stream.ports.state_changes import StateChange
 from radar_service.stream.processes.channel import Channel

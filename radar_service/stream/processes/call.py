@@ -4,7 +4,13 @@ import signal
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from radar_service.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, MachineBusyError, limit_processor_time, machine_busy
+from radar_service.numerics.processor_time import (
+    BACKSTOP,
+    MAX_PROCESSOR_TIME,
+    MachineBusyError,
+    limit_processor_time,
+    machine_busy,
+)
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.processes.limits import limit_memory, lower_priority

@@ -11,12 +11,13 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from radar_service.errors.history import ReadingsHistory
-from radar_service.records import OwnShipTruth, SpokeBlock
+from radar_service.numerics.types import Singles
+from radar_service.records.spokes import SpokeBlock
+from radar_service.records.truth import OwnShipTruth
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.errors_model import MAX_LATENCY_S
 from radar_service.spoke_source import SourceInfo, SpokeSource, TruthLine
 from radar_service.stream.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
-from radar_service.types import Singles
 
 if TYPE_CHECKING:
     from radar_service.errors.reporter import ErrorReporter

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from radar_service.display.scan_correlation import ScanMemory
 from radar_service.display.video import Controls, Layout
+from radar_service.numerics.types import Singles
 from radar_service.spoke_source import SourceInfo, SpokeSource
 from radar_service.stream.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink
-from radar_service.types import Singles
 
 Rows = tuple[NDArray[np.intp], Singles, Singles | None]
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from radar_service.numerics.types import Floats
 from radar_service.stream.radio.pacing import Schedule
 from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Pace, Settings
-from radar_service.types import Floats
 
 MAX_WAIT = 3600.0  # s before the schedule is read again: a pace of 1e-300 is due in more seconds than a thread can wait
 

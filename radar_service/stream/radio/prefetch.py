@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Iterable
 from time import monotonic
 
-from radar_service.cell_sources import SourceRequest
-from radar_service.records import SpokeBlock
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.commands import Command, CommandLog
 from radar_service.spoke_source import Commanded, TellsSources
 from radar_service.stream.processes.limits import return_free_memory

@@ -10,8 +10,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from radar_service.cell_sources import SourceRequest
-from radar_service.records import Truth
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.truth import Truth
 from radar_service.spoke_source import SourceInfo
 from radar_service.stream.controls import changed_order, changed_settings, changes_engine, controls_state
 from radar_service.stream.fanout.client_queue import ClientQueue

@@ -16,9 +16,10 @@ import threading
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.numerics.types import Singles
 from radar_service.radar.parameters import Origin
-from radar_service.records import SpokeBlock
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.stream.radio.command_pace import CommandPace
 from radar_service.stream.radio.command_worker import CommandQueue, CommandWorker, Steered
@@ -31,7 +32,6 @@ from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, OrderedSource, SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name
-from radar_service.types import Singles
 
 BLOCK_TIMEOUT = 0.25  # s after which the transmitter reads the orders again
 Report = Callable[[str], None]

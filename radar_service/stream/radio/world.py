@@ -7,10 +7,11 @@ from dataclasses import replace
 from time import monotonic
 from typing import Any
 
-from radar_service.cell_sources import PowersOf, SourceRequest
-from radar_service.processor_time import MachineBusyError, machine_busy
+from radar_service.numerics.processor_time import MachineBusyError, machine_busy
 from radar_service.radar.parameters import Origin
-from radar_service.records import SpokeBlock, Truth
+from radar_service.records.cell_sources import PowersOf, SourceRequest
+from radar_service.records.spokes import SpokeBlock
+from radar_service.records.truth import Truth
 from radar_service.scene.commands import Command
 from radar_service.spoke_source import SourceInfo, TruthLine
 from radar_service.stream.processes.channel import Channel

@@ -17,10 +17,10 @@ from functools import partial
 from time import monotonic
 from typing import Any, NoReturn
 
-from radar_service.cell_sources import SourceRequest
-from radar_service.parallel import BLAS_LIMIT
-from radar_service.processor_time import MachineBusyError
+from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.processor_time import MachineBusyError
 from radar_service.radar.parameters import START, Radar
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene.commands import Command
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error import SceneError

@@ -5,7 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from radar_service.echo.echoes import Echoes
-from radar_service.frames import wrap_angle
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Complexes, Floats, Indices, Profiles
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import printed_two_way
 from radar_service.receive.chirp_sum import (
@@ -20,7 +21,6 @@ from radar_service.receive.chirp_sum import (
 )
 from radar_service.study.chart.method import Method, Run
 from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS
-from radar_service.types import Complexes, Floats, Indices, Profiles
 
 Sum = Callable[[Indices, Floats, Floats, Complexes, int], Complexes]
 Beam = Callable[[Floats], Floats]  # offset from boresight [rad] to the weight of an amplitude

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from radar_service.echo.echoes import Echoes
+from radar_service.numerics.types import Complexes, Floats
 from radar_service.radar.antenna import AntennaPattern
 from radar_service.radar.parameters import Radar
 from radar_service.radar.patterns import Cosine, Cosine2, Gaussian, Printed, Sinc2, Taylor
@@ -16,7 +17,6 @@ from radar_service.study.compressed_pulse import (
     cosine_coefficients,
     tapered_pulse,
 )
-from radar_service.types import Complexes, Floats
 
 LIGHT = 299_792_458.0
 ECHOES_PER_BATCH = 128

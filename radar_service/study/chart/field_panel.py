@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 
 from radar_service.echo.echoes import Echoes
-from radar_service.frames import wrap_angle
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.random import CHART, generator
+from radar_service.numerics.types import Complexes, Indices, Profiles
 from radar_service.radar.parameters import Radar
-from radar_service.random import CHART, generator
 from radar_service.study.chart.closed_form import closed_form_field
 from radar_service.study.chart.method import BLOCK, Method
 from radar_service.study.chart.point import Point, time_interleaved
-from radar_service.types import Complexes, Indices, Profiles
 
 FLOOR_DB = -150.0  # the resolution of complex64
 

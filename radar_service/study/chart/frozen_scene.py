@@ -7,8 +7,8 @@ import numpy as np
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.resting import resting_echoes
 from radar_service.echo.second_time_around import max_echo_range
-from radar_service.fidelity import PRESETS, Fidelity
-from radar_service.frames import effective_earth_radius
+from radar_service.numerics.frames import effective_earth_radius
+from radar_service.records.fidelity import PRESETS, Fidelity
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.scene.body import Body

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from radar_service.echo.echoes import Echoes
+from radar_service.numerics.types import Floats, Indices, Profiles
 from radar_service.radar.parameters import Radar
-from radar_service.types import Floats, Indices, Profiles
 
 Run = Callable[[Echoes, Indices], Profiles]
 BLOCK = 16  # azimuths computed together, as in the engine

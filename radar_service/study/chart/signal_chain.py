@@ -8,17 +8,17 @@ import scipy.fft
 
 from radar_service.echo.echoes import Echoes
 from radar_service.echo.moving_beam import BeamTable
-from radar_service.fidelity import PRESETS, Fidelity
-from radar_service.frames import wrap_angle
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Floats, Indices, Profiles
 from radar_service.radar.antenna import grid_rows
 from radar_service.radar.parameters import Radar
 from radar_service.receive.beam import azimuth_kernel, beam_filter
 from radar_service.receive.compression import Compression, compression_for, waveform_spectra
 from radar_service.receive.gridding import Kernel, spread
 from radar_service.receive.plain_pulse import PulseKernel
+from radar_service.records.fidelity import PRESETS, Fidelity
 from radar_service.study.chart.chirp_sums import chirp_sums
 from radar_service.study.chart.method import BLOCK, Method, Run
-from radar_service.types import Floats, Indices, Profiles
 
 BALANCED = PRESETS["balanced"]
 CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.engine == "corrected"}

@@ -8,11 +8,12 @@ import numpy as np
 from radar_service.echo.beam_passage import BeamPassages
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.sea_paths import Paths, range_and_factor
-from radar_service.fidelity import Fidelity
-from radar_service.frames import polar_from_map
+from radar_service.numerics.frames import polar_from_map
+from radar_service.numerics.random import CHART, generator
+from radar_service.numerics.types import Floats, Indices
 from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.radar.patterns import Sinc2
-from radar_service.random import CHART, generator
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import BodyEchoes, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.scene.body import Body, Mesh, Scattering
@@ -24,7 +25,6 @@ from radar_service.study.chart.canonical_targets import DISTANCE, CanonicalTarge
 from radar_service.study.chart.frozen_scene import all_scatterers
 from radar_service.study.chart.plates import ANTENNA_HEIGHT
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.types import Floats, Indices
 
 STEADY = 20.0  # s before and after an observation in which a target turns at its own rate, a quarter of a scan at most
 MAX_RANGE = 2.0 * DISTANCE

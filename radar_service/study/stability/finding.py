@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from radar_service.types import Floats
+from radar_service.numerics.types import Floats
 
 Response = Literal["no failure", "another method", "physical limit", "limited output", "warning", "refusal", "documented"]
 RESPONSES: dict[Response, str] = {

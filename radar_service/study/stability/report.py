@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 
-from radar_service.output_files import make_folder
 from radar_service.study.plotting import number, svg_text
 from radar_service.study.stability.figure import finding_figure
 from radar_service.study.stability.finding import RESPONSES, Finding
+from radar_service.terminal.output_files import make_folder
 
 STYLE = """
 body{font:16px/1.45 system-ui,sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#1b1b1b;background:#fff}

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 import radar_service as rs
 from radar_service.engine.pipeline import profiles, tile_azimuths
 from radar_service.engine.preparation import prepare
-from radar_service.fidelity import Fidelity, fidelity_from_name
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import cull
 from radar_service.plan.settings_search import fidelity_for
+from radar_service.records.fidelity import Fidelity, fidelity_from_name
 from tests.reference.metal_draws import BANDWIDTH, CELL, GAIN, KNOT, PERIOD, POWER, Draw
 from tests.reference.metal_on_water import Screen
 

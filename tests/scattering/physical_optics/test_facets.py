@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.fidelity import Fidelity
 from radar_service.plan.plan import plan_for
+from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.physical_optics.facets import MAX_BEND, EdgeLimits, bend_edge, cut_facets, halves, line_through
 from radar_service.scattering.physical_optics.optical_body import facet_enlargement
 from radar_service.scene.shapes import box, sphere

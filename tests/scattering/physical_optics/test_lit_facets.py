@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.frames import map_from_deck
+from radar_service.numerics.frames import map_from_deck
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.lit_facets import Planes
 from radar_service.scattering.physical_optics.optical_body import optical_body

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from radar_service.numerics.types import Floats
 from radar_service.scattering.physical_optics.mesh_layers import doubled_layers
 from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.scene.body import Mesh
 from radar_service.scene.files.mesh import mesh_from_bytes
 from radar_service.scene.shapes import box, plate, sphere
-from radar_service.types import Floats
 from tests.scattering.physical_optics.meshes import ODD, cross_section, decibels, loaded, optical, toward
 from tests.scattering.physical_optics.meshes import plate as plate_triangles
 

@@ -8,11 +8,11 @@ import pytest
 from scipy.special import i0e
 
 import radar_service as rs
-from radar_service.fidelity import PRESETS
-from radar_service.frames import map_from_body, polar_from_map
+from radar_service.numerics.frames import map_from_body, polar_from_map
 from radar_service.propagation.multipath import reflected_field_ratio, specular_geometry
 from radar_service.propagation.radar_equation import elevation_gain, radar_two_rays
 from radar_service.propagation.sea_surface import miller_brown, rms_wave_height
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, Sector
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.model import PhysicalOptics

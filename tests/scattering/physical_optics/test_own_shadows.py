@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.frames import map_from_body, map_from_deck
+from radar_service.numerics.frames import map_from_body, map_from_deck
 from radar_service.propagation.legs import reflection_points
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scene.body import Mesh

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from radar_service.frames import wrap_angle
+from radar_service.numerics.frames import wrap_angle
+from radar_service.numerics.types import Floats
 from radar_service.scattering.physical_optics.picture import Picture, Windows
-from radar_service.types import Floats
 from tests.reference.cast_shadows import homogeneous
 from tests.reference.metal_on_water import EARTH, Setting
 

@@ -12,7 +12,7 @@ import pytest
 import trimesh
 from PIL import Image
 
-from radar_service.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, MachineBusyError
+from radar_service.numerics.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, MachineBusyError
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.mesh_reader import IN_PROCESS
 from radar_service.scene.files.sandbox import Sandbox, mesh_from_answer

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from radar_service.records import Truth
+from radar_service.records.truth import Truth
 from radar_service.stream.access import Access
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.feed_request import FeedRequest, Mode, View

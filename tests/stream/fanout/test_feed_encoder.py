@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.cell_sources import SourceRequest
 from radar_service.display.video import Controls
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_encoder import FeedEncoder

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.records import Truth
+from radar_service.records.truth import Truth
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.feed_truth import MAX_WAITING, TRUTHS_PER_SCAN, FeedTruth

@@ -5,7 +5,7 @@ import errno
 import pytest
 from fastapi import FastAPI
 
-from radar_service.processor_time import MachineBusyError
+from radar_service.numerics.processor_time import MachineBusyError
 from radar_service.scene.error import SceneError
 from radar_service.stream.controls import ControlError
 from radar_service.stream.http.answers import add_exception_handlers, problem_lines

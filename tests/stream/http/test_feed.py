@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.cell_sources import SourceList
 from radar_service.display.video import DB_PER_STEP
+from radar_service.records.cell_sources import SourceList
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.codecs.native.messages import LOG_DB_PER_STEP
 from radar_service.stream.http.app import create_app

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from radar_service.stream.radio import truth_stream
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings

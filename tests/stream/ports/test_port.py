@@ -2,7 +2,7 @@
 
 import asyncio
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.http.app import create_app
 from radar_service.stream.http.feed_port import FeedPort
 from radar_service.stream.ports.port import Port

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.processor_time import machine_busy
+from radar_service.numerics.processor_time import machine_busy
 from radar_service.stream.processes import limits
 from radar_service.stream.processes.channel import Channel
 

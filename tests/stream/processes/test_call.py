@@ -2,7 +2,7 @@
 
 import pytest
 
-from radar_service.processor_time import MachineBusyError
+from radar_service.numerics.processor_time import MachineBusyError
 from radar_service.stream.jobs import Job
 from radar_service.stream.processes import call
 from radar_service.stream.processes.call import ProcessFault, call_in_process

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.commands.simulator_options import SimulatorOptions
 from radar_service.scene.commands import Command, CommandError, CommandLog, NotSteerableError
 from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
-from radar_service.simulator_options import SimulatorOptions
 from radar_service.spoke_source import SpokeSource
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio import command_worker

@@ -9,13 +9,13 @@ import pytest
 
 import radar_service as rs
 from radar_service.display.video import Controls
+from radar_service.numerics.types import Singles
 from radar_service.radar.parameters import Origin
 from radar_service.scene.error import SceneError
 from radar_service.spoke_source import TruthLine
 from radar_service.stream.radio.error_stage import MAX_RUNS, ErrorStage
 from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
-from radar_service.types import Singles
 from tests.errors.runs import AZIMUTHS as SIMULATED
 from tests.errors.runs import SCENE, simulator
 from tests.stream.fake import AZIMUTHS, OWN_SHIP, FakeEngine, scene

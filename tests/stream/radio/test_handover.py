@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from radar_service.radar.parameters import Origin
-from radar_service.records import SpokeBlock
+from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.commands import Command
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene

@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from radar_service.cell_sources import PowersOf, SourceRequest
 from radar_service.radar.parameters import Origin
-from radar_service.records import SpokeBlock
+from radar_service.records.cell_sources import PowersOf, SourceRequest
+from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.commands import CommandError
 from radar_service.scene.convert import scene_at_rpm
 from radar_service.stream.radio import prefetch

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.cell_sources import SourceRequest
 from radar_service.display.video import Controls, display_video
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.controls import ControlError
 from radar_service.stream.fanout.client_queue import ClientQueue

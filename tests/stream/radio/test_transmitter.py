@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.cell_sources import SourceList, SourceRequest
 from radar_service.display.video import Controls
+from radar_service.records.cell_sources import SourceList, SourceRequest
 from radar_service.scene.commands import CommandError
 from radar_service.stream.radio.command_pace import SPOKES_BETWEEN
 from radar_service.stream.radio.command_worker import NoRadarError

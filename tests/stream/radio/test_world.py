@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.cell_sources import SourceRequest
+from radar_service.commands.simulator_options import SimulatorOptions
 from radar_service.radar.parameters import Origin
-from radar_service.records import SpokeBlock
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.simulator_options import SimulatorOptions
 from radar_service.spoke_source import SpokeSource
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio import world

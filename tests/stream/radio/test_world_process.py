@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from radar_service.constants import KNOT
+from radar_service.numerics.constants import KNOT
 from radar_service.radar.parameters import START
 from radar_service.scene.commands import Command
 from radar_service.scene.error import SceneError

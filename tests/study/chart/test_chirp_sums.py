@@ -3,10 +3,10 @@
 import numpy as np
 
 from radar_service.echo.echoes import Echoes
+from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.receive.chirp_sum import chirp_sum, impulse_sum
 from radar_service.study.chart.chirp_sums import chirp_sums, chirps, exact_chirps
-from radar_service.types import Floats
 from tests.scenes import radar
 from tests.study.chart.settings import SMALL
 

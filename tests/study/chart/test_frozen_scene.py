@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.fidelity import PRESETS
+from radar_service.records.fidelity import PRESETS
 from radar_service.study.chart.frozen_scene import all_echoes, all_scatterers, frozen, is_diffuse, only_diffuse
 from tests.scenes import point, scene
 from tests.study.chart.settings import PLATE, SMALL

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from radar_service.echo.passage_nodes import MAX_PHASE
-from radar_service.fidelity import PRESETS
-from radar_service.frames import wrap_angle
+from radar_service.numerics.frames import wrap_angle
+from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import ALL_PATHS, BOTH_WAYS, DIRECT, ONE_WAY, BodyEchoes
 from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene

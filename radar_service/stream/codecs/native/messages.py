@@ -22,8 +22,9 @@ from radar_service.display.video import (
     quantise,
     strongest,
 )
+from radar_service.numerics.types import Profiles, Singles
 from radar_service.radar.parameters import Radar
-from radar_service.records import Truth
+from radar_service.records.truth import Truth
 from radar_service.scene.outline import SceneOutline
 from radar_service.stream.blind import told_plan, told_warnings
 from radar_service.stream.codecs.native import wire
@@ -32,7 +33,6 @@ from radar_service.stream.codecs.native.source_fields import source_fields
 from radar_service.stream.codecs.native.views import apply_view, trim
 from radar_service.stream.feed_request import FeedRequest, Mode, View
 from radar_service.stream.spokes import RadarInfo, SpokeBatch
-from radar_service.types import Profiles, Singles
 
 LOG_DB_PER_STEP = 0.5  # of u8-log: 127 dB, from below the noise to a ship alongside
 SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so that noise keeps its distribution

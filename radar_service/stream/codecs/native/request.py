@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import cast
 
-from radar_service.cell_sources import powers_from_text
+from radar_service.records.cell_sources import powers_from_text
 from radar_service.scene.radar_model import MAX_BINS
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.feed_request import FeedRequest, Mode, View

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.display.video import Controls, Layout, stretch_cells, video_level_db
+from radar_service.numerics.types import Indices, Profiles, Singles
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.feed_request import View
 from radar_service.stream.spokes import SpokeBatch
-from radar_service.types import Indices, Profiles, Singles
 
 
 def source_fields(batch: SpokeBatch, view: View) -> dict[str, Any]:

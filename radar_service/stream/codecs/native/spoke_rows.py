@@ -6,8 +6,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.stream.codecs.native import wire
-from radar_service.types import Flags, Floats, Indices
 
 
 @dataclass(frozen=True)

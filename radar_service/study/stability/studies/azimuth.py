@@ -3,7 +3,7 @@
 import numpy as np
 
 from radar_service.display.ppi import image_position
-from radar_service.frames import wrap_angle
+from radar_service.numerics.frames import wrap_angle
 from radar_service.scene.motion import Motion
 from radar_service.simulator import Simulator
 from radar_service.study.stability.closed_form import error_db, point, point_fields, scene_of

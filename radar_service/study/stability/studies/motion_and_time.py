@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import KNOT, SPEED_OF_LIGHT
 from radar_service.display.ppi import Ppi
 from radar_service.engine.pipeline import Engine, profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.fidelity import PRESETS
-from radar_service.random import NOISE, generator
+from radar_service.numerics.constants import KNOT, SPEED_OF_LIGHT
+from radar_service.numerics.random import NOISE, generator
+from radar_service.records.fidelity import PRESETS
 from radar_service.scene.checks.validity import pulse_doppler_shift
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator

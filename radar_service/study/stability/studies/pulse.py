@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.constants import SPEED_OF_LIGHT
+from radar_service.numerics.constants import SPEED_OF_LIGHT
+from radar_service.numerics.types import Floats
 from radar_service.receive.compression import compression_for
 from radar_service.scene.radar_model import MIN_CHIRP_PRODUCT
 from radar_service.simulator import Simulator
@@ -18,7 +19,6 @@ from radar_service.study.stability.closed_form import (
     scene_of,
 )
 from radar_service.study.stability.finding import Axis, Expected, Finding, bisect, crossing, curve, decades, decibels, plain
-from radar_service.types import Floats
 
 BUDGET_DB = -40.0  # default error budget of the field
 KERNEL_DB = -60.0  # error of the engine's kernel

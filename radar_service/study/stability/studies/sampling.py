@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from radar_service.frames import direction
-from radar_service.random import RAYS, generator
+from radar_service.numerics.frames import direction
+from radar_service.numerics.random import RAYS, generator
+from radar_service.numerics.types import Floats
 from radar_service.scattering.physical_optics.facet_integral import triangle_phases
 from radar_service.study.stability.closed_form import WAVELENGTH
 from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decades, decibels, plain
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
-from radar_service.types import Floats
 
 WAVENUMBER = 2.0 * np.pi / WAVELENGTH
 BEAM, BEAM_EL, RAYS_PER_AZIMUTH = np.deg2rad(3.9), np.deg2rad(25.0), 2000  # of the default radar

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from radar_service.numerics.types import Floats
 from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.scene.body import Body, Mesh
 from radar_service.scene.materials import material_from_name
@@ -14,7 +15,6 @@ from radar_service.trace.embree import TriangleScene
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.moller_trumbore import printed_crossings, watertight_crossings
 from radar_service.trace.occluder import Occluder
-from radar_service.types import Floats
 
 DISTANCE = 1000.0  # m from the origins of the rays to the small triangles
 TOWARD = np.array([0.27, -0.94, 0.21])  # direction from the sphere to the origins of the rays

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from radar_service.display.video import DB_PER_STEP, Controls, decibels, layout, noise_threshold_db
-from radar_service.records import SpokeBlock
+from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.stream.codecs.native import messages, wire

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.cell_sources import PowersOf, SourceRequest
 from radar_service.display.video import Controls, decibels, display_video, layout, sea_attenuation_db
+from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.stream.codecs.native import messages, wire
 from radar_service.stream.codecs.native.messages import NativeCodec, encode
 from radar_service.stream.codecs.native.source_fields import fields_by_rows, shown_cells, source_fields

@@ -1,0 +1,142 @@
+"""The plot extractor: from scans to plots, across north."""
+
+import warnings
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from radar_service.numerics.types import Flags, Indices
+from radar_service.plots.clusters import ClusterRule, clusters, parts
+from radar_service.plots.detections import Detections, detections_of, no_detections
+from radar_service.plots.flood import Flood, FloodWarning, flood_of
+from radar_service.plots.groups import Groups
+from radar_service.plots.peak_gate import about_peak
+from radar_service.plots.plot import Plot, SpokeLayout, centroid_ranges, plot_of
+from radar_service.plots.sidelobes import SidelobeGate
+from radar_service.plots.thresholds import KnownThreshold, Threshold
+from radar_service.radar.parameters import Radar
+from radar_service.receive.compression import receiver_noise_power
+from radar_service.scans.scan import Scan
+
+MARGIN_DB = 3.0  # over the sidelobes of a point at rest: those of moving and of several scatterers are stronger
+
+
+@dataclass(frozen=True)
+class ScanPlots:
+    """The plots that ended in one scan.
+
+    scan: its number.
+    plots: by time.
+    sidelobes: number of plots that the sidelobe gate removed.
+    dropped: number of plots beyond the maximum, the weakest.
+    flood: too many detections in this scan, and the remedy; None as a rule.
+    cells: the detections of each plot.
+    """
+
+    scan: int
+    plots: tuple[Plot, ...]
+    sidelobes: int
+    dropped: int
+    flood: Flood | None = None
+    cells: tuple[Detections, ...] = field(default=(), compare=False, repr=False)
+
+
+class PlotExtractor:
+    """Turns the scans of one radar into plots.
+
+    A cluster that touches the end of a scan is finished with the next one. One that touches the very first spoke is cut, and
+    gives no plot; neither does one that touches the end of the last scan. The first scan with a flood gives a FloodWarning.
+    """
+
+    def __init__(
+        self, radar: Radar, threshold: Threshold | None = None, *, rule: ClusterRule | None = None, max_plots: int = 200,
+        sidelobe_margin_db: float | None = MARGIN_DB, nearest: float = 0.0, gate_db: float = np.inf,
+    ) -> None:  # fmt: skip
+        """threshold: by default the known noise with PFA; max_plots: per scan; sidelobe_margin_db: None for no sidelobe gate;
+        nearest: plots nearer than this [m] are left out, such as sea clutter about own ship; gate_db: cells
+        count that connect with the peak of a plot and are this much weaker at most: 20 is the gate of the truth.
+
+        Raises ValueError for a maximum below 1.
+        """
+        if max_plots < 1:
+            raise ValueError(f"max_plots: {max_plots} is not allowed; 1 or more, best 20 to 200")
+        self.threshold: Threshold = threshold or KnownThreshold(radar)
+        self._rule, self._max_plots, self._nearest = rule or ClusterRule(), max_plots, nearest
+        self._gate_db = gate_db
+        self._gate = None if sidelobe_margin_db is None else SidelobeGate(radar, sidelobe_margin_db)
+        self._layout = SpokeLayout(radar.azimuths, 0.5 * radar.range_step, radar.range_step, receiver_noise_power(radar))
+        self._before = no_detections()  # in the scan before
+        self._open = np.zeros(0, dtype=np.bool_)  # which of these are of clusters that may go on
+        self._warned = False
+        self._first: int | None = None  # spoke of the first scan
+
+    def scans(self, scans: Iterable[Scan]) -> Iterator[ScanPlots]:
+        """Yields the plots of consecutive scans."""
+        return map(self.add, scans)
+
+    def add(self, scan: Scan) -> ScanPlots:
+        """Returns the plots that end in a scan, which follows the one before. Missing spokes (NaN) hold no detections."""
+        if self._first is None:
+            self._first = scan.number * self._layout.azimuths
+        fresh = detections_of(scan, self.threshold.of(scan.power))
+        recent = self._before.and_then(fresh)
+        cells, plot = self._ended(recent, (scan.number + 1) * self._layout.azimuths)
+        layout = replace(self._layout, first=float(scan.range[0]))  # where the feed says that samples stand
+        groups = Groups(plot)
+        peak = cells[groups.strongest(recent.power[cells])]
+        explained = self._explained(recent, peak, cells, groups)
+        far = centroid_ranges(recent.only(cells), groups, layout) >= self._nearest
+        kept = np.flatnonzero(~explained & far)
+        best = kept[np.argsort(-recent.power[peak[kept]], kind="stable")[: self._max_plots]]
+        chosen = [recent.only(cells[groups.members(number)]) for number in best.tolist()]
+        pairs = sorted(((plot_of(one, layout), one) for one in chosen), key=lambda pair: pair[0].time)
+        dropped = len(kept) - len(best)
+        flood = flood_of(scan.number, len(fresh), scan.power.size, len(best), dropped, self.threshold)
+        self._warn(flood)
+        return ScanPlots(
+            scan.number,
+            tuple(plot for plot, _ in pairs),
+            int(explained.sum()),
+            dropped,
+            flood,
+            tuple(one for _, one in pairs),
+        )
+
+    def _warn(self, flood: Flood | None) -> None:
+        if flood and not self._warned:
+            self._warned = True
+            warnings.warn(str(flood), FloodWarning, stacklevel=3)
+
+    def _explained(self, recent: Detections, peak: Indices, cells: Indices, groups: Groups) -> Flags:
+        """Which plots (P,) are sidelobes. peak: their strongest detections; cells: all of theirs, in groups."""
+        if self._gate is None:
+            return np.zeros(len(peak), dtype=np.bool_)
+        plot = np.full(len(recent), -1, dtype=np.int64)
+        plot[cells] = groups.of_each
+        return self._gate.sidelobes(recent, peak, plot)
+
+    def _ended(self, recent: Detections, end: int) -> tuple[Indices, Indices]:
+        """Detections (K,) of clusters that ended before spoke `end`, and the number of the part of each; others wait.
+
+        recent: those of the last scan and of this one. Clusters that the start cut are left out.
+        """
+        old = len(self._open)
+        waiting = np.concatenate([np.flatnonzero(self._open), np.arange(old, len(recent))])
+        cluster = clusters(recent.only(waiting), self._rule)
+        groups = Groups(cluster)
+        first, last = groups.minimum(recent.spoke[waiting]), groups.maximum(recent.spoke[waiting])
+        goes_on = (last >= end - self._rule.spokes) & (
+            first > end - self._layout.azimuths
+        )  # after a full circle they are cut
+        still = np.zeros(len(recent), dtype=np.bool_)
+        still[waiting] = goes_on[groups.of_each]
+        self._before, self._open = recent.only(slice(old, None)), still[old:]
+        ended = (~goes_on & (first >= (self._first or 0) + self._rule.spokes))[groups.of_each]
+        return self._gated(recent, waiting[ended], parts(recent.only(waiting[ended]), cluster[ended], self._rule))
+
+    def _gated(self, recent: Detections, cells: Indices, part: Indices) -> tuple[Indices, Indices]:
+        if np.isinf(self._gate_db):
+            return cells, part
+        near = about_peak(recent.only(cells), part, self._gate_db)
+        return cells[near], part[near]

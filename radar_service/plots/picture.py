@@ -1,0 +1,33 @@
+"""A picture of plots on the PPI, in the colours of their kinds."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from radar_service.display.units import DEFAULT_UNIT, UNITS, Unit
+from radar_service.plots.labelled_plots import KINDS, PlotReport
+
+COLOURS = {  # of kinds
+    "ship": "#ff5050", "buoy": "#40ff40", "land": "#c8a060", "clutter": "#50a0ff", "interference": "#ff60ff", "noise": "#ffffff",
+}  # fmt: skip
+SIZE = {"ship": 40.0, "buoy": 40.0}  # of marks [points^2]
+SMALL = 4.0  # of the others, which are many
+
+
+def write_picture(path: Path, report: PlotReport, unit: Unit = DEFAULT_UNIT) -> None:
+    """Writes the last scan of a report with its plots as a PNG. unit: of the axes. Raises OSError."""
+    figure = Figure(figsize=(10.0, 9.0), layout="constrained")
+    axes = report.last.plot(figure.subplots(), unit=unit)
+    for kind in KINDS:
+        some = [one.plot for one in report.plots if one.kind == kind and one.plot.scan == report.last.number]
+        distance, bearing = (
+            np.array([plot.range / UNITS[unit].metres for plot in some]),
+            np.array([plot.bearing for plot in some]),
+        )
+        axes.scatter(
+            distance * np.sin(bearing), distance * np.cos(bearing), s=SIZE.get(kind, SMALL), label=f"{kind}: {len(some)}",
+            facecolors="none" if kind in SIZE else COLOURS[kind], edgecolors=COLOURS[kind], linewidths=1.0,
+        )  # fmt: skip
+    axes.legend(loc="upper right")
+    figure.savefig(path, dpi=110)

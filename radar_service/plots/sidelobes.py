@@ -1,0 +1,93 @@
+"""The sidelobe gate: a plot that is no stronger than the sidelobes of a stronger echo is not reported."""
+
+import numpy as np
+
+from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.plots.detection_tree import Boxes, DetectionTree
+from radar_service.plots.detections import Detections
+from radar_service.radar.parameters import Radar
+from radar_service.receive.compression import compression_for, receiver_noise_power
+from radar_service.records.fidelity import PRESETS
+
+MAIN_LOBE = 0.01  # of the two-way gain on boresight: sidelobes are weaker
+
+NOISE_PEAK = 2.5  # times the mean noise amplitude: noise adds that much to a sidelobe in one cell of 500
+
+
+class SidelobeGate:
+    """Knows how strong the sidelobes of a radar are at most, by their distance from an echo in azimuth and in range."""
+
+    def __init__(self, radar: Radar, margin_db: float) -> None:
+        """margin_db: sidelobes may be this much stronger than those of a point at rest."""
+        self._margin = 10.0 ** (margin_db / 10.0)
+        self._azimuths = radar.azimuths
+        self._noise = NOISE_PEAK * np.sqrt(receiver_noise_power(radar))
+        apart = np.arange(2 * radar.azimuths)  # spokes between two detections of two scans; the beam turns the shorter way
+        self._azimuth = azimuth_envelope(radar)[np.minimum(apart % radar.azimuths, -apart % radar.azimuths)]
+        self._again = (apart > radar.azimuths // 2) & (self._azimuth > MAIN_LOBE)  # it meets an echo again a scan later
+        self._range = range_envelope(radar)
+
+    def sidelobes(self, every: Detections, peak: Indices, plot: Indices) -> Flags:
+        """Returns which plots (P,) a stronger echo explains.
+
+        every: all detections of two consecutive scans at most. peak: the strongest of each plot (P,). plot: the number of the
+        plot of each detection (C,), from 0; -1 for a detection of none.
+        """
+        spoke, cell, power = every.spoke[peak], every.cell[peak], every.power[peak]
+
+        def may(query: Indices, boxes: Boxes, box: Indices) -> Flags:
+            echo = every.power[boxes.strongest[box]]
+            near, far = distances(spoke[query], boxes.spoke[:, box])
+            across = np.maximum(self._azimuth[near], self._azimuth[far])
+            across[(near <= self._azimuths) & (self._azimuths <= far)] = 1.0
+            along, _ = distances(cell[query], boxes.cell[:, box])
+            return self._explains(power[query], echo, across, along)
+
+        def does(query: Indices, echo: Indices) -> Flags:
+            apart, along = np.abs(every.spoke[echo] - spoke[query]), np.abs(every.cell[echo] - cell[query])
+            other = ~self._again[apart] & (plot[echo] != query)
+            return np.asarray(
+                other & self._explains(power[query], every.power[echo], self._azimuth[apart], along), dtype=np.bool_
+            )
+
+        explained = DetectionTree(every).any(len(peak), may, does)
+        return np.asarray(explained | (np.sqrt(power) <= self._noise), dtype=np.bool_)
+
+    def _explains(self, power: Floats, echo: Floats, across: Floats, along: Indices) -> Flags:
+        """Whether echoes of higher power [W] have sidelobes as strong as plots of this power [W].
+
+        across: gain of the sidelobes in azimuth; along: cells from the echo.
+        """
+        along = np.maximum(np.minimum(along, len(self._range) - 1) - 1, 0)  # an echo stands between two cells
+        level = echo * across * self._range[along]
+        as_strong = np.sqrt(power) <= np.sqrt(level * self._margin) + self._noise
+        return np.asarray((echo * self._margin > power) & as_strong, dtype=np.bool_)
+
+
+def distances(position: Indices, interval: Indices) -> tuple[Indices, Indices]:
+    """Returns the distances (P,) of positions from the nearest and the farthest number of intervals (2, P)."""
+    first, last = interval
+    near = np.maximum(np.maximum(first - position, position - last), 0)
+    return near, np.maximum(np.abs(first - position), np.abs(last - position))
+
+
+def azimuth_envelope(radar: Radar) -> Floats:
+    """Returns the highest two-way gain (A // 2 + 1,) at each number of spokes from boresight and beyond, 1 at 0."""
+    fine = 16
+    offset = np.arange((radar.azimuths // 2) * fine + 1, dtype=np.float64) * (radar.azimuth_step / fine)
+    return _envelope(radar.azimuth_gain(offset) ** 2)[::fine]
+
+
+def range_envelope(radar: Radar) -> Floats:
+    """Returns the highest power (N,) of a compressed echo of unit peak at each number of cells from its middle and beyond."""
+    compression = compression_for(radar, PRESETS["reference"].kernel_width)
+    half = radar.bins // 2
+    rows = np.zeros((1, compression.size), dtype=np.complex64)
+    one = np.ones((1, 1), dtype=np.complex64)
+    compression.spread(rows, np.array([float(half)]), np.zeros((1, 1), dtype=np.float32), one)
+    profile = np.abs(compression.profiles(rows)[0].astype(np.complex128)) ** 2
+    return _envelope(profile[half:] / profile[half])
+
+
+def _envelope(power: Floats) -> Floats:
+    return np.asarray(np.maximum.accumulate(power[::-1])[::-1])

@@ -1,0 +1,176 @@
+"""Scans as xarray datasets, and as files of Zarr and netCDF: arrays with coordinates, units and attributes (CF-1.11).
+
+Dimensions are azimuth and range, of several scans scan before them, and of the power of each source also power_source. NetCDF
+has no complex numbers: there `field` is `field_real` and `field_imag`. Times are seconds of simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from radar_service.scans.scan import Scan, powered, powers_of
+from radar_service.terminal.extras import MissingExtra
+
+if TYPE_CHECKING:
+    import xarray
+
+Export = Callable[[Path, Sequence[Scan], Mapping[str, Any]], None]
+RAY, CELL = ("azimuth",), ("azimuth", "range")
+DESCRIBED: dict[str, tuple[tuple[str, ...], str, str]] = {  # dimensions, units, long_name
+    "azimuth": (RAY, "rad", "boresight, clockwise from true north"),
+    "range": (("range",), "m", "one-way slant range of the sample"),
+    "time": (RAY, "s", "time of simulation"),
+    "heading": (RAY, "rad", "heading of own ship, clockwise from true north"),
+    "east": (RAY, "m", "position of own ship, east"),
+    "north": (RAY, "m", "position of own ship, north"),
+    "course": (RAY, "rad", "course over ground of own ship, clockwise from true north"),
+    "speed": (RAY, "m s-1", "speed over ground of own ship"),
+    "field": (CELL, "W0.5", "compressed field before detection"),
+    "power": (CELL, "W", "received power"),
+    "labels": (CELL, "1", "number of the strongest source"),
+    "powers": (("power_source", *CELL), "W", "power of each source alone"),
+    "power_source": (("power_source",), "1", "number of the source"),
+    "source": (("source",), "1", "number of the source"),
+    "source_name": (("source",), "1", "name of the source of that number"),
+}
+OF_ALL = ("azimuth", "range")  # equal in all scans of a radar
+DATA = ("field", "power", "labels", "powers")
+OPTIONAL = ("labels", "powers", "power_source", "source", "source_name")
+
+
+def scans_to_xarray(
+    scans: Sequence[Scan], about: Mapping[str, Any] | None = None, names: Mapping[int, str] | None = None
+) -> xarray.Dataset:
+    """Returns scans of one radar as a dataset with the dimensions scan, azimuth and range.
+
+    about: attributes beside those of the scans, as `name`, `seed` and `fidelity`; names: of the sources that labels and powers
+    have the numbers of. Raises ValueError for no scan, for scans of several radars, and where not all have labels, or powers;
+    MissingExtra where xarray is not installed.
+    """
+    if not scans:
+        raise ValueError("scans: there are none; give at least one scan")
+    for name in OF_ALL:
+        if any(not np.array_equal(getattr(scan, name), getattr(scans[0], name)) for scan in scans):
+            raise ValueError(f"scans: their {name} differs; give scans of one radar")
+    for name in ("labels", "powers"):
+        if len({getattr(scan, name) is None for scan in scans}) > 1:
+            raise ValueError(f"scans: some have {name} and others do not; give scans of one kind")
+    numbers = powered(scans)
+    each = [_dataset(scan, about, names, numbers) for scan in scans]
+    whole: xarray.Dataset = _library().concat(
+        each, "scan", data_vars="all", coords="different", compat="equals", join="exact"
+    )
+    return whole.assign_coords(scan=("scan", [scan.number for scan in scans], {"long_name": "number of the scan"}))
+
+
+def scan_to_xarray(
+    scan: Scan, about: Mapping[str, Any] | None = None, names: Mapping[int, str] | None = None
+) -> xarray.Dataset:
+    """Returns a scan as a dataset with the dimensions azimuth and range.
+
+    about: more attributes; names: of the sources. Raises MissingExtra.
+    """
+    return _dataset(scan, about, names, powered([scan]))
+
+
+def _dataset(
+    scan: Scan, about: Mapping[str, Any] | None, names: Mapping[int, str] | None, numbers: Sequence[int]
+) -> xarray.Dataset:
+    """The dataset of a scan, with the powers of the sources of these numbers."""
+    library = _library()
+    values = {name: getattr(scan, name, None) for name in DESCRIBED}
+    values |= {"east": scan.position[:, 0], "north": scan.position[:, 1]}
+    if scan.powers is not None:
+        values |= {"powers": powers_of(scan, numbers), "power_source": np.array(numbers, dtype=np.uint32)}
+    if names:
+        values |= {"source": np.array(list(names), np.uint32), "source_name": np.array(list(names.values()), dtype=object)}
+    variables = {
+        name: library.Variable(dims, values[name], {"units": units, "long_name": text})
+        for name, (dims, units, text) in DESCRIBED.items()
+        if name not in OPTIONAL or values[name] is not None
+    }
+    attributes = {
+        "Conventions": "CF-1.11", "title": "scan of a simulated marine radar", "range_step_m": scan.range_step,
+        "source": f"radar-service {version('radar-service')}",
+    }  # fmt: skip
+    coordinates = {name: variables[name] for name in variables if name not in DATA} | {"scan": scan.number}
+    dataset: xarray.Dataset = library.Dataset(
+        {name: variables[name] for name in DATA if name in variables}, coordinates, attributes | dict(about or {})
+    )
+    return dataset
+
+
+def scans_from_xarray(dataset: xarray.Dataset) -> list[Scan]:
+    """Returns the scans of a dataset that the functions above made, also after a file."""
+    each = dataset if "scan" in dataset.dims else dataset.expand_dims("scan")
+    return [_scan(each.isel(scan=k)) for k in range(each.sizes["scan"])]
+
+
+def exporter(path: Path) -> Export:
+    """Returns what writes scans to a path that ends in .zarr (a folder) or .nc (netCDF 3): a function of path, scans, attributes.
+
+    Raises ValueError for another ending, and MissingExtra where a package is not installed: now, not after the scans. The
+    function raises OSError.
+    """
+    _library()
+    if path.suffix.lower() not in EXPORTS:
+        raise ValueError(f"{path}: scans are exported to {' or '.join(EXPORTS)}; give it one of these endings")
+    return EXPORTS[path.suffix.lower()]
+
+
+def _exported(scans: Sequence[Scan], about: Mapping[str, Any] | None) -> xarray.Dataset:
+    """The dataset of scans with what a file of scans says about them, see `scan_file`."""
+    rest = dict(about or {})
+    numbers, names = (rest.pop(key, np.array(())).tolist() for key in ("label_numbers", "label_names"))
+    return scans_to_xarray(scans, rest, dict(zip(numbers, names, strict=True)))
+
+
+def _to_zarr(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
+    _exported(scans, about).to_zarr(path, mode="w", consolidated=False)
+
+
+def _to_netcdf(path: Path, scans: Sequence[Scan], about: Mapping[str, Any] | None = None) -> None:
+    _split(_exported(scans, about)).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
+
+
+EXPORTS: dict[str, Export] = {".zarr": _to_zarr, ".nc": _to_netcdf}
+
+
+def _library() -> Any:
+    try:
+        import xarray
+        import zarr  # noqa: F401  # the extra brings both
+    except ModuleNotFoundError as error:
+        raise MissingExtra("datasets", "xarray", error) from None
+    return xarray
+
+
+def _split(dataset: xarray.Dataset) -> xarray.Dataset:
+    """The dataset with the parts of the field in its place."""
+    field = dataset["field"]
+    parts = {f"field_{name}": (field.dims, getattr(field.values, name), field.attrs) for name in ("real", "imag")}
+    return dataset.drop_vars("field").assign(parts)
+
+
+def _scan(one: xarray.Dataset) -> Scan:
+    if "field" in one:
+        field = one["field"].values
+    else:
+        field = (one["field_real"].values + np.complex64(1j) * one["field_imag"].values).astype(np.complex64)
+    single: dict[str, Any] = {name: one[name].values for name in ("time", "azimuth", "heading", "course", "speed", "range")}
+    position = np.stack([one["east"].values, one["north"].values], axis=-1)
+    step, power = float(one.attrs["range_step_m"]), np.asarray(one["power"].values, dtype=np.float32)
+    labels = np.asarray(one["labels"].values, dtype=np.uint32) if "labels" in one else None
+    return Scan(
+        number=int(one["scan"]), position=position, range_step=step, field=field, power=power, labels=labels,
+        powers=_stored_powers(one) if "powers" in one else None, **single,
+    )  # fmt: skip
+
+
+def _stored_powers(one: xarray.Dataset) -> dict[int, np.ndarray[Any, np.dtype[np.float32]]]:
+    return {int(number): np.asarray(one["powers"].sel(power_source=number).values) for number in one["power_source"].values}

@@ -1,0 +1,157 @@
+"""Labels: the strongest source of each cell, by its power alone; speckle as drawn, noise as its mean.
+
+What rests keeps its label from scan to scan, so it is found once. The echoes of each other source are spread on rows of their
+own. Most of these rows cannot exceed the noise (`Compression.peak_gain`), and are not compressed.
+"""
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property, partial
+
+import numpy as np
+
+from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes
+from radar_service.engine.pipeline import Contributions, Engine, profiles, tile_azimuths
+from radar_service.engine.preparation import Prepared
+from radar_service.engine.range_sidelobes import RangeSidelobes
+from radar_service.engine.stitched import StitchedEngine
+from radar_service.numerics.parallel import BLAS_LIMIT, in_order
+from radar_service.numerics.types import Flags, Profiles, Singles
+from radar_service.receive.compression import receiver_noise_power
+from radar_service.receive.detection import square_law
+from radar_service.records.cell_sources import Labels
+from radar_service.sources.numbers import INTERFERENCE, source_numbers
+from radar_service.sources.resting import RestingField, resting_fields, resting_numbers
+from radar_service.sources.rows import Windows, source_rows
+from radar_service.sources.strongest import Strongest, unlabelled
+
+FAINT = 0.01  # of the noise: a source that moves changes the field of the same source at rest by no less
+
+
+class Labeller:
+    """Labels tiles of azimuths of a prepared scene. Safe to call from several threads."""
+
+    @BLAS_LIMIT.held()
+    def __init__(self, prepared: Prepared) -> None:
+        self._prepared, self._numbers = prepared, source_numbers(prepared.scene)
+        self._azimuths, self._bins = prepared.scene.radar.azimuths, prepared.scene.radar.bins
+        self._noise = receiver_noise_power(prepared.scene.radar) if prepared.scene.environment.noise else 0.0
+        self._gain = np.float32(prepared.compression.peak_gain**2)
+        self._sidelobes = RangeSidelobes(prepared.compression, self._noise)
+        moving = self._numbers[[*prepared.moving.visibility.scatterers.key, SECOND_TIME]]
+        resting = set(resting_numbers(prepared, self._numbers).tolist())
+        may_change = prepared.shadows.possible or bool(resting & set(moving.tolist()))
+        self._at_rest = self._unlabelled(self._azimuths) if resting else None
+        self._resting: dict[int, RestingField] = {}  # where a source at rest may change
+        for number, field in resting_fields(prepared, self._numbers, self._noise * (FAINT if may_change else 1.0)):
+            assert self._at_rest is not None
+            self._at_rest.offer(number, square_law(field.field), field.rows)
+            if may_change:
+                self._resting[number] = field
+
+    @BLAS_LIMIT.held()
+    def labels(self, azimuths: AzimuthTimes, record: Contributions) -> Labels:
+        """Labels (K, bins) of the azimuths (K,) of a tile, from what its stages added."""
+        transmitting, start = record.transmitting, int(azimuths.number[0]) % self._azimuths
+        if record.rows is None and record.clutter is None and not record.interference:
+            return self._labels_at_rest[start : start + len(transmitting)] * transmitting[:, None]
+        rows = source_rows(self._prepared, record, self._numbers, self._resting.keys())
+        strongest = self._resting_part(start, transmitting, rows.whole)
+        for windows in rows.windows:
+            self._offer_windows(strongest, windows)
+        for number in rows.whole.keys() - self._resting.keys():
+            gridded = rows.whole[number]
+            strong = np.flatnonzero(self._exceeds(gridded, self._noise))
+            strongest.offer(number, square_law(self._prepared.compression.profiles(gridded[strong])), strong)
+        if record.clutter is not None:
+            strongest.offer_clutter(record.clutter)
+        for row, received in record.interference.items():
+            strongest.offer(INTERFERENCE, square_law(received.astype(np.complex64)[None]), slice(row, row + 1))
+        return strongest.labels
+
+    @cached_property
+    def _labels_at_rest(self) -> Labels:
+        """Labels (A, bins) of a scan in which nothing moves."""
+        return (self._at_rest or self._unlabelled(self._azimuths)).labels
+
+    def _unlabelled(self, azimuths: int) -> Strongest:
+        return unlabelled(azimuths, self._bins, self._noise, int(self._numbers.max()))
+
+    def _offer_windows(self, strongest: Strongest, windows: Windows) -> None:
+        """Offers sources that stand in few columns, as far as they may exceed the noise."""
+        if not len(windows.number):
+            return
+        first = np.cumsum(windows.width) - windows.width  # of the columns of all windows in a row
+        columns = np.repeat(windows.at - first, windows.width) + np.arange(int(windows.width.sum()))
+        parts = windows.grid.take(columns, axis=1).view(np.float32)
+        peak = square_law(np.maximum(parts.max(axis=0), -parts.min(axis=0)).view(np.complex64))  # of each column, at least
+        may_exceed = np.add.reduceat(peak, first) * self._gain > self._noise
+        total = np.add.reduceat(np.sqrt(peak), first)
+        for s in np.flatnonzero(may_exceed).tolist():
+            begin, at, width = int(windows.begin[s]), int(windows.at[s]), int(windows.width[s])
+            window = windows.grid[:, at : at + width]
+            strong = np.flatnonzero(self._exceeds(window, self._noise))
+            if len(strong):
+                rows = slice(int(strong[0]), int(strong[-1]) + 1)
+                low, high = self._sidelobes.bins(float(total[s]), begin, width)
+                strongest.offer(int(windows.number[s]), self._sidelobes.power(window[rows], begin, low, high), rows, low)
+
+    def _exceeds(self, rows: Profiles, floor: float) -> Flags:
+        """Whether the profiles of gridded rows (..., columns) may exceed a floor [W] anywhere."""
+        parts = rows.view(np.float32)
+        energy = np.einsum("...i,...i->...", parts, parts)
+        return np.asarray(energy * self._gain > floor)
+
+    def _resting_part(self, start: int, transmitting: Flags, rows: dict[int, Profiles]) -> Strongest:
+        """The strongest source at rest in the tile from azimuth `start` on; rows: what changes such sources (K, size)."""
+        if self._at_rest is None:
+            return self._unlabelled(len(transmitting))
+        changed = {
+            number: transmitting & self._exceeds(gridded, FAINT * self._noise)
+            for number, gridded in rows.items()
+            if number in self._resting
+        }
+        anew = np.any([np.zeros_like(transmitting), *changed.values()], axis=0)
+        strongest = self._at_rest.part(start, len(transmitting))
+        if anew.any() or not transmitting.all():
+            strongest.clear(np.flatnonzero(anew | ~transmitting))
+        for number, field in self._resting.items() if anew.any() else ():
+            profile = np.zeros((len(transmitting), self._bins), dtype=np.complex64)
+            field.add_to(profile, start)
+            if number in changed:
+                profile[changed[number]] += self._prepared.compression.profiles(rows[number][changed[number]])
+            strongest.offer(number, square_law(profile[anew]), np.flatnonzero(anew))
+        return strongest
+
+
+class LabellingEngine(Engine):
+    """An engine whose tiles have labels too; field and power keep their bytes."""
+
+    @cached_property
+    def _labeller(self) -> Labeller:
+        return Labeller(self.prepared)
+
+    def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
+        """As `tiles`, each with its labels (K, bins)."""
+        labeller = self._labeller
+        starts = self.starts(requested)
+        tiles = in_order(partial(_labelled_tile, labeller, self.prepared, scan), starts, self._threads)
+        for start, (field, labels) in zip(starts, tiles, strict=True):
+            yield start, field, square_law(field), labels
+
+
+def _labelled_tile(labeller: Labeller, prepared: Prepared, scan: int, start: int) -> tuple[Profiles, Labels]:
+    azimuths, record = tile_azimuths(prepared, scan, start), Contributions()
+    field = profiles(prepared, azimuths, record)
+    return field, labeller.labels(azimuths, record)
+
+
+class LabellingStitchedEngine(StitchedEngine):
+    """An engine for several pulses whose tiles have labels too: in each part those of its pulse."""
+
+    def __init__(self, engines: Sequence[LabellingEngine]) -> None:
+        super().__init__(engines)
+        self._labelling = engines
+
+    def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
+        """As `tiles`, each with its labels (K, bins)."""
+        return self._stitched([engine.labelled_tiles for engine in self._labelling], scan, requested)

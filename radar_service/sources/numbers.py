@@ -1,0 +1,41 @@
+"""The numbers of sources: what a label says, and by which the power of a source is asked for.
+
+Land is all that rests on the map and is built of no vessel's material; its bodies of one material are one source. Every other
+body is a source of its own, with its reflection from the sea.
+"""
+
+import numpy as np
+
+from radar_service.echo.echoes import SECOND_TIME
+from radar_service.numerics.types import Indices
+from radar_service.scene.body import Body
+from radar_service.scene.materials import MATERIALS, VESSEL_MATERIALS
+from radar_service.scene.world import Scene
+
+NOISE, SEA, RAIN, INTERFERENCE, SECOND_TIME_AROUND = range(5)
+LAND = 16  # of the first material of MATERIALS; the others follow in their order
+BODY = 256  # of the first body of the scene; the others follow in their order
+COMMON = ("noise", "sea", "rain", "interference", "second time around")
+
+
+def source_numbers(scene: Scene) -> Indices:
+    """The source number (B + 1,) of each body of a scene; the last one is that of SECOND_TIME, which is -1."""
+    assert SECOND_TIME == -1
+    return np.array([*(_number(body, k) for k, body in enumerate(scene.bodies)), SECOND_TIME_AROUND], dtype=np.int64)
+
+
+def source_names(scene: Scene) -> dict[int, str]:
+    """The name of each source number that the scene may have, by rising number."""
+    names = dict(enumerate(COMMON))
+    land = {_number(body, k): f"land: {body.material.name}" for k, body in enumerate(scene.bodies) if is_land(body)}
+    bodies = {BODY + k: body.name for k, body in enumerate(scene.bodies) if not is_land(body)}
+    return names | dict(sorted(land.items())) | bodies
+
+
+def is_land(body: Body) -> bool:
+    """Whether a body is land: a mesh at rest of a material that no vessel is built of."""
+    return body.mesh is not None and body.motion.at_rest and body.material.name not in VESSEL_MATERIALS
+
+
+def _number(body: Body, k: int) -> int:
+    return LAND + list(MATERIALS).index(body.material.name) if is_land(body) else BODY + k

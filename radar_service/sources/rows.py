@@ -1,0 +1,128 @@
+"""Gridded rows of each source by itself, before compression.
+
+Most sources stand in few columns of a row. Where no other source is near, these columns of the rows that the engine has spread
+are theirs alone. The others are spread again side by side on one grid, each in a window of its own.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from radar_service.echo.echoes import BeamWeightedEchoes
+from radar_service.engine.pipeline import Contributions
+from radar_service.engine.preparation import Prepared, column
+from radar_service.numerics.types import Flags, Indices, Profiles
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Sources (S,) that stand in windows of their own on one grid.
+
+    number: (S,) source numbers.
+    begin: (S,) column of the row at which the window begins.
+    at: (S,) column of the grid at which it begins, rising.
+    width: (S,) its columns.
+    grid: (K, columns), 0 where the radar is blind.
+    """
+
+    number: Indices
+    begin: Indices
+    at: Indices
+    width: Indices
+    grid: Profiles
+
+
+@dataclass(frozen=True)
+class SourceRows:
+    """Gridded rows of sources over the azimuths (K,) of a tile.
+
+    whole: rows (K, size) of the sources that have whole rows, by source number.
+    windows: all others.
+    """
+
+    whole: dict[int, Profiles]
+    windows: tuple[Windows, ...]
+
+
+def source_rows(prepared: Prepared, record: Contributions, numbers: Indices, whole: Collection[int] = ()) -> SourceRows:
+    """The echoes of all blocks of a tile by source.
+
+    numbers: as `source_numbers`; whole: sources that get whole rows. So do those whose columns are not all within a row.
+    """
+    if record.rows is None:
+        return SourceRows({}, ())
+    present, index = _sources(record, numbers)
+    begin, width = _windows(prepared, record, index, len(present))
+    is_whole = np.array([number in whole for number in present.tolist()]) | _out_of_row(prepared, begin, begin + width)
+    shared = ~is_whole & _isolated(begin, begin + width, prepared.compression.size)
+    again = np.flatnonzero(~is_whole & ~shared)
+    at = np.cumsum(np.concatenate([[0], width[again]]))
+    shift = np.zeros(len(present), dtype=np.int64)  # from the column of the row to that of the grid
+    shift[again] = at[:-1] - begin[again]
+    grid = np.zeros((len(record.transmitting), int(at[-1])), dtype=np.complex64)
+    rows = {s: np.zeros_like(record.rows) for s in np.flatnonzero(is_whole).tolist()}
+    start = 0
+    for first, stop, echoes in record.echoes:
+        of, start = index[start : start + len(echoes.range)], start + len(echoes.range)
+        for s in rows:
+            spread_echoes(prepared, rows[s][first:stop], echoes.chosen(np.flatnonzero(of == s)))
+        if len(again) and len(left := np.flatnonzero(~is_whole[of] & ~shared[of])):
+            spread_echoes(prepared, grid[first:stop], echoes.chosen(left), shift[of[left]])
+    for spread in (grid, *rows.values()):
+        spread[~record.transmitting] = 0.0
+    alone = np.flatnonzero(shared)[np.argsort(begin[shared])]
+    windows = (
+        Windows(present[alone], begin[alone], begin[alone], width[alone], record.rows),
+        Windows(present[again], begin[again], at[:-1], width[again], grid),
+    )
+    return SourceRows({int(present[s]): row for s, row in rows.items()}, windows)
+
+
+def spread_echoes(prepared: Prepared, rows: Profiles, echoes: BeamWeightedEchoes, shift: Indices | int = 0) -> None:
+    """Spreads echoes (E,) on rows (K, columns), which are 0 before, `shift` (E,) columns beyond their own."""
+    step = prepared.scene.radar.range_step
+    migration = echoes.range_migration * np.float32(1.0 / step)
+    prepared.compression.spread(rows, column(echoes.range, step) + shift, migration, echoes.amplitude)
+
+
+def _sources(record: Contributions, numbers: Indices) -> tuple[Indices, Indices]:
+    """The numbers (S,) of all sources of a tile, rising, and the index there of the source of each echo, block by block."""
+    each = numbers[np.concatenate([echoes.body for _, _, echoes in record.echoes])]
+    is_present = np.zeros(int(numbers.max()) + 1, dtype=np.bool_)
+    is_present[each] = True
+    return np.flatnonzero(is_present), (np.cumsum(is_present) - 1)[each]
+
+
+def _windows(prepared: Prepared, record: Contributions, index: Indices, count: int) -> tuple[Indices, Indices]:
+    """First grid column and columns of the windows that hold all kernels of each source (S,); index: source of all echoes."""
+    step, half = prepared.scene.radar.range_step, prepared.compression.kernel.width // 2
+    low, high = np.full(count, np.inf), np.full(count, -np.inf)
+    start = 0
+    for _, _, echoes in record.echoes:
+        of, start = index[start : start + len(echoes.range)], start + len(echoes.range)
+        migration = max(float(echoes.range_migration.max()), -float(echoes.range_migration.min())) / step
+        position = column(echoes.range, step)
+        runs = np.flatnonzero(np.diff(of, prepend=-1))  # echoes of a body mostly follow each other
+        np.minimum.at(low, of[runs], np.minimum.reduceat(position, runs) - migration)
+        np.maximum.at(high, of[runs], np.maximum.reduceat(position, runs) + migration)
+    begin = np.floor(low).astype(np.int64) - (half - 1)
+    return begin, np.floor(high).astype(np.int64) + half + 1 - begin
+
+
+def _out_of_row(prepared: Prepared, begin: Indices, end: Indices) -> Flags:
+    """Whether columns wrap around the row, or are among those behind its end that count as eclipsed too."""
+    eclipsing = prepared.compression.eclipsing_filter
+    last = prepared.compression.size - (0 if eclipsing is None else eclipsing.before)
+    return np.asarray((begin < 0) | (end > last))
+
+
+def _isolated(begin: Indices, end: Indices, size: int) -> Flags:
+    """Whether no other of these windows (S,) on a circular row shares columns with each."""
+    order = np.argsort(begin)
+    first, last = begin[order], end[order]
+    before = np.concatenate([[last.max() - size], np.maximum.accumulate(last)[:-1]])
+    after = np.concatenate([first[1:], [first[0] + size]])
+    isolated = np.zeros(len(begin), dtype=np.bool_)
+    isolated[order] = (first >= np.maximum(before, last.max() - size)) & (last <= np.minimum(after, first[0] + size))
+    return isolated

@@ -1,0 +1,53 @@
+"""The command `plots` as a user runs it."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from radar_service.__main__ import main
+from tests.plots.test_labelled_plots import SCENE
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> str:
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps(SCENE))
+    return str(path)
+
+
+def test_plots_are_printed_and_written(scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, png = tmp_path / "plots.json", tmp_path / "plots.png"
+    assert main(["plots", scene, "--scans", "1", "--threshold", "known", "-o", str(out), "--png", str(png)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    data = json.loads(out.read_text())
+    assert lines[0] == f"five kinds: 1 scans, {len(data['plots'])} plots"
+    rows = {line.split("  ")[0]: line.split() for line in lines}
+    assert rows["moored"][1:] == ["ship", "300", "m", "1", "1", "1", "1"] and rows["far"][-1] == "-"
+    noise = next(kind for kind in data["kinds"] if kind["kind"] == "noise")
+    assert rows["noise"][1:3] == [str(noise["cells"]), str(noise["detected"])]
+    assert png.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--pfa", "0"], "0 is not allowed; a probability between 0 and 1"),
+        (["--pfa", "nan"], "nan is not allowed; a probability"),
+        (["--guard-m", "x"], "x is not allowed; a length above 0 m"),
+        (["--fidelity", "documented"], "documented has no labels"),
+        (["--window-m", "5000"], "window: .* choose shorter ones"),
+        (["-o", "/dev/null/plots.json"], "a file is in the way of this folder"),
+        (["--png", "plots.jpg"], "does not end in .png"),
+    ],
+)
+def test_wrong_input_is_one_sentence(
+    arguments: list[str], words: str, scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        status = main(["plots", scene, "--scans", "1", *arguments])
+    except SystemExit as ended:
+        status = int(ended.code or 0)
+    assert status == 2
+    assert re.search(words, capsys.readouterr().err)

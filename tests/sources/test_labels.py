@@ -1,0 +1,135 @@
+"""Labels against separately run sources: each source of the scene by itself, in an engine in which all others are silent."""
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import radar_service as rs
+from radar_service.engine.pipeline import Engine
+from radar_service.engine.preparation import prepare
+from radar_service.records.fidelity import PRESETS
+from radar_service.sources.labels import LabellingEngine
+from radar_service.sources.numbers import BODY, INTERFERENCE, NOISE, RAIN, SEA, SECOND_TIME_AROUND, source_numbers
+from tests.alone import Alone, Powers, agreement, crowded, crowded_alone
+from tests.scenes import everything, scene
+
+Labels = NDArray[np.uint32]
+SHARE = 0.999  # of the cells where the strongest source leads by 3 dB
+MAX_COST = 1.5  # of the plain run, with 20 visible bodies
+
+
+def labels_of(made: rs.Scene, scan: int, seed: int = 0) -> Labels:
+    engine = LabellingEngine(prepare(made, PRESETS["balanced"], seed))
+    return np.concatenate([labels for _, _, _, labels in engine.labelled_tiles(scan)])
+
+
+@pytest.mark.parametrize(("moves", "scans"), [(False, [0, 3000]), (True, [0, 30])])
+def test_labels_are_the_strongest_of_separately_run_sources(moves: bool, scans: list[int]) -> None:
+    made = crowded(moves)
+    engine, alone = LabellingEngine(prepare(made, PRESETS["balanced"], 0)), crowded_alone(moves)
+    for scan in scans:
+        assert_labels(made, scan, np.concatenate([labels for *_, labels in engine.labelled_tiles(scan)]), alone.powers(scan))
+
+
+def assert_labels(made: rs.Scene, scan: int, labels: Labels, powers: Powers) -> None:
+    assert {NOISE, SEA, RAIN, INTERFERENCE, SECOND_TIME_AROUND} <= set(np.unique(labels).tolist())
+    agreed, leading = agreement(labels, powers)
+    assert leading > 0.5 and agreed >= SHARE
+    boresight, time_of = made.radar.schedule(scan * made.radar.azimuths + np.arange(made.radar.azimuths))
+    assert set(np.unique(labels[made.blind(time_of, boresight)]).tolist()) <= {NOISE, INTERFERENCE}
+    if not scan:
+        assert set(source_numbers(made)[[0, 1, 2, 4, 5]].tolist()) <= set(np.unique(labels).tolist())
+
+
+@pytest.mark.parametrize("moves", [False, True], ids=["at rest", "own ship under way"])
+def test_without_noise_every_cell_with_any_echo_has_its_source(moves: bool) -> None:
+    calm = {"noise": False, "sea_state": 0, "rain_mm_h": 0.0}
+    labels = labels_of(crowded(moves, **calm), 2)
+    agreed, _ = agreement(labels, crowded_alone(moves, **calm).powers(2))
+    assert agreed >= SHARE
+
+
+def test_labels_hold_where_moving_metal_shadows_a_coast_in_rough_sea() -> None:
+    made = everything()
+    agreed, leading = agreement(labels_of(made, 3), Alone(made).powers(3))
+    assert leading > 0.5 and agreed >= SHARE
+
+
+def test_a_ship_that_passes_takes_the_labels_of_the_coast_behind_her() -> None:
+    """The coast rests, so its labels are kept, but for the azimuths in her shadow: there they are those of noise or the ship."""
+    coast = {"name": "coast", "shape": "box", "length_m": 20, "width_m": 500, "height_m": 8, "position_m": [0, 600, 0]}
+    ship = {"name": "ship", "shape": "box", "length_m": 90, "width_m": 15, "height_m": 30, "position_m": [-20, 250, 0]}
+    made = scene(
+        [{**coast, "material": "concrete"}, {**ship, "material": "wood", "speed_kn": 10, "course_deg": 90, "heading_deg": 90}],
+        radar={"range_max_m": 800, "azimuths": 120, "beamwidth_deg": 4, "pulse_s": 1e-6, "power_w": 1.0},
+        environment={"noise": True},
+    )  # fmt: skip
+    alone = made.with_world(bodies=made.bodies[:1])
+    shadowed, free = labels_of(made, 2), labels_of(alone, 2)
+    land = int(source_numbers(made)[0])
+    assert np.sum((free == land) & (shadowed == NOISE)) > 100
+    agreed, leading = agreement(shadowed, Alone(made).powers(2))
+    assert leading > 0.5 and agreed >= SHARE
+
+
+@pytest.mark.parametrize("radar", [{"eclipsing": True}, {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6}])
+def test_labels_hold_for_other_pulses(radar: dict[str, Any]) -> None:
+    made = crowded(False)
+    settings = scene(radar={"range_max_m": 800, "azimuths": 72, "beamwidth_deg": 8, "pulse_s": 1e-6, **radar}).radar
+    made = replace(made, radar=settings)
+    agreed, leading = agreement(labels_of(made, 1), Alone(made).powers(1))
+    assert leading > 0.5 and agreed >= SHARE
+
+
+def test_the_order_of_bodies_changes_no_name() -> None:
+    """Where two sources are equally strong rounding may decide, so a few cells of 28,872 may differ."""
+    made = crowded(False)
+    turned = made.with_world(bodies=made.bodies[::-1])
+    first, second = labels_of(made, 1), labels_of(turned, 1)
+    count = len(made.bodies)
+    as_first = np.where(second >= BODY, BODY + (count - 1) - (second - BODY), second)
+    assert np.mean(first == as_first) > SHARE
+
+
+def test_field_and_power_keep_their_bytes() -> None:
+    prepared = prepare(everything(), PRESETS["balanced"], 4)
+    plain = [(field.tobytes(), power.tobytes()) for _, field, power in Engine(prepared).tiles(2)]
+    labelled = list(LabellingEngine(prepared, threads=2).labelled_tiles(2))
+    assert plain == [(field.tobytes(), power.tobytes()) for _, field, power, _ in labelled]
+    assert [labels.dtype for *_, labels in labelled] == [np.uint32] * len(labelled)
+
+
+SHIP = {"shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "material": "wood"}
+POINT = {"shape": "point", "rcs_dbsm": 40}
+
+
+@pytest.mark.parametrize(
+    ("body", "environment"),
+    [
+        (SHIP, {"noise": True, "sea_state": 3}),
+        pytest.param(POINT, {"noise": True}, marks=pytest.mark.bench),
+        pytest.param(POINT, {}, marks=pytest.mark.bench),
+    ],
+    ids=["ships at sea", "points whose range sidelobes stand out of the noise", "points without noise"],
+)
+def test_labels_cost_at_most_half_a_run(body: dict[str, Any], environment: dict[str, Any]) -> None:
+    """Twenty bodies under way. Scans alternate, so both kinds fill their caches."""
+    rng = np.random.default_rng(5)
+    bodies = [
+        {**body, "name": f"body {k}", "speed_kn": 10, "course_deg": float(rng.uniform(0, 360)),
+         "position_m": [r * np.sin(a), r * np.cos(a), 0]}
+        for k, (r, a) in enumerate(zip(rng.uniform(500, 4500, 20), rng.uniform(0, 2 * np.pi, 20), strict=True))
+    ]  # fmt: skip
+    engine = LabellingEngine(prepare(scene(bodies, environment=environment), PRESETS["balanced"], 0))
+    spent: dict[bool, list[float]] = {False: [], True: []}
+    for scan in range(10):
+        labelled = scan % 2 == 1
+        before = time.process_time()
+        for _ in engine.labelled_tiles(scan) if labelled else engine.tiles(scan):
+            pass
+        spent[labelled].append(time.process_time() - before)
+    assert min(spent[True]) < MAX_COST * min(spent[False])  # the least disturbed of each kind

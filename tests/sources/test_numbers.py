@@ -1,0 +1,28 @@
+"""Numbers and names of sources."""
+
+from radar_service.scene.materials import MATERIALS
+from radar_service.sources.numbers import BODY, is_land, source_names, source_numbers
+from tests.scenes import point, scene
+
+BOX = {"shape": "box", "length_m": 20, "width_m": 30, "height_m": 8}
+
+
+def test_land_is_one_source_for_each_material_and_every_other_body_one_of_its_own() -> None:
+    bodies = [
+        {**BOX, "name": "quay", "position_m": [0, 500, 0], "material": "concrete"},
+        {**BOX, "name": "ferry", "position_m": [0, 300, 0], "material": "steel"},
+        {**BOX, "name": "pier", "position_m": [0, 700, 0], "material": "concrete"},
+        {**BOX, "name": "floe", "position_m": [0, 900, 0], "material": "ice", "speed_kn": 1},
+        point("stone", 500, 0, material="rock"),
+    ]
+    made = scene(bodies)
+    assert [is_land(body) for body in made.bodies] == [True, False, True, False, False]
+    assert source_numbers(made).tolist() == [20, BODY + 1, 20, BODY + 3, BODY + 4, 4]
+    assert source_names(made) == {
+        0: "noise", 1: "sea", 2: "rain", 3: "interference", 4: "second time around", 20: "land: concrete",
+        257: "ferry", 259: "floe", 260: "stone",
+    }  # fmt: skip
+
+
+def test_numbers_of_land_stay_below_those_of_bodies() -> None:
+    assert 16 + len(MATERIALS) <= BODY

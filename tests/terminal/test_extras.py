@@ -1,0 +1,49 @@
+"""Packages that a plain installation lacks: the command that installs them works, wherever it is written."""
+
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import distributions
+from pathlib import Path
+
+import pytest
+
+from radar_service.terminal.extras import MissingExtra, install_command
+
+ROOT = Path(__file__).parents[2]
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+
+
+def test_the_message_says_how_to_install_it() -> None:
+    error = MissingExtra("recordings", "record", ModuleNotFoundError("no", name="mcap"))
+    assert str(error) == (
+        "recordings need the package mcap, of the extra record; in the folder of the checkout run: "
+        "`.venv/bin/pip install '.[record]'`"
+    )
+    assert error.name == "mcap" and isinstance(error, ModuleNotFoundError)
+
+
+def test_the_command_installs_all_extras() -> None:
+    """pip resolves the checkout with its extras from what is installed, and installs nothing."""
+    needed = {"pip", "setuptools", "mcap", "stonesoup", "xarray", "zarr"}
+    absent = sorted(
+        needed - {one.name.lower() for one in distributions()}
+    )  # to look for a module changes how setuptools imports
+    if absent:
+        pytest.skip(f"{', '.join(absent)}: absent, and pip cannot resolve the extras without a network")
+    program, *arguments = shlex.split(install_command(",".join(sorted(set(EXTRAS) - {"dev"}))))
+    assert program == ".venv/bin/pip"
+    offline = ["--dry-run", "--no-index", "--no-build-isolation", "--disable-pip-version-check"]
+    done = subprocess.run([sys.executable, "-m", "pip", *arguments, *offline], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0 and "Would install radar-service" in done.stdout, done.stderr
+    assert "does not provide the extra" not in done.stderr
+
+
+def test_documents_write_the_command_that_works() -> None:
+    """An extra is always installed from the checkout, and has one of the names in pyproject.toml."""
+    texts = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("radar_service/**/*.py")]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in texts)
+    written = re.findall(r"pip install(?: -\w)* '?\"?([\w.-]*)\[([a-z{}]+)\]", text)
+    assert {(folder, extra) for folder, extra in written} == {(".", extra) for extra in [*EXTRAS, "{extra}"]}

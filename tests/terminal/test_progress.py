@@ -1,0 +1,46 @@
+"""Progress of long commands where there is no terminal."""
+
+import io
+from collections.abc import Iterator
+
+from radar_service.terminal.progress import SECONDS, progress
+
+
+def written(step: float, count: int) -> list[str]:
+    """The lines of items that take `step` seconds each."""
+    now: Iterator[float] = iter(step * k for k in range(count + 1))
+    stream = io.StringIO()
+    assert list(progress(range(count), count, "runs", "seed {}".format, stream, lambda: next(now))) == list(range(count))
+    return stream.getvalue().splitlines()
+
+
+def test_slow_items_have_a_line_each_with_rate_and_time_left() -> None:
+    assert written(2 * SECONDS, 3) == [
+        "seed 0: 1 of 3 runs, 0.1 runs a second, 20 s left",
+        "seed 1: 2 of 3 runs, 0.1 runs a second, 10 s left",
+        "seed 2: 3 of 3 runs, 0.1 runs a second, 0 s left",
+    ]
+
+
+def test_quick_items_have_few_lines() -> None:
+    lines = written(SECONDS / 10, 101)
+    assert len(lines) == 11 and lines[0].startswith("seed 0: 1 of 101") and lines[-1].startswith("seed 100: 101 of 101")
+
+
+def test_items_in_no_time_have_no_rate() -> None:
+    assert written(0.0, 1) == ["seed 0: 1 of 1 runs"]
+
+
+def test_nothing_has_no_line() -> None:
+    assert written(1.0, 0) == []
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_terminal_has_a_bar() -> None:
+    terminal = Terminal()
+    assert list(progress([1, 2], 2, "runs", str, terminal)) == [1, 2]
+    assert "2/2" in terminal.getvalue() and "of 2 runs" not in terminal.getvalue()
