@@ -8,6 +8,7 @@ from pathlib import Path
 
 from radar_service.stream.jobs import JobQueue
 from radar_service.stream.radio.station import Station
+from radar_service.stream.radio.transmitter_state import State
 
 LAG_PERIOD = 0.25  # s between two looks at the event loop
 LAG_SAMPLES = 60  # the worst of the last 15 s is given: a reader of metrics comes every 15 s
@@ -77,5 +78,5 @@ class Vitals:
 
 
 def _has_worker(station: Station) -> bool:
-    engines = station.transmitter.engines
-    return engines.restarting or engines.worker.is_alive
+    transmitter = station.transmitter
+    return transmitter.state.now is State.RESTARTING or transmitter.engines.worker.is_alive

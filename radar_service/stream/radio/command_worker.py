@@ -161,7 +161,7 @@ class Steered(NamedTuple):
 
 
 class CommandedRadar(Protocol):
-    """A radar as the command worker has it: a `Transmitter`. All but `commands` is read with the clock's lock held."""
+    """A radar as the command worker has it: a `CommandedTransmitter`. All but `commands` is read with the clock's lock held."""
 
     @property
     def commands(self) -> CommandQueue:

@@ -39,7 +39,7 @@ class EngineSupervisor:
     switch_to, pending, pending_engine and stop may be called from any thread, the rest from the transmitter's. `worker` is
     replaced by the transmitter's thread alone.
 
-    restarting: an engine has failed and another one is being prepared; restarts: how often that has happened.
+    restarts: attempts so far to replace a failed engine.
     """
 
     def __init__(
@@ -48,7 +48,6 @@ class EngineSupervisor:
     ) -> None:  # fmt: skip
         """lock: guards the pending worker and the replacement of `worker`. It is reentrant; commands are carried out under it."""
         self.worker = EngineWorker(engine)
-        self.restarting = False
         self.restarts = 0
         self._make_engine, self._limiter = make_engine, limiter
         self._lock = lock or threading.RLock()
@@ -136,7 +135,6 @@ class EngineSupervisor:
         """
         unused = self._spare()
         self.worker.stop()
-        self.restarting = True
         try:
             while self._limiter.allow() and not self._stopping and not self.has_pending:
                 report(reason)
@@ -150,7 +148,6 @@ class EngineSupervisor:
                     reason = str(error)
             return None
         finally:
-            self.restarting = False
             if unused:
                 unused.close()
 

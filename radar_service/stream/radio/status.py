@@ -5,6 +5,7 @@ from typing import Any
 
 from radar_service.stream.radio.pacing import KEEPING_UP
 from radar_service.stream.radio.station import Station
+from radar_service.stream.radio.transmitter_state import State
 
 STATES = ("running", "behind", "paused", "standby", "waiting", "restarting", "failed")
 
@@ -14,7 +15,7 @@ def state(station: Station) -> str:
     transmitter, pace = station.transmitter, station.settings.pace
     if transmitter.fault:
         return "failed"
-    if transmitter.engines.restarting:
+    if transmitter.state.now is State.RESTARTING:
         return "restarting"
     if transmitter.pacer.held:
         return "waiting"
@@ -30,7 +31,7 @@ def is_ready(station: Station) -> bool:
     """Returns whether clients are taken and spokes come, or would come but for a pause or standby."""
     transmitter, settings = station.transmitter, station.settings
     silent_by_order = transmitter.pacer.held or settings.pace.state == "pause" or not settings.transmit
-    works = not (station.stopping or transmitter.fault or transmitter.engines.restarting)
+    works = not (station.stopping or transmitter.fault or transmitter.state.now is State.RESTARTING)
     return works and (silent_by_order or transmitter.sent > 0)
 
 

@@ -1,5 +1,7 @@
 """The thread that sends: takes blocks from the engine's worker, waits until they are due, hands them to the sinks.
 
+What leads from one of its states to the next is in `transmitter_state`; each state has a method here, which returns the event.
+
 When an order acts:
 - gain, sea, rain, transmit, pace: from the next batch on. Standby sends no spokes and uses no numbers; time goes on.
 - range: a new epoch at once. Another scene: a new epoch when the running scan ends; at once while paused or failed,
@@ -11,7 +13,6 @@ When an order acts:
   happens too often the radar fails and the sinks are closed; the next scene restarts it. An engine that is ready takes over.
 """
 
-import math
 import threading
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -21,13 +22,14 @@ from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.commands import Command
-from radar_service.stream.radio.command_pace import CommandPace
-from radar_service.stream.radio.command_worker import CommandQueue, CommandWorker, Steered
+from radar_service.stream.radio.command_worker import CommandWorker
+from radar_service.stream.radio.commanded_transmitter import CommandedTransmitter
 from radar_service.stream.radio.engine_supervisor import RESTARTS, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.handover import Handover, SceneChanged, wait_for_engine
 from radar_service.stream.radio.pacer import Pacer
 from radar_service.stream.radio.pacing import batch_spokes
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
+from radar_service.stream.radio.transmitter_state import Event, State, TransmitterState
 from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Settings
 from radar_service.stream.source import MakeSource, OrderedSource, SceneOrder
@@ -40,10 +42,10 @@ Report = Callable[[str], None]
 class Transmitter:
     """Sends the spokes of one radar to its sinks. Orders go to `pacer` and `switch_to`, from any thread.
 
-    The transmitter's thread alone writes epoch, fault, sent and simulated; others only read them.
+    The transmitter's thread alone writes epoch, state, sent and simulated; others only read them.
 
     epoch: the running one.
-    fault: why the radar has failed, None while it runs.
+    state: what it does.
     sent: spokes since the start; simulated: time of the next spoke [s].
     commands: those that wait for the command worker.
     engines: the running engine and its replacements.
@@ -66,26 +68,26 @@ class Transmitter:
         self.pacer = Pacer(settings, clock, self._world, held)
         self.engines = EngineSupervisor(engine, make_engine, RestartLimiter(restarts, clock), self._world.changed)
         self.epoch = self._epoch(new_epoch_name(), settings.range)
-        self.fault: str | None = None
+        self.state = TransmitterState()
         self.sent, self.simulated = 0, 0.0
-        self.commands = CommandQueue(self._world.let_command)
-        self._unsent = 0  # number of the first spoke that was not given to the sinks, from t = 0
-        self._newest = -math.inf  # time of the last one that was [s]
-        self._command_pace = CommandPace(clock)
         self.handover = Handover()
+        self._commanded = CommandedTransmitter(self.state, self.pacer, self.engines, self.handover, clock)
+        self.commands = self._commanded.commands
         self._sinks = SinkGroup(sinks)
         self._on_restart, self._on_failure, self._sources, self._describe = on_restart, on_failure, sources, describe
+        self._block: SpokeBlock | None = None  # what is still to be sent of the one that was taken last
         self._spokes_done = 0  # of the running engine's scene, sent or not, from t = 0
         self._number = 0  # of the next spoke in this epoch
         self._last: tuple[int, Singles] | None = None  # number from t = 0 and power of the newest spoke, sent or not
         self._thread = threading.Thread(target=self._run, name="radar transmitter", daemon=True)
-        self._command_worker.join(self)
+        self._command_worker.join(self._commanded)
 
     def start(self) -> None:
         """Opens the first epoch on every sink and starts both threads."""
         self._open(self.epoch)
         self.engines.start()
         self._command_worker.start()
+        self.state.on(Event.START)
         self._thread.start()
 
     def stop(self, timeout: float) -> None:
@@ -99,28 +101,9 @@ class Transmitter:
         self.engines.stop(timeout)
 
     @property
-    def is_commanded(self) -> bool:
-        """As CommandedRadar."""
-        return self.fault is None and not self.pacer.stopping
-
-    @property
-    def takes_commands(self) -> bool:
-        """As CommandedRadar: enough was sent since the last ones, or nothing can be sent now."""
-        cannot_send = self.engines.restarting or self.handover.is_due(self._unsent)
-        return cannot_send or self._command_pace.allows(self.pacer.waiting)
-
-    @property
-    def steered(self) -> Steered | None:
-        """As CommandedRadar."""
-        if not self.pacer.is_outdated:
-            return Steered(self.engines.worker, self._unsent, self._newest)
-        pending = self.engines.pending
-        return None if pending is None else Steered(pending, 0, -math.inf)
-
-    def commanded(self) -> None:
-        """As CommandedRadar."""
-        self._command_pace.commanded()
-        self.pacer.waiting = False
+    def fault(self) -> str | None:
+        """As TransmitterState."""
+        return self.state.fault
 
     def agree(self, request: int, order: SceneOrder, lead: float) -> tuple[Origin, Sequence[Command]]:
         """Returns where the engine of an order of the running scene begins that is ready in `lead` [s], and the commands so far.
@@ -132,7 +115,9 @@ class Transmitter:
             if self.pacer.is_outdated or not self.engines.keep_scene_of(order):
                 raise SceneChanged
             idle = self.pacer.idle or self.fault is not None
-            origin = self.handover.agree(request, running.engine.info.radar, self._unsent, idle, lead * self.pacer.speed)
+            origin = self.handover.agree(
+                request, running.engine.info.radar, self._commanded.unsent, idle, lead * self.pacer.speed
+            )
             self.engines.drop_pending()  # of a request that this one has overtaken
             self.pacer.interrupt()
             return origin, tuple(running.commands)
@@ -153,45 +138,98 @@ class Transmitter:
         return name
 
     def _run(self) -> None:
-        while not self.pacer.stopping:
+        act = {
+            State.SENDING: self._while_sending,
+            State.HANDING_OVER: self._while_handing_over,
+            State.RESTARTING: self._while_restarting,
+            State.FAILED: self._while_failed,
+        }
+        while self.state.now is not State.STOPPED:
             try:
-                self._transmit()
+                event = act[self.state.now]()
             except Exception as error:  # of any kind: the clients must be notified
-                if not self.pacer.stopping:
-                    reason = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {error}"
-                    if not (self._restart(reason) or self._take_over()):
-                        self._fail(reason)
+                if not self.state.allows(Event.FAILURE):
+                    raise
+                reason = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {error}"
+                event = Event.STOP if self.pacer.stopping else self.state.fail(reason)
+            self.state.on(event)
 
-    def _transmit(self) -> None:
+    def _while_sending(self) -> Event:
+        """Takes blocks and sends them, part by part."""
+        self._world.let_command()  # a fault may have ended
         while not self.pacer.stopping:
-            self._apply_pending()
-            block = self.engines.worker.take(BLOCK_TIMEOUT)
-            if block is None:
-                continue
-            self._send_block(block)
-            sent_all = self._spokes_done == block.first + len(block)
-            ends_scan = sent_all and block.index + len(block) == self.epoch.info.radar.azimuths
-            if self.engines.has_pending and ends_scan and self.handover.at is None:
-                self._take_over()
+            if event := self._obey_orders():
+                return event
+            if self._block is None:
+                self._block = self.engines.worker.take(BLOCK_TIMEOUT)
+            elif self._send_part(self._block) and self.handover.at is None and self._take_over():
+                return Event.TAKEN_OVER
+        return Event.STOP
 
-    def _send_block(self, block: SpokeBlock) -> None:
-        at = 0
-        while at < len(block) and not self.pacer.stopping:
-            if self._apply_pending():
-                return
-            known = self.engines.worker.known_part(block)
-            if known is None or len(known) <= at:
-                return  # the rest comes again, as commanded
-            block, orders = known, self.pacer.orders()
-            size = batch_spokes(orders.settings.pace.factor, self.epoch.info.radar.spoke_period)
-            part = block.part(at, at + orders.spokes(block.time[at:], min(size, len(block) - at)))
-            if self._request_sources(part):
-                return
-            self._command_pace.computed()
-            if self.pacer.wait_until_due(part.time, orders, partial(self._claim, part)):
-                self._send(part, orders.settings)
-                self._command_pace.given()
-                at += len(part)
+    def _while_handing_over(self) -> Event:
+        """Waits for the next engine; the running one turns on where it is late."""
+        wait_for_engine(self.handover, self.pacer, self.engines)
+        return Event.TAKEN_OVER if self._take_over() else Event.LATE
+
+    def _while_restarting(self) -> Event:
+        """Continues with the next scan and another engine of the same scene, or with one that is ready."""
+        azimuths, self._block = self.epoch.info.radar.azimuths, None
+        scan = self._spokes_done // azimuths + 1  # the present scan would make the next engine fail too
+        self._commanded.go_on_from(scan * azimuths)
+        cause = self.engines.restart(self.state.reason, scan, self._on_restart)
+        if cause is None:
+            return Event.TAKEN_OVER if self._take_over() else Event.GIVEN_UP
+        missed = scan * azimuths - self._spokes_done if self.pacer.settings.transmit else 0
+        self.epoch = self._epoch(self.epoch.name, self.epoch.range)
+        self.pacer.restart_schedule()
+        if missed:
+            self._sinks.skip(self.epoch.name, self._number, missed, f"the radar was started again after: {cause}")
+        self._number, self._spokes_done = self._number + missed, scan * azimuths
+        return Event.RESTARTED
+
+    def _while_failed(self) -> Event:
+        """Ends the feed and waits for an engine."""
+        reason = self.state.reason
+        self.pacer.fail()
+        self.commands.close(f"the radar has stopped: {reason}; give it another scene")
+        self.engines.worker.stop()
+        self._sinks.close(reason)
+        self._on_failure(reason)
+        while not self.pacer.stopping:
+            self.pacer.wait_for(lambda: self.engines.has_pending)
+            if self._take_over():
+                self.commands.close(None)
+                return Event.TAKEN_OVER
+        return Event.STOP
+
+    def _obey_orders(self) -> Event | None:
+        """Applies what does not wait for the end of the scan; returns what ends the present block, None where it goes on."""
+        if self.handover.is_due(self._spokes_done):
+            return Event.HANDOVER_DUE
+        if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
+            return Event.TAKEN_OVER if self._take_over() else None
+        if self.pacer.settings.range != self.epoch.range:
+            self._open(self._epoch(new_epoch_name(), self.pacer.settings.range))
+        return None
+
+    def _send_part(self, block: SpokeBlock) -> bool:
+        """Sends the first spokes of a block when they are due; returns whether they were the last ones of a scan."""
+        self._block = rest = self.engines.worker.known_part(block)
+        if rest is None:
+            return False  # it comes again, as commanded
+        orders = self.pacer.orders()
+        size = batch_spokes(orders.settings.pace.factor, self.epoch.info.radar.spoke_period)
+        part = rest.part(0, orders.spokes(rest.time, min(size, len(rest))))
+        if self._request_sources(part):
+            self._block = None
+            return False
+        self._commanded.pace.computed()
+        if not self.pacer.wait_until_due(part.time, orders, partial(self._commanded.claim, part)):
+            return False
+        self._send(part, orders.settings)
+        self._commanded.pace.given()
+        self._block = rest.part(len(part), len(rest)) if len(part) < len(rest) else None
+        return part.index + len(part) == self.epoch.info.radar.azimuths
 
     def _request_sources(self, part: SpokeBlock) -> bool:
         """Has the engine tell what the sinks need of the sources; returns whether these spokes come again with it."""
@@ -200,16 +238,6 @@ class Transmitter:
         if request == worker.requested:
             return False
         return worker.request_sources(request, part.first)
-
-    def _claim(self, part: SpokeBlock) -> bool:
-        """Whether a part is to be sent now, as far as commands and handovers go; then commands act after it."""
-        end = part.first + len(part)
-        if self.engines.worker.known_part(part) is not part or not self.handover.claim(part.first, end):
-            return False
-        self._unsent, self._newest = end, self.epoch.info.radar.time_of_spokes(float(end - 1))
-        self._command_pace.give(len(part))
-        self._world.let_command()
-        return True
 
     def _send(self, part: SpokeBlock, settings: Settings) -> None:
         if settings.transmit:
@@ -226,43 +254,21 @@ class Transmitter:
         """The power of the spoke before a part; None where it is the first one or follows a gap."""
         return self._last[1] if self._last and self._last[0] == part.first - 1 else None
 
-    def _apply_pending(self) -> bool:
-        """Applies what does not wait for the end of the scan; returns whether the present block is obsolete."""
-        if self.handover.is_due(self._spokes_done):
-            wait_for_engine(self.handover, self.pacer, self.engines)
-            if self._take_over():
-                return True
-        if self.engines.has_pending and (self.pacer.is_outdated or (self.pacer.idle and self.handover.at is None)):
-            return self._take_over()
-        if self.pacer.settings.range != self.epoch.range:
-            self._open(self._epoch(new_epoch_name(), self.pacer.settings.range))
-        return False
-
     def _take_over(self) -> bool:
         """Lets the pending engine take over, where there is one; returns whether it has."""
         taken = self.engines.take_over(self._begin)
         if taken is None:
             return False
         self._open(self._epoch(taken, self.pacer.settings.range))
-        self.fault = None
-        self.commands.close(None)
         return True
 
     def _begin(self, engine: OrderedSource) -> None:
         """Takes up the time and the spokes of an engine that has taken over. The clock's lock is held."""
-        radar, self._last = engine.info.radar, None
+        radar, self._last, self._block = engine.info.radar, None, None
         self.pacer.begin(radar.origin.time)
         self.simulated, self._spokes_done = radar.origin.time, radar.origin.scan * radar.azimuths
         self.handover.end(self._spokes_done)
-        self._newest = self._newest if engine.order.goes_on else -math.inf
-        self._go_on_from(self._spokes_done)
-
-    def _go_on_from(self, spoke: int) -> None:
-        """Lets commands act from a spoke on."""
-        with self._world.changed:
-            self._unsent = spoke
-            self._command_pace.begin()
-            self._world.let_command()
+        self._commanded.go_on_from(self._spokes_done, engine.order.goes_on)
 
     def _epoch(self, name: str, range_max: float | None) -> Epoch:
         """An epoch of the running engine, with a display range [m]."""
@@ -272,31 +278,3 @@ class Transmitter:
     def _open(self, epoch: Epoch) -> None:
         self.epoch, self._number = epoch, 0
         self._sinks.open_epoch(self._describe(epoch))
-
-    def _restart(self, reason: str) -> bool:
-        """Continues with the next scan and another engine of the same scene; returns whether that has worked."""
-        azimuths = self.epoch.info.radar.azimuths
-        scan = self._spokes_done // azimuths + 1  # the present scan would make the next engine fail too
-        self._go_on_from(scan * azimuths)
-        cause = self.engines.restart(reason, scan, self._on_restart)
-        if cause is None:
-            return False
-        missed = scan * azimuths - self._spokes_done if self.pacer.settings.transmit else 0
-        self.epoch = self._epoch(self.epoch.name, self.epoch.range)
-        self.pacer.restart_schedule()
-        if missed:
-            self._sinks.skip(self.epoch.name, self._number, missed, f"the radar was started again after: {cause}")
-        self._number += missed
-        self._spokes_done = scan * azimuths
-        return True
-
-    def _fail(self, reason: str) -> None:
-        self.fault = reason
-        self.pacer.fail()
-        self.commands.close(f"the radar has stopped: {reason}; give it another scene")
-        self.engines.worker.stop()
-        self._sinks.close(reason)
-        self._on_failure(reason)
-        self.pacer.wait_for(lambda: self.engines.has_pending)
-        if self.engines.has_pending:
-            self._take_over()

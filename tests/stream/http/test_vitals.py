@@ -13,6 +13,7 @@ from radar_service.stream.http import vitals
 from radar_service.stream.http.vitals import Vitals
 from radar_service.stream.jobs import JobQueue
 from radar_service.stream.radio.prefetch import EngineWorker
+from radar_service.stream.radio.transmitter_state import Event
 from tests.stream.asgi import Server
 from tests.stream.http.playing import play, station
 
@@ -75,6 +76,19 @@ def test_a_dead_worker_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
         assert answer.status_code == 503 and answer.json()["problems"] == ["radar 0: its worker has died"]
 
     play(test, station())
+
+
+def test_a_radar_whose_engine_is_made_anew_or_that_has_failed_lacks_no_worker(tmp_path: Path) -> None:
+    async def test() -> None:
+        watched, only = Vitals(JobQueue(), tmp_path), station()
+        state, dead = only.transmitter.state, ["radar 0: its worker has died"]
+        problems = [await watched.problems([only])]
+        for event in (Event.START, state.fail("it broke"), Event.GIVEN_UP):
+            state.on(event)
+            problems.append(await watched.problems([only]))
+        assert problems == [dead, dead, [], []]
+
+    asyncio.run(asyncio.wait_for(test(), 20))
 
 
 def test_a_job_that_does_not_end_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from radar_service.stream.radio import status
 from radar_service.stream.radio.station import Station
+from radar_service.stream.radio.transmitter_state import Event
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.fake import FakeEngine, factory, scene
 
@@ -26,9 +27,10 @@ def test_the_state_follows_the_settings(settings: dict[str, object], state: str,
 
 def test_a_fault_comes_before_a_restart_and_that_before_a_pause() -> None:
     radar = station(pace=Pace("pause"))
-    radar.transmitter.engines.restarting = True
+    radar.transmitter.state.on(Event.START)
+    radar.transmitter.state.on(radar.transmitter.state.fail("it broke"))
     assert (status.state(radar), status.is_ready(radar)) == ("restarting", False)
-    radar.transmitter.fault = "it broke"
+    radar.transmitter.state.on(Event.GIVEN_UP)
     assert status.state(radar) == "failed" and status.health(radar)["fault"] == "it broke"
 
 

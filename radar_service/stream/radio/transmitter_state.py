@@ -1,0 +1,101 @@
+"""The states of a transmitter and what leads from one to the next: TRANSITIONS has all of it.
+
+Standby, a pause and a radar that is held are no states: they are settings, which a radar obeys while it sends. An engine that
+waits to take over and an order to stop are no states either: they come from other threads, and an event follows when the
+transmitter's thread gets to them.
+"""
+
+from enum import Enum
+from typing import NamedTuple
+
+
+class State(Enum):
+    """What a transmitter does. The value is a sentence for the documents."""
+
+    READY = "has no thread yet, and waits for `start`"
+    SENDING = "sends the spokes of the running engine when they are due; in standby it drops them then"
+    HANDING_OVER = "has sent all spokes up to an agreed handover, and waits for the next engine"
+    RESTARTING = "has another engine made in place of the one that failed"
+    FAILED = "has told all sinks why, and waits for another scene"
+    STOPPED = "has ended"
+
+
+class Event(Enum):
+    """What has come of a state. The value is a sentence for the documents."""
+
+    START = "`start` was called"
+    HANDOVER_DUE = "the next spoke is the next engine's"
+    TAKEN_OVER = "another engine has taken over"
+    LATE = "no engine has come for the handover"
+    FAILURE = "the engine or a sink has failed"
+    RESTARTED = "another engine has the next scan ready"
+    GIVEN_UP = "no other engine may be made, or the radar stops"
+    STOP = "`stop` was called"
+
+
+class Next(NamedTuple):
+    """The state that follows, and what that means."""
+
+    state: State
+    meaning: str
+
+
+TRANSITIONS: dict[tuple[State, Event], Next] = {
+    (State.READY, Event.START): Next(State.SENDING, "The first epoch is open on every sink."),
+    (State.SENDING, Event.HANDOVER_DUE): Next(State.HANDING_OVER, "The rest of the block waits."),
+    (State.SENDING, Event.TAKEN_OVER): Next(
+        State.SENDING, "A new epoch: another scene, at once or when its scan had ended."
+    ),
+    (State.SENDING, Event.FAILURE): Next(State.RESTARTING, "The rest of the scan is given up."),
+    (State.SENDING, Event.STOP): Next(State.STOPPED, "Nothing more is sent."),
+    (State.HANDING_OVER, Event.TAKEN_OVER): Next(
+        State.SENDING, "A new epoch: the scene goes on at another rate of rotation."
+    ),
+    (State.HANDING_OVER, Event.LATE): Next(State.SENDING, "The running engine turns on, with the rest of its block."),
+    (State.HANDING_OVER, Event.FAILURE): Next(State.RESTARTING, "A sink has refused the new epoch."),
+    (State.HANDING_OVER, Event.STOP): Next(State.STOPPED, "A sink has refused the new epoch of a radar that stops."),
+    (State.RESTARTING, Event.RESTARTED): Next(State.SENDING, "The same epoch: it goes on after a gap."),
+    (State.RESTARTING, Event.TAKEN_OVER): Next(State.SENDING, "A new epoch: an engine was ready already."),
+    (State.RESTARTING, Event.GIVEN_UP): Next(State.FAILED, "The radar has a fault."),
+    (State.FAILED, Event.TAKEN_OVER): Next(State.SENDING, "A new epoch: another scene has ended the fault."),
+    (State.FAILED, Event.STOP): Next(State.STOPPED, "The fault stays."),
+}
+
+
+class TransitionError(Exception):
+    """An event came in a state that has no place for it: the transmitter's code is wrong."""
+
+
+class TransmitterState:
+    """The state of one transmitter. Any thread may read it; `start`, and then the transmitter's thread alone, write it.
+
+    now: the present state. reason: of the last failure. fault: why the radar has failed, from FAILED until an engine takes over,
+    also where it stops meanwhile; None while it runs.
+
+    Each attribute is replaced whole. `fault` changes just before `now`.
+    """
+
+    def __init__(self) -> None:
+        self.now = State.READY
+        self.reason = ""
+        self.fault: str | None = None
+
+    def allows(self, event: Event) -> bool:
+        """Whether the event has a place in the present state."""
+        return (self.now, event) in TRANSITIONS
+
+    def fail(self, reason: str) -> Event:
+        """Notes why the engine or a sink has failed; returns the event."""
+        self.reason = reason
+        return Event.FAILURE
+
+    def on(self, event: Event) -> None:
+        """Passes to the next state. Raises TransitionError where the event has no place in the present one."""
+        if not self.allows(event):
+            events = ", ".join(each.name for state, each in TRANSITIONS if state is self.now) or "none"
+            raise TransitionError(f"{event.name} in state {self.now.name}, which has {events}; see TRANSITIONS")
+        if event is Event.GIVEN_UP:
+            self.fault = self.reason
+        elif event is Event.TAKEN_OVER:
+            self.fault = None
+        self.now = TRANSITIONS[self.now, event].state
