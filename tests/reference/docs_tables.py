@@ -14,6 +14,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scene.materials import MATERIALS, power_reflectivity
 from radar_service.scene.model import SceneModel
 from radar_service.stream.http.app import create_app
+from radar_service.stream.radio.transmitter_state import TRANSITIONS, State
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(<!-- end -->)", flags=re.S)
@@ -130,6 +131,20 @@ def materials() -> str:
     return table(("material", "scattering", "gamma", "power reflectivity"), rows)
 
 
+def transmitter_states() -> str:
+    """The states of a transmitter."""
+    return table(("state", "the transmitter"), [(f"`{state.name}`", state.value) for state in State])
+
+
+def transitions() -> str:
+    """What leads from one state of a transmitter to the next."""
+    rows = [
+        (f"`{state.name}`", f"`{event.name}`: {event.value}", f"`{after.state.name}`", after.meaning)
+        for (state, event), after in TRANSITIONS.items()
+    ]
+    return table(("from", "event", "to", "which means"), rows)
+
+
 def db(ratio: float) -> str:
     """A power ratio in dB, to a tenth."""
     return f"{10.0 * math.log10(ratio) + 0.0:.3g}"
@@ -159,6 +174,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "materials": materials,
     "presets": presets,
     "rest": rest,
+    "transmitter-states": transmitter_states,
+    "transitions": transitions,
 }
 
 
