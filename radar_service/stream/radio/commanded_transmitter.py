@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 
-from radar_service.records import SpokeBlock
 from radar_service.stream.radio.command_pace import CommandPace
 from radar_service.stream.radio.command_worker import CommandQueue, Steered
 from radar_service.stream.radio.engine_supervisor import EngineSupervisor
@@ -55,16 +54,16 @@ class CommandedTransmitter:
         self.pace.commanded()
         self._pacer.waiting = False
 
-    def claim(self, part: SpokeBlock) -> bool:
-        """Whether a part is to be sent now, as far as commands and handovers go; then commands act after it.
+    def claim(self, first: int, count: int, commands: int) -> bool:
+        """Whether so many spokes are to be sent now, as far as commands and handovers go; then commands act after them.
 
-        The clock's lock is held.
+        commands: how many they know. The clock's lock is held.
         """
-        worker, end = self._engines.worker, part.first + len(part)
-        if worker.known_part(part) is not part or not self._handover.claim(part.first, end):
+        worker, end = self._engines.worker, first + count
+        if worker.commands.first_unknown(commands) < end or not self._handover.claim(first, end):
             return False
         self.unsent, self.newest = end, worker.engine.info.radar.time_of_spokes(float(end - 1))
-        self.pace.give(len(part))
+        self.pace.give(count)
         self._pacer.world.let_command()
         return True
 

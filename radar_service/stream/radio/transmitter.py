@@ -224,7 +224,8 @@ class Transmitter:
             self._block = None
             return False
         self._commanded.pace.computed()
-        if not self.pacer.wait_until_due(part.time, orders, partial(self._commanded.claim, part)):
+        claim = partial(self._commanded.claim, part.first, len(part), part.commands)
+        if not self.pacer.wait_until_due(part.time, orders, claim):
             return False
         self._send(part, orders.settings)
         self._commanded.pace.given()

@@ -2,6 +2,7 @@
 
 import math
 
+from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.world import Scene
 from radar_service.stream.radio.command_pace import SPOKES_BETWEEN
 from radar_service.stream.radio.commanded_transmitter import CommandedTransmitter
@@ -31,6 +32,10 @@ class Parts:
         """Agrees on a handover at the end of the scan."""
         self.handover.agree(1, self.engine.info.radar, 0, False, 0.0)
 
+    def claim(self, part: SpokeBlock) -> bool:
+        """Claims the spokes of a block."""
+        return self.radar.claim(part.first, len(part), part.commands)
+
 
 def test_after_commands_it_takes_others_when_enough_was_sent() -> None:
     its = Parts()
@@ -39,7 +44,7 @@ def test_after_commands_it_takes_others_when_enough_was_sent() -> None:
     assert not its.radar.takes_commands
     for first in range(0, SPOKES_BETWEEN, 4):
         assert not its.radar.takes_commands
-        assert its.radar.claim(its.engine.block(first, 4))
+        assert its.claim(its.engine.block(first, 4))
         its.radar.pace.given()
     assert its.radar.takes_commands
 
@@ -59,24 +64,24 @@ def test_while_nothing_can_be_sent_it_takes_commands() -> None:
 def test_commands_act_after_what_was_claimed_and_none_is_claimed_from_a_handover_on() -> None:
     its = Parts()
     its.agree()
-    assert its.radar.claim(its.engine.block(20, 4))
+    assert its.claim(its.engine.block(20, 4))
     period = its.engine.info.radar.spoke_period
     assert its.radar.steered == (its.engines.worker, AZIMUTHS, 23 * period)
-    assert not its.radar.claim(its.engine.block(AZIMUTHS, 4)) and its.radar.unsent == AZIMUTHS
+    assert not its.claim(its.engine.block(AZIMUTHS, 4)) and its.radar.unsent == AZIMUTHS
 
 
 def test_spokes_that_a_command_changes_are_not_claimed() -> None:
     its = Parts(steerable_scene())
-    its.radar.claim(its.engine.block(0, 5))
+    its.claim(its.engine.block(0, 5))
     part = its.engine.block(5, 5)
     commanded(its.engines.worker, 5, "buoy", {"speed_kn": 5})
-    assert not its.radar.claim(part) and its.radar.unsent == 5
-    assert its.radar.claim(its.engine.block(5, 5)) and its.radar.unsent == 10
+    assert not its.claim(part) and its.radar.unsent == 5
+    assert its.claim(its.engine.block(5, 5)) and its.radar.unsent == 10
 
 
 def test_an_engine_that_goes_on_keeps_the_time_of_the_newest_spoke() -> None:
     its = Parts()
-    its.radar.claim(its.engine.block(20, 4))
+    its.claim(its.engine.block(20, 4))
     its.radar.go_on_from(48)
     assert its.radar.unsent == 48 and its.radar.newest > 0
     its.radar.go_on_from(0, same_scene=False)
@@ -85,7 +90,7 @@ def test_an_engine_that_goes_on_keeps_the_time_of_the_newest_spoke() -> None:
 
 def test_where_another_scene_is_about_to_begin_commands_act_on_its_engine() -> None:
     its = Parts()
-    its.radar.claim(its.engine.block(20, 4))
+    its.claim(its.engine.block(20, 4))
     its.pacer.world.restart()
     assert its.radar.steered is None
     worker = EngineWorker(FakeEngine(scene("second")))
