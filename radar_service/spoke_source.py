@@ -15,7 +15,7 @@ from radar_service.scene.commands import Command
 from radar_service.scene.outline import SceneOutline
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SourceInfo:
     """What is known of a source before its first spoke, as data that another process may have.
 

@@ -32,8 +32,8 @@ class Epoch:
     name: str
     source: SpokeSource = field(repr=False, compare=False)
     range: float | None
-    commands: CommandLog = field(default=NO_COMMANDS, repr=False, compare=False)
-    order: SceneOrder | None = None
+    commands: CommandLog = field(default_factory=lambda: NO_COMMANDS, repr=False, compare=False)
+    order: SceneOrder | None = field(default=None, compare=False)
     info: SourceInfo = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

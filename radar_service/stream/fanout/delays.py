@@ -67,6 +67,8 @@ class Delays:
         return ends
 
     async def _wait_for(self, client: ClientQueue) -> None:
+        if client.closed:  # it has left since
+            return
         began = self._clock()
         account = self._accounts.setdefault(client, DelayAccount(began, client.delivered))
         await client.room()

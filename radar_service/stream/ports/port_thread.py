@@ -63,6 +63,12 @@ class PortThread:
             self.dropped += sum(call.spokes or 1 for call in self._calls)
             self._calls.clear()
 
+    def note_fault(self, reason: str) -> None:
+        """Counts and logs a call that has failed."""
+        with self._changed:
+            self.faults += 1
+        log_event("port failed", logging.ERROR, port=self.name, reason=reason)
+
     def put(self, do: Do, key: Hashable = None) -> None:
         """Has something done; in place of what waits with the same key, where there is one."""
         with self._changed:
@@ -109,8 +115,7 @@ class PortThread:
             try:
                 call.do()
             except BaseException as error:  # of any kind, SystemExit too: the port goes on, and so do all others
-                self.faults += 1
-                log_event("port failed", logging.ERROR, port=self.name, reason=_described(error))
+                self.note_fault(described(error))
 
     def _next(self) -> _Call | None:
         with self._changed:
@@ -122,7 +127,8 @@ class PortThread:
             return call
 
 
-def _described(error: BaseException) -> str:
+def described(error: BaseException) -> str:
+    """Returns what an exception says, also where that fails."""
     try:
         return f"{type(error).__name__}: {error}"
     except Exception:  # of the text itself

@@ -84,6 +84,11 @@ class Channel:
         except BlockingIOError:
             return False
 
+    def end(self) -> None:
+        """Sends no more: the other end reads what was sent, and then the end. A `send` that waits raises OSError."""
+        with contextlib.suppress(OSError):
+            self._end.shutdown(socket.SHUT_WR)
+
     def close(self) -> None:
         """Ends the connection: both ends stop waiting."""
         with contextlib.suppress(OSError):

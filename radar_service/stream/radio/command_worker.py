@@ -62,7 +62,7 @@ class WaitingCommand:
         """Carries it out at `time` [s]; returns what `answer` is to say. Comes after `begin`."""
         try:
             return command(self.body, self.values(time))
-        except Exception as error:  # of any kind: whoever waits must be told
+        except Exception as error:  # of any kind: who waits must be told
             return error
 
     def answer(self, outcome: Outcome) -> None:
@@ -229,7 +229,7 @@ class CommandWorker:
                 return False
             radars = [radar for radar in self._radars if radar.is_commanded]
             steered = {radar: its for radar in radars if (its := radar.steered)}
-            outcomes = self._outcomes(steered)
+            outcomes = self._outcomes(steered) if steered else []  # none where all have failed since
             if any(isinstance(outcome, Command) for _, outcome in outcomes):
                 for radar in radars:
                     radar.commanded()

@@ -13,9 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.recording.recorder_port import RecorderPort
+from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.ports import port_thread, process_port
 from radar_service.stream.ports.port import Port
-from radar_service.stream.ports.process_port import PortError, ProcessPort
+from radar_service.stream.ports.process_port import PortError, ProcessPort, work
+from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.settings import Settings
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch, SpokeSink
 from tests.ports.listening import FLAT_OUT, PAUSED, Ear, assert_accounted, numbers, play
@@ -69,6 +72,42 @@ class Raising(FarPort):
     def say(self, words: dict[str, Any]) -> None:
         super().say(words)
         raise RuntimeError("a fault far away")
+
+
+class Texts(FarPort):
+    """Raises with more text than a channel holds, and says what it has."""
+
+    def say(self, words: dict[str, Any]) -> None:
+        super().say(words)
+        raise RuntimeError("x" * 300_000)
+
+
+class RaisingSink(FarSink):
+    def send(self, batch: SpokeBatch) -> None:
+        raise RuntimeError("a fault of the first sink")
+
+
+class TwoSinks(FarPort):
+    def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        return (RaisingSink(radar, self), FarSink(radar, self))
+
+
+class Slow(FarPort):
+    """Is busy when the service stops, and says when it is closed."""
+
+    def changed(self, change: Any) -> None:
+        threading.Event().wait(0.1)
+        super().changed(change)
+
+    def close(self) -> None:
+        self.say({"closed": True})
+        super().close()
+
+
+class Hanging(FarPort):
+    def tick(self, radar: str, time: float) -> None:
+        super().tick(radar, time)
+        threading.Event().wait()
 
 
 class Unmade(FarPort):
@@ -148,6 +187,8 @@ def test_where_it_dies_another_one_goes_on_and_knows_what_was_lost(ear: Ear, mon
         if any("first" in each or "skipped" in each for each in words):
             assert_accounted(words)
             assert "opened" in next(each for each in words if "first" in each or "skipped" in each or "opened" in each)
+        if len(words) > 10:
+            assert {"status", "scene", "controls"} <= {each["changed"] for each in words if "changed" in each}
 
 
 def test_one_that_dies_at_once_is_not_started_without_end(ear: Ear) -> None:
@@ -180,7 +221,42 @@ def test_what_fails_there_is_counted_here(ear: Ear, caplog: pytest.LogCaptureFix
         host = play(port, flat_out(20), FLAT_OUT, wait_for=1)
     (thread,) = [thread for each, thread in host.threads.items() if each is port]
     assert thread.faults > 0 and port.starts == 1
+    assert_accounted(ear.heard)
     assert "RuntimeError: a fault far away" in str([getattr(record, "fields", "") for record in caplog.records])
+
+
+def test_texts_of_faults_stop_nothing(ear: Ear) -> None:
+    port = ProcessPort(Texts, ear.port)
+    host = play(port, flat_out(40), FLAT_OUT, wait_for=1)
+    (thread,) = [thread for each, thread in host.threads.items() if each is port]
+    assert thread.faults > 10 and port.starts == 1 and len(numbers(ear.heard)) >= 40 * AZIMUTHS
+    assert_accounted(ear.heard)
+
+
+def test_a_sink_that_raises_takes_nothing_from_another_one(ear: Ear) -> None:
+    play(ProcessPort(TwoSinks, ear.port), flat_out(20), FLAT_OUT, wait_for=1)
+    assert_accounted(ear.heard)
+    assert len(numbers(ear.heard)) >= 20 * AZIMUTHS and not any("skipped" in words for words in ear.heard)
+
+
+def test_one_that_is_busy_at_the_end_is_closed_and_not_started_again(ear: Ear, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process_port, "AFTER_DEATH", 0.0)
+    play(port := ProcessPort(Slow, ear.port), flat_out(20), FLAT_OUT, wait_for=1)
+    assert port.starts == 1 and [words for words in ear.heard if "closed" in words]
+    with pytest.raises(PortError, match="the port does not run"):
+        port.tick("0", 0.0)
+
+
+def test_a_process_that_hangs_ends_with_the_service(
+    fork_server: ForkServer, ear: Ear, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    child = fork_server.child(work, Hanging, (ear.port,))
+    assert child.control.receive(20.0) == (True, "")
+    child.data.send(("tick", "0", 1.0))
+    ear.until(lambda heard: len(heard) == 1)
+    child.control.close()  # as where the service is killed
+    child.data.close()
+    wait_until_gone(child.process)
 
 
 def test_one_that_cannot_be_made_ends_the_start(ear: Ear) -> None:
@@ -191,6 +267,15 @@ def test_one_that_cannot_be_made_ends_the_start(ear: Ear) -> None:
 def test_a_port_that_works_with_the_service_is_refused() -> None:
     with pytest.raises(TypeError, match=r"ToyPort\.routes: it needs the service, which its own process does not have"):
         ProcessPort(ToyPort, 1)
+    with pytest.raises(TypeError, match=r"RecorderPort\.delays: no radar waits for another process"):
+        ProcessPort(RecorderPort, 1)
+
+
+def test_its_clock_and_its_sources_are_those_of_its_class_or_as_they_are_given() -> None:
+    request = SourceRequest(labels=True)
+    given, plain = ProcessPort(FarPort, 1, period=2.5, sources=request), ProcessPort(FarPort, 1)
+    assert (given.period, given.sources) == (2.5, request)
+    assert (plain.period, plain.sources) == (FarPort.period, SourceRequest())
 
 
 def test_an_epoch_crosses_without_its_source() -> None:
@@ -198,4 +283,4 @@ def test_an_epoch_crosses_without_its_source() -> None:
     radar = RadarInfo.unnamed(Epoch("e", FakeEngine(scene()), 100.0))
     again = pickle.loads(pickle.dumps(radar)).epoch
     assert again == radar.epoch and again.layout(5).bins == 5 and again.layout(5).range == radar.epoch.layout(5).range
-    assert not hasattr(again, "source") and len(again.commands) == 0
+    assert not hasattr(again, "source") and not hasattr(again, "commands")
