@@ -56,6 +56,7 @@ COMMAND: dict[str, Any] = {
     "title": "radar_service.Command",
     "type": "object",
     "properties": {
+        "epoch": {"type": "string", "description": "the name of the epoch whose spokes follow it"},
         "spoke": {"type": "integer", "description": "the first one that follows it"},
         "time": {"type": "number"},
         "body": {"type": ["string", "null"], "description": "null is own ship"},

@@ -6,7 +6,7 @@ feed: the messages of the native feed with every cell, `encoding=c64`. A `spokes
 rounds angles: azimuth_rad, heading_rad and course_rad. Where the power is not the square of the field it is there too.
 scene: at the start of each epoch what is computed, and how; see `scene_record`.
 truth: the lines of a truth file, once a scan.
-commands: those that the spokes of the epoch follow, as JSON, each before the first spokes that know it.
+commands: those that the spokes of the epoch follow, as JSON with its name, each before the first spokes that know it.
 ppi: a picture at the end of each scan.
 """
 
@@ -100,7 +100,7 @@ class RadarRecording:
     def _write_commands(self, epoch: Epoch, time: float) -> None:
         """Writes the commands that came since the last spokes, before those of this time [s]."""
         for command in epoch.commands.since(self._known):
-            self._write(self._commands, time, json.dumps(command.as_dict()).encode())
+            self._write(self._commands, time, json.dumps({"epoch": epoch.name} | command.as_dict()).encode())
             self._known += 1
 
     def _end_scan(self, batch: SpokeBatch) -> None:

@@ -59,8 +59,7 @@ class Recording:
             outline["name"], outline["origin"] and tuple(outline["origin"]), outline["body_count"], tuple(outline["warnings"]),
             restored(self.record["radar"]), tuple(outline["notes"]),
         )  # fmt: skip
-        commands = (json.loads(message) for message in self._messages("commands", 0.0))
-        self.commands = tuple(map(command_from, commands))
+        self.commands = tuple(map(command_from, self._own_commands()))
         kept = self.record.get("sources", {"labels": False, "powers": False, "names": []})
         names = {each["number"]: each["name"] for each in kept["names"]}
         sources = SourceList(
@@ -129,6 +128,13 @@ class Recording:
 
     def close(self) -> None:
         """Does nothing: no file stays open."""
+
+    def _own_commands(self) -> Iterator[dict[str, Any]]:
+        """The commands of this epoch: its first chunk has those of the epoch before too. Older recordings do not name it."""
+        for message in self._messages("commands", 0.0):
+            command = json.loads(message)
+            if command.pop("epoch", self._epoch.name) == self._epoch.name:
+                yield command
 
     def _stored(self) -> Iterator[SpokeBlock]:
         """The recorded blocks of this epoch, from the start that was requested."""

@@ -16,6 +16,7 @@ from radar_service.recording.record_command import record_scans
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import Spoke
+from radar_service.scene.commands import CommandLog
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
@@ -181,6 +182,25 @@ def test_epochs_and_gaps_are_kept_apart(tmp_path: Path) -> None:
     np.testing.assert_array_equal(next(two.blocks()).power, engine.block(0, 15).power[:, :10])
     assert two.record["log_offset"] > 0 and [scan.number for scan in one.scans()] == [0, 1]
     assert np.isnan(next(one.scans()).time).sum() == 24 - 15
+
+
+def test_commands_of_an_epoch_that_opens_within_a_scan_are_its_own(tmp_path: Path) -> None:
+    """Both epochs share a chunk of the file, and the later one begins with all commands so far."""
+    scene = {**MOVING, "own_ship": {**MOVING["own_ship"], "steerable": {}}}
+    steered = rs.Simulator(rs.load_scene(scene), "fast", SEED)
+    steered.command(spoke=3, course_deg=90)
+    log = CommandLog(steered.scene.steerable, steered.commands)
+    blocks = steered.blocks(scans=1, size=8)
+    with RecordingFile(tmp_path / "a.mcap") as file:
+        recording = RadarRecording(file, "0", False)
+        for name, range_max in (("one", None), ("two", 100.0)):
+            epoch = Epoch(name, steered, range_max, log)
+            recording.open_epoch(RadarInfo("0", "one", epoch, 0.0, {"pace": {}}, True))
+            recording.send(SpokeBatch(epoch, 0, next(blocks), Controls()))
+            log.add(steered.command(spoke=40, speed_kn=3))
+    first, second = (Recording(tmp_path / "a.mcap", epoch=number) for number in (0, 1))
+    assert [command.spoke for command in first.commands] == [3]
+    assert [command.spoke for command in second.commands] == [3, 40]
 
 
 def test_commands_are_recorded_and_the_engine_gives_the_same_bytes_with_them(tmp_path: Path) -> None:

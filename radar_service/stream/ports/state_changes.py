@@ -82,7 +82,8 @@ class StateWatch:
     def _commanded(self) -> Mapping[str, Any]:
         """What was commanded since the last look."""
         epoch = self._station.epoch
-        another_scene = epoch.order != self._epoch.order and not epoch.goes_on
+        is_new = epoch.name != self._epoch.name and epoch.source is not self._epoch.source  # not its range, nor a restart
+        another_scene = is_new and not epoch.goes_on
         if another_scene or len(epoch.commands) < self._commands:
             self._commands = 0
         count = len(epoch.commands)

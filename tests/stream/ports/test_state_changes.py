@@ -64,6 +64,27 @@ def test_another_scene_is_told_with_its_epoch_and_its_commands_count_anew() -> N
     play(test)
 
 
+def test_commands_to_the_same_scene_begun_anew_are_told_however_many_there_were() -> None:
+    """Between two looks the scene begins anew and gets as many commands as it had; a change of range tells none again."""
+
+    async def test(server: Server, only: Station) -> None:
+        watch, order = StateWatch(only), only.epoch.order
+        assert order is not None
+        await only.commands.command("buoy", lambda time: {"speed_kn": 3.0})
+        assert [change.kind for change in watch.changes()][-1] == "commands"
+        name, _ = await only.swap(order)
+        while only.epoch.name != name:
+            await asyncio.sleep(0)
+        await only.commands.command("buoy", lambda time: {"speed_kn": 3.0})
+        assert "commands" in {change.kind for change in watch.changes()}
+        await only.change({"range_m": 100.0})
+        while only.epoch.name == name:
+            await asyncio.sleep(0)
+        assert "commands" not in {change.kind for change in watch.changes()}
+
+    play(test)
+
+
 def test_how_far_a_radar_is_behind_is_told_in_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     async def test(server: Server, only: Station) -> None:
         reached = [0.512]
