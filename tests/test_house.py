@@ -67,7 +67,7 @@ HOMES = {
     ),
     "pydantic_core": ("radar_service.scene.validation_messages",),
     "prometheus_client": ("radar_service.stream",),
-    "zstandard": ("radar_service.stream.codecs.native", "radar_service.recording.cut_chunk"),
+    "zstandard": ("radar_service.stream.codecs.native", "radar_service.recording.chunk_table"),
     "msgpack": ("radar_service.stream.codecs.native",),
     "websockets": ("clients.ppi", "radar_service.radar_feed", "radar_service.tracking.websocket_tracker"),
     "PIL": ("radar_service.scene", "radar_service.display", "radar_service.study"),

@@ -8,10 +8,12 @@ parts, and no azimuth takes a node of another part. Where a shadow moves over a 
 
 Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to first order: a field held over the phase theta
 errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
+
+How fast the shadows of other bodies move over one in the meantime is here too.
 """
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
@@ -21,7 +23,6 @@ from radar_service.echo.aspect_rates import NEAREST, AspectRates
 from radar_service.echo.block_geometry import ObservedEchoes
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, stretches
-from radar_service.echo.shadow_rates import ShadowRates
 from radar_service.echo.visibility import mast_speed
 from radar_service.numerics.block_cache import BlockCache
 from radar_service.numerics.frames import wrap_angle
@@ -29,9 +30,57 @@ from radar_service.numerics.types import Floats, Indices, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Instant
 from radar_service.scattering.scatterer_set import ScattererSet
+from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPoses
 from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
+
+STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
+
+
+@dataclass(frozen=True)
+class ShadowRates:
+    """The shadows on one body.
+
+    scene: with own ship and all bodies. body: the one that is shadowed.
+    """
+
+    scene: Scene
+    body: Body
+
+    def moving(self, others: Sequence[int], time: Floats) -> list[int]:
+        """Those of other bodies whose shadow may move noticeably over the body between times (K,) [s], wherever it is."""
+        antenna, span = self.scene.antenna(time), float(np.ptp(time))
+        moving = []
+        for key in others:
+            body = self.scene.bodies[key]
+            nearest = float(np.hypot(*(body.middles_at(time) - antenna)[:, :2].T).min()) - body.radius
+            if float(self.rate([Caster(key, nearest)], time).max()) * span > 1.0:
+                moving.append(key)
+        return moving
+
+    def rate(self, casters: list[Caster], time: Floats) -> Floats:
+        """How many times `STEADY` the fastest shadow moves in a second (K,) at times (K,) [s], at least two."""
+        antenna = self.scene.antenna(time)
+        own, spin = self._velocity(self.body, time, antenna)
+        position = self.body.middles_at(time) - antenna
+        distance = np.maximum(np.linalg.norm(position, axis=1), NEAREST)
+        fastest = np.zeros(len(time))
+        for caster in casters:
+            other, other_spin = self._velocity(self.scene.bodies[caster.key], time, antenna)
+            ratio = distance / max(caster.distance, NEAREST)
+            edge = ratio[:, None] * other - own
+            radial = np.einsum("kx,kx->k", edge, position) / distance
+            across = np.sqrt(np.maximum((edge**2).sum(axis=1) - radial**2, 0.0))
+            np.maximum(fastest, across + spin + ratio * other_spin, out=fastest)
+        return fastest / (STEADY * self.body.diagonal)
+
+    def _velocity(self, body: Body, time: Floats, antenna: Floats) -> tuple[Floats, Floats]:
+        """Velocities (K, 3) of a body's middle against the antenna, and speeds (K,) of its parts about it [m/s]."""
+        velocity = np.gradient(body.middles_at(time) - antenna, time, axis=0)
+        turn = np.abs(np.gradient(np.unwrap(body.motion.pose(time).heading), time))
+        return velocity, turn * body.radius + (body.top_speed - body.motion.top_speed)
+
 
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes

@@ -3,20 +3,51 @@
 The radar measures the angle from the bow. Its azimuth from true north is that angle plus the reported heading, so an error of
 the gyro turns the whole picture. While the heading is lost, azimuths count from the bow. Course is that of gyro and log: the
 true drift is added to the reported heading.
+
+The angle from the bow is what the antenna's encoder reports; the beam itself looks where it did.
 """
 
 from collections.abc import Callable
 
 import numpy as np
 
-from radar_service.errors.antenna import AntennaLaw
 from radar_service.errors.noise import SensorNoise
 from radar_service.numerics.frames import wrap_angle, wrap_bearing
 from radar_service.numerics.random import name_key
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar
 from radar_service.records.reports import Readings
-from radar_service.scene.error_settings import ErrorSettings
+from radar_service.scene.error_settings import AntennaErrors, ErrorSettings
+
+
+def backlash(from_bow: Floats) -> Floats:
+    """Returns the share (K,) of the play, -1 to 1, that the wind takes up at angles from the bow (K,) [rad].
+
+    The encoder turns with the motor; gears have play. Wind from ahead turns a flat antenna with a torque that is zero along
+    and across the wind, and changes its sign four times a turn. The share follows it as a triangle wave of twice the angle,
+    so that it is evenly distributed over a turn: the rectangular distribution of A.823(19), appendix 3.
+    """
+    return np.asarray(np.arcsin(np.sin(2.0 * from_bow)) * (2.0 / np.pi))
+
+
+class AntennaLaw:
+    """The errors of one antenna. seed, key: of its random generators."""
+
+    def __init__(self, errors: AntennaErrors, seed: int, *key: int) -> None:
+        self._errors = errors
+        self._noise = SensorNoise(0.0, seed, *key)
+
+    def error(self, number: Indices, time: Floats, from_bow: Floats) -> Floats:
+        """Returns reported angle from the bow minus true angle (K,) [rad] of spokes of these numbers, times [s] and true
+        angles from the bow (K,) [rad]."""
+        its = self._errors
+        error = its.misalignment + its.backlash * backlash(from_bow)
+        if its.encoder_noise:
+            error = error + its.encoder_noise * self._noise.at(number, time)
+        if its.encoder_step:
+            error = np.rint((from_bow + error) / its.encoder_step) * its.encoder_step - from_bow
+        return np.asarray(error)
+
 
 GYRO, LOG, EAST, NORTH, ANTENNA = 1, 2, 3, 4, 5  # sensors, the key after the purpose
 

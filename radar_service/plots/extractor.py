@@ -1,4 +1,7 @@
-"""The plot extractor: from scans to plots, across north."""
+"""The plot extractor: from scans to plots, across north.
+
+The gate about the peak of a plot is that in which the truth measures where the power of a ship lies (docs/truth.md).
+"""
 
 import warnings
 from collections.abc import Iterable, Iterator
@@ -11,13 +14,31 @@ from radar_service.plots.clusters import ClusterRule, clusters, parts
 from radar_service.plots.detections import Detections, detections_of, no_detections
 from radar_service.plots.flood import Flood, FloodWarning, flood_of
 from radar_service.plots.groups import Groups
-from radar_service.plots.peak_gate import about_peak
 from radar_service.plots.plot import Plot, SpokeLayout, centroid_ranges, plot_of
 from radar_service.plots.sidelobes import SidelobeGate
 from radar_service.plots.thresholds import KnownThreshold, Threshold
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scans.scan import Scan
+
+NEIGHBOURS = ClusterRule(1, 1)  # over corners too, as in the truth
+
+
+def about_peak(detections: Detections, part: Indices, gate_db: float) -> Flags:
+    """Returns which detections (C,) are within `gate_db` of the strongest of their part, and connect with it.
+
+    part: the number (C,) of the part of each detection, from 0.
+    """
+    if not len(detections):
+        return np.empty(0, dtype=np.bool_)
+    groups = Groups(part)
+    peak = groups.strongest(detections.power)[groups.of_each]
+    strong = detections.power >= detections.power[peak] * 10.0 ** (-gate_db / 10.0)
+    apart = (np.ptp(detections.spoke) + 2) * groups.of_each  # parts of one cluster may touch; here no two do
+    label = np.full(len(part), -1, dtype=np.int64)
+    label[strong] = clusters(replace(detections, spoke=detections.spoke + apart).only(strong), NEIGHBOURS)
+    return np.asarray(label == label[peak], dtype=np.bool_)
+
 
 MARGIN_DB = 3.0  # over the sidelobes of a point at rest: those of moving and of several scatterers are stronger
 

@@ -8,12 +8,16 @@ scene: at the start of each epoch what is computed, and how; see `scene_record`.
 truth: the lines of a truth file, once a scan.
 commands: those that the spokes of the epoch follow, as JSON with its name, each before the first spokes that know it.
 ppi: a picture at the end of each scan.
+
+The document of a scene is as its file has it, with the hashes of the files that it names.
 """
 
 import base64
+import hashlib
 import json
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,8 +27,9 @@ from radar_service.receive.detection import square_law
 from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, scene_schema, truth_schema
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
-from radar_service.recording.scene_document import scene_document
 from radar_service.records.cell_sources import SourceRequest
+from radar_service.scene.error import SceneError
+from radar_service.scene.files.scene_file import model_and_folder
 from radar_service.spoke_source import TruthLine
 from radar_service.stream.codecs.native import messages, wire
 from radar_service.stream.codecs.native.source_fields import source_fields
@@ -32,7 +37,53 @@ from radar_service.stream.feed_request import View
 from radar_service.stream.logs import log_event
 from radar_service.stream.radio.last_scan import LastScan, draw
 from radar_service.stream.radio.prefetch import EngineFault
+from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
+
+FILE_KEYS = ("mesh", "heightmap", "track")  # of a scene, that name a file
+
+
+def scene_document(order: SceneOrder) -> tuple[dict[str, Any] | None, dict[str, str | None]]:
+    """Returns the scene of an order as its file has it, and the SHA-256 of each file that it names, by its name.
+
+    The rate of rotation is that of the order. The document is None where the scene's file has gone; so is the hash of a file.
+    """
+    try:
+        model, folder = model_and_folder(order.source, None)
+    except SceneError:
+        return None, {}
+    document: dict[str, Any] = model.model_dump(mode="json", exclude_unset=True)
+    if order.rpm is not None:
+        document["radar"] = _at_rpm(document.get("radar", {}), order)
+    return document, {name: _hash(folder, name) for name in sorted(set(_file_names(document)))}
+
+
+def _at_rpm(radar: Any, order: SceneOrder) -> Any:
+    """The table, or the tables of several radars, with the rate of rotation of an order for the radar that it names."""
+    if isinstance(radar, dict):
+        return radar | {"rpm": order.rpm}
+    names = [each.get("id") for each in radar]
+    number = 0 if order.radar is None else names.index(order.radar)
+    return [each | ({"rpm": order.rpm} if k == number else {}) for k, each in enumerate(radar)]
+
+
+def _file_names(part: Any) -> Iterator[str]:
+    if isinstance(part, dict):
+        for key, value in part.items():
+            if key in FILE_KEYS and isinstance(value, str):
+                yield value
+            yield from _file_names(value)
+    elif isinstance(part, list):
+        for item in part:
+            yield from _file_names(item)
+
+
+def _hash(folder: Path | None, name: str) -> str | None:
+    try:
+        return hashlib.sha256(((folder or Path()) / name).read_bytes()).hexdigest()
+    except OSError:
+        return None
+
 
 FORMAT = 1  # version of these channels
 VIEW = View("c64")

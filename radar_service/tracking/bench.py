@@ -1,4 +1,8 @@
-"""The test bench of trackers: scenarios times seeds in parallel processes, each run kept in a file, one report in the end."""
+"""The test bench of trackers: scenarios times seeds in parallel processes, each run kept in a file, one report in the end.
+
+Where the power of an extended target lies, not at her reference point, is measured here: no tracker can
+know the one from the other.
+"""
 
 import hashlib
 import json
@@ -7,7 +11,7 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -21,13 +25,41 @@ from radar_service.scans.scan import Scan
 from radar_service.terminal.output_files import make_folder
 from radar_service.tracking.json_lines import LineTracker
 from radar_service.tracking.plot_scores import plot_metrics
-from radar_service.tracking.power_centroids import at_power_centroids
 from radar_service.tracking.ppi_picture import ppi_of
 from radar_service.tracking.run import run
 from radar_service.tracking.scenario import Scenario
-from radar_service.tracking.scoring import ScanResult, scores
+from radar_service.tracking.scoring import ScanResult, TargetTruth, scores
 from radar_service.tracking.trackers import program_digest, tracker_for
 from radar_service.tracking.verdicts import verdict
+
+CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
+
+
+def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
+    """Returns a run whose extended targets stand at the mean centroid of their power, in the hull's frame.
+
+    The mean is over the crossings of up to CROSSINGS scans before and after. A point stays where it is, and so does a target
+    without power in all of these scans.
+    """
+    moved = []
+    for number, result in enumerate(results):
+        near = results[max(0, number - CROSSINGS) : number + CROSSINGS + 1]
+        moved.append(replace(result, truths=tuple(_moved(truth, near) for truth in result.truths)))
+    return moved
+
+
+def _moved(truth: TargetTruth, near: Sequence[ScanResult]) -> TargetTruth:
+    """A target at the mean of its centroids in these scans, with her heading of this one."""
+    offsets = [one.centroid for result in near for one in result.truths if one.body == truth.body and one.centroid]
+    if not offsets:
+        return truth
+    along, across = np.mean(offsets, axis=0).tolist()
+    sine, cosine = np.sin(truth.heading), np.cos(truth.heading)
+    east, north = truth.position
+    return replace(
+        truth, position=(float(east + along * sine + across * cosine), float(north + along * cosine - across * sine))
+    )
+
 
 SCHEMA = 2
 FIRST_SEED = 0  # the one that the report draws

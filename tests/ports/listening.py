@@ -10,7 +10,7 @@ from typing import Any
 
 from radar_service.stream.access import Access
 from radar_service.stream.http.app import create_app
-from radar_service.stream.http.feed_port import FeedPort
+from radar_service.stream.http.feed import FeedPort
 from radar_service.stream.http.rest_port import RestPort
 from radar_service.stream.ports.port import Port
 from radar_service.stream.ports.port_host import PortHost

@@ -18,7 +18,7 @@ from radar_service.scattering.model import ALL_PATHS
 from radar_service.scattering.models import height_over_horizon
 from radar_service.scene.error import SceneError
 from radar_service.tracking.detection import Target, signal_to_noise
-from radar_service.truth.scene_hash import scene_hash
+from radar_service.truth.truth_file import scene_hash
 from tests.reference.smooth_sea import EARTH, LIGHT, contour_field, recommended_loss_db
 from tests.scenes import point, scene
 

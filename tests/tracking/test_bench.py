@@ -1,14 +1,18 @@
 """The bench: runs are kept and resumed, the report adds them up, any tracker takes part. Gates on the reference tracker."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from radar_service.tracking import bench as bench_module
-from radar_service.tracking.bench import bench, runs_of
+from radar_service.tracking.bench import CROSSINGS, at_power_centroids, bench, runs_of
 from radar_service.tracking.scenario import Scenario, load_scenario
+from radar_service.tracking.scoring import ScanResult
 from tests.tracking.test_process_tracker import ECHO, program
+from tests.tracking.test_scoring import given, truth
 from tests.tracking.test_websocket_tracker import plots_as_tracks, server
 
 pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
@@ -154,3 +158,43 @@ def test_a_flood_is_a_remark_of_the_report_and_warns_of_nothing(tmp_path: Path) 
     (its,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out", 1)["scenarios"]
     assert its["remark"].startswith("2 of 2 scans flood the plot extractor; scan ")
     assert 'set threshold to "ca"' in its["remark"]
+
+
+HEADING = np.radians(90.0)  # bow to the east, starboard to the south
+
+
+def run(offsets: list[tuple[float, float] | None], heading: float = HEADING) -> list[ScanResult]:
+    """A ship at rest at (0, 1000) whose power lies at these offsets from her reference point."""
+    at_rest = replace(truth("ship", 0.0, 0.0, 1000.0, speed=0.0), heading=heading)
+    return [ScanResult(given(k), (), (replace(at_rest, centroid=offset),)) for k, offset in enumerate(offsets)]
+
+
+def positions(results: list[ScanResult]) -> list[tuple[float, float]]:
+    return [result.truths[0].position for result in at_power_centroids(results)]
+
+
+def test_a_target_stands_where_her_power_lies_in_the_mean() -> None:
+    """Glint of 12 m to and fro about 4 m ahead and 3 m to starboard: the mean over 11 crossings, the ends over fewer."""
+    glint = [(4.0 + 12.0 * (-1) ** k, 3.0) for k in range(31)]
+    moved = positions(run(glint))
+    expected = 4.0 + 12.0 * (-1) ** (15 - CROSSINGS) / (2 * CROSSINGS + 1)
+    assert moved[15] == pytest.approx((expected, 1000.0 - 3.0))
+    assert moved[0] == pytest.approx((4.0, 997.0))  # six crossings: as many ahead as astern
+
+
+@pytest.mark.parametrize(("degrees", "east", "north"), [(0, 2.0, 5.0), (90, 5.0, -2.0), (180, -2.0, -5.0), (270, -5.0, 2.0)])
+def test_offsets_turn_with_the_ship(degrees: float, east: float, north: float) -> None:
+    """5 m to the bow and 2 m to starboard."""
+    assert positions(run([(5.0, 2.0)] * 3, np.radians(degrees)))[1] == pytest.approx((east, 1000.0 + north))
+
+
+def test_crossings_without_power_do_not_count() -> None:
+    assert positions(run([None, (6.0, 0.0), None]))[0] == pytest.approx((6.0, 1000.0))
+    assert positions(run([None] * 3)) == [(0.0, 1000.0)] * 3
+    assert positions(run([(6.0, 0.0)] + [None] * (CROSSINGS + 1)))[-1] == (0.0, 1000.0)  # too long ago
+
+
+def test_targets_are_not_mixed() -> None:
+    one, other = run([(6.0, 0.0)])[0], replace(truth("buoy", 0.0, 0.0, 500.0, speed=0.0))
+    both = at_power_centroids([replace(one, truths=(*one.truths, other))])[0]
+    assert [truth.position for truth in both.truths] == [pytest.approx((6.0, 1000.0)), (0.0, 500.0)]

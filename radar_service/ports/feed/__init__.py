@@ -14,6 +14,6 @@ def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
 
 def opened(options: argparse.Namespace) -> "Port":
     """As PortPackage.opened."""
-    from radar_service.stream.http.feed_port import FeedPort
+    from radar_service.stream.http.feed import FeedPort
 
     return FeedPort()

@@ -1,6 +1,10 @@
-"""Physical optics as a scattering model: metal meshes, evaluated body by body when the beam crosses them."""
+"""Physical optics as a scattering model: metal meshes, evaluated body by body when the beam crosses them.
+
+Equal bodies share what does not depend on their motion.
+"""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -19,18 +23,39 @@ from radar_service.scattering.model import ALL_PATHS, BodyEchoes, Caster, Instan
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows, Onlooker
 from radar_service.scattering.physical_optics.facets import MAX_FACETS
-from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement
+from radar_service.scattering.physical_optics.optical_body import OpticalBody, PathCentres, facet_enlargement, optical_body
 from radar_service.scattering.physical_optics.own_shadows import OwnShadows
 from radar_service.scattering.physical_optics.patches import concave_sides
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.sea_field import SeaField
 from radar_service.scattering.physical_optics.shadow_edges import Edges, Visible
-from radar_service.scattering.physical_optics.shared_bodies import optical_bodies
 from radar_service.scattering.surface_sampling import triangle_frames
 from radar_service.scene.body import Body
 from radar_service.scene.poses import BodyPose, pose_at
 from radar_service.scene.world import Scene
+from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import SurfacePoints
+from radar_service.trace.tree_cache import content_key
+
+MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
+
+
+def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: RayCount | None = None) -> list[OpticalBody]:
+    """`optical_body` of each body. Those of equal meshes and materials are one object. rays: counts rays."""
+    keys = [_key(body) for body in bodies]
+    result: dict[tuple[bytes, str], OpticalBody] = {}
+    for key, body in zip(keys, bodies, strict=True):
+        if key not in result:
+            result[key] = optical_body(body, radar, bounces, rays)
+    for key, count in Counter(keys).items():
+        result[key].facets.grow(result[key].facets.size * min(count, MAX_SHARES))
+    return [result[key] for key in keys]
+
+
+def _key(body: Body) -> tuple[bytes, str]:
+    assert body.mesh is not None
+    return content_key(body.mesh.vertices, body.mesh.faces), body.material.name
+
 
 FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
 

@@ -9,11 +9,13 @@ The rules; each can be tested without a socket:
 5. Before a `bye` a client receives what waits for it, within DRAIN; a gap stands for the rest.
 The hub belongs to the event loop. The producer's thread only reads `views` and `truth_codecs`, immutable tuples that are
 replaced whole.
+
+An owner of views is the address of the machine that clients come from.
 """
 
 import asyncio
 import contextlib
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
@@ -21,8 +23,31 @@ from radar_service.stream.codecs.codec import Codec
 from radar_service.stream.codecs.registry import CODECS
 from radar_service.stream.fanout.client_queue import FLUSH, FULL, TOO_SLOW, ClientQueue, QueueItem, gap
 from radar_service.stream.fanout.delays import PATIENCE, Delays
-from radar_service.stream.fanout.view_sharing import MAX_OWN_VIEWS, own_views, view_to_give
 from radar_service.stream.feed_request import Mode, View
+
+MAX_OWN_VIEWS = 8  # of one address, not counting those that clients of other addresses have too
+
+
+def own_views(clients: Iterable[ClientQueue]) -> dict[str, list[View]]:
+    """Returns for each owner the views that only it has, the one with the newest client last."""
+    owners: dict[View, set[str]] = defaultdict(set)
+    newest: dict[View, int] = {}
+    for client in clients:
+        owners[client.view].add(client.owner)
+        newest[client.view] = max(client.number, newest.get(client.view, 0))
+    views: dict[str, list[View]] = defaultdict(list)
+    for view in sorted(newest, key=newest.__getitem__):
+        if len(owners[view]) == 1:
+            views[next(iter(owners[view]))].append(view)
+    return views
+
+
+def view_to_give(clients: Iterable[ClientQueue], owner: str) -> View | None:
+    """Returns the view that the owner with the most gives up for `owner`; None where that one would not have fewer."""
+    views = own_views(clients)
+    most = max(views, key=lambda other: len(views[other]), default="")
+    return views[most][-1] if most != owner and len(views[most]) > len(views[owner]) + 1 else None
+
 
 MAX_VIEWS = 16  # each costs the producer an encoding
 MAX_CLIENTS = 500

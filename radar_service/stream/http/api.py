@@ -1,25 +1,93 @@
-"""The REST interface: all routes under /api, put together."""
+"""The REST interface: all routes under /api, put together.
+
+Health, probes and jobs are here.
+"""
 
 from collections.abc import Mapping
+from importlib import metadata
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Request, Response
 
 from radar_service.stream.access import TICKET_SECONDS, Tickets
 from radar_service.stream.http import schemas
-from radar_service.stream.http.answers import PROTECTED
+from radar_service.stream.http.answers import PROTECTED, REFUSED, UNKNOWN
 from radar_service.stream.http.bodies import BodyReader
 from radar_service.stream.http.command_routes import command_routes
-from radar_service.stream.http.health_routes import health_routes
-from radar_service.stream.http.job_routes import job_routes
 from radar_service.stream.http.pictures import Pictures
 from radar_service.stream.http.radar_routes import radar_routes
-from radar_service.stream.http.scene_routes import scene_routes
+from radar_service.stream.http.scene_routes import not_found, scene_routes
 from radar_service.stream.http.scene_store import SceneStore
 from radar_service.stream.http.security import ROLE
 from radar_service.stream.http.vitals import Vitals
 from radar_service.stream.jobs import JobQueue
 from radar_service.stream.ports.roles import needs
+from radar_service.stream.radio import status
 from radar_service.stream.radio.station import Station
+
+
+def job_routes(jobs: JobQueue) -> APIRouter:
+    """Returns the routes under /jobs."""
+    router = APIRouter(tags=["jobs"])
+
+    @router.get("/jobs")
+    @needs("read")
+    async def list_jobs() -> list[schemas.JobState]:
+        """Returns the jobs that wait or run, and the last ones that have ended."""
+        return [schemas.JobState.model_validate(job.as_dict()) for job in jobs.jobs]
+
+    @router.get("/jobs/{job}", responses={**UNKNOWN, **REFUSED})
+    @needs("read")
+    async def get_job(job: str) -> schemas.JobState:
+        """Returns how far a job is."""
+        with not_found("job", job):
+            return schemas.JobState.model_validate(jobs.job(job).as_dict())
+
+    @router.delete("/jobs/{job}", status_code=204, responses={**UNKNOWN, **REFUSED})
+    @needs("command")
+    async def cancel_job(job: str) -> None:
+        """Cancels a job; the request that waits for it is answered with 409."""
+        with not_found("job", job):
+            jobs.job(job).cancel()
+
+    return router
+
+
+def health_routes(stations: Mapping[str, Station], vitals: Vitals) -> APIRouter:
+    """Returns the routes under /health."""
+    router = APIRouter(tags=["health"])
+
+    @router.get(
+        "/health", responses={503: {"model": schemas.Health, "description": "a radar has failed or is starting again"}}
+    )
+    @needs("read")
+    async def get_health(response: Response) -> schemas.Health:
+        """Returns the health of the server and of each radar."""
+        radars = [status.health(station) for station in stations.values()]
+        states = {radar["state"] for radar in radars}
+        worst = next((bad for bad in ("failed", "restarting", "behind") if bad in states), "ok")
+        response.status_code = 503 if worst in ("failed", "restarting") else 200
+        version = metadata.version("radar-service")
+        return schemas.Health.model_validate({"status": worst, "version": version, "radars": radars})
+
+    @router.get("/health/alive", response_model_exclude_defaults=True)
+    @needs("nothing")
+    async def is_alive() -> schemas.ReadyState:
+        """Answers whenever the server runs; needs no token."""
+        return schemas.ReadyState(yes=True)
+
+    @router.get(
+        "/health/ready", response_model_exclude_defaults=True,
+        responses={503: {"model": schemas.ReadyState, "description": "not yet, or no more"}},
+    )  # fmt: skip
+    @needs("nothing")
+    async def is_ready(response: Response) -> schemas.ReadyState:
+        """Returns whether every radar is on the air and takes clients, and uploads are possible; needs no token."""
+        problems = await vitals.problems(stations.values())
+        ready = not problems and all(status.is_ready(station) for station in stations.values())
+        response.status_code = 200 if ready else 503
+        return schemas.ReadyState(yes=ready, problems=problems)
+
+    return router
 
 
 def api(

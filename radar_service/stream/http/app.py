@@ -14,7 +14,7 @@ from radar_service.stream.access import Access, Tickets
 from radar_service.stream.http.answers import add_exception_handlers
 from radar_service.stream.http.body_limits import BodyLimitMiddleware
 from radar_service.stream.http.docs import add_docs
-from radar_service.stream.http.feed_port import FeedPort
+from radar_service.stream.http.feed import FeedPort
 from radar_service.stream.http.requests import Requests, RequestsMiddleware
 from radar_service.stream.http.rest_port import RestPort
 from radar_service.stream.http.security import SecurityMiddleware

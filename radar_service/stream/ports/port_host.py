@@ -1,9 +1,13 @@
-"""Runs the ports of a service: hands them the changes of radars, calls their clocks, and keeps their faults from all others."""
+"""Runs the ports of a service: hands them the changes of radars, calls their clocks, and keeps their faults from all others.
+
+Of the changes that a port has not been told yet there is one of each radar and kind, however many there were.
+"""
 
 import asyncio
 import logging
 import math
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from fastapi import APIRouter
@@ -12,10 +16,36 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.logs import log_event
 from radar_service.stream.ports.port import Port, Service
 from radar_service.stream.ports.port_thread import PortThread, QueuedSink
-from radar_service.stream.ports.state_changes import StateWatch
-from radar_service.stream.ports.told_changes import ToldChanges
+from radar_service.stream.ports.state_changes import Kind, StateChange, StateWatch
 from radar_service.stream.radio.station import Station
 from radar_service.stream.spokes import SpokeSink
+
+
+class ToldChanges:
+    """Tells a port of changes, by its thread. None is lost: those that wait become one change of their kind."""
+
+    def __init__(self, changed: Callable[[StateChange], None], thread: PortThread) -> None:
+        """changed: takes a change."""
+        self._changed, self._thread = changed, thread
+        self._waiting: dict[tuple[str, Kind], StateChange] = {}
+        self._lock = threading.Lock()
+
+    def put(self, change: StateChange) -> None:
+        """Notes a change that is to be told."""
+        key = change.radar, change.kind
+        with self._lock:
+            earlier = self._waiting.pop(key, None)
+            self._waiting[key] = change if earlier is None else change.after(earlier)
+        self._thread.put(self._tell, key=self)
+
+    def _tell(self) -> None:
+        while change := self._taken():
+            self._changed(change)
+
+    def _taken(self) -> StateChange | None:
+        with self._lock:
+            return self._waiting.pop(next(iter(self._waiting))) if self._waiting else None
+
 
 LOOK = 0.1  # s between two looks at the state of radars and, at most, at their clocks
 SHORTEST = 0.02  # s between two calls of `tick` on the wall clock

@@ -7,7 +7,7 @@ from radar_service.scene.body import Mesh
 from radar_service.scene.shapes import box, dihedral, plate, sphere
 from tests.scattering.physical_optics.meshes import ODD
 from tests.scattering.physical_optics.test_facets import longest_edges
-from tests.scattering.physical_optics.test_mesh_layers import united
+from tests.scattering.physical_optics.test_mesh_quality import united
 
 
 def test_coplanar_neighbours_make_one_patch() -> None:

@@ -10,7 +10,7 @@ import pytest
 from radar_service.scene.load import load_scene
 from radar_service.stream.access import Access
 from radar_service.stream.codecs.native import wire
-from radar_service.stream.http.connection_errors import ConnectionErrors
+from radar_service.stream.http.feed import ConnectionErrors
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
 from tests.stream.asgi import Server, Socket

@@ -12,7 +12,7 @@ from radar_service.stream.source import Progress, SceneOrder
 from tests.stream.asgi import running
 from tests.stream.fake import FakeEngine
 from tests.stream.http.playing import station
-from tests.stream.http.test_job_routes import Slow
+from tests.stream.http.test_api import Slow
 
 
 @pytest.mark.parametrize(

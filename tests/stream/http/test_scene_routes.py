@@ -11,7 +11,7 @@ import pytest
 
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.sandbox import Sandbox
-from radar_service.stream.http.feed_port import FeedPort
+from radar_service.stream.http.feed import FeedPort
 from radar_service.stream.http.rest_port import RestPort
 from radar_service.stream.jobs import RETRY_SECONDS
 from radar_service.stream.ports.port_host import PortHost

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from radar_service.stream.http import scene_store
-from radar_service.stream.http.feed_port import FeedPort
+from radar_service.stream.http.feed import FeedPort
 from radar_service.stream.http.rest_port import RestPort
 from radar_service.stream.ports.port_host import PortHost
 from tests.scenes import TWO_RADARS

@@ -4,7 +4,7 @@ import asyncio
 
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.stream.http.app import create_app
-from radar_service.stream.http.feed_port import FeedPort
+from radar_service.stream.http.feed import FeedPort
 from radar_service.stream.ports.port import Port
 from radar_service.stream.ports.port_host import PortHost
 from radar_service.stream.settings import Settings

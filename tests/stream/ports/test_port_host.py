@@ -11,7 +11,8 @@ from radar_service.stream.http.app import create_app
 from radar_service.stream.http.rest_port import RestPort
 from radar_service.stream.ports import port_host
 from radar_service.stream.ports.port import Port, Service
-from radar_service.stream.ports.port_host import PortHost
+from radar_service.stream.ports.port_host import PortHost, ToldChanges
+from radar_service.stream.ports.port_thread import PortThread
 from radar_service.stream.ports.state_changes import StateChange, StateWatch
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
@@ -217,3 +218,41 @@ def test_the_clock_of_another_scene_begins_at_once() -> None:
     asyncio.run(asyncio.wait_for(whole(), 60))
     first = next(k for k in range(1, len(times())) if times()[k] < times()[k - 1])
     assert times()[first] < 50.0 * 0.5  # a half second of the wall clock at that pace
+
+
+SOON = 10.0  # s
+
+
+def change(kind: str, time: float, radar: str = "0", **values: object) -> StateChange:
+    return StateChange(radar, kind, values, time)  # type: ignore[arg-type]
+
+
+def test_what_waits_becomes_one_change_of_its_kind() -> None:
+    got, thread, gate = list[StateChange](), PortThread("test"), threading.Event()
+    told = ToldChanges(got.append, thread)
+    thread.start()
+    thread.put(lambda: gate.wait(SOON) and None)
+    told.put(change("controls", 1.0, gain=1.0, sea=2.0))
+    told.put(change("status", 2.0, state="paused"))
+    told.put(change("controls", 3.0, gain=5.0))
+    told.put(change("status", 4.0, radar="1", state="failed"))
+    told.put(change("status", 5.0, state="running"))
+    told.put(change("commands", 6.0, bodies={"a": 1, "b": 1}))
+    told.put(change("commands", 7.0, own_ship=2, bodies={"b": 3}))
+    gate.set()
+    thread.stop(SOON)
+    assert got == [
+        change("controls", 3.0, gain=5.0, sea=2.0), change("status", 4.0, radar="1", state="failed"),
+        change("status", 5.0, state="running"), change("commands", 7.0, own_ship=2, bodies={"a": 1, "b": 3}),
+    ]  # fmt: skip
+
+
+def test_each_change_is_told_where_there_is_time() -> None:
+    got, thread, done = list[StateChange](), PortThread("test"), threading.Semaphore(0)
+    told = ToldChanges(lambda each: (got.append(each), done.release())[0], thread)
+    thread.start()
+    for number in range(5):
+        told.put(change("status", float(number), state="running"))
+        assert done.acquire(timeout=SOON)
+    thread.stop(SOON)
+    assert [each.time for each in got] == [0.0, 1.0, 2.0, 3.0, 4.0]
