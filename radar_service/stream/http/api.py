@@ -1,6 +1,6 @@
 """The REST interface: all routes under /api, put together.
 
-Health, probes and jobs are here.
+The routes of health, probes and jobs are here too.
 """
 
 from collections.abc import Mapping
