@@ -125,7 +125,8 @@ class ProcessPort(Port):
                 raise PortError(text)
             on_failure.pop_all()
         self._child, self.starts = child, self.starts + 1
-        self._faults = threading.Thread(target=_count_faults, args=(child.control, self._thread), daemon=True)
+        name, arguments = f"port {self.name} faults", (child.control, self._thread)
+        self._faults = threading.Thread(target=_count_faults, args=arguments, name=name, daemon=True)
         self._faults.start()
 
 
