@@ -20,7 +20,7 @@ import pytest
 import scipy.fft
 
 import radar_service as rs
-from radar_service.clutter import clutter, sea_clutter, texture, texture_rows, texture_tile
+from radar_service.clutter import clutter, sea_clutter, texture, texture_rows
 from radar_service.clutter.azimuth_rows import weight_rows
 from radar_service.numerics.random import normals
 from radar_service.receive import compression, noise
@@ -53,7 +53,7 @@ def watched(work: Work) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for name in ("fft", "ifft"):
             patch.setattr(scipy.fft, name, _noting_fft(getattr(scipy.fft, name), name, work))
-        for module in (noise, texture_rows, texture_tile):
+        for module in (noise, texture_rows):
             patch.setattr(module, "normals", _noting_normals(work))
         for module in (clutter, sea_clutter):
             patch.setattr(module, "weight_rows", _noting_products(work))
