@@ -1,7 +1,7 @@
 """Frozen records of a radar and a fidelity as plain data for JSON, and back, exact to the bit.
 
-A record becomes a mapping with its class under `type`; a number that JSON does not have becomes its text. Lists come back
-as tuples, as these records have no lists.
+A record becomes a mapping with its class under `type`, by a name that stays where its module moves; a number that JSON does not
+have becomes its text. Lists come back as tuples, as these records have no lists.
 """
 
 import math
@@ -12,7 +12,8 @@ from typing import Any
 
 from radar_service.recording.error import RecordingError
 
-HOMES = ("radar_service.radar.", "radar_service.records.fidelity.")  # of the classes that are made again
+HOMES = ("radar_service.radar.", "radar_service.fidelity.")  # as files name them, of the classes that are made again
+MOVED = {"radar_service.fidelity": "radar_service.records.fidelity"}  # where a module is that files name as it was
 
 
 def plain(value: Any) -> Any:
@@ -20,7 +21,8 @@ def plain(value: Any) -> Any:
     if is_dataclass(value) and not isinstance(value, type):
         kind = type(value)
         content = {field.name: plain(getattr(value, field.name)) for field in fields(value)}
-        return {"type": f"{kind.__module__}.{kind.__qualname__}", **content}
+        module = next((name for name, home in MOVED.items() if home == kind.__module__), kind.__module__)
+        return {"type": f"{module}.{kind.__qualname__}", **content}
     if isinstance(value, tuple | list):
         return [plain(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):
@@ -47,7 +49,7 @@ def _record_class(name: str) -> type[Any]:
     module, _, last = name.rpartition(".")
     if name.startswith(HOMES):
         try:
-            kind = getattr(import_module(module), last)
+            kind = getattr(import_module(MOVED.get(module, module)), last)
         except (ImportError, AttributeError):
             kind = None
         if isinstance(kind, type) and is_dataclass(kind):

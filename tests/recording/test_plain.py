@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from math import inf
+from typing import Any
 
 import pytest
 
@@ -19,6 +20,22 @@ from tests.scenes import radar
 )  # fmt: skip
 def test_a_record_comes_back_to_the_bit(record: object) -> None:
     assert restored(json.loads(json.dumps(plain(record), allow_nan=False))) == record
+
+
+def types_in(value: Any) -> set[str]:
+    """The names of all classes in plain data."""
+    if isinstance(value, dict):
+        return {value["type"], *(name for part in value.values() for name in types_in(part))} if "type" in value else set()
+    return {name for part in value for name in types_in(part)} if isinstance(value, list) else set()
+
+
+def test_files_of_other_versions_name_the_classes_as_this_one_does() -> None:
+    """Whatever module they are in: a recording is read by later versions."""
+    assert types_in(plain(PRESETS["balanced"])) == {"radar_service.fidelity.Fidelity"}
+    assert types_in(plain(radar(pattern="taylor", tilt_deg=1))) == {
+        "radar_service.radar.parameters.Radar", "radar_service.radar.parameters.Origin",
+        "radar_service.radar.patterns.Taylor",
+    }  # fmt: skip
 
 
 def test_only_records_of_radars_are_made() -> None:
