@@ -137,9 +137,7 @@ class Simulator:
 
     def scan(self) -> "Scan":
         """The next scan. Azimuths outside the sector are NaN."""
-        from radar_service.scans.scan import (
-            scan_of,  # here: the service makes no scans, and its pictures would slow every start
-        )
+        from radar_service.scans.scan import scan_of  # here: its pictures would slow every start of the service
 
         return scan_of(self.blocks(scans=1), self.scene.radar.azimuths)
 

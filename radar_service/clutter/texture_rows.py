@@ -32,6 +32,9 @@ TILT = 0.5 * (np.sqrt(5.0) - 1.0)  # rad between grid and wind, so that no main 
 # Offset of the next field, of the tile's side: the two-dimensional golden ratio, so that no two fields of a run coincide.
 OFFSET = np.array([0.7548776662466927, 0.5698402909980532])
 _DRAW = 0  # key after TEXTURE; independent rows use 1 and up
+MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn
+CHUNK = 16  # columns that move across range together
+FIELDS = 3  # kept: those of the two neighbours, and one for slower threads
 
 
 class TextureTile:
@@ -78,11 +81,6 @@ def _periodic_field(seed: int) -> Singles:
     spectrum *= amplitude[:, None]
     spectrum *= amplitude[: spectrum.shape[1]]
     return np.asarray(scipy.fft.irfft2(spectrum, overwrite_x=True), dtype=np.float32)
-
-
-MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn
-CHUNK = 16  # columns that move across range together
-FIELDS = 3  # kept: those of the two neighbours, and one for slower threads
 
 
 @dataclass(frozen=True)

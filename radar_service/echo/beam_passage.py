@@ -36,6 +36,14 @@ from radar_service.scene.world import Scene
 from radar_service.trace.line_of_sight import OcclusionScene
 
 STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
+FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
+GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
+SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
+NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
+SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
+MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
+CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
+MARGIN = 1.2  # nodes cover so much more than the beam's extent: bodies move meanwhile
 
 
 @dataclass(frozen=True)
@@ -80,16 +88,6 @@ class ShadowRates:
         velocity = np.gradient(body.middles_at(time) - antenna, time, axis=0)
         turn = np.abs(np.gradient(np.unwrap(body.motion.pose(time).heading), time))
         return velocity, turn * body.radius + (body.top_speed - body.motion.top_speed)
-
-
-FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
-GAINS_PER_BEAMWIDTH = 32  # of the envelope of sidelobes
-SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
-NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
-SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
-MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
-CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
-MARGIN = 1.2  # nodes cover so much more than the beam's extent: bodies move meanwhile
 
 
 class Aspect(NamedTuple):

@@ -21,6 +21,7 @@ from radar_service.records.truth import OwnShipTruth
 from radar_service.scene.error_settings import ErrorSettings
 
 MAX_CHANGES = 1000  # that are remembered: the errors of older spokes count as those of the oldest change
+ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no key
 
 
 class ErrorTimeline:
@@ -63,9 +64,6 @@ class ErrorTimeline:
     def changes(self, first: int, end: int) -> list[int]:
         """Returns the numbers above `first` and below `end` at which errors change."""
         return [number for number, _ in self._entries if first < number < end]
-
-
-ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no key
 
 
 class ErrorReporter:

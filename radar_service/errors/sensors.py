@@ -19,6 +19,9 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.reports import Readings
 from radar_service.scene.error_settings import AntennaErrors, ErrorSettings
 
+GYRO, LOG, EAST, NORTH, ANTENNA = 1, 2, 3, 4, 5  # sensors, the key after the purpose
+Earlier = Callable[[Indices], Readings]  # the true readings (K,) of spokes of these numbers (K,)
+
 
 def backlash(from_bow: Floats) -> Floats:
     """Returns the share (K,) of the play, -1 to 1, that the wind takes up at angles from the bow (K,) [rad].
@@ -47,11 +50,6 @@ class AntennaLaw:
         if its.encoder_step:
             error = np.rint((from_bow + error) / its.encoder_step) * its.encoder_step - from_bow
         return np.asarray(error)
-
-
-GYRO, LOG, EAST, NORTH, ANTENNA = 1, 2, 3, 4, 5  # sensors, the key after the purpose
-
-Earlier = Callable[[Indices], Readings]  # the true readings (K,) of spokes of these numbers (K,)
 
 
 class SensorLaws:

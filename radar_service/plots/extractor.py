@@ -22,6 +22,7 @@ from radar_service.receive.compression import receiver_noise_power
 from radar_service.scans.scan import Scan
 
 NEIGHBOURS = ClusterRule(1, 1)  # over corners too, as in the truth
+MARGIN_DB = 3.0  # over the sidelobes of a point at rest: those of moving and of several scatterers are stronger
 
 
 def about_peak(detections: Detections, part: Indices, gate_db: float) -> Flags:
@@ -38,9 +39,6 @@ def about_peak(detections: Detections, part: Indices, gate_db: float) -> Flags:
     label = np.full(len(part), -1, dtype=np.int64)
     label[strong] = clusters(replace(detections, spoke=detections.spoke + apart).only(strong), NEIGHBOURS)
     return np.asarray(label == label[peak], dtype=np.bool_)
-
-
-MARGIN_DB = 3.0  # over the sidelobes of a point at rest: those of moving and of several scatterers are stronger
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,9 @@ from radar_service.recording.mcap_library import (
 from radar_service.recording.recording_file import NANOSECONDS, PROFILE
 
 HEAD = struct.Struct("<BQ")  # of a record: opcode, length
+TIMES = struct.Struct("<QQQ")  # of a chunk: first and last log time [ns], size [bytes] before compression
+INDEXED = struct.Struct("<H")  # the channel of a message index
+MAX_CHUNK = 2**30  # bytes before compression; a recording's are of 1 MiB
 
 
 def whole_records(chunk: Chunk) -> Chunk:
@@ -61,11 +64,6 @@ def _end_of_records(data: bytes) -> int:
             break
         end = after
     return end
-
-
-TIMES = struct.Struct("<QQQ")  # of a chunk: first and last log time [ns], size [bytes] before compression
-INDEXED = struct.Struct("<H")  # the channel of a message index
-MAX_CHUNK = 2**30  # bytes before compression; a recording's are of 1 MiB
 
 
 @dataclass(frozen=True)

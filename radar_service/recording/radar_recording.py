@@ -41,6 +41,12 @@ from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import Epoch, RadarInfo, SpokeBatch
 
 FILE_KEYS = ("mesh", "heightmap", "track")  # of a scene, that name a file
+FORMAT = 1  # version of these channels
+VIEW = View("c64")
+CODEC = messages.NativeCodec()
+NOTHING = SourceRequest()
+PICTURE_SIZE = 600  # pixels
+OUTLINE = ("name", "origin", "body_count", "warnings", "notes")  # fields of a SceneOutline besides the radar
 
 
 def scene_document(order: SceneOrder) -> tuple[dict[str, Any] | None, dict[str, str | None]]:
@@ -83,14 +89,6 @@ def _hash(folder: Path | None, name: str) -> str | None:
         return hashlib.sha256(((folder or Path()) / name).read_bytes()).hexdigest()
     except OSError:
         return None
-
-
-FORMAT = 1  # version of these channels
-VIEW = View("c64")
-CODEC = messages.NativeCodec()
-NOTHING = SourceRequest()
-PICTURE_SIZE = 600  # pixels
-OUTLINE = ("name", "origin", "body_count", "warnings", "notes")  # fields of a SceneOutline besides the radar
 
 
 class RadarRecording:
@@ -228,11 +226,8 @@ def scene_record(radar: RadarInfo) -> Mapping[str, Any]:
     `scene_document`; fidelity: as resolved; plan, seed; noise_power: of a cell [W]; controls: as REST gives them.
     """
     epoch, known = radar.epoch, radar.epoch.info
-    to, scene, (document, files) = (
-        epoch.layout(None),
-        known.scene,
-        scene_document(epoch.order) if epoch.order else (None, {}),
-    )
+    to, scene = epoch.layout(None), known.scene
+    document, files = scene_document(epoch.order) if epoch.order else (None, {})
     outline = {name: getattr(scene, name) for name in OUTLINE}
     return {
         "format": FORMAT, "epoch": epoch.name, "id": radar.identity, "name": radar.name, "outline": outline,

@@ -154,13 +154,13 @@ def changes_engine(requested: Mapping[str, Any]) -> bool:
 
 def changed_order(settings: Settings, source: OrderedSource, requested: Mapping[str, Any]) -> SceneOrder | None:
     """Returns the order of the source's scene with the requested engine controls, None where it has them already."""
-    result = source.order
+    order = result = source.order
     for control in CONTROLS:
         if control.name in requested and control.rebuild is not None:
             value = requested[control.name]
             if not math.isclose(value, control.read(settings, source.info.scene), rel_tol=1e-9):
                 result = control.rebuild(result, value)
-    return None if result is source.order else result
+    return None if result is order else result
 
 
 def control_definitions(scene: SceneOutline) -> list[dict[str, Any]]:

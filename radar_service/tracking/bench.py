@@ -33,6 +33,10 @@ from radar_service.tracking.trackers import program_digest, tracker_for
 from radar_service.tracking.verdicts import verdict
 
 CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
+SCHEMA = 2
+FIRST_SEED = 0  # the one that the report draws
+MAX_NAME = 100  # characters of a run's file: a command may be longer than file systems take
+Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
 
 def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
@@ -59,12 +63,6 @@ def _moved(truth: TargetTruth, near: Sequence[ScanResult]) -> TargetTruth:
     return replace(
         truth, position=(float(east + along * sine + across * cosine), float(north + along * cosine - across * sine))
     )
-
-
-SCHEMA = 2
-FIRST_SEED = 0  # the one that the report draws
-MAX_NAME = 100  # characters of a run's file: a command may be longer than file systems take
-Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
 
 def single_run(scenario: Scenario, seed: int, tracker_name: str) -> dict[str, Any]:

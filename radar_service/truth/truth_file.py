@@ -21,6 +21,8 @@ from radar_service.radar.parameters import Origin
 from radar_service.records.truth import Crossing, Snapshot
 from radar_service.scene.world import Scene
 
+SCHEMA = 1  # version of these keys
+
 
 def scene_hash(scene: Scene) -> str:
     """Returns the SHA-256 of a scene's world, radar, platform, interference and errors, as hexadecimal digits.
@@ -60,9 +62,6 @@ def _add(digest: Any, value: Any) -> None:
         digest.update(f"{value!r};".encode())
     else:
         raise TypeError(f"a scene has a {type(value).__name__}, which has no hash yet")
-
-
-SCHEMA = 1  # version of these keys
 
 
 def header(scene: Scene, seed: int, fidelity: str) -> dict[str, Any]:

@@ -147,6 +147,9 @@ def test_what_needs_an_engine_is_refused_and_the_replay_goes_on(recording: Path)
         with pytest.raises(Closed):
             await (await server.feed("?truth=1")).until("hello")
         assert (await server.http.patch("/api/radars/0/controls", json={"gain": 60})).status_code == 200
+        present = (await server.http.get("/api/radars/0")).json()["controls"]
+        same = await server.http.patch("/api/radars/0/controls", json={"rpm": present["rpm"], "range_m": present["range_m"]})
+        assert same.status_code == 200 and same.json() == present
         assert (await server.http.get("/api/radars/0")).json()["scene"]["name"] == "two ships"
         lines = await server.open("/api/radars/0/truth/stream")
         assert json.loads(await lines.text())["type"] == "header"

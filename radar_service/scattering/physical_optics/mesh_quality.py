@@ -23,6 +23,13 @@ from radar_service.trace.occluder import TOLERANCE
 PARALLEL = 0.999  # cosine between normals: 2.6 degrees
 APART = 2e-4  # m, at most, by which layers in one place are told apart: a tenth of TOLERANCE
 GOLDEN = (5.0**0.5 - 1.0) / 2.0  # steps of it spread evenly over 0 to 1
+Sides = NDArray[np.int8]
+MAX_CURVE_BEND = math.radians(30.0)  # between facets: less may approximate a curve, more is an edge
+MIN_DOUBLED = 1e-3  # of the area: doubled layers of less add under 0.01 dB to a mean echo
+MAX_SAG, CURVES_DB = (
+    1.0 / 200.0,
+    0.2,
+)  # of the wavelength, 0.16 mm at X band: curves that sag so err by about 0.2 dB (scene/shapes.py)
 
 
 class Layers(NamedTuple):
@@ -51,16 +58,6 @@ def doubled_layers(mesh: Mesh, outside: NDArray[np.int8]) -> Layers:
         together = outside * outside[hit] * np.sign(alike) >= 0.0
         doubled |= (hit >= 0) & (hit != np.arange(len(hit))) & near & (np.abs(alike) > PARALLEL) & together
     return Layers(int(doubled.sum()), float(area[doubled].sum() / area.sum()))
-
-
-Sides = NDArray[np.int8]
-
-MAX_CURVE_BEND = math.radians(30.0)  # between facets: less may approximate a curve, more is an edge
-MIN_DOUBLED = 1e-3  # of the area: doubled layers of less add under 0.01 dB to a mean echo
-MAX_SAG, CURVES_DB = (
-    1.0 / 200.0,
-    0.2,
-)  # of the wavelength, 0.16 mm at X band: curves that sag so err by about 0.2 dB (scene/shapes.py)
 
 
 def mesh_quality(scene: Scene, bounces: int, nearest: Mapping[str, float]) -> dict[str, list[str]]:

@@ -38,6 +38,7 @@ from radar_service.trace.line_of_sight import SurfacePoints
 from radar_service.trace.tree_cache import content_key
 
 MAX_SHARES = 8  # bodies that a cache of facets is enlarged for: others are at the same half octaves of range as these
+FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
 
 
 def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: RayCount | None = None) -> list[OpticalBody]:
@@ -55,9 +56,6 @@ def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int, rays: Ray
 def _key(body: Body) -> tuple[bytes, str]:
     assert body.mesh is not None
     return content_key(body.mesh.vertices, body.mesh.faces), body.material.name
-
-
-FACETS_DB, REBOUNCES_DB = 0.1, 0.4  # plates and corners against their formulas (tests/scattering/physical_optics)
 
 
 class PhysicalOptics:

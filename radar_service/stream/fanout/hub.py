@@ -26,6 +26,11 @@ from radar_service.stream.fanout.delays import PATIENCE, Delays
 from radar_service.stream.feed_request import Mode, View
 
 MAX_OWN_VIEWS = 8  # of one address, not counting those that clients of other addresses have too
+MAX_VIEWS = 16  # each costs the producer an encoding
+MAX_CLIENTS = 500
+DRAIN: Mapping[Mode, float] = {"live": 2.0, "lossless": PATIENCE}  # s to take what waits before a `bye`
+HISTORY_BYTES = 4 * 2**20  # per view: 14 s of 1 KiB spokes at 24 rpm and 720 azimuths
+LINGER = 30.0  # s that a view without clients is still encoded, so that a client that reconnects misses nothing
 
 
 def own_views(clients: Iterable[ClientQueue]) -> dict[str, list[View]]:
@@ -47,13 +52,6 @@ def view_to_give(clients: Iterable[ClientQueue], owner: str) -> View | None:
     views = own_views(clients)
     most = max(views, key=lambda other: len(views[other]), default="")
     return views[most][-1] if most != owner and len(views[most]) > len(views[owner]) + 1 else None
-
-
-MAX_VIEWS = 16  # each costs the producer an encoding
-MAX_CLIENTS = 500
-DRAIN: Mapping[Mode, float] = {"live": 2.0, "lossless": PATIENCE}  # s to take what waits before a `bye`
-HISTORY_BYTES = 4 * 2**20  # per view: 14 s of 1 KiB spokes at 24 rpm and 720 azimuths
-LINGER = 30.0  # s that a view without clients is still encoded, so that a client that reconnects misses nothing
 
 
 @dataclass(frozen=True)

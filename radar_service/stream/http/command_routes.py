@@ -23,6 +23,9 @@ from radar_service.stream.http.schemas import Body
 from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio.station import Station
 
+READ = {**UNKNOWN, **CONFLICT, **REFUSED}
+CHANGE = {**READ, **UNREADABLE, **BUSY}
+
 
 class CommandChange(Body):
     """A command to own ship or a body, from the first spoke that is not sent yet; what is left out does not change.
@@ -69,10 +72,6 @@ class SteerableState(BaseModel):
     max_speed_kn: float
     max_turn_rate_deg_s: float
     latest: CommandState | None
-
-
-READ = {**UNKNOWN, **CONFLICT, **REFUSED}
-CHANGE = {**READ, **UNREADABLE, **BUSY}
 
 
 def command_routes(stations: Mapping[str, Station]) -> APIRouter:

@@ -25,6 +25,12 @@ from radar_service.stream.ports.port import Port, Service
 from radar_service.stream.ports.roles import needs
 from radar_service.stream.radio.station import Station
 
+SLICE = 0.25  # s after which the errors are read again
+NO_ERRORS = FeedErrors(0.0, 0.0, 1, 0.0, 0.0, 0.0, 0.0, None, (), None, None)
+BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503  # websocket close codes
+REFUSALS = {BAD_REQUEST: "feed request", FORBIDDEN: "feed rights", NOT_FOUND: "feed radar", UNAVAILABLE: "feed full or down"}
+Since = tuple[str, int] | None
+
 
 class FeedPort(Port):
     """The websockets of spokes. Their sink belongs to each radar: lossless clients delay it."""
@@ -34,10 +40,6 @@ class FeedPort(Port):
     def routes(self, service: Service) -> Sequence[APIRouter]:
         """As Port.routes."""
         return (feed_routes(service.stations, service.access, service.refused),)
-
-
-SLICE = 0.25  # s after which the errors are read again
-NONE = FeedErrors(0.0, 0.0, 1, 0.0, 0.0, 0.0, 0.0, None, (), None, None)
 
 
 class ConnectionErrors:
@@ -72,13 +74,7 @@ class ConnectionErrors:
     @property
     def _feed(self) -> FeedErrors:
         errors = self._errors()
-        return errors.feed if errors and errors.feed else NONE
-
-
-BAD_REQUEST, FORBIDDEN, NOT_FOUND, UNAVAILABLE = 4400, 4403, 4404, 4503  # websocket close codes
-REFUSALS = {BAD_REQUEST: "feed request", FORBIDDEN: "feed rights", NOT_FOUND: "feed radar", UNAVAILABLE: "feed full or down"}
-
-Since = tuple[str, int] | None
+        return errors.feed if errors and errors.feed else NO_ERRORS
 
 
 def feed_routes(stations: Mapping[str, Station], access: Access, refused: Callable[[str], None]) -> APIRouter:

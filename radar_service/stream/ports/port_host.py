@@ -20,6 +20,11 @@ from radar_service.stream.ports.state_changes import Kind, StateChange, StateWat
 from radar_service.stream.radio.station import Station
 from radar_service.stream.spokes import SpokeSink
 
+LOOK = 0.1  # s between two looks at the state of radars and, at most, at their clocks
+SHORTEST = 0.02  # s between two calls of `tick` on the wall clock
+STOP_SECONDS = 1.0  # for a port to do what waits, and then to stop
+AFTER_FAULT = 5.0  # s until the next look
+
 
 class ToldChanges:
     """Tells a port of changes, by its thread. None is lost: those that wait become one change of their kind."""
@@ -45,12 +50,6 @@ class ToldChanges:
     def _taken(self) -> StateChange | None:
         with self._lock:
             return self._waiting.pop(next(iter(self._waiting))) if self._waiting else None
-
-
-LOOK = 0.1  # s between two looks at the state of radars and, at most, at their clocks
-SHORTEST = 0.02  # s between two calls of `tick` on the wall clock
-STOP_SECONDS = 1.0  # for a port to do what waits, and then to stop
-AFTER_FAULT = 5.0  # s until the next look
 
 
 class PortHost:
