@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.errors.tables import changed_errors
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Singles
 from radar_service.plan.cost_model import engine_statistics
@@ -19,9 +18,10 @@ from radar_service.records.spokes import Spoke, SpokeBlock
 from radar_service.records.truth import Crossing, Snapshot, Truth
 from radar_service.scans.sector import Sector
 from radar_service.scene.commands import Command, command_from
-from radar_service.scene.convert import scene_at_origin, scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
+from radar_service.scene.error_tables import changed_errors
 from radar_service.scene.outline import outline_of
+from radar_service.scene.rotation import scene_at_origin, scene_at_rpm
 from radar_service.scene.steering import Steering
 from radar_service.scene.world import Scene
 from radar_service.simulation.engine_set_up import check_arguments, chosen_fidelity, engine_set_up, set_up_at_origin

@@ -25,7 +25,7 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.scene.body import Body
-from radar_service.scene.convert import scene_at_origin
+from radar_service.scene.rotation import scene_at_origin
 from radar_service.scene.world import Scene
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene

@@ -225,3 +225,8 @@ def _sector_width(start: float, stop: float) -> float:
     """Width [rad] of a sector from `start` clockwise to `stop` [rad], above 0 and at most a full circle."""
     width = (stop - start) % FULL_CIRCLE
     return FULL_CIRCLE if width < EDGE or FULL_CIRCLE - width < EDGE else width
+
+
+def max_rpm(prf: float, azimuths: int) -> float:
+    """Returns the maximum rotation rate [rpm] at which each spoke has a pulse of its own, with a margin for rounding."""
+    return 60.0 * prf / azimuths * (1.0 + 1e-9)

@@ -16,13 +16,14 @@ from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.http.running import run
 from radar_service.stream.logs import log_event
+from radar_service.stream.processes.call import Progress
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.processes.stop_signals import ended_by_signals
 from radar_service.stream.radio.prefetch import EngineFault
 from radar_service.stream.radio.station import Station
 from radar_service.stream.serve import OpenPorts, access_for
 from radar_service.stream.settings import Settings
-from radar_service.stream.source import OrderedSource, Progress, SceneOrder
+from radar_service.stream.source import OrderedSource, SceneOrder
 
 ENDED = "the recording has ended"
 PLAYS = "this radar replays a recording: its scene and rate of rotation stay; serve a scene to change them"

@@ -5,9 +5,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, replace
 from typing import Any
 
-from radar_service.numerics.constants import KNOT
+from radar_service.numerics.constants import KNOT, MAX_COORDINATE
 from radar_service.radar.parameters import Radar
-from radar_service.scene.fields import MAX_COORDINATE
 from radar_service.scene.steered_motion import SteeringLimits
 
 MAX_COMMANDS = 1_000_000  # to one world: five hours of poses at 50 Hz, or a day of 11 a second

@@ -5,17 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.radar.parameters import START, NearPulse, Origin, Radar
+from radar_service.radar.parameters import NearPulse, Radar
 from radar_service.radar.patterns import PATTERNS
 from radar_service.scene.atmosphere import gas_attenuation_db_per_km
 from radar_service.scene.environment import Environment, Interferer
 from radar_service.scene.environment_model import EnvironmentModel
-from radar_service.scene.error import SceneError
 from radar_service.scene.interference_model import InterferenceModel
 from radar_service.scene.model import BodyModel
 from radar_service.scene.presence import Fading, Presence
-from radar_service.scene.radar_model import RadarModel, antenna_pattern, max_rpm
-from radar_service.scene.world import Scene
+from radar_service.scene.radar_model import RadarModel, antenna_pattern
 
 
 def radar_from_model(model: RadarModel) -> Radar:
@@ -59,25 +57,6 @@ def _single_pulse(model: RadarModel) -> Radar:
         rays=model.rays,
         blind_sectors=tuple((math.radians(start), math.radians(end)) for start, end in model.blind_sectors_deg),
     )
-
-
-def scene_at_rpm(scene: Scene, rpm: float, origin: Origin = START) -> Scene:
-    """Returns the scene with another rotation rate of its radar, from an origin on.
-
-    Raises SceneError if a spoke then has no pulse of its own, the only rule of the loader that depends on the rate.
-    """
-    radar = scene.radar
-    if radar.prf is not None and rpm > max_rpm(radar.prf, radar.azimuths):
-        raise SceneError(
-            f"rpm: {rpm:g} gives {radar.azimuths * rpm / 60.0:g} spokes a second, more than the {radar.prf:g} pulses of the "
-            f"scene's prf_hz; give at most {60.0 * radar.prf / radar.azimuths:g}, or use a scene with a higher prf_hz"
-        )
-    return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm, origin=origin))
-
-
-def scene_at_origin(scene: Scene, origin: Origin) -> Scene:
-    """Returns the scene with another origin of the rotation of its radar."""
-    return replace(scene, radar=replace(scene.radar, origin=origin))
 
 
 def interferer_from_model(model: InterferenceModel) -> Interferer:

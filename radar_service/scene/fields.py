@@ -4,7 +4,8 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-MAX_COORDINATE = 2e6  # m from the origin; the flat map is meaningless farther out
+from radar_service.numerics.constants import MAX_COORDINATE
+
 MIN_HEIGHT, MAX_HEIGHT = -11_000.0, 20_000.0  # m above mean sea level
 
 Number = Annotated[float, Field(strict=True)]  # strict: neither true nor "12" is a number

@@ -19,7 +19,8 @@ from radar_service.scene.checks.placement import placement_warnings
 from radar_service.scene.checks.validity import check_antenna, check_echo_power, validity_warnings
 from radar_service.scene.convert import environment_from_model, interferer_from_model, presence_from_model, radar_from_model
 from radar_service.scene.error import SceneError
-from radar_service.scene.error_settings import ErrorSettings, settings_from_models
+from radar_service.scene.error_settings import ErrorSettings
+from radar_service.scene.error_tables import settings_from_models
 from radar_service.scene.files.heightmap import Coverage, Terrain
 from radar_service.scene.files.mesh import MAX_FILE_BYTES, LoadedMesh
 from radar_service.scene.files.mesh_reader import IN_PROCESS, MeshReader

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.radar.antenna import AntennaPattern, grid_rows
+from radar_service.radar.parameters import max_rpm
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.scene.errors_model import RadarErrorsModel
 from radar_service.scene.fields import Bearing, Flag, Number, Whole
@@ -225,11 +226,6 @@ def _check_repetition(radar: RadarModel) -> None:
             f"range_max_m: {radar.range_max_m:g} m is beyond the {unambiguous:.0f} m from which echoes of {radar.prf_hz:g} "
             "pulses a second arrive in time; lower one of the two, or set second_time_around = true"
         )
-
-
-def max_rpm(prf_hz: float, azimuths: int) -> float:
-    """Returns the maximum rotation rate [rpm] at which each spoke has a pulse of its own, with a margin for rounding."""
-    return 60.0 * prf_hz / azimuths * (1.0 + 1e-9)
 
 
 def _check_beam(radar: RadarModel) -> None:

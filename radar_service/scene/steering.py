@@ -14,9 +14,9 @@ from radar_service.numerics.constants import KNOT
 from radar_service.numerics.revision import Revision
 from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import Command, check_count
-from radar_service.scene.convert import scene_at_origin
 from radar_service.scene.motion import Motion
 from radar_service.scene.presence import Presence
+from radar_service.scene.rotation import scene_at_origin
 from radar_service.scene.steered_motion import Leg, SteeredMotion, SteeringLimits
 from radar_service.scene.steered_presence import SteeredPresence
 from radar_service.scene.world import Scene

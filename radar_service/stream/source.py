@@ -9,6 +9,7 @@ from radar_service.display.video import Layout, layout
 from radar_service.radar.parameters import Origin
 from radar_service.scene.error import SceneError
 from radar_service.spoke_source import Commanded, Continuing, SourceInfo, SpokeSource, TellsSources
+from radar_service.stream.processes.call import Progress
 
 if TYPE_CHECKING:
     from radar_service.scene.world import Scene
@@ -87,32 +88,6 @@ class WorldEngine(SpokeSource, Commanded, TellsSources, Continuing, Protocol):
         """Changes errors on purpose."""
 
 
-class Progress(Protocol):
-    """Is told how far a preparation is, and can end it. in_background: whether the feed of a radar comes first."""
-
-    @property
-    def in_background(self) -> bool: ...
-
-    def stage(self, text: str) -> None:
-        """Notes what is being done now."""
-
-    def ends_with(self, close: Callable[[], None]) -> None:
-        """Notes what to call where the preparation is to end early."""
-
-
-class NoProgress:
-    """A preparation that nobody follows or ends, because a radar waits for it."""
-
-    in_background = False
-
-    def stage(self, text: str) -> None:
-        """Ignores it."""
-
-    def ends_with(self, close: Callable[[], None]) -> None:
-        """Ignores it."""
-
-
-UNFOLLOWED = NoProgress()
 MakeSource = Callable[[SceneOrder, Progress], OrderedSource]
 MakeEngine = Callable[["Scene"], WorldEngine]
 

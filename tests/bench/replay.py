@@ -19,11 +19,12 @@ from radar_service.spoke_source import SpokeSource
 from radar_service.stream.http.app import create_app
 from radar_service.stream.http.requests import Requests
 from radar_service.stream.http.server import Server, configuration, listening_socket
+from radar_service.stream.processes.call import UNFOLLOWED
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio.pacing import Schedule
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.world import WorldMaker
-from radar_service.stream.source import UNFOLLOWED, SceneOrder
+from radar_service.stream.source import SceneOrder
 from tests.bench.with_azimuths import WithAzimuths
 from tests.stream.fake import FakeEngine, scene
 

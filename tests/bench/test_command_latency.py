@@ -19,12 +19,13 @@ from websockets.asyncio.client import ClientConnection, connect
 from radar_service.commands.simulator_options import SimulatorOptions
 from radar_service.stream.codecs.native import wire
 from radar_service.stream.http.app import create_app
+from radar_service.stream.processes.call import UNFOLLOWED
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.station_world import StationWorld
 from radar_service.stream.radio.world import WorldMaker
 from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED
-from radar_service.stream.source import UNFOLLOWED, SceneOrder
+from radar_service.stream.source import SceneOrder
 from tests.stream.serving import served
 
 pytestmark = pytest.mark.bench

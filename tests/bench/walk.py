@@ -30,13 +30,14 @@ from radar_service.stream.codecs.native import wire
 from radar_service.stream.fanout.client_queue import QueueItem
 from radar_service.stream.fanout.hub import EncodedBatch
 from radar_service.stream.http.app import create_app
+from radar_service.stream.processes.call import UNFOLLOWED
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio.command_worker import WaitingCommand
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.world import WorldMaker
 from radar_service.stream.serve import OTHERS_NEED, WORLDS_NEED
 from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import UNFOLLOWED, SceneOrder
+from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import SpokeBatch
 from tests.stream.fake import AZIMUTHS, BINS, RADAR, FakeEngine
 from tests.stream.serving import served

@@ -18,8 +18,8 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import Caster
 from radar_service.scattering.physical_optics.optical_body import optical_body
 from radar_service.scene.body import Body
-from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.motion import Motion
+from radar_service.scene.rotation import scene_at_rpm
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scenes import point, scene
 

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from radar_service.scene.fields import MAX_COORDINATE, MAX_HEIGHT, MIN_HEIGHT, EastNorthUp, Number
+from radar_service.numerics.constants import MAX_COORDINATE
+from radar_service.scene.fields import MAX_HEIGHT, MIN_HEIGHT, EastNorthUp, Number
 
 
 @pytest.mark.parametrize("value", [True, "12", None])

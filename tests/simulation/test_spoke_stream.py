@@ -11,9 +11,9 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scans.sector import Sector
-from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error_settings import ErrorSettings
 from radar_service.scene.load import load_scene
+from radar_service.scene.rotation import scene_at_rpm
 from radar_service.scene.steering import Steering
 from radar_service.simulation.engine_set_up import engine_set_up
 from radar_service.simulation.source_tiles import SourceTiles

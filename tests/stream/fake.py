@@ -13,14 +13,15 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import BodyTruth, Crossing, OwnShipTruth, Snapshot, Truth
 from radar_service.scene.commands import Command
-from radar_service.scene.convert import scene_at_origin, scene_at_rpm
 from radar_service.scene.load import load_scene
 from radar_service.scene.outline import outline_of
+from radar_service.scene.rotation import scene_at_origin, scene_at_rpm
 from radar_service.scene.world import Scene
 from radar_service.spoke_source import SourceInfo, TruthLine
+from radar_service.stream.processes.call import Progress
 from radar_service.stream.radio.prefetch import EngineWorker
 from radar_service.stream.radio.world_process import scene_of
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.source import SceneOrder
 
 AZIMUTHS, BINS, STEP = 24, 20, 10.0
 OWN_SHIP = OwnShipTruth(

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.scene.body import Mesh
 from radar_service.scene.error import SceneError
-from radar_service.scene.fields import MAX_COORDINATE, MAX_HEIGHT, MIN_HEIGHT
+from radar_service.scene.fields import MAX_HEIGHT, MIN_HEIGHT
 from radar_service.scene.files.mesh import LoadedMesh
 from radar_service.scene.files.raster import Raster
 from radar_service.scene.geo import Origin, map_from_geographic

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.scene.body import Mesh
 from radar_service.scene.error import SceneError
-from radar_service.scene.fields import MAX_COORDINATE
 from radar_service.scene.files.flat_copies import Edges, flat_copies, numbered_edges
 from radar_service.scene.files.mesh_check import MAX_FACES, check_content
 from radar_service.scene.files.obj import obj_triangles

@@ -20,10 +20,10 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.numerics.processor_time import BACKSTOP, MAX_PROCESSOR_TIME, machine_busy
 from radar_service.scene.body import Mesh
 from radar_service.scene.error import SceneError
-from radar_service.scene.fields import MAX_COORDINATE
 from radar_service.scene.files.heightmap import Coverage, Floats, Terrain
 from radar_service.scene.files.mesh import LoadedMesh
 from radar_service.scene.geo import Origin

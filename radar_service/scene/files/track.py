@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.numerics.constants import MAX_COORDINATE
 from radar_service.scene.error import SceneError
-from radar_service.scene.fields import MAX_COORDINATE
 from radar_service.scene.geo import Origin, map_from_geographic
 from radar_service.scene.motion import Motion, leg_headings
 

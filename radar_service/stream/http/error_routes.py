@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Request
 
 from radar_service.scene.error_settings import ErrorSettings
+from radar_service.scene.error_tables import error_tables
 from radar_service.scene.errors_model import ErrorsModel
 from radar_service.stream.http import schemas
 from radar_service.stream.http.answers import FORBIDDEN, REFUSED, UNKNOWN, UNREADABLE, check_knows_truth
@@ -54,4 +55,4 @@ async def _changed(station: Station, tables: Mapping[str, Any] | None) -> schema
 
 
 def _state(errors: ErrorSettings | None) -> schemas.ErrorsState:
-    return schemas.ErrorsState.model_validate((errors or ErrorSettings()).as_tables())
+    return schemas.ErrorsState.model_validate(error_tables(errors or ErrorSettings()))

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from radar_service.scene.error_tables import error_tables
 from radar_service.stream.radio.station import Station
 from radar_service.stream.radio.status import state
 
@@ -70,7 +71,7 @@ class StateWatch:
             "status": self._status(),
             "scene": {"epoch": station.hub.epoch, "name": known.scene.name, "fidelity": known.fidelity.name},
             "controls": station.controls(),
-            "errors": {} if errors is None else errors.as_tables(),
+            "errors": {} if errors is None else error_tables(errors),
         }
 
     def _status(self) -> dict[str, Any]:

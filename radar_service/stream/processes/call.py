@@ -1,8 +1,8 @@
-"""Calls one function in a process of its own, with limits, and returns its result."""
+"""Calls one function in a process of its own, with limits, and returns its result; and how one follows what takes long."""
 
 import signal
 from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol
 
 from radar_service.numerics.processor_time import (
     BACKSTOP,
@@ -14,9 +14,36 @@ from radar_service.numerics.processor_time import (
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.processes.limits import limit_memory, lower_priority
-from radar_service.stream.source import Progress
 
 MEMORY = 2**30  # bytes above what an idle process has
+
+
+class Progress(Protocol):
+    """Is told how far a preparation is, and can end it. in_background: whether the feed of a radar comes first."""
+
+    @property
+    def in_background(self) -> bool: ...
+
+    def stage(self, text: str) -> None:
+        """Notes what is being done now."""
+
+    def ends_with(self, close: Callable[[], None]) -> None:
+        """Notes what to call where the preparation is to end early."""
+
+
+class NoProgress:
+    """A preparation that nobody follows or ends, because a radar waits for it."""
+
+    in_background = False
+
+    def stage(self, text: str) -> None:
+        """Ignores it."""
+
+    def ends_with(self, close: Callable[[], None]) -> None:
+        """Ignores it."""
+
+
+UNFOLLOWED = NoProgress()
 
 
 class ProcessFault(Exception):

@@ -8,8 +8,9 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
 
+from radar_service.stream.processes.call import UNFOLLOWED
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
-from radar_service.stream.source import UNFOLLOWED, MakeSource, OrderedSource, SceneOrder, Spared
+from radar_service.stream.source import MakeSource, OrderedSource, SceneOrder, Spared
 from radar_service.stream.spokes import new_epoch_name
 
 RESTARTS = 3  # allowed within RESTART_WINDOW

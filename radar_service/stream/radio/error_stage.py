@@ -44,7 +44,9 @@ class ErrorStage:
 
     def set_errors(self, tables: Mapping[str, Any] | None) -> None:
         """Changes the errors of the spokes not yet sent, as Simulator.set_errors. Raises SceneError."""
-        from radar_service.errors.tables import changed_errors  # here and below: scipy would slow the start of every service
+        from radar_service.scene.error_tables import (
+            changed_errors,  # here and below: scipy would slow the start of every service
+        )
 
         with self._lock:
             self.errors = changed_errors(self.errors, tables, self._running.has_sensors)

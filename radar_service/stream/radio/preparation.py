@@ -10,8 +10,9 @@ from radar_service.scene.commands import Command
 from radar_service.scene.outline import SceneOutline
 from radar_service.spoke_source import Continuing
 from radar_service.stream.jobs import Job, JobQueue
+from radar_service.stream.processes.call import Progress
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
-from radar_service.stream.source import MakeSource, OrderedSource, Progress, SceneOrder
+from radar_service.stream.source import MakeSource, OrderedSource, SceneOrder
 
 Check = Callable[[SceneOutline], None]
 Agree = Callable[[], tuple[Origin, Sequence[Command]]]

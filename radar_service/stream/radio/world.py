@@ -14,12 +14,13 @@ from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import Truth
 from radar_service.scene.commands import Command
 from radar_service.spoke_source import SourceInfo, TruthLine
+from radar_service.stream.processes.call import Progress
 from radar_service.stream.processes.channel import Channel
 from radar_service.stream.processes.fork_server import Child, ForkServer
 from radar_service.stream.processes.limits import default_memory, processor_time_of
 from radar_service.stream.radio.prefetch import PREPARE_TIMEOUT, BusyFault, EngineFault
 from radar_service.stream.radio.spare import RUN, NewSpare
-from radar_service.stream.source import MakeEngine, Progress, SceneOrder
+from radar_service.stream.source import MakeEngine, SceneOrder
 
 TRUTH_TIMEOUT = 10.0  # s
 SPARE_TIMEOUT = 5.0  # s that a process may take to make its spare; it takes milliseconds

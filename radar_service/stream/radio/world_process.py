@@ -22,11 +22,11 @@ from radar_service.numerics.processor_time import MachineBusyError
 from radar_service.radar.parameters import START, Radar
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene.commands import Command
-from radar_service.scene.convert import scene_at_rpm
 from radar_service.scene.error import SceneError
 from radar_service.scene.files.mesh_reader import IN_PROCESS
 from radar_service.scene.files.sandbox import Sandbox
 from radar_service.scene.load import load_scene
+from radar_service.scene.rotation import scene_at_rpm
 from radar_service.scene.world import Scene
 from radar_service.spoke_source import SourceInfo
 from radar_service.stream.processes.channel import Channel

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.processes.call import Progress
+from radar_service.stream.source import SceneOrder
 from tests.stream.asgi import Server
 from tests.stream.fake import FakeEngine, factory
 from tests.stream.http.playing import play, station

@@ -8,7 +8,8 @@ import pytest
 
 from radar_service.stream.http.app import create_app
 from radar_service.stream.http.requests import Requests
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.processes.call import Progress
+from radar_service.stream.source import SceneOrder
 from tests.stream.asgi import running
 from tests.stream.fake import FakeEngine
 from tests.stream.http.playing import station

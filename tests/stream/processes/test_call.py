@@ -5,10 +5,9 @@ import pytest
 from radar_service.numerics.processor_time import MachineBusyError
 from radar_service.stream.jobs import Job
 from radar_service.stream.processes import call
-from radar_service.stream.processes.call import ProcessFault, call_in_process
+from radar_service.stream.processes.call import UNFOLLOWED, ProcessFault, call_in_process
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.processes.limits import SET_UP_NICENESS
-from radar_service.stream.source import UNFOLLOWED
 from tests.descriptors import descriptors_left
 from tests.stream.processes import tasks
 

@@ -8,9 +8,8 @@ import threading
 import pytest
 
 from radar_service.stream.processes import limits
-from radar_service.stream.processes.call import call_in_process
+from radar_service.stream.processes.call import UNFOLLOWED, call_in_process
 from radar_service.stream.processes.fork_server import ForkServer
-from radar_service.stream.source import UNFOLLOWED
 from tests.stream.held import resident_memory
 from tests.stream.processes import tasks
 

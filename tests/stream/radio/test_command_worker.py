@@ -21,6 +21,7 @@ from radar_service.scene.load import load_scene
 from radar_service.scene.world import Scene
 from radar_service.simulator import Simulator
 from radar_service.spoke_source import SpokeSource
+from radar_service.stream.processes.call import UNFOLLOWED
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio import command_worker
 from radar_service.stream.radio.command_worker import (
@@ -36,7 +37,7 @@ from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.world import WorldMaker
 from radar_service.stream.radio.world_clock import WorldClock
 from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import UNFOLLOWED, SceneOrder
+from radar_service.stream.source import SceneOrder
 from tests.stream.fake import AZIMUTHS, RADAR, FakeEngine, factory
 from tests.stream.radio.recording import SOON, RecordingSink
 

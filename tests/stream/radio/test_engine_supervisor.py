@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from radar_service.radar.parameters import Origin
+from radar_service.stream.processes.call import Progress
 from radar_service.stream.radio.engine_supervisor import RESTART_WINDOW, EngineSupervisor, RestartLimiter
 from radar_service.stream.radio.prefetch import prepared
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.source import SceneOrder
 from tests.stream.fake import AZIMUTHS, FakeEngine, commanded, factory, scene, steerable_scene
 from tests.stream.radio.recording import SOON
 

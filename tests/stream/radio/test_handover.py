@@ -14,10 +14,11 @@ from radar_service.scene.commands import Command
 from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
+from radar_service.stream.processes.call import Progress
 from radar_service.stream.radio.handover import Handover, Overtaken
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.source import SceneOrder
 from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
 from tests.stream.in_process import InProcess
 from tests.stream.radio.recording import RecordingSink

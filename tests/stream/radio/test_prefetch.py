@@ -12,7 +12,7 @@ from radar_service.radar.parameters import Origin
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene.commands import CommandError
-from radar_service.scene.convert import scene_at_rpm
+from radar_service.scene.rotation import scene_at_rpm
 from radar_service.stream.radio import prefetch
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker, prepared
 from tests.stream.fake import FakeEngine, commanded, scene, steerable_scene

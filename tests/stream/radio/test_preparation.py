@@ -9,11 +9,12 @@ from radar_service.radar.parameters import Origin
 from radar_service.scene.commands import Command
 from radar_service.scene.outline import SceneOutline
 from radar_service.stream.jobs import Cancelled
+from radar_service.stream.processes.call import Progress
 from radar_service.stream.radio import preparation
 from radar_service.stream.radio.handover import SceneChanged
 from radar_service.stream.radio.prefetch import EngineFault, EngineWorker
 from radar_service.stream.radio.preparation import Preparations
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.source import SceneOrder
 from tests.stream.fake import FakeEngine, factory, scene, steerable_scene
 
 FIRST, SECOND = SceneOrder({"name": "first"}), SceneOrder({"name": "second"})

@@ -16,10 +16,11 @@ from radar_service.stream.controls import ControlError
 from radar_service.stream.fanout.client_queue import ClientQueue
 from radar_service.stream.fanout.hub import FeedRefused
 from radar_service.stream.feed_request import View
+from radar_service.stream.processes.call import Progress
 from radar_service.stream.radio import status
 from radar_service.stream.radio.station import Station
 from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.source import SceneOrder
 from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene, scene_in
 from tests.stream.radio.recording import RecordingSink
 

@@ -7,11 +7,12 @@ from dataclasses import replace
 import pytest
 
 from radar_service.scene.world import Scene
+from radar_service.stream.processes.call import Progress
 from radar_service.stream.radio import handover
 from radar_service.stream.radio.prefetch import EngineWorker, prepared
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.transmitter_state import TRANSITIONS, Event, State, TransitionError, TransmitterState
-from radar_service.stream.source import Progress, SceneOrder
+from radar_service.stream.source import SceneOrder
 from radar_service.stream.spokes import RadarInfo, SpokeBatch
 from tests.stream.fake import AZIMUTHS, FakeEngine, factory, scene
 from tests.stream.radio.recording import SOON, RecordingSink

@@ -20,13 +20,14 @@ from radar_service.scene.error import SceneError
 from radar_service.scene.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.spoke_source import SpokeSource
+from radar_service.stream.processes.call import UNFOLLOWED, NoProgress
 from radar_service.stream.processes.fork_server import ForkServer
 from radar_service.stream.radio import world
 from radar_service.stream.radio.prefetch import BusyFault, EngineFault, prepared
 from radar_service.stream.radio.transmitter import Transmitter
 from radar_service.stream.radio.world import WorldMaker, WorldSource
 from radar_service.stream.settings import Pace, Settings
-from radar_service.stream.source import UNFOLLOWED, NoProgress, SceneOrder
+from radar_service.stream.source import SceneOrder
 from tests.descriptors import descriptors_left, open_descriptors
 from tests.stream.fake import FakeEngine, dying
 from tests.stream.processes import tasks
